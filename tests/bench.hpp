@@ -85,7 +85,6 @@ private:
     host::Client client_;
     std::map<std::string, std::string> expectations_;  // expression, by id
     std::map<std::string, std::int64_t> reported_;     // violations already reported, by id
-    int traces_ = 0;
 };
 
 }  // namespace plumb

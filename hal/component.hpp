@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A component is an ordinary object whose members declare what HAL sees of it: pins, functions, options.
+//
+//     struct Doubler final : hal::Component {
+//         static constexpr hal::About about{"doubler", "twice the input", "The output is twice the input."};
+//         using Component::Component;
+//
+//         hal::In<double> in{this, "in", 0, "mu", "What to double."};
+//         hal::Out<double> out{this, "out", "mu", "Twice the input."};
+//         hal::Function run{this, "update", &Doubler::update, "After the source of in."};
+//
+//         void update(double) noexcept { out = 2 * in; }
+//     };
+//
+//     hal::Model hal::model() { return model_of<Doubler>(); }
+#pragma once
+
+#include "hal/function.hpp"
+#include "hal/option.hpp"
+#include "hal/pin.hpp"
+#include "hal/registrar.hpp"
+
+#include <memory>
+#include <type_traits>
+
+namespace plumb::hal {
+
+class Component {
+public:
+    explicit Component(Registrar& registrar) : registrar_(registrar) {}
+    Component(const Component&) = delete;
+    Component& operator=(const Component&) = delete;
+    virtual ~Component() = default;
+
+    // Called once at load, before HAL sees the component as ready.  May allocate, read files and throw: the
+    // exception's text becomes the reason for which the module is not loaded.
+    virtual void prepare() {}
+
+    // Called again and again on a thread of the module, never on a realtime one, and never twice at a time;
+    // the virtual-time host calls it between periods.  Does what update() has asked for through an atomic
+    // flag and hands the finished result over by an atomic index.  Bounded work, reported by pins.
+    virtual void background() noexcept {}
+
+private:
+    friend Registrar& registrar(Component*);
+    Registrar& registrar_;  // valid during construction only
+};
+
+inline Registrar& registrar(Component* component) {
+    return component->registrar_;
+}
+
+// The words of a component's manual page that its declarations do not say.
+struct About {
+    const char* name;
+    const char* summary;
+    const char* description;  // paragraphs; lines that begin with blanks keep their shape
+};
+
+// What a loadable module offers: its manual text and a way to build one instance.
+struct Model {
+    About about;
+    std::unique_ptr<Component> (*make)(Registrar&);
+    bool has_background;
+};
+
+template <class C>
+Model model_of() {
+    return {C::about, [](Registrar& r) -> std::unique_ptr<Component> { return std::make_unique<C>(r); },
+            !std::is_same_v<decltype(&C::background), void (Component::*)() noexcept>};
+}
+
+Model model();  // defined by each component's .cpp, once per module
+
+}  // namespace plumb::hal

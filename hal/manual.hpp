@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Writes a component's manual page from the same declarations that create its pins, functions and options.
+#pragma once
+
+#include "hal/component.hpp"
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace plumb::hal {
+
+// Builds an instance without HAL and keeps what it declared.
+class Declarations final : public Registrar {
+public:
+    explicit Declarations(const Model& model) : instance_(model.make(*this)) {}
+
+    Slot add(const PinInfo& pin) override {
+        pins.push_back(pin);
+        cells_.emplace_back();
+        return Slot(&slots_.emplace_back(&cells_.back()));
+    }
+    void add(Function& function) override { functions.push_back(&function); }
+    std::string add(const OptionInfo& option) override {
+        options.push_back(option);
+        return option.initial;
+    }
+
+    std::vector<PinInfo> pins;
+    std::vector<const Function*> functions;  // live as long as this object
+    std::vector<OptionInfo> options;
+
+private:
+    std::deque<double> cells_;
+    std::deque<void*> slots_;
+    std::unique_ptr<Component> instance_;
+};
+
+// A manual page in man(7) markup: section 9 for a realtime module, 1 for a program (which has no functions,
+// and says under SYNOPSIS how it is loaded).
+std::string manual(const Model& model, int section);
+
+}  // namespace plumb::hal

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// An option is a value given at load time, one per instance:
+//
+//     loadrt squareness names=a,b table=/etc/a.csv,/etc/b.csv
+//
+// HAL cuts a value at '#' and at quotes and knows no blanks in it, and the commas are the separator: an
+// option that names a file must be an absolute path without them.
+#pragma once
+
+#include "hal/registrar.hpp"
+
+#include <charconv>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+namespace plumb::hal {
+
+template <class T>
+class Option {
+    static_assert(std::is_same_v<T, std::string> || std::is_arithmetic_v<T>,
+                  "an option is a text or a number");
+
+public:
+    Option(Component* owner, const std::string& name, const T& initial, const std::string& doc)
+        : value_(parse(name, registrar(owner).add(OptionInfo{name, text(initial), doc}))) {}
+    Option(const Option&) = delete;
+    Option& operator=(const Option&) = delete;
+
+    operator const T&() const noexcept { return value_; }
+    const T& get() const noexcept { return value_; }
+
+private:
+    static std::string text(const T& value) {
+        if constexpr (std::is_same_v<T, std::string>) {
+            return value;
+        } else {
+            char digits[32];
+            return std::string(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+        }
+    }
+
+    static T parse(const std::string& name, const std::string& given) {
+        if constexpr (std::is_same_v<T, std::string>) {
+            return given;
+        } else {
+            T value{};
+            const char* end = given.data() + given.size();
+            const auto [rest, error] = std::from_chars(given.data(), end, value);
+            if (error != std::errc{} || rest != end)
+                throw std::invalid_argument(name + "=" + given + ": not a number");
+            return value;
+        }
+    }
+
+    const T value_;
+};
+
+// The path of an option that names a file; throws when it is not absolute.  Empty stays empty.
+inline const std::string& absolute_path(const std::string& name, const std::string& path) {
+    if (!path.empty() && path.front() != '/')
+        throw std::invalid_argument(name + "=" + path +
+                                    ": give an absolute path (without blank, comma, # or quote)");
+    return path;
+}
+
+}  // namespace plumb::hal

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A pin is a value with a public name, a unit and one sentence of documentation.
+#pragma once
+
+#include "hal/registrar.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace plumb::hal {
+
+template <class T>
+class Pin {
+public:
+    Pin(const Pin&) = delete;
+    Pin& operator=(const Pin&) = delete;
+
+protected:
+    Pin(Component* owner, bool output, const std::string& name, T initial, const std::string& unit,
+        const std::string& doc)
+        : slot_(registrar(owner).add(
+              PinInfo{type_of<T>, output, name, unit, static_cast<double>(initial), doc})) {
+        slot_.template write<T>(initial);
+    }
+
+    const Slot slot_;
+};
+
+// An input: `setp` gives it a constant, `net` a signal; unconnected it keeps its initial value.
+// Another program may write it at any time: update() reads each input once.
+template <class T>
+struct In final : Pin<T> {
+    In(Component* owner, const std::string& name, T initial, const std::string& unit, const std::string& doc)
+        : Pin<T>(owner, false, name, initial, unit, doc) {}
+    In(Component* owner, const std::string& name, T initial, const std::string& doc)
+        : In(owner, name, initial, "", doc) {}
+
+    operator T() const noexcept { return this->slot_.template read<T>(); }
+};
+
+// An output: write-only for its component, so that a public pin is never used as private state.
+template <class T>
+struct Out final : Pin<T> {
+    Out(Component* owner, const std::string& name, const std::string& unit, const std::string& doc)
+        : Pin<T>(owner, true, name, T{}, unit, doc) {}
+    Out(Component* owner, const std::string& name, const std::string& doc) : Out(owner, name, "", doc) {}
+
+    Out& operator=(T value) noexcept {
+        this->slot_.template write<T>(value);
+        return *this;
+    }
+};
+
+// N pins of one kind:  Row<In<double>, 12> load{this, "load", 0, "W", "..."}  declares load-00 to load-11.
+template <class P, std::size_t N>
+class Row {
+    static_assert(N >= 1 && N <= 100, "pin numbers have one or two digits");
+
+public:
+    template <class... Rest>
+    Row(Component* owner, const std::string& stem, const Rest&... rest)
+        : Row(std::make_index_sequence<N>{}, owner, stem, rest...) {}
+
+    P& operator[](std::size_t i) noexcept { return pins_[i]; }
+    P* begin() noexcept { return pins_; }
+    P* end() noexcept { return pins_ + N; }
+
+private:
+    template <std::size_t... I, class... Rest>
+    Row(std::index_sequence<I...>, Component* owner, const std::string& stem, const Rest&... rest)
+        : pins_{P(owner, stem + "-" + numeral(I), rest...)...} {}
+
+    static std::string numeral(std::size_t i) {
+        const std::string digits = std::to_string(i);
+        return N > 10 && i < 10 ? "0" + digits : digits;
+    }
+
+    P pins_[N];
+};
+
+}  // namespace plumb::hal

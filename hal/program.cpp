@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Linked into components that do slow I/O: turns a Model into a program for `loadusr`.
+//
+//     loadusr -W <component> [name] [--period SECONDS] [--OPTION value]
+//
+// Each function of the component is called once per period, in the order of declaration.
+
+#include "hal/background.hpp"
+#include "hal/hal_registrar.hpp"
+#include "hal/manual.hpp"
+
+#include <signal.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <exception>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace plumb::hal;
+
+// Leaves HAL on every way out.
+struct HalComponent {
+    explicit HalComponent(const std::string& name) : id(check(hal_init(name.c_str()), "hal_init " + name)) {}
+    ~HalComponent() { hal_exit(id); }
+    const int id;
+};
+
+// Waits for a signal that asks the program to end.  False when the time is over.
+bool told_to_end(const sigset_t& signals, double seconds) {
+    timespec wait{};
+    wait.tv_sec = static_cast<std::time_t>(seconds);
+    wait.tv_nsec = static_cast<long>((seconds - std::floor(seconds)) * 1e9);
+    return sigtimedwait(&signals, nullptr, &wait) > 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+    const Model component = model();
+    const Declarations declared(component);
+
+    CLI::App app{component.about.summary, component.about.name};
+    std::string name = component.about.name;  // for which `loadusr -W` waits
+    double period = 0.1;
+    bool show_manual = false;
+    std::map<std::string, std::string> options;
+    app.add_option("name", name, "Name of the HAL component")->capture_default_str();
+    app.add_option("--period", period, "Seconds between two calls")->check(CLI::Range(0.001, 3600.0));
+    app.add_flag("--man", show_manual, "Print the manual page");
+    for (const OptionInfo& option : declared.options)
+        app.add_option("--" + option.name, options[option.name] = option.initial, option.doc);
+    CLI11_PARSE(app, argc, argv);
+    if (show_manual) {
+        std::cout << manual(component, 1);
+        return 0;
+    }
+
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    sigprocmask(SIG_BLOCK, &signals, nullptr);  // before any thread starts
+
+    std::string prefix = name;
+    if (name == component.about.name) std::replace(prefix.begin(), prefix.end(), '_', '-');
+    check_instance_name(prefix);
+    const HalComponent hal(name);
+    HalRegistrar registrar(hal.id, prefix, options);
+    std::vector<std::unique_ptr<Component>> instances;
+    instances.push_back(component.make(registrar));
+    instances.back()->prepare();
+    std::unique_ptr<Background> background;
+    if (component.has_background) background = std::make_unique<Background>(instances);
+    check(hal_ready(hal.id), "hal_ready");
+    do registrar.call_functions(period);
+    while (!told_to_end(signals, period));
+    background.reset();
+    return 0;
+} catch (const std::exception& error) {
+    std::cerr << argv[0] << ": " << error.what() << '\n';
+    return 1;
+}

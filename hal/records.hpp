@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Many records, few pins: a program reads a component's records one by one through `row`, and gives them back
+// one by one through `restore`.
+//
+//     hal::Records records{this};
+//     hal::Field<std::int32_t> tool{this, "tool", "", "Tool that made the contact."};
+//
+// declares row, row-shown, rows, restore, forget, restores, restores-refused, row-tool and restore-tool.
+#pragma once
+
+#include "hal/component.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace plumb::hal {
+
+// One value of a record, shown as row-NAME and given back as restore-NAME.
+template <class T>
+struct Field {
+    Field(Component* owner, const std::string& name, const std::string& unit, const std::string& doc)
+        : row{owner, "row-" + name, unit, doc}, restore{owner, "restore-" + name, T{}, unit, doc} {}
+
+    Out<T> row;
+    In<T> restore;
+};
+
+// The walk itself.  The component keeps the records; each period it calls, in this order,
+// wants_forget(), wants_restore() with restored() for the answer, and show().
+class Records {
+public:
+    explicit Records(Component* owner)
+        : row_{owner, "row", 0, "Record to show in the row-... pins, counted from 0."},
+          shown_{owner, "row-shown", "Record that the row-... pins show; -1 for none."},
+          rows_{owner, "rows", "Number of records."},
+          forget_{owner, "forget", false, "A rising edge forgets all records."},
+          restore_{owner, "restore", false, "A rising edge adds the record in the restore-... pins."},
+          restores_{owner, "restores", "Number of records accepted by restore."},
+          refused_{owner, "restores-refused", "Number of records refused by restore."} {}
+
+    bool wants_forget() noexcept { return rose(forget_, forgetting_); }
+    bool wants_restore() noexcept { return rose(restore_, restoring_); }
+
+    // The answer to wants_restore().
+    void restored(bool accepted) noexcept {
+        if (accepted)
+            restores_ = ++accepted_count_;
+        else
+            refused_ = ++refused_count_;
+    }
+
+    // Publishes the number of records and, through write(index), the record that `row` asks for.
+    template <class Write>
+    void show(std::int32_t count, const Write& write) noexcept {
+        const std::int32_t wanted = row_;
+        const std::int32_t shown = wanted >= 0 && wanted < count ? wanted : -1;
+        if (shown >= 0) write(shown);
+        rows_ = count;
+        shown_ = shown;  // last: whoever waits for it finds the record complete
+    }
+
+private:
+    static bool rose(bool now, bool& before) noexcept {
+        const bool edge = now && !before;
+        before = now;
+        return edge;
+    }
+
+    In<std::int32_t> row_;
+    Out<std::int32_t> shown_;
+    Out<std::int32_t> rows_;
+    In<bool> forget_;
+    In<bool> restore_;
+    Out<std::int32_t> restores_;
+    Out<std::int32_t> refused_;
+    bool forgetting_ = false;
+    bool restoring_ = false;
+    std::int32_t accepted_count_ = 0;
+    std::int32_t refused_count_ = 0;
+};
+
+}  // namespace plumb::hal

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Whoever builds a component decides what a declaration means: the module creates pins and functions in HAL,
+// the manual writes them down, a test counts them.
+#pragma once
+
+#include "hal/value.hpp"
+
+#include <string>
+
+namespace plumb::hal {
+
+class Component;
+class Function;
+
+// Everything that the outside world may know about a pin.
+struct PinInfo {
+    Type type;
+    bool output;
+    std::string name;  // without the instance's name
+    std::string unit;  // "" for bits and codes
+    double initial;
+    std::string doc;  // one sentence
+};
+
+// ... and about a load-time option.
+struct OptionInfo {
+    std::string name;
+    std::string initial;
+    std::string doc;
+};
+
+class Registrar {
+public:
+    virtual Slot add(const PinInfo& pin) = 0;
+    virtual void add(Function& function) = 0;
+    virtual std::string add(const OptionInfo& option) = 0;  // returns the text given for this instance
+
+protected:
+    ~Registrar() = default;
+};
+
+Registrar& registrar(Component* component);
+
+}  // namespace plumb::hal

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A component that uses everything the binding offers, for its tests.
+#include "hal/component.hpp"
+#include "hal/records.hpp"
+
+#include <unistd.h>
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+namespace plumb {
+
+class Filter {  // a name that rival.cpp has, too
+public:
+    double step(double x) noexcept { return 1 * x; }
+    virtual ~Filter() = default;
+};
+
+struct Specimen final : hal::Component {
+    static constexpr hal::About about{"specimen", "shows every feature of the binding", R"(
+Two functions share a state; a table is chosen at load time; work that is not realtime is done aside.
+
+    sum(n) = sum(n-1) + in
+
+'Quoted' text, a .dot and a back\slash come through.
+.SH is not a heading here.)"};
+
+    using Component::Component;
+
+    hal::In<double> in{this, "in", 1.5, "mu", "Value to add."};
+    hal::In<bool> allocate{this, "allocate", false, "Misbehave: allocate in update."};
+    hal::In<bool> call_system{this, "call-system", false, "Misbehave: make a system call in update."};
+    hal::In<std::int32_t> order{this, "order", 0, "Work to do aside: its square appears in done."};
+    hal::Out<double> sum{this, "sum", "mu", "Sum of the inputs."};
+    hal::Out<double> latched{this, "latched", "mu", "Sum at the last latch."};
+    hal::Out<std::int32_t> done{this, "done", "Result of the work done aside."};
+    hal::Out<double> gain_found{this, "gain-found", "", "Gain given at load time."};
+    hal::Row<hal::Out<double>, 12> tap{this, "tap", "mu", "One of twelve."};
+    hal::Records records{this};
+    hal::Field<std::int32_t> tool{this, "tool", "", "Tool of the record."};
+    hal::Field<double> length{this, "length", "mu", "Length of the record."};
+    hal::Option<std::string> table{this, "table", "", "File, absolute path."};
+    hal::Option<double> gain{this, "gain", 1, "Factor."};
+    hal::Function run{this, "update", &Specimen::update, "First."};
+    hal::Function hold{this, "latch", &Specimen::latch, "After update."};
+
+    void prepare() override {
+        hal::absolute_path("table", table);
+        if (gain.get() == 13) throw std::runtime_error("gain=13: unlucky");
+        if (gain.get() == 14) throw 14;
+    }
+
+    void background() noexcept override {
+        const std::int32_t wanted = wanted_;
+        result_ = wanted * wanted;
+    }
+
+    void update(double) noexcept {
+        if (allocate) std::free(escape(std::malloc(16)));
+        if (call_system) static_cast<void>(getppid());
+        wanted_ = order;
+        sum_ += filter_.step(in);
+        sum = sum_;
+        gain_found = gain.get();
+        done = result_;
+        tap[11] = 11;
+        if (records.wants_forget()) kept_ = 0;
+        if (records.wants_restore()) {
+            const bool fits = kept_ < static_cast<int>(list_.size()) && length.restore > 0;
+            if (fits) list_[kept_++] = {tool.restore, length.restore};
+            records.restored(fits);
+        }
+        records.show(kept_, [&](int i) {
+            tool.row = list_[i].tool;
+            length.row = list_[i].length;
+        });
+    }
+
+    void latch(double) noexcept { latched = sum_; }
+
+private:
+    struct Record {
+        std::int32_t tool;
+        double length;
+    };
+
+    static void* escape(void* p) noexcept {
+        asm volatile("" : "+r"(p));  // keeps the compiler from leaving the allocation out
+        return p;
+    }
+
+    Filter filter_;
+    double sum_ = 0;
+    std::array<Record, 3> list_{};
+    int kept_ = 0;
+    std::atomic<std::int32_t> wanted_{0};
+    std::atomic<std::int32_t> result_{0};
+};
+
+hal::Model hal::model() {
+    return model_of<Specimen>();
+}
+
+}  // namespace plumb
