@@ -36,7 +36,7 @@ Two functions share a state; a table is chosen at load time; work that is not re
     hal::Out<double> sum{this, "sum", "mu", "Sum of the inputs."};
     hal::Out<double> latched{this, "latched", "mu", "Sum at the last latch."};
     hal::Out<std::int32_t> done{this, "done", "Result of the work done aside."};
-    hal::Out<double> gain_found{this, "gain-found", "", "Gain given at load time."};
+    hal::Out<double> gain_found{this, "gain-found", "1", "Gain given at load time."};
     hal::Row<hal::Out<double>, 12> tap{this, "tap", "mu", "One of twelve."};
     hal::Records records{this};
     hal::Field<std::int32_t> tool{this, "tool", "", "Tool of the record."};

@@ -13,8 +13,8 @@ struct SpecimenProgram final : hal::Component {
 
     using Component::Component;
 
-    hal::In<double> step{this, "step", 1, "", "What one call adds."};
-    hal::Out<double> calls{this, "calls", "", "Calls so far."};
+    hal::In<double> step{this, "step", 1, "1", "What one call adds."};
+    hal::Out<double> calls{this, "calls", "1", "Calls so far."};
     hal::Out<double> period{this, "period", "s", "Time between two calls."};
     hal::Option<double> start{this, "start", 0, "First count."};
     hal::Function run{this, "update", &SpecimenProgram::update, "Once per period."};

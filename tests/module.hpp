@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A module as its tests see it without HAL: what it declares, and where its file is.
+#pragma once
+
+#include "hal/manual.hpp"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace plumb {
+
+class Module {
+public:
+    // Throws std::runtime_error when the file is not one of our modules.
+    explicit Module(const std::filesystem::path& so) : file(so), library_(open(so)) {}
+    ~Module() { dlclose(library_); }
+    Module(const Module&) = delete;
+    Module& operator=(const Module&) = delete;
+
+    const std::filesystem::path file;
+
+    const hal::Model& model() const { return *function<const hal::Model*>("plumb_model")(); }
+    std::string options() const { return function<const char*>("plumb_options")(); }
+
+private:
+    static void* open(const std::filesystem::path& so) {
+        void* const library = dlopen(so.c_str(), RTLD_LAZY | RTLD_LOCAL);  // lazily: no HAL is here
+        if (!library) throw std::runtime_error(dlerror());
+        return library;
+    }
+
+    template <class Result>
+    Result (*function(const char* name) const)() {
+        void* const symbol = dlsym(library_, name);
+        if (!symbol) throw std::runtime_error(file.string() + " has no " + name);
+        return reinterpret_cast<Result (*)()>(symbol);
+    }
+
+    void* const library_;
+};
+
+}  // namespace plumb
