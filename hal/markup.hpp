@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Plain text as markup of man(7).
+#pragma once
+
+#include <ostream>
+#include <sstream>
+#include <string>
+
+namespace plumb::hal {
+
+// No character of the result is taken for markup.
+inline std::string escaped(const std::string& text) {
+    std::string result;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        const bool line_begins = i == 0 || text[i - 1] == '\n';
+        if (line_begins && (c == '.' || c == '\'')) result += "\\&";
+        if (c == '\\')
+            result += "\\e";
+        else if (c == '-')
+            result += "\\-";
+        else if (c == '^')
+            result += "\\(ha";
+        else if (c == '~')
+            result += "\\(ti";
+        else
+            result += c;
+    }
+    return result;
+}
+
+// Paragraphs are filled; a run of lines that begin with a blank keeps its shape.
+inline void write_description(std::ostream& out, const std::string& text) {
+    std::istringstream lines(text);
+    bool verbatim = false;
+    bool pending_gap = false;
+    bool first = true;
+    for (std::string line; std::getline(lines, line);) {
+        if (line.find_first_not_of(' ') == std::string::npos) {
+            pending_gap = !first;
+            continue;
+        }
+        const bool shaped = line.front() == ' ';
+        if (shaped != verbatim) {
+            out << (shaped ? ".PP\n.EX\n" : ".EE\n.PP\n");
+        } else if (pending_gap) {
+            out << (verbatim ? "\n" : ".PP\n");
+        }
+        pending_gap = false;
+        verbatim = shaped;
+        first = false;
+        out << escaped(line) << '\n';
+    }
+    if (verbatim) out << ".EE\n";
+}
+
+}  // namespace plumb::hal
