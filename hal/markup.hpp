@@ -29,6 +29,21 @@ inline std::string escaped(const std::string& text) {
     return result;
 }
 
+// With lines of at most 78 characters, where its words are shorter.
+inline std::string wrapped(const std::string& text) {
+    std::istringstream words(text);
+    std::string result;
+    std::size_t column = 0;
+    for (std::string word; words >> word;) {
+        const std::size_t length = escaped(word).size();  // which is what the line holds in the end
+        const bool fits = column + 1 + length <= 78;
+        if (column != 0) result += fits ? ' ' : '\n';
+        column = column != 0 && fits ? column + 1 + length : length;
+        result += word;
+    }
+    return result;
+}
+
 // Paragraphs are filled; a run of lines that begin with a blank keeps its shape.
 inline void write_description(std::ostream& out, const std::string& text) {
     std::istringstream lines(text);
@@ -49,7 +64,7 @@ inline void write_description(std::ostream& out, const std::string& text) {
         pending_gap = false;
         verbatim = shaped;
         first = false;
-        out << escaped(line) << '\n';
+        out << escaped(shaped ? line : wrapped(line)) << '\n';
     }
     if (verbatim) out << ".EE\n";
 }

@@ -5,8 +5,8 @@
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
-#include <sys/pidfd.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -299,7 +299,7 @@ private:
 
     // Waits for the process to end, listening meanwhile; kills it when patience is at an end.
     int await_end() noexcept {
-        const Descriptor ended(pidfd_open(process_, 0));
+        const Descriptor ended(static_cast<int>(syscall(SYS_pidfd_open, process_, 0)));
         const auto deadline = std::chrono::steady_clock::now() + patience;
         for (;;) {
             const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
