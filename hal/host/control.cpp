@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "control.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+
+#include "decimal.hpp"
+#include "guard.hpp"
+#include "messages.hpp"
+#include "names.hpp"
+#include "scheduler.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int protocol = 1;
+
+Json okay() {
+    return {{"ok", true}};
+}
+
+/// The value under `key`. @throws std::runtime_error when it is missing or has another type.
+template <typename Value>
+Value required(const Json& request, const char* key) {
+    const auto found = request.find(key);
+    if (found == request.end())
+        throw std::runtime_error("'" + request["do"].get<std::string>() + "' needs \"" + key + "\"");
+    try {
+        return found->get<Value>();
+    } catch (const Json::exception&) {
+        throw std::runtime_error("'" + request["do"].get<std::string>() + "' cannot take " + found->dump() +
+                                 " as \"" + key + "\"");
+    }
+}
+
+/// The same, or `otherwise` when it is missing or null.
+template <typename Value>
+Value optional(const Json& request, const char* key, Value otherwise) {
+    const auto found = request.find(key);
+    return found == request.end() || found->is_null() ? otherwise : required<Value>(request, key);
+}
+
+/// A span of time. @throws std::runtime_error unless it is whole and at least `least`.
+Nanoseconds span(const Json& request, const char* key, Nanoseconds least) {
+    const auto found = request.find(key);
+    if (found != request.end() && (!found->is_number_integer() || found->get<Nanoseconds>() < least))
+        throw std::runtime_error("'" + request["do"].get<std::string>() + "': \"" + key + "\" is " +
+                                 found->dump() + ", not a whole number of nanoseconds from " +
+                                 std::to_string(least) + " on");
+    return required<Nanoseconds>(request, key);
+}
+
+Json number(double value) {
+    if (std::isfinite(value)) return value;
+    std::string text;
+    append_number(text, std::isnan(value) ? NAN : value);
+    return text;
+}
+
+Json value_of(const Cell& cell) {
+    const double value = cell.read();
+    switch (cell.type) {
+        case Cell::Type::bit: return value != 0.0;
+        case Cell::Type::floating: return number(value);
+        default: return static_cast<std::int64_t>(value);
+    }
+}
+
+/// What halcmd reads for a value that a client sent.
+std::string text_of(const Json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+    if (value.is_number_integer()) return value.dump();
+    std::string text;
+    if (value.is_number()) append_number(text, value.get<double>());
+    if (text.empty()) throw std::runtime_error(value.dump() + " is no value of a pin");
+    return text;
+}
+
+/// halcmd's message without its "<commandline>:0: " and line ends.
+std::string sentence(std::string text) {
+    const std::string prefix = "<commandline>:0: ";
+    for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix))
+        text.erase(at, prefix.size());
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return text.empty() ? "halcmd refuses without a word" : text;
+}
+
+}  // namespace
+
+Control::Control(Settings settings)
+    : settings_(std::move(settings)),
+      modules_(settings_.module_folders),
+      server_(*this, settings_.control_descriptor) {
+    setenv("RTAPI_FIFO_PATH", server_.path().c_str(), 1);
+}
+
+Control::~Control() {
+    programs_.end_all();
+}
+
+void Control::serve(const volatile bool& end) {
+    constexpr auto slice = std::chrono::milliseconds(2);
+    while (!end_ && !end && !server_.client_gone()) {
+        std::vector<pollfd> waits;
+        server_.add_to(waits);
+        programs_.add_to(waits);
+        poll(waits.data(), waits.size(), timeline_.running() ? 0 : -1);
+        programs_.attend();
+        if (timeline_.running()) {
+            try {
+                timeline_.go_on(slice);
+                move_time();
+            } catch (const std::runtime_error& error) {
+                if (runner_) answer(*runner_, {{"ok", false}, {"error", error.what()}});
+                runner_.reset();
+            }
+        }
+        server_.serve();
+    }
+    server_.flush();
+}
+
+void Control::move_time() {
+    if (!timeline_.running()) {
+        end_run();
+        return;
+    }
+    constexpr auto between_progress = std::chrono::milliseconds(200);
+    const auto now = std::chrono::steady_clock::now();
+    if (!runner_ || now - last_progress_ < between_progress) return;
+    last_progress_ = now;
+    server_.send(*runner_, Json{{"progress", timeline_.ran()}}.dump());
+}
+
+void Control::end_run() {
+    if (!runner_) return;
+    Json result{{"ok", true}, {"time", scheduler().time()}, {"ran", timeline_.ran()}};
+    if (timeline_.ended_by_replay()) result["ended"] = "replay";
+    const Server::Connection runner = *runner_;
+    runner_.reset();
+    answer(runner, result);
+}
+
+int Control::rtapi_command(const std::vector<std::string>& words) {
+    if (words.empty()) return 0;
+    const std::string& command = words[0];
+    if (command == "exit" && words.size() == 1) {
+        end_ = true;
+        return 0;
+    }
+    if (command == "load" && words.size() >= 2)
+        return modules_.load(words[1], {words.begin() + 2, words.end()});
+    if (command == "unload" && words.size() == 2) return modules_.unload(words[1]);
+    if (command == "newinst" && (words.size() == 3 || words.size() == 4))
+        return modules_.new_instance(words[1], words[2], words.size() == 4 ? words[3] : "");
+    print_message("Unrecognized command starting with " + command + "\n", true);
+    return -1;
+}
+
+void Control::control_request(Server::Connection from, const std::string& line) {
+    try {
+        const Json request = Json::parse(line, nullptr, false);
+        if (!request.is_object() || !request.contains("do") || !request["do"].is_string())
+            throw std::runtime_error("a request is a JSON object with a \"do\"");
+        if (const auto result = carry_out(from, request)) answer(from, *result);
+    } catch (const std::exception& error) {
+        answer(from, {{"ok", false}, {"error", error.what()}});
+    }
+}
+
+void Control::control_request_waits(const std::string& line) {
+    const Json request = Json::parse(line, nullptr, false);
+    if (request.is_object() && request.contains("do") && request["do"] == "stop") timeline_.stop();
+}
+
+void Control::closed(Server::Connection connection) {
+    if (runner_ != connection) return;
+    runner_.reset();  // nobody wants the run any more
+    timeline_.stop();
+}
+
+std::optional<Json> Control::carry_out(Server::Connection from, const Json& request) {
+    const std::string what = request["do"];
+    if (what == "hello") return hello();
+    if (what == "halcmd") return halcmd(from, request), std::nullopt;
+    if (what == "get") return get(request);
+    if (what == "set") return set(request);
+    if (what == "run") return run(from, request), std::nullopt;
+    if (what == "record") return record(request);
+    if (what == "replay") return replay(request);
+    if (what == "expect") return expect(request);
+    if (what == "violations") return violations();
+    if (what == "programs") return programs();
+    if (what == "guard") return guard_report();
+    if (what == "record-stop") {
+        timeline_.stop_recording(required<std::string>(request, "id"));
+        return okay();
+    }
+    if (what == "stop") {
+        timeline_.stop();
+        end_run();
+        return okay();
+    }
+    if (what == "exit") {
+        end_ = true;
+        return okay();
+    }
+    throw std::runtime_error("'" + what + "' is nothing that this host can do");
+}
+
+void Control::answer(Server::Connection to, const Json& result) {
+    server_.answer(to, result.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+void Control::need_hal() {
+    if (!modules_.need_hal_library()) throw std::runtime_error("LinuxCNC's hal_lib cannot be loaded");
+    const unsigned long now = programs_.halcmds_begun() + modules_.changes();
+    if (settable_at_ != now) settable_.clear();
+    settable_at_ = now;
+}
+
+Json Control::hello() const {
+    return {{"ok", true},
+            {"protocol", protocol},
+            {"pid", settings_.process},
+            {"time", scheduler().time()},
+            {"namespaces", settings_.namespaces},
+            {"socket", server_.path()},
+            {"modules", modules_.folders()}};
+}
+
+void Control::halcmd(Server::Connection from, const Json& request) {
+    programs_.start_halcmd(
+        required<std::vector<std::string>>(request, "args"), optional<std::string>(request, "cwd", ""),
+        [this, from](const Finished& finished) {
+            answer(from, {{"ok", true}, {"status", finished.status}, {"output", finished.output}});
+        });
+}
+
+Json Control::get(const Json& request) {
+    const auto names = required<std::vector<std::string>>(request, "names");
+    need_hal();
+    const Names look;
+    Json values = Json::array();
+    Json types = Json::array();
+    for (const std::string& name : names) {
+        const Cell cell = look.need(name);
+        values.push_back(value_of(cell));
+        types.push_back(cell.type_name());
+    }
+    return {{"ok", true}, {"values", values}, {"types", types}};
+}
+
+Json Control::set(const Json& request) {
+    const auto name = required<std::string>(request, "name");
+    set_value(name, required<Json>(request, "value"));
+    return okay();
+}
+
+void Control::set_value(const std::string& name, const Json& value) {
+    need_hal();
+    std::optional<Cell> cell;
+    {
+        const Names names;
+        cell = names.find(name);
+    }
+    const std::string text = text_of(value);
+    const std::optional<double> number = number_of(text);
+    if (cell && number && !cell->linked && cell->accepts(*number) && settable_.count(name) > 0) {
+        cell->write(*number);
+        return;
+    }
+    const bool signal = cell && cell->kind == Cell::Kind::signal;
+    const Finished halcmd = programs_.halcmd({signal ? "sets" : "setp", name, text});
+    if (halcmd.status != 0) throw std::runtime_error(sentence(halcmd.output));
+    settable_.insert(name);
+}
+
+void Control::run(Server::Connection from, const Json& request) {
+    if (timeline_.running()) throw std::runtime_error("a run is under way already");
+    need_hal();
+    timeline_.begin(span(request, "ns", 0));
+    runner_ = from;
+    last_progress_ = std::chrono::steady_clock::now();
+}
+
+Json Control::record(const Json& request) {
+    need_hal();
+    Recorder::Settings settings{required<std::string>(request, "file"),
+                                required<std::vector<std::string>>(request, "names"),
+                                span(request, "every", 1), optional<bool>(request, "append", false)};
+    timeline_.record(required<std::string>(request, "id"),
+                     std::make_unique<Recorder>(std::move(settings), Names()));
+    return okay();
+}
+
+Json Control::replay(const Json& request) {
+    need_hal();
+    Replayer::Settings settings{required<std::string>(request, "file"),
+                                optional<std::vector<std::string>>(request, "columns", {}), 0};
+    if (!settings.columns.empty()) settings.sample_period = span(request, "sample-period", 1);
+    auto replayer = std::make_unique<Replayer>(std::move(settings));
+    const bool override_writer = optional<bool>(request, "override", false);
+    for (const std::string& column : replayer->columns()) make_replayable(column, override_writer);
+    replayer->resolve(Names());
+    const Nanoseconds duration = replayer->duration();
+    timeline_.replay(std::move(replayer));
+    return {{"ok", true}, {"duration", duration}};
+}
+
+void Control::make_replayable(const std::string& name, bool override_writer) {
+    const auto look = [&name] { return Names().need(name); };
+    Cell cell = look();
+    if (cell.linked && cell.kind == Cell::Kind::pin) {
+        // TODO
+    }
+}
+
+std::string Control::writer_of(const std::string& signal) {
+    return signal;
+}
+
+Json Control::expect(const Json& request) {
+    need_hal();
+    timeline_.expectations().add(required<std::string>(request, "id"),
+                                 required<std::string>(request, "expression"),
+                                 required<std::map<std::string, std::string>>(request, "variables"), Names());
+    return okay();
+}
+
+Json Control::violations() {
+    Json list = Json::array();
+    for (const Violation& violation : timeline_.expectations().violations()) {
+        Json values = Json::object();
+        for (const auto& [name, value] : violation.values) values[name] = number(value);
+        list.push_back({{"id", violation.id},
+                        {"count", violation.count},
+                        {"first-time", violation.first_time},
+                        {"values", values}});
+    }
+    return {{"ok", true}, {"violations", list}};
+}
+
+Json Control::programs() {
+    return {{"ok", true}, {"names", programs_.alive()}};
+}
+
+}  // namespace plumb::host

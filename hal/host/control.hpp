@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Carries out what clients and rtapi_app ask for. A control request is a JSON object with the key "do"; the
+// answer is
+// {"ok":true,...}, or {"ok":false,"error":"one sentence"}. Times are whole nanoseconds; numbers that are not
+// finite travel as the strings "nan", "inf" and "-inf".
+#pragma once
+
+#include <chrono>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "modules.hpp"
+#include "programs.hpp"
+#include "server.hpp"
+#include "timeline.hpp"
+
+namespace plumb::host {
+
+class Control final : public Server::Service {
+public:
+    struct Settings {
+        std::vector<std::string> module_folders;
+        bool namespaces;
+        int process;  // number of this process as its client sees it
+        int control_descriptor;
+    };
+
+    explicit Control(Settings settings);
+
+    /// Ends the programs, then unloads the modules.
+    ~Control();
+
+    /// Serves until a client or rtapi_app asks for the end, the client is gone, or `end` becomes true.
+    void serve(const volatile bool& end);
+
+    int rtapi_command(const std::vector<std::string>& words) override;
+    void control_request(Server::Connection from, const std::string& line) override;
+    void control_request_waits(const std::string& line) override;
+    void closed(Server::Connection connection) override;
+
+private:
+    using Json = nlohmann::json;
+
+    std::optional<Json> carry_out(Server::Connection from, const Json& request);
+    Json hello() const;
+    void halcmd(Server::Connection from, const Json& request);
+    Json get(const Json& request);
+    Json set(const Json& request);
+    void run(Server::Connection from, const Json& request);
+    Json record(const Json& request);
+    Json replay(const Json& request);
+    Json expect(const Json& request);
+    Json violations();
+    Json programs();
+
+    void set_value(const std::string& name, const Json& value);
+    void make_replayable(const std::string& name, bool override_writer);
+    std::string writer_of(const std::string& signal);
+    void need_hal();
+    void move_time();
+    void end_run();
+    void answer(Server::Connection to, const Json& answer);
+
+    Settings settings_;
+    Programs programs_;
+    Modules modules_;
+    Timeline timeline_;
+    Server server_;
+    std::optional<Server::Connection> runner_;  // who waits for the end of the run
+    std::chrono::steady_clock::time_point last_progress_;
+    std::set<std::string> settable_;  // names that halcmd has let the host set
+    unsigned long settable_at_ = 0;   // state of HAL for which that holds
+    bool end_ = false;
+};
+
+}  // namespace plumb::host

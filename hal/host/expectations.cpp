@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "expectations.hpp"
+
+#include <muParser.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "scheduler.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+double finite(double x) {
+    return std::isfinite(x) ? 1.0 : 0.0;
+}
+
+struct Variable {
+    std::string name;
+    std::string of;  // pin, parameter or signal
+    Cell cell;
+    double value;
+    double rate;
+};
+
+}  // namespace
+
+struct Expectations::Statement {
+    std::string id;
+    std::vector<Variable> variables;
+    mu::Parser parser;
+    Nanoseconds last;  // the instant of the values
+    Violation violation;
+};
+
+Expectations::Expectations() = default;
+Expectations::~Expectations() = default;
+
+void Expectations::add(const std::string& id, const std::string& expression,
+                       const std::map<std::string, std::string>& variables, const Names& names) {
+    auto statement = std::make_unique<Statement>();
+    statement->id = id;
+    statement->last = scheduler().time();
+    statement->violation = {id, 0, 0, {}};
+    for (const auto& [name, of] : variables) {
+        const Cell cell = names.need(of);
+        statement->variables.push_back({name, of, cell, cell.read(), 0.0});
+    }
+    try {
+        statement->parser.DefineFun("finite", finite);
+        for (Variable& variable : statement->variables) {
+            statement->parser.DefineVar(variable.name, &variable.value);
+            statement->parser.DefineVar(variable.name + "_rate", &variable.rate);
+        }
+        statement->parser.SetExpr(expression);
+        statement->parser.Eval();
+    } catch (const mu::Parser::exception_type& error) {
+        throw std::runtime_error("'" + expression + "': " + error.GetMsg());
+    }
+    const auto same = std::find_if(statements_.begin(), statements_.end(),
+                                   [&](const std::unique_ptr<Statement>& each) { return each->id == id; });
+    if (same == statements_.end())
+        statements_.push_back(std::move(statement));
+    else
+        *same = std::move(statement);
+}
+
+void Expectations::resolve(const Names& names) {
+    for (const auto& statement : statements_)
+        for (Variable& variable : statement->variables) variable.cell = names.need(variable.of);
+}
+
+void Expectations::check(Nanoseconds instant) {
+    for (const auto& statement : statements_) {
+        const double elapsed =
+            static_cast<double>(instant - statement->last) / static_cast<double>(one_second);
+        statement->last = instant;
+        for (Variable& variable : statement->variables) {
+            const double value = variable.cell.read();
+            variable.rate = elapsed > 0.0 ? (value - variable.value) / elapsed : 0.0;
+            variable.value = value;
+        }
+        const double holds = statement->parser.Eval();
+        if (holds != 0.0 && !std::isnan(holds)) continue;
+        Violation& violation = statement->violation;
+        if (violation.count++ == 0) {
+            violation.first_time = instant;
+            for (const Variable& variable : statement->variables)
+                violation.values[variable.name] = variable.value;
+        }
+    }
+}
+
+std::vector<Violation> Expectations::violations() const {
+    std::vector<Violation> found;
+    for (const auto& statement : statements_)
+        if (statement->violation.count > 0) found.push_back(statement->violation);
+    return found;
+}
+
+}  // namespace plumb::host

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "isolation.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/mount.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/shm.h>
+#include <sys/signalfd.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "leftovers.hpp"
+#include "shared_memory.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+    throw std::runtime_error(what + ": " + std::strerror(errno));
+}
+
+bool write_file(const char* path, const std::string& text) {
+    const int file = open(path, O_WRONLY | O_CLOEXEC);
+    if (file < 0) return false;
+    const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+    close(file);
+    return written;
+}
+
+bool client_gone(int control_descriptor) {
+    pollfd look{control_descriptor, POLLRDHUP, 0};
+    return control_descriptor >= 0 && poll(&look, 1, 0) > 0 &&
+           (look.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
+
+/// The keeper and the host speak over this pair of pipes while the host is set up.
+struct Setup {
+    int host_reads, keeper_writes;
+    int keeper_reads, host_writes;
+
+    Setup() {
+        int ends[2];
+        if (pipe2(ends, O_CLOEXEC) != 0) fail("pipe");
+        host_reads = ends[0];
+        keeper_writes = ends[1];
+        if (pipe2(ends, O_CLOEXEC) != 0) fail("pipe");
+        keeper_reads = ends[0];
+        host_writes = ends[1];
+    }
+    ~Setup() {
+        for (const int end : {host_reads, keeper_writes, keeper_reads, host_writes}) close(end);
+    }
+    Setup(const Setup&) = delete;
+};
+
+/// In the new namespaces: keeps the user's number, and gives /proc the host's own processes.
+bool furnish_namespaces(uid_t user, gid_t group) {
+    if (user != 0) {
+        if (!write_file("/proc/self/setgroups", "deny") ||
+            !write_file("/proc/self/uid_map", std::to_string(user) + " " + std::to_string(user) + " 1") ||
+            !write_file("/proc/self/gid_map", std::to_string(group) + " " + std::to_string(group) + " 1"))
+            return false;
+    }
+    return mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+           mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
+}
+
+/// Forks the host. Returns 0 in the host and its number in the keeper, or -1 when the namespaces cannot be
+/// had.
+pid_t fork_host(bool namespaces, int& number) {
+    const uid_t user = geteuid();
+    const gid_t group = getegid();
+    const Setup setup;
+    unsigned long flags = SIGCHLD;
+    if (namespaces) flags |= CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS | (user != 0 ? CLONE_NEWUSER : 0);
+    const auto host = static_cast<pid_t>(syscall(SYS_clone, flags, nullptr, nullptr, nullptr, nullptr));
+    if (host < 0) return -1;
+    if (host == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        const bool good = !namespaces || furnish_namespaces(user, group);
+        if (write(setup.host_writes, &good, sizeof good) != sizeof good || !good) _exit(1);
+        if (read(setup.host_reads, &number, sizeof number) != sizeof number) _exit(1);
+        return 0;
+    }
+    bool good = false;
+    // A host that dies here closes nothing that this process does not hold as well: look at it, too.
+    for (pollfd look{setup.keeper_reads, POLLIN, 0}; poll(&look, 1, 20) == 0;) {
+        if (waitpid(host, nullptr, WNOHANG) == host) return -1;
+    }
+    if (read(setup.keeper_reads, &good, sizeof good) != sizeof good || !good) {
+        waitpid(host, nullptr, 0);
+        return -1;
+    }
+    number = host;
+    if (write(setup.keeper_writes, &number, sizeof number) != sizeof number) fail("pipe");
+    return host;
+}
+
+/// Number of a process with this name, or 0.
+pid_t process_called(const std::string& name) {
+    DIR* const folder = opendir("/proc");
+    if (folder == nullptr) return 0;
+    pid_t found = 0;
+    while (const dirent* const entry = readdir(folder)) {
+        const pid_t process = std::atoi(entry->d_name);
+        if (process <= 0) continue;
+        std::ifstream file(std::string("/proc/") + entry->d_name + "/comm");
+        std::string command;
+        if (std::getline(file, command) && command == name) found = process;
+    }
+    closedir(folder);
+    return found;
+}
+
+/// Waits for the machine's HAL. The lock lasts until the last process that inherits it ends.
+void take_machine_hal(int control_descriptor) {
+    const char* const path = "/tmp/plumb-host.lock";
+    int lock = open(path, O_RDWR | O_CLOEXEC);
+    if (lock < 0) lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (lock < 0) fail(std::string("cannot lock ") + path);
+    fchmod(lock, 0666);
+    while (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+        if (errno != EWOULDBLOCK && errno != EINTR) fail(std::string("cannot lock ") + path);
+        if (client_gone(control_descriptor)) std::exit(1);
+        poll(nullptr, 0, 50);
+    }
+    if (const pid_t process = process_called("rtapi_app"))
+        throw std::runtime_error("LinuxCNC's realtime runs on this machine (rtapi_app, process " +
+                                 std::to_string(process) +
+                                 "), and the kernel gives no namespace to stay apart from it");
+    for (const int key : {hal_memory_key, identity_memory_key}) {
+        const int segment = shmget(key, 0, 0);
+        if (segment < 0 && errno == ENOENT) continue;
+        shmid_ds state{};
+        if (segment < 0 || shmctl(segment, IPC_STAT, &state) != 0 || state.shm_nattch > 0 ||
+            shmctl(segment, IPC_RMID, nullptr) != 0)
+            throw std::runtime_error(
+                "HAL is in use on this machine, and the kernel gives no namespace to stay apart from it");
+    }
+}
+
+/// Kills what is left of the host's programs: this process is their parent once the host is dead.
+void kill_orphans() {
+    for (;;) {
+        while (waitpid(-1, nullptr, WNOHANG) > 0) continue;
+        std::ifstream list("/proc/self/task/" + std::to_string(getpid()) + "/children");
+        pid_t child = 0;
+        bool any = false;
+        while (list >> child) {
+            any = true;
+            kill(child, SIGKILL);
+        }
+        if (!any) return;
+        poll(nullptr, 0, 5);
+    }
+}
+
+[[noreturn]] void keep(pid_t host, int control_descriptor) {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGCHLD, SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
+    const int events = signalfd(-1, &signals, SFD_CLOEXEC);
+    int status = 0;
+    for (;;) {
+        pollfd waits[2] = {{events, POLLIN, 0}, {control_descriptor, POLLRDHUP, 0}};
+        const bool had_client = waits[1].fd >= 0;
+        poll(waits, 2, -1);
+        if (waits[0].revents != 0) {
+            signalfd_siginfo event;
+            if (read(events, &event, sizeof event) == sizeof event && event.ssi_signo != SIGCHLD) {
+                // With a client, a terminal's Ctrl-C is the client's affair.
+                if (event.ssi_signo != SIGINT || !had_client) kill(host, SIGTERM);
+            }
+        }
+        if (waitpid(host, &status, WNOHANG) == host) break;
+        if (waits[1].revents != 0) {
+            // The client is gone. The host sees it too, and ends, unless a module keeps it.
+            control_descriptor = -1;
+            constexpr int patience = 3000;  // ms
+            for (int waited = 0; waited < patience; waited += 10) {
+                if (waitpid(host, &status, WNOHANG) == host) break;
+                poll(nullptr, 0, 10);
+                if (waited + 10 >= patience) {
+                    kill(host, SIGKILL);
+                    waitpid(host, &status, 0);
+                }
+            }
+            break;
+        }
+    }
+    kill_orphans();
+    leftovers().clear_away();
+    if (!WIFSIGNALED(status)) _exit(WEXITSTATUS(status));
+    // Ends as the host did, so that whoever waits for this process learns the signal.
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    signal(WTERMSIG(status), SIG_DFL);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, nullptr);
+    kill(getpid(), WTERMSIG(status));
+    _exit(128 + WTERMSIG(status));
+}
+
+}  // namespace
+
+Isolated isolate(bool namespaces_allowed, int control_descriptor) {
+    leftovers().share();
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
+    sigset_t signals, before;
+    sigemptyset(&signals);
+    for (const int signal : {SIGCHLD, SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
+    sigprocmask(SIG_BLOCK, &signals, &before);
+
+    int number = 0;
+    bool namespaces = namespaces_allowed;
+    pid_t host = namespaces ? fork_host(true, number) : -1;
+    if (host < 0) {
+        namespaces = false;
+        take_machine_hal(control_descriptor);
+        host = fork_host(false, number);
+        if (host < 0) fail("cannot fork the host");
+    }
+    if (host > 0) keep(host, control_descriptor);
+    setsid();  // a terminal's Ctrl-C is for the client
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
+    sigprocmask(SIG_SETMASK, &before, nullptr);
+    return {namespaces, number};
+}
+
+}  // namespace plumb::host

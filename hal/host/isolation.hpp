@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Keeps a host apart from everything else on the machine, and leaves nothing behind.
+//
+// The process that was started becomes the keeper: it forks the host, waits for its end and clears away what
+// a killed host leaves. The host has IPC, PID and mount namespaces of its own (in a user namespace when it is
+// not root's), so that any number of hosts run beside each other and beside LinuxCNC, and its programs die
+// with it. Where the kernel forbids namespaces, the host uses the machine's one HAL: one host at a time under
+// a lock, and none while LinuxCNC runs.
+#pragma once
+
+namespace plumb::host {
+
+/// What the host knows about its own process.
+struct Isolated {
+    bool namespaces;  // false: it uses the machine's HAL
+    int process;      // its number as seen from outside
+};
+
+/// Forks. The host returns from this; the keeper ends inside, with the host's exit status, or with the signal
+/// that killed it. `control_descriptor`, when not negative, tells the keeper of the client's end.
+/// @throws std::runtime_error when HAL is in use on this machine, or a process cannot be made.
+Isolated isolate(bool namespaces_allowed, int control_descriptor);
+
+}  // namespace plumb::host

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "modules.hpp"
+
+#include <dlfcn.h>
+#include <hal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+
+namespace plumb::host {
+
+namespace {
+
+const std::string hal_library = "hal_lib";
+
+/// Constructors of components that can be instantiated, by component number.
+std::map<int, constructor>& constructors() {
+    static std::map<int, constructor> the_constructors;
+    return the_constructors;
+}
+
+template <typename Function>
+Function symbol(void* handle, const std::string& name) {
+    return reinterpret_cast<Function>(dlsym(handle, name.c_str()));
+}
+
+/// Writes one value into element `index` of a module's parameter.
+bool set_element(char type, const std::string& parameter, const std::string& text, void* storage,
+                 std::size_t index) {
+    if (type == 's') {
+        static_cast<char**>(storage)[index] =
+            strdup(text.c_str());  // the module keeps it for as long as it likes
+        return true;
+    }
+    if (type != 'i' && type != 'l') {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: Invalid type character `%c'\n", parameter.c_str(), type);
+        return false;
+    }
+    char* end = nullptr;
+    const long number = std::strtol(text.c_str(), &end, 0);
+    if (*end != '\0') {
+        rtapi_print_msg(RTAPI_MSG_ERR, "`%s' invalid for parameter `%s'", text.c_str(), parameter.c_str());
+        return false;
+    }
+    if (type == 'l')
+        static_cast<long*>(storage)[index] = number;
+    else
+        static_cast<int*>(storage)[index] = static_cast<int>(number);
+    return true;
+}
+
+/// Sets a module's parameter from NAME=VALUE. The module describes it by three symbols: its address, its type
+/// (i, l or s), and for an array its size.
+bool set_parameter(void* handle, std::string text) {
+    text.erase(std::remove(text.begin(), text.end(), '"'), text.end());
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "Invalid paramter `%s'\n", text.c_str());
+        return false;
+    }
+    const std::string name = text.substr(0, equals);
+    const std::string value = text.substr(equals + 1);
+    auto* const address = symbol<void**>(handle, "rtapi_info_address_" + name);
+    if (address == nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "Unknown parameter `%s'\n", text.c_str());
+        return false;
+    }
+    auto* const type = symbol<const char**>(handle, "rtapi_info_type_" + name);
+    if (type == nullptr || *type == nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "Unknown parameter `%s' (type information missing)\n", text.c_str());
+        return false;
+    }
+    auto* const size = symbol<const int*>(handle, "rtapi_info_size_" + name);
+    if (size == nullptr) return set_element(**type, text, value, *address, 0);
+
+    std::size_t index = 0;
+    for (std::size_t begin = 0; begin != std::string::npos; ++index) {
+        if (index == static_cast<std::size_t>(*size)) {
+            rtapi_print_msg(RTAPI_MSG_ERR, "%s: can only take %d arguments\n", text.c_str(), *size);
+            return false;
+        }
+        const std::size_t comma = value.find(',', begin);
+        if (!set_element(**type, text, value.substr(begin, comma - begin), *address, index)) return false;
+        begin = comma == std::string::npos ? comma : comma + 1;
+    }
+    return true;
+}
+
+}  // namespace
+
+Modules::Modules(std::vector<std::string> folders) : folders_(std::move(folders)) {}
+
+Modules::~Modules() {
+    while (!modules_.empty()) unload(std::string(modules_.back().name));
+}
+
+Modules::Module* Modules::find(const std::string& name) {
+    const auto found = std::find_if(modules_.begin(), modules_.end(),
+                                    [&](const Module& module) { return module.name == name; });
+    return found == modules_.end() ? nullptr : &*found;
+}
+
+std::string Modules::file_of(const std::string& name) const {
+    for (const std::string& folder : folders_) {
+        std::string file = folder + "/" + name + ".so";
+        if (access(file.c_str(), F_OK) == 0) return file;
+    }
+    return folders_.back() + "/" + name + ".so";
+}
+
+bool Modules::need_hal_library() {
+    return find(hal_library) != nullptr || load_file(hal_library, {}) == 0;
+}
+
+int Modules::load(const std::string& name, const std::vector<std::string>& parameters) {
+    if (name.find('/') != std::string::npos || name.find("..") != std::string::npos) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: Not allowed as module name\n", name.c_str());
+        return -1;
+    }
+    if (!need_hal_library()) return -1;
+    return load_file(name, parameters);
+}
+
+int Modules::load_file(const std::string& name, const std::vector<std::string>& parameters) {
+    if (find(name) != nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: already exists\n", name.c_str());
+        return -1;
+    }
+    ++changes_;
+    void* const handle = dlopen(file_of(name).c_str(), RTLD_GLOBAL | RTLD_NOW);
+    if (handle == nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: dlopen: %s\n", name.c_str(), dlerror());
+        return -1;
+    }
+    auto* const main = symbol<int (*)()>(handle, "rtapi_app_main");
+    if (main == nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: dlsym: %s\n", name.c_str(), dlerror());
+        dlclose(handle);
+        return -1;
+    }
+    for (const std::string& parameter : parameters) {
+        if (!set_parameter(handle, parameter)) {
+            dlclose(handle);
+            return -1;
+        }
+    }
+    const int result = main();
+    if (result < 0) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: rtapi_app_main: %s (%d)\n", name.c_str(), std::strerror(-result),
+                        result);
+        dlclose(handle);
+        return result;
+    }
+    modules_.push_back({name, handle});
+    return 0;
+}
+
+int Modules::unload(const std::string& name) {
+    Module* const module = find(name);
+    if (module == nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "%s: not loaded\n", name.c_str());
+        return -1;
+    }
+    ++changes_;
+    const Module unloaded = *module;
+    modules_.erase(modules_.begin() + (module - modules_.data()));
+    if (auto* const exit = symbol<void (*)()>(unloaded.handle, "rtapi_app_exit")) exit();
+    dlclose(unloaded.handle);
+    return 0;
+}
+
+int Modules::new_instance(const std::string& component, const std::string& name,
+                          const std::string& argument) {
+    Module* const library = find(hal_library);
+    auto* const component_name =
+        library == nullptr ? nullptr : symbol<char* (*)(int)>(library->handle, "hal_comp_name");
+    if (component_name == nullptr) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "newinst: hal_lib is required, but not loaded\n");
+        return -1;
+    }
+    for (const auto& [number, construct] : constructors()) {
+        const char* const found = component_name(number);
+        if (found == nullptr || component != found) continue;
+        ++changes_;
+        return construct(const_cast<char*>(name.c_str()), const_cast<char*>(argument.c_str()));
+    }
+    rtapi_print_msg(RTAPI_MSG_ERR, "newinst: component %s not found\n", component.c_str());
+    return -1;
+}
+
+}  // namespace plumb::host
+
+/// Stands before hal_lib's function of the same name, and calls it: hal_lib keeps constructors where only
+/// code that knows its private layout could find them again.
+extern "C" int hal_set_constructor(int component, constructor construct) {
+    auto* const next =
+        reinterpret_cast<decltype(&hal_set_constructor)>(dlsym(RTLD_NEXT, "hal_set_constructor"));
+    const int result = next == nullptr ? -EINVAL : next(component, construct);
+    if (result == 0) plumb::host::constructors()[component] = construct;
+    return result;
+}

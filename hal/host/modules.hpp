@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Realtime modules: finds, loads, instantiates and unloads them as LinuxCNC's rtapi_app does, and reports
+// what is wrong in rtapi_app's words, which integrators and LinuxCNC's own tests know.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace plumb::host {
+
+class Modules {
+public:
+    /// Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib comes
+    /// from there.
+    explicit Modules(std::vector<std::string> folders);
+
+    /// Unloads everything, the latest first.
+    ~Modules();
+    Modules(const Modules&) = delete;
+
+    /// Loads a module; `parameters` are NAME=VALUE. Returns 0, or a negative number after a message.
+    int load(const std::string& name, const std::vector<std::string>& parameters);
+
+    /// Unloads a module. Returns 0, or a negative number after a message.
+    int unload(const std::string& name);
+
+    /// Creates an instance of a loaded component. Returns what its constructor returned, negative after an
+    /// error.
+    int new_instance(const std::string& component, const std::string& name, const std::string& argument);
+
+    /// Loads hal_lib unless it is loaded. This waits for the first need, since hal_lib takes one of the
+    /// component numbers that LinuxCNC hands out. Returns whether it is there; if not, a message has said
+    /// why.
+    bool need_hal_library();
+
+    const std::vector<std::string>& folders() const { return folders_; }
+
+    /// Rises with every load, unload and new instance: names found before may mean something else since.
+    unsigned long changes() const { return changes_; }
+
+private:
+    struct Module {
+        std::string name;
+        void* handle;
+    };
+
+    Module* find(const std::string& name);
+    std::string file_of(const std::string& name) const;
+    int load_file(const std::string& name, const std::vector<std::string>& parameters);
+
+    std::vector<std::string> folders_;
+    std::vector<Module> modules_;  // in the order of loading
+    unsigned long changes_ = 0;
+};
+
+}  // namespace plumb::host

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Finds pins, parameters and signals by name, with HAL's public interface for user-space programs. The host
+// attaches itself as a HAL component only while it looks, so that no halcmd ever sees it in a list or unloads
+// it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+
+namespace plumb::host {
+
+/// One value in HAL memory. It is valid until a net, an unload or any other command changes HAL.
+struct Cell {
+    enum class Kind { pin, parameter, signal };
+    enum class Type { bit, floating, s32, u32, port };
+
+    Kind kind;
+    Type type;
+    volatile void* data;
+    bool linked;  // a pin with a signal, or a signal with a writer
+
+    /// The value as a double, which holds every value of every type but a port's (which is a handle).
+    double read() const;
+
+    /// Stores a value; bits are true unless 0. Integers must be whole and fit: the caller checks it with
+    /// accepts().
+    void write(double value) const;
+
+    /// Whether the type can hold the value without a change.
+    bool accepts(double value) const;
+
+    /// HAL's word for the type: bit, float, s32, u32, port.
+    const char* type_name() const;
+};
+
+/// Looks names up for as long as it lives.
+class Names {
+public:
+    /// Attaches to HAL; hal_lib must be loaded. @throws std::runtime_error when HAL refuses.
+    Names();
+    ~Names();
+    Names(const Names&) = delete;
+
+    /// A pin of this name, else a parameter, else a signal.
+    std::optional<Cell> find(const std::string& name) const;
+
+    /// The same. @throws std::runtime_error("there is no pin, parameter or signal 'NAME'").
+    Cell need(const std::string& name) const;
+
+private:
+    int component_;
+};
+
+}  // namespace plumb::host

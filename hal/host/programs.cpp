@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "programs.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/signalfd.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include <cerrno>
+
+#include "hal_lock.hpp"
+#include "messages.hpp"
+
+extern char** environ;
+
+namespace plumb::host {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+int exit_status(int wait_status) {
+    return WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status) : WEXITSTATUS(wait_status);
+}
+
+/// Parent of a process, or -1 when it is gone or a zombie.
+pid_t parent_of(pid_t process) {
+    std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+    std::string text;
+    std::getline(file, text);
+    const std::size_t end_of_name = text.rfind(')');
+    if (end_of_name == std::string::npos) return -1;
+    std::istringstream rest(text.substr(end_of_name + 1));
+    char state = 0;
+    pid_t parent = -1;
+    rest >> state >> parent;
+    return state == 'Z' || state == 'X' ? -1 : parent;
+}
+
+std::string program_name(pid_t process) {
+    std::ifstream file("/proc/" + std::to_string(process) + "/comm");
+    std::string name;
+    std::getline(file, name);
+    return name;
+}
+
+/// The output without what LinuxCNC's rtapi_app says each time that root runs it.
+std::string without_greeting(const std::string& text) {
+    std::istringstream lines(text);
+    std::string rest;
+    for (std::string line; std::getline(lines, line);) {
+        if (line.rfind("Running with fallback_uid.", 0) == 0) continue;
+        rest += line;
+        if (!lines.eof()) rest += '\n';
+    }
+    return rest;
+}
+
+}  // namespace
+
+struct Programs::Command {
+    pid_t process;  // 0 once it has ended; its own programs may still print
+    int output;     // -1 once nobody holds the other end
+    std::function<void(Finished)> done;
+    std::string text;
+};
+
+Programs::Programs() {
+    sigset_t children;
+    sigemptyset(&children);
+    sigaddset(&children, SIGCHLD);
+    sigprocmask(SIG_BLOCK, &children, nullptr);
+    child_events_ = signalfd(-1, &children, SFD_CLOEXEC | SFD_NONBLOCK);
+    if (child_events_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
+    set_message_sink([this](std::string_view text, bool error) {
+        for (auto command = commands_.rbegin(); command != commands_.rend(); ++command) {
+            if (command->process == 0) continue;
+            read_output(*command);  // what halcmd said before
+            command->text += text;
+            return;
+        }
+        const int stream = error ? STDERR_FILENO : STDOUT_FILENO;
+        if (write(stream, text.data(), text.size()) < 0) return;  // nobody listens
+    });
+}
+
+Programs::~Programs() {
+    set_message_sink({});
+    for (Command& command : commands_)
+        if (command.output >= 0) close(command.output);
+    close(child_events_);
+}
+
+pid_t Programs::spawn(const std::vector<std::string>& arguments, const std::string& directory,
+                      int output) const {
+    std::vector<char*> words{const_cast<char*>("halcmd")};
+    for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+    words.push_back(nullptr);
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
+
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t signals;
+    sigemptyset(&signals);
+    posix_spawnattr_setsigmask(&attributes, &signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGPIPE);
+    posix_spawnattr_setsigdefault(&attributes, &signals);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+
+    pid_t process = 0;
+    const int error = posix_spawnp(&process, "halcmd", &actions, &attributes, words.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0) {
+        throw std::runtime_error("cannot start halcmd" + (directory.empty() ? "" : " in " + directory) +
+                                 ": " + std::strerror(error));
+    }
+    return process;
+}
+
+void Programs::start_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
+                            std::function<void(Finished)> done) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+    fcntl(ends[0], F_SETFL, O_NONBLOCK);
+    try {
+        const pid_t process = spawn(arguments, directory, ends[1]);
+        commands_.push_back({process, ends[0], std::move(done), {}});
+    } catch (...) {
+        close(ends[0]);
+        close(ends[1]);
+        throw;
+    }
+    close(ends[1]);
+    ++halcmds_begun_;
+}
+
+Finished Programs::halcmd(const std::vector<std::string>& arguments) {
+    constexpr auto patience = std::chrono::seconds(10);
+    bool ended = false;
+    Finished finished{};
+    start_halcmd(arguments, "", [&](Finished result) {
+        ended = true;
+        finished = std::move(result);
+    });
+    --halcmds_begun_;  // it links nothing
+    const pid_t process = commands_.back().process;
+    for (const auto begin = Clock::now(); !ended;) {
+        if (Clock::now() - begin > patience) {
+            for (Command& command : commands_)
+                if (command.process == process) command.done = [](const Finished&) {};
+            kill(process, SIGKILL);
+            throw std::runtime_error("halcmd " + arguments.front() + " did not end within 10 s");
+        }
+        std::vector<pollfd> waits;
+        add_to(waits);
+        poll(waits.data(), waits.size(), 100);
+        attend();
+    }
+    return finished;
+}
+
+void Programs::add_to(std::vector<pollfd>& waits) const {
+    waits.push_back({child_events_, POLLIN, 0});
+    for (const Command& command : commands_)
+        if (command.output >= 0) waits.push_back({command.output, POLLIN, 0});
+}
+
+void Programs::read_output(Command& command) {
+    char buffer[4096];
+    while (command.output >= 0) {
+        const ssize_t count = read(command.output, buffer, sizeof buffer);
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return;  // nothing more for now
+        if (count == 0) {
+            close(command.output);
+            command.output = -1;
+            return;
+        }
+        const std::string_view text(buffer, static_cast<std::size_t>(count));
+        if (command.process != 0)
+            command.text += text;
+        else
+            print_message(text, false);  // a user-space program that goes on after its halcmd
+    }
+}
+
+void Programs::attend() {
+    signalfd_siginfo event;
+    while (read(child_events_, &event, sizeof event) > 0)
+        continue;  // one event may stand for several children
+    for (Command& command : commands_) read_output(command);
+    reap();
+    commands_.remove_if([](const Command& command) { return command.process == 0 && command.output < 0; });
+}
+
+void Programs::reap() {
+    int status = 0;
+    for (pid_t process = waitpid(-1, &status, WNOHANG); process > 0;
+         process = waitpid(-1, &status, WNOHANG)) {
+        if (WIFSIGNALED(status)) release_hal_lock_of_the_dead();
+        const auto command = std::find_if(commands_.begin(), commands_.end(),
+                                          [process](const Command& each) { return each.process == process; });
+        if (command == commands_.end()) continue;
+        read_output(*command);
+        command->process = 0;
+        Finished finished{exit_status(status), without_greeting(command->text)};
+        if (WIFSIGNALED(status))
+            finished.output += std::string("halcmd was killed: ") + strsignal(WTERMSIG(status)) + "\n";
+        if (const auto done = std::move(command->done)) done(std::move(finished));
+    }
+}
+
+std::vector<pid_t> Programs::others() const {
+    std::map<pid_t, pid_t> parents;
+    DIR* const folder = opendir("/proc");
+    if (folder == nullptr) return {};
+    while (const dirent* const entry = readdir(folder)) {
+        const pid_t process = std::atoi(entry->d_name);
+        if (process > 0) parents[process] = parent_of(process);
+    }
+    closedir(folder);
+
+    const pid_t host = getpid();
+    std::vector<pid_t> found;
+    for (const auto& [process, parent] : parents) {
+        if (process == host || parent < 0) continue;
+        pid_t ancestor = parent;
+        while (ancestor > 0 && ancestor != host) ancestor = parents.count(ancestor) ? parents[ancestor] : 0;
+        const bool halcmd =
+            std::any_of(commands_.begin(), commands_.end(),
+                        [id = process](const Command& command) { return command.process == id; });
+        if (ancestor == host && !halcmd) found.push_back(process);
+    }
+    return found;
+}
+
+std::vector<std::string> Programs::alive() {
+    const std::vector<pid_t> processes = others();
+    if (processes.empty()) return {};
+    std::map<pid_t, std::string> components;
+    std::istringstream table(halcmd({"-s", "show", "comp"}).output);
+    for (std::string line; std::getline(table, line);) {
+        std::istringstream words(line);
+        std::string number, type, name;
+        pid_t process = 0;
+        if (words >> number >> type >> name >> process && type == "User") components[process] = name;
+    }
+    std::vector<std::string> names;
+    for (const pid_t process : processes)
+        names.push_back(components.count(process) ? components[process] : program_name(process));
+    return names;
+}
+
+void Programs::end_all() {
+    constexpr auto patience = std::chrono::seconds(1);
+    const auto begin = Clock::now();
+    for (const pid_t process : others()) kill(process, SIGTERM);
+    for (Command& command : commands_) {
+        command.done = {};
+        if (command.process != 0) kill(command.process, SIGTERM);
+    }
+    for (;;) {
+        attend();
+        std::vector<pid_t> left = others();
+        for (const Command& command : commands_)
+            if (command.process != 0) left.push_back(command.process);
+        if (left.empty()) return;
+        if (Clock::now() - begin > patience)
+            for (const pid_t process : left) kill(process, SIGKILL);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+}
+
+}  // namespace plumb::host

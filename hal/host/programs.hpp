@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The programs beside the host: each halcmd that it runs, and all that these start with loadusr. It passes on
+// what they print, waits for the dead, and knows who is alive.
+#pragma once
+
+#include <poll.h>
+#include <sys/types.h>
+
+#include <functional>
+#include <list>
+#include <string>
+#include <vector>
+
+namespace plumb::host {
+
+/// What a finished halcmd left: its exit status (128 + the signal when it was killed), and all output.
+struct Finished {
+    int status;
+    std::string output;
+};
+
+class Programs {
+public:
+    Programs();
+    ~Programs();
+    Programs(const Programs&) = delete;
+
+    /// Starts a halcmd in folder `directory` ("" for the host's own). `done` is called from attend(), once it
+    /// has ended. @throws std::runtime_error when there is no halcmd.
+    void start_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
+                      std::function<void(Finished)> done);
+
+    /// Runs a halcmd that needs nothing from this host's socket (setp, show, unlinkp) and waits until it
+    /// ends.
+    /// @throws std::runtime_error when there is no halcmd, or it does not end within 10 s.
+    Finished halcmd(const std::vector<std::string>& arguments);
+
+    /// Appends what attend() waits for.
+    void add_to(std::vector<pollfd>& waits) const;
+
+    /// Passes on output and reports the ended. Never blocks.
+    void attend();
+
+    /// How many halcmd have begun since the host did.
+    unsigned long halcmds_begun() const { return halcmds_begun_; }
+
+    /// User-space programs that are alive, by the name of their HAL component or else of their program file.
+    std::vector<std::string> alive();
+
+    /// Asks all user-space programs to end, and kills those that do not.
+    void end_all();
+
+private:
+    struct Command;
+
+    pid_t spawn(const std::vector<std::string>& arguments, const std::string& directory, int output) const;
+    std::vector<pid_t> others() const;
+    void read_output(Command& command);
+    void reap();
+    void killed(pid_t process);
+
+    int child_events_;  // a signalfd for SIGCHLD
+    std::list<Command> commands_;
+    unsigned long halcmds_begun_ = 0;
+};
+
+}  // namespace plumb::host

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "replayer.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "decimal.hpp"
+#include "scheduler.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+constexpr Nanoseconds latest = Nanoseconds{1} << 62;  // leaves room to add
+
+bool blank(char c) {
+    return std::isspace(static_cast<unsigned char>(c)) != 0;
+}
+
+std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+    while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+    return text;
+}
+
+std::vector<std::string_view> split_at_commas(std::string_view line) {
+    std::vector<std::string_view> fields;
+    for (std::size_t begin = 0; begin != std::string_view::npos;) {
+        const std::size_t comma = line.find(',', begin);
+        fields.push_back(trimmed(line.substr(begin, comma - begin)));
+        begin = comma == std::string_view::npos ? comma : comma + 1;
+    }
+    return fields;
+}
+
+std::vector<std::string_view> split_at_blanks(std::string_view line) {
+    std::vector<std::string_view> fields;
+    for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
+        const auto end = std::find_if(line.begin(), line.end(), blank);
+        fields.push_back(line.substr(0, static_cast<std::size_t>(end - line.begin())));
+        line.remove_prefix(fields.back().size());
+    }
+    return fields;
+}
+
+/// The value of a field: a number, or TRUE or FALSE in any case.
+std::optional<double> value_of(std::string_view field) {
+    const auto is = [field](std::string_view word) {
+        return field.size() == word.size() &&
+               std::equal(field.begin(), field.end(), word.begin(),
+                          [](char a, char b) { return std::toupper(static_cast<unsigned char>(a)) == b; });
+    };
+    if (is("TRUE")) return 1.0;
+    if (is("FALSE")) return 0.0;
+    return number_of(field);
+}
+
+std::string at_line(const std::string& file, std::size_t line) {
+    return file + ": line " + std::to_string(line) + ": ";
+}
+
+std::string fields_text(std::size_t count) {
+    return std::to_string(count) + (count == 1 ? " value" : " values");
+}
+
+}  // namespace
+
+Replayer::Replayer(Settings settings) : settings_(std::move(settings)) {
+    if (settings_.columns.empty())
+        read_csv();
+    else
+        read_samples();
+    if (times_.empty()) throw std::runtime_error(settings_.file + ": there is no data in it");
+}
+
+void Replayer::add_row(std::size_t line, Nanoseconds time, const std::vector<std::string_view>& fields) {
+    if (!times_.empty() && time <= times_.back())
+        throw std::runtime_error(at_line(settings_.file, line) + "the time does not rise");
+    for (std::size_t column = 0; column < fields.size(); ++column) {
+        const std::optional<double> value = value_of(fields[column]);
+        if (!value) {
+            throw std::runtime_error(at_line(settings_.file, line) + "column '" + columns_[column] + "': '" +
+                                     std::string(fields[column]) + "' is not a number");
+        }
+        values_[column].push_back(*value);
+    }
+    times_.push_back(time);
+    lines_.push_back(line);
+}
+
+void Replayer::read_csv() {
+    std::ifstream file(settings_.file);
+    if (!file) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
+    std::string text;
+    if (!std::getline(file, text)) throw std::runtime_error(settings_.file + ": there is no data in it");
+    const std::vector<std::string_view> header = split_at_commas(text);
+    if (header[0] != "time")
+        throw std::runtime_error(at_line(settings_.file, 1) + "the first column is '" +
+                                 std::string(header[0]) + "', not 'time'");
+    for (std::size_t i = 1; i < header.size(); ++i) {
+        if (header[i].empty())
+            throw std::runtime_error(at_line(settings_.file, 1) + "column " + std::to_string(i + 1) +
+                                     " has no name");
+        if (std::find(columns_.begin(), columns_.end(), header[i]) != columns_.end())
+            throw std::runtime_error(at_line(settings_.file, 1) + "'" + std::string(header[i]) +
+                                     "' stands there twice");
+        columns_.emplace_back(header[i]);
+    }
+    if (columns_.empty())
+        throw std::runtime_error(at_line(settings_.file, 1) + "no pin is named beside the time");
+    values_.resize(columns_.size());
+
+    for (std::size_t line = 2; std::getline(file, text); ++line) {
+        if (trimmed(text).empty()) continue;
+        std::vector<std::string_view> fields = split_at_commas(text);
+        if (fields.size() != columns_.size() + 1)
+            throw std::runtime_error(at_line(settings_.file, line) + fields_text(fields.size()) +
+                                     ", but the header has " + std::to_string(columns_.size() + 1));
+        const std::optional<double> seconds = number_of(fields[0]);
+        const double time = seconds ? *seconds * static_cast<double>(one_second) : NAN;
+        if (!(time >= 0.0 && time < static_cast<double>(latest)))
+            throw std::runtime_error(at_line(settings_.file, line) + "column 'time': '" +
+                                     std::string(fields[0]) + "' is not a time in s from 0 on");
+        fields.erase(fields.begin());
+        add_row(line, std::llround(time), fields);
+    }
+}
+
+void Replayer::read_samples() {
+    std::ifstream file(settings_.file);
+    if (!file) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
+    columns_ = settings_.columns;
+    values_.resize(columns_.size());
+    std::string text;
+    for (std::size_t line = 1; std::getline(file, text); ++line) {
+        std::vector<std::string_view> fields = split_at_blanks(text);
+        if (fields.empty()) continue;
+        if (fields[0] == "overrun")
+            throw std::runtime_error(at_line(settings_.file, line) +
+                                     "halsampler lost samples here ('overrun')");
+        if (fields.size() == columns_.size() + 1) fields.erase(fields.begin());  // the sample number
+        if (fields.size() != columns_.size())
+            throw std::runtime_error(at_line(settings_.file, line) + fields_text(fields.size()) + " for " +
+                                     std::to_string(columns_.size()) + " columns");
+        add_row(line, static_cast<Nanoseconds>(times_.size()) * settings_.sample_period, fields);
+    }
+}
+
+void Replayer::check(const Cell& cell, std::size_t column) const {
+    for (std::size_t row = 0; row < times_.size(); ++row) {
+        const double value = values_[column][row];
+        if (cell.accepts(value)) continue;
+        std::string text;
+        append_number(text, value);
+        throw std::runtime_error(at_line(settings_.file, lines_[row]) + "column '" + columns_[column] +
+                                 "': " + text + " is no value of a " + cell.type_name() + " pin");
+    }
+}
+
+void Replayer::resolve(const Names& names) {
+    std::vector<Cell> cells;
+    for (std::size_t column = 0; column < columns_.size(); ++column) {
+        cells.push_back(names.need(columns_[column]));
+        if (!begun_ || cells[column].type != cells_[column].type) check(cells[column], column);
+    }
+    cells_ = std::move(cells);
+    if (!begun_) began_ = scheduler().time();
+    begun_ = true;
+}
+
+void Replayer::apply(Nanoseconds instant) {
+    const Nanoseconds time = instant - began_;
+    while (row_ + 1 < times_.size() && times_[row_ + 1] <= time) ++row_;
+    const bool between = row_ + 1 < times_.size() && time > times_[row_];
+    const double share = between ? static_cast<double>(time - times_[row_]) /
+                                       static_cast<double>(times_[row_ + 1] - times_[row_])
+                                 : 0.0;
+    for (std::size_t column = 0; column < cells_.size(); ++column) {
+        const double value = values_[column][row_];
+        const bool linear = between && cells_[column].type == Cell::Type::floating;
+        cells_[column].write(linear ? value + (values_[column][row_ + 1] - value) * share : value);
+    }
+}
+
+}  // namespace plumb::host

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "server.hpp"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <stdexcept>
+
+#include "leftovers.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+    throw std::runtime_error(what + ": " + std::strerror(errno));
+}
+
+/// Reads "COUNT " from `at` on and moves `at` behind it. Nothing when the text is not complete.
+/// @throws std::runtime_error when it is no number.
+std::optional<std::size_t> take_number(const std::string& text, std::size_t& at) {
+    constexpr std::size_t most_digits = 9;
+    const std::size_t end = text.find(' ', at);
+    const std::size_t last = end == std::string::npos ? text.size() : end;
+    if (last - at > most_digits || !std::all_of(text.begin() + static_cast<std::ptrdiff_t>(at),
+                                                text.begin() + static_cast<std::ptrdiff_t>(last),
+                                                [](char c) { return c >= '0' && c <= '9'; }))
+        throw std::runtime_error("not rtapi_app's protocol");
+    if (end == std::string::npos) return std::nullopt;
+    if (end == at) throw std::runtime_error("not rtapi_app's protocol");
+    const std::size_t number = std::stoul(text.substr(at, end - at));
+    at = end + 1;
+    return number;
+}
+
+/// The words of a request of rtapi_app's protocol, "COUNT " and then "LENGTH BYTES" for each; nothing when
+/// the text is not complete. @throws std::runtime_error when it is something else.
+std::optional<std::vector<std::string>> words_of(const std::string& text) {
+    std::size_t at = 0;
+    const auto count = take_number(text, at);
+    if (!count) return std::nullopt;
+    std::vector<std::string> words;
+    while (words.size() < *count) {
+        const auto length = take_number(text, at);
+        if (!length || text.size() - at < *length) return std::nullopt;
+        words.push_back(text.substr(at, *length));
+        at += *length;
+    }
+    return words;
+}
+
+bool same_user(int descriptor) {
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    return getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.uid == geteuid();
+}
+
+}  // namespace
+
+struct Server::Peer {
+    Connection connection;
+    int descriptor;
+    bool is_client;       // the one that started this host
+    bool busy = false;    // a request is under way
+    bool finish = false;  // close as soon as all is sent
+    bool gone = false;
+    std::string received;
+    std::string unsent;
+    std::size_t shown = 0;  // how much of `received` the service has seen while busy
+};
+
+Server::Server(Service& service, int control_descriptor) : service_(service) {
+    const char* const base = std::getenv("TMPDIR");
+    folder_ = std::string(base != nullptr && *base == '/' ? base : "/tmp") + "/plumb-XXXXXX";
+    if (folder_.size() + 1 + std::strlen(socket_name) >= sizeof sockaddr_un::sun_path)
+        folder_ = "/tmp/plumb-XXXXXX";  // a socket's path must be short
+    if (mkdtemp(folder_.data()) == nullptr) fail("cannot create " + folder_);
+    leftovers().set_folder(folder_);
+    path_ = folder_ + "/" + socket_name;
+
+    listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
+    if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
+        listen(listener_, 64) != 0)
+        fail("cannot listen on " + path_);
+    // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID.
+    if (const char* const user = geteuid() == 0 ? std::getenv("RTAPI_UID") : nullptr) {
+        const uid_t owner = static_cast<uid_t>(std::atoi(user));
+        if (chown(path_.c_str(), owner, static_cast<gid_t>(-1)) != 0 ||
+            chown(folder_.c_str(), owner, static_cast<gid_t>(-1)) != 0)
+            fail("cannot give " + path_ + " to user " + user);
+    }
+
+    if (control_descriptor >= 0) {
+        fcntl(control_descriptor, F_SETFD, FD_CLOEXEC);
+        fcntl(control_descriptor, F_SETFL, fcntl(control_descriptor, F_GETFL) | O_NONBLOCK);
+        peers_.push_back({++last_, control_descriptor, true, false, false, false, {}, {}, 0});
+    }
+}
+
+Server::~Server() {
+    for (Peer& peer : peers_) close(peer.descriptor);
+    if (listener_ >= 0) close(listener_);
+    unlink(path_.c_str());
+    rmdir(folder_.c_str());
+}
+
+void Server::add_to(std::vector<pollfd>& waits) const {
+    waits.push_back({listener_, POLLIN, 0});
+    for (const Peer& peer : peers_)
+        waits.push_back(
+            {peer.descriptor, static_cast<short>(peer.unsent.empty() ? POLLIN : POLLIN | POLLOUT), 0});
+}
+
+void Server::accept_all() {
+    for (;;) {
+        const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+        if (descriptor < 0) return;
+        if (!same_user(descriptor)) {
+            close(descriptor);
+            continue;
+        }
+        peers_.push_back({++last_, descriptor, false, false, false, false, {}, {}, 0});
+    }
+}
+
+void Server::serve() {
+    accept_all();
+    // A service may close the connection that it answers, and a request may take a nested look at the
+    // sockets.
+    for (Peer& peer : peers_) {
+        if (!peer.gone) receive(peer);
+        if (!peer.gone) take_requests(peer);
+        if (!peer.gone) transmit(peer);
+    }
+    for (auto peer = peers_.begin(); peer != peers_.end();) {
+        if (!peer->gone) {
+            ++peer;
+            continue;
+        }
+        close(peer->descriptor);
+        client_gone_ = client_gone_ || peer->is_client;
+        const Connection connection = peer->connection;
+        peer = peers_.erase(peer);
+        service_.closed(connection);
+    }
+}
+
+void Server::receive(Peer& peer) {
+    char buffer[65536];
+    for (;;) {
+        const ssize_t count = recv(peer.descriptor, buffer, sizeof buffer, MSG_DONTWAIT);
+        if (count > 0) {
+            peer.received.append(buffer, static_cast<std::size_t>(count));
+            continue;
+        }
+        if (count < 0 && errno == EINTR) continue;
+        if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) peer.gone = true;
+        return;
+    }
+}
+
+void Server::take_requests(Peer& peer) {
+    if (!peer.received.empty() && peer.received[0] >= '0' && peer.received[0] <= '9' && !peer.is_client) {
+        if (!take_text_request(peer)) peer.gone = true;
+        return;
+    }
+    while (!peer.busy && !peer.finish) {
+        const std::size_t end = peer.received.find('\n');
+        if (end == std::string::npos) break;
+        const std::string line = peer.received.substr(0, end);
+        peer.received.erase(0, end + 1);
+        peer.shown = 0;
+        peer.busy = true;
+        service_.control_request(peer.connection, line);
+    }
+    while (peer.busy) {
+        const std::size_t end = peer.received.find('\n', peer.shown);
+        if (end == std::string::npos) break;
+        service_.control_request_waits(peer.received.substr(peer.shown, end - peer.shown));
+        peer.shown = end + 1;
+    }
+}
+
+bool Server::take_text_request(Peer& peer) {
+    try {
+        const auto words = words_of(peer.received);
+        if (!words || peer.finish) return true;
+        peer.finish = true;
+        peer.unsent = std::to_string(service_.rtapi_command(*words)) + " ";
+        return true;
+    } catch (const std::runtime_error&) {
+        return false;
+    }
+}
+
+void Server::transmit(Peer& peer) {
+    while (!peer.unsent.empty()) {
+        const ssize_t count =
+            ::send(peer.descriptor, peer.unsent.data(), peer.unsent.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (count > 0) {
+            peer.unsent.erase(0, static_cast<std::size_t>(count));
+            continue;
+        }
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0 && errno != EAGAIN && errno != EWOULDBLOCK) peer.gone = true;
+        return;
+    }
+    if (peer.finish) peer.gone = true;
+}
+
+Server::Peer* Server::find(Connection connection) {
+    for (Peer& peer : peers_)
+        if (peer.connection == connection) return &peer;
+    return nullptr;
+}
+
+void Server::send(Connection to, const std::string& line) {
+    Peer* const peer = find(to);
+    if (peer == nullptr || peer->gone) return;
+    peer->unsent += line + "\n";
+    transmit(*peer);
+}
+
+void Server::answer(Connection to, const std::string& line) {
+    send(to, line);
+    if (Peer* const peer = find(to)) {
+        peer->busy = false;
+        peer->shown = 0;
+    }
+}
+
+void Server::flush() {
+    for (int tries = 0; tries < 100; ++tries) {
+        bool all_sent = true;
+        for (Peer& peer : peers_) {
+            if (!peer.gone) transmit(peer);
+            all_sent = all_sent && (peer.gone || peer.unsent.empty());
+        }
+        if (all_sent) return;
+        poll(nullptr, 0, 10);
+    }
+}
+
+}  // namespace plumb::host

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The host's socket and the descriptor that its client passed on. A connection that begins with a digit
+// speaks the text protocol of LinuxCNC's rtapi_app; one that begins with '{' speaks the control protocol, a
+// JSON object a line. Requests of one connection are taken one after the other; connections do not wait for
+// each other.
+#pragma once
+
+#include <poll.h>
+
+#include <list>
+#include <string>
+#include <vector>
+
+namespace plumb::host {
+
+class Server {
+public:
+    using Connection = unsigned long;
+
+    /// Who answers.
+    class Service {
+    public:
+        /// Carries out a command of rtapi_app; returns its result.
+        virtual int rtapi_command(const std::vector<std::string>& words) = 0;
+
+        /// Takes a request. The answer may come later, by Server::answer().
+        virtual void control_request(Connection from, const std::string& line) = 0;
+
+        /// Sees a request that waits for the end of an earlier one on the same connection.
+        virtual void control_request_waits(const std::string& line) = 0;
+
+        /// The connection is gone.
+        virtual void closed(Connection connection) = 0;
+
+    protected:
+        ~Service() = default;
+    };
+
+    /// Listens on a new socket in a new private folder, and, when `control_descriptor` is not negative,
+    /// serves that too. @throws std::runtime_error when the socket cannot be made.
+    Server(Service& service, int control_descriptor);
+
+    /// Removes the socket and its folder.
+    ~Server();
+    Server(const Server&) = delete;
+
+    /// The path of the socket: RTAPI_FIFO_PATH of all programs that are to find this host.
+    const std::string& path() const { return path_; }
+
+    /// Appends what serve() waits for.
+    void add_to(std::vector<pollfd>& waits) const;
+
+    /// Accepts, reads, carries out and answers whatever is there. Never waits.
+    void serve();
+
+    /// Sends a line; it does not end the request.
+    void send(Connection to, const std::string& line);
+
+    /// Sends the answer and goes on to the connection's next request.
+    void answer(Connection to, const std::string& line);
+
+    /// Whether the client that passed its descriptor on has closed it.
+    bool client_gone() const { return client_gone_; }
+
+    /// Waits until all answers are sent, for a second at most.
+    void flush();
+
+private:
+    struct Peer;
+
+    void accept_all();
+    void receive(Peer& peer);
+    void take_requests(Peer& peer);
+    bool take_text_request(Peer& peer);
+    void transmit(Peer& peer);
+    Peer* find(Connection connection);
+
+    Service& service_;
+    std::string folder_;
+    std::string path_;
+    int listener_ = -1;
+    std::list<Peer> peers_;
+    Connection last_ = 0;
+    bool client_gone_ = false;
+};
+
+}  // namespace plumb::host

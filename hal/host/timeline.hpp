@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Moves virtual time on: at each release it applies the replayed data, runs the tasks, lets modules do their
+// background work, checks the expectations and writes the recordings, in this order.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "expectations.hpp"
+#include "recorder.hpp"
+#include "replayer.hpp"
+#include "time.hpp"
+
+namespace plumb::host {
+
+class Timeline {
+public:
+    /// Begins a run of `span`; go_on() does the work. @throws std::runtime_error when a recorded, replayed or
+    /// expected name is no longer there, or has become something else.
+    void begin(Nanoseconds span);
+
+    /// Goes on with the run for `patience` of real time, or until it ends. @throws std::runtime_error when a
+    /// recording cannot be written; the run has then ended.
+    void go_on(std::chrono::nanoseconds patience);
+
+    /// Ends the run at the period that it has reached.
+    void stop();
+
+    bool running() const { return running_; }
+
+    /// How far the last run has come.
+    Nanoseconds ran() const;
+
+    /// Whether the last run ended because a replay came to the end of its data.
+    bool ended_by_replay() const { return ended_by_replay_; }
+
+    /// Adds or replaces the recording with this id.
+    void record(const std::string& id, std::unique_ptr<Recorder> recorder);
+
+    /// Ends a recording. @throws std::runtime_error when there is none, or what is left cannot be written.
+    void stop_recording(const std::string& id);
+
+    /// Begins a replay in place of the one that is there.
+    void replay(std::unique_ptr<Replayer> replayer) { replayer_ = std::move(replayer); }
+
+    Expectations& expectations() { return expectations_; }
+
+private:
+    void finish();
+    Nanoseconds next_row() const;
+
+    bool running_ = false;
+    bool ended_by_replay_ = false;
+    Nanoseconds began_ = 0;
+    Nanoseconds target_ = 0;
+    std::map<std::string, std::unique_ptr<Recorder>> recorders_;
+    std::unique_ptr<Replayer> replayer_;
+    Expectations expectations_;
+};
+
+}  // namespace plumb::host
