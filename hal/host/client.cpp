@@ -188,7 +188,7 @@ public:
     std::string socket;
     bool namespaces = true;
     std::vector<std::string> modules;
-    pid_t process() const { return process_; }
+    pid_t host = 0;
 
 private:
     void launch(const Start& start) {
@@ -247,6 +247,7 @@ private:
                                      ", this client speaks 1");
         socket = answer.at("socket").get<std::string>();
         namespaces = answer.at("namespaces").get<bool>();
+        host = answer.at("pid").get<pid_t>();
         modules = answer.at("modules").get<std::vector<std::string>>();
     } catch (const HostDied&) {
         end();
@@ -338,7 +339,7 @@ private:
     Descriptor control_;  // requests and answers
     Descriptor output_;   // what the host prints
     bool show_output_ = false;
-    pid_t process_ = 0;
+    pid_t process_ = 0;       // the one started here, 0 if none: it ends when the host does
     std::string unread_;      // received from control_, less than a line
     std::string last_words_;  // the end of what the host printed
     std::string death_;       // why it is dead, once it is
@@ -361,7 +362,7 @@ const std::vector<std::string>& Client::modules() const {
 }
 
 pid_t Client::process() const {
-    return connection_->process();
+    return connection_->host;
 }
 
 Time Client::time() {

@@ -60,7 +60,7 @@ struct Value {
 struct Ran {
     Time time;          // virtual time at its end
     Time ran;           // how far it moved
-    std::string ended;  // "" as asked, "replay" at the end of the replayed file, "stop" by request
+    std::string ended;  // "replay" if the end of the replayed file ended it, else ""
 };
 
 // Columns of values to be written to a CSV file, a row at once and one after each `every`.
@@ -105,7 +105,7 @@ public:
     const std::string& socket() const;                // RTAPI_FIFO_PATH of the host
     bool namespaces() const;                          // whether it has a HAL of its own
     const std::vector<std::string>& modules() const;  // the folders it searches
-    pid_t process() const;                            // the process this client started; 0 if attached
+    pid_t process() const;                            // the host's number, as seen from here
     Time time();
 
     // Runs the real halcmd beside the host, in this process's working directory.
