@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact_reference.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace plumb {
+
+// One cycle of a program after the other: numbers the contacts, learns a reference from a cycle or finds the
+// partners of its contacts in the reference.  Pairing goes by operation, tool and occurrence, so that a
+// missed contact shifts no other one.
+class ContactCycle {
+public:
+    bool running() const noexcept { return running_; }
+    bool learning() const noexcept { return running_ && learning_; }
+    std::int32_t number() const noexcept { return number_; }  // of this cycle, counted from 1
+    const ContactReferences& references() const noexcept { return lists_[in_force_]; }
+
+    void begin(bool learn) noexcept {
+        running_ = true;
+        learning_ = learn;
+        spoilt_ = false;
+        ++number_;
+        kinds_ = 0;
+        met_.fill(false);
+        draft().clear();
+    }
+
+    // The cycle has ended, in whatever state.  Only a complete and unspoilt learning cycle with a contact
+    // gives a reference; otherwise the one before stays.  Returns how many contacts of the reference did not
+    // come; of a cycle that is not complete this is not known: 0.
+    std::int32_t end(bool complete) noexcept {
+        const bool learnt = learning() && complete && !spoilt_ && draft().size() > 0;
+        std::int32_t missed = 0;
+        if (!learning() && complete)
+            for (std::int32_t i = 0; i < references().size(); ++i) missed += !met_[i];
+        if (learnt) in_force_ = 1 - in_force_;
+        running_ = false;
+        return missed;
+    }
+
+    // The key of the next contact.  An occurrence of 0, which has no partner, if there are too many kinds.
+    ContactKey next(std::int32_t operation, std::int32_t tool) noexcept {
+        for (std::int32_t i = 0; i < kinds_; ++i) {
+            if (last_[i].operation != operation || last_[i].tool != tool) continue;
+            ++last_[i].occurrence;
+            return last_[i];
+        }
+        if (kinds_ == ContactReferences::capacity) return {operation, tool, 0};
+        return last_[kinds_++] = {operation, tool, 1};
+    }
+
+    // The reference of a contact, which has now come; or null.
+    const ContactReference* partner(const ContactKey& key) noexcept {
+        const std::int32_t i = references().find(key);
+        if (i < 0) return nullptr;
+        met_[i] = true;
+        return &references()[i];
+    }
+
+    // While learning.
+    void learn(const ContactReference& reference) noexcept { spoilt_ |= !draft().add(reference); }
+    void spoil() noexcept { spoilt_ = true; }  // this cycle cannot become a reference
+
+    // From a file.  Refused while learning, if implausible, full or doubled, or if made by another program.
+    bool restore(const ContactReference& reference, std::int32_t program) noexcept {
+        return !learning() && reference.valid() && reference.program == program &&
+               (references().size() == 0 || valid_for(program)) && lists_[in_force_].add(reference);
+    }
+    void forget() noexcept { lists_[in_force_].clear(); }
+
+    // There is a reference, and it belongs to this program.
+    bool valid_for(std::int32_t program) const noexcept {
+        return references().size() > 0 && references()[0].program == program;
+    }
+
+private:
+    ContactReferences& draft() noexcept { return lists_[1 - in_force_]; }
+
+    ContactReferences lists_[2];  // one in force, the other a draft
+    int in_force_ = 0;
+    bool running_ = false;
+    bool learning_ = false;
+    bool spoilt_ = false;
+    std::int32_t number_ = 0;
+    std::int32_t kinds_ = 0;                                    // of contacts in this cycle
+    std::array<ContactKey, ContactReferences::capacity> last_;  // the last one of each kind
+    std::array<bool, ContactReferences::capacity> met_{};       // by index of the reference
+};
+
+}  // namespace plumb

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/first_order_lag.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+
+// How Z moves.  `clear` means that the tool cannot be in the work: a rapid, or away from the work.
+enum class Travel { towards_work, other, clear };
+
+// Finds the contact of a tool with the work in the load of a motor: a rise over a running baseline.
+//
+//  - One contact per approach: after one, Z must have been clear before another counts.
+//  - Only while Z feeds towards the work, and not while the load is still disturbed by a change of spindle
+//  speed.
+//  - A rise must last for the debounce time without falling below the release level; its moment is that at
+//  which
+//    it crossed the threshold, interpolated between samples.
+//  - The threshold is low, because the load step P differs from part to part and behind a lag τ a threshold h
+//    is crossed -τ ln(1 - h/P) late; but never below four standard deviations of the load's own noise.
+//  - The baseline stands still while the load is high, and follows ten times faster while Z is clear, after a
+//    change of speed, and when the load has fallen.
+class LoadContact {
+public:
+    struct Settings {
+        double threshold = 0;      // % over the baseline
+        double release = 0;        // % over the baseline, not above the threshold
+        double debounce = 0;       // s
+        double baseline_time = 0;  // s, time constant
+        double blanking_time = 0;  // s after a change of speed
+
+        bool valid() const noexcept {
+            return threshold > 0 && threshold <= 1e3 && release >= 0 && release <= threshold &&
+                   debounce >= 0 && debounce <= 10 && baseline_time > 0 && baseline_time <= 1e3 &&
+                   blanking_time >= 0 && blanking_time <= 1e3;
+        }
+    };
+
+    // A rise is reported when it begins, so that the caller can note where; then whether it was a contact.
+    enum class Event { none, rise, contact, blanked };
+
+    // One period of dt > 0, in s.  load in % and speed in rpm; what is not finite ends a rise, and the
+    // baseline begins anew as after a change of speed.
+    Event step(double load, double speed, Travel travel, const Settings& settings, double dt) noexcept {
+        const bool usable = std::abs(load) <= largest && std::abs(speed) <= largest;
+        if (!usable || std::abs(speed - speed_) > same_speed) {
+            blanking_left_ = settings.blanking_time;
+            if (usable) speed_ = speed;
+        } else {
+            blanking_left_ -= dt;
+        }
+        if (travel == Travel::clear) armed_ = true;
+        if (!usable) {
+            known_ = high_ = rising_ = false;
+            judge_in_work(travel);
+            return Event::none;
+        }
+        if (!known_) baseline_.set(load);
+        known_ = true;
+
+        const double threshold = std::max(settings.threshold, 4 * noise_);
+        const double release = threshold / settings.threshold * settings.release;
+        const double rise = load - baseline_.value();
+        const Event event = judge_rise(rise, threshold, release, travel, settings.debounce, dt);
+        judge_in_work(travel);
+        follow(load, rise, threshold, travel, settings.baseline_time, dt);
+        rise_ = rise;
+        return event;
+    }
+
+    // Of the rise that was last reported.
+    double since_rise() const noexcept { return since_rise_; }  // s from its crossing to the present sample
+    double sigma() const noexcept { return sigma_; }  // s, standard deviation of its moment by noise
+
+    double noise() const noexcept { return noise_; }  // %, standard deviation about the baseline
+    bool blanked() const noexcept { return blanking_left_ > 0; }
+    bool in_work() const noexcept { return in_work_; }  // the tool may be cutting
+
+private:
+    static constexpr double largest = 1e6;     // of load and speed; beyond, it is an error and no value
+    static constexpr double same_speed = 1;    // rpm
+    static constexpr double noise_memory = 5;  // s
+    static constexpr double quick = 0.1;       // of the baseline's time constant
+
+    Event judge_rise(double rise, double threshold, double release, Travel travel, double debounce,
+                     double dt) noexcept {
+        since_rise_ += dt;
+        if (travel == Travel::clear || rise < release) {
+            high_ = rising_ = false;
+        } else if (!high_ && rise > threshold) {
+            high_ = true;
+            rising_ = armed_ && travel == Travel::towards_work;
+            if (!rising_) return Event::none;
+            since_rise_ = dt * std::min(1.0, (rise - threshold) / (rise - std::min(rise_, threshold)));
+            rise_blanked_ = blanked();
+            return Event::rise;
+        } else if (rising_) {
+            rise_blanked_ |= blanked();
+            if (since_rise_ < debounce) return Event::none;
+            rising_ = armed_ = false;
+            const double slope =
+                (rise - threshold) / since_rise_;  // % per s, less than at the crossing itself
+            sigma_ = slope > 0 ? std::min(noise_ / slope, since_rise_) : since_rise_;
+            return rise_blanked_ ? Event::blanked : Event::contact;
+        }
+        return Event::none;
+    }
+
+    // High load means that the tool cuts.  A change of speed takes the baseline away by which the end of the
+    // cut would be seen: then only leaving the work ends it.
+    void judge_in_work(Travel travel) noexcept {
+        if (travel == Travel::clear) {
+            in_work_ = end_unseen_ = false;
+        } else if (in_work_) {
+            end_unseen_ |= blanked();
+            in_work_ = high_ || end_unseen_;
+        } else {
+            in_work_ = high_ && (rising_ || !blanked());
+        }
+    }
+
+    void follow(double load, double rise, double threshold, Travel travel, double baseline_time,
+                double dt) noexcept {
+        if (blanked() || travel == Travel::clear || rise < -threshold) {
+            baseline_.step(load, quick * baseline_time, dt);
+        } else if (!high_) {
+            baseline_.step(load, baseline_time, dt);
+            noise_age_ = std::min(noise_age_ + dt, noise_memory);
+            variance_ += (rise * rise - variance_) * std::min(1.0, dt / noise_age_);
+            noise_ = std::sqrt(variance_);
+        }
+    }
+
+    FirstOrderLag baseline_;  // %
+    bool known_ = false;      // the baseline
+    double speed_ = 0;        // rpm
+    double blanking_left_ = 0;
+    double variance_ = 0;  // %²
+    double noise_ = 0;
+    double noise_age_ = 0;  // s
+
+    bool armed_ = true;          // Z has been clear since the last contact
+    bool high_ = false;          // above the threshold, and not yet below the release level
+    bool rising_ = false;        // high for less than the debounce time, while feeding towards the work
+    bool rise_blanked_ = false;  // in part while blanked
+    double rise_ = 0;            // % over the baseline, in the last period
+    double since_rise_ = 0;
+    double sigma_ = 0;
+    bool in_work_ = false;
+    bool end_unseen_ = false;  // the baseline cannot tell the end of this cut
+};
+
+}  // namespace plumb
