@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <algorithm>
+
+namespace plumb {
+
+enum class ToolKind { end_mill, drill };
+
+// What part of its full torque a tool takes that has plunged by depth > 0 into the work, 0 to 1.  The chip of
+// an end mill grows over its first revolution, which advances by feed_per_revolution; a drill's torque grows
+// with the square of the radius that its point, 0.3 D high, has in the work.
+inline double plunge_engagement(ToolKind kind, double depth, double diameter,
+                                double feed_per_revolution) noexcept {
+    if (!(depth > 0)) return 0;
+    if (kind == ToolKind::end_mill) return depth >= feed_per_revolution ? 1 : depth / feed_per_revolution;
+    const double radius = std::min(depth / (0.3 * diameter), 1.0);
+    return radius * radius;
+}
+
+}  // namespace plumb

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A property of a simulated machine: given by a pin, or else drawn by the machine's seed.  What no machine could be,
+// not even a hundred times the largest that is drawn, counts as not given.
+#pragma once
+
+#include "components/math/blocks/random.hpp"
+#include "hal/component.hpp"
+
+#include <cstdint>
+#include <sstream>
+#include <string>
+
+namespace plumb {
+
+class Drawn {
+public:
+    // Machine 0 has the typical value, any other one a value from low to high; what one property is drawn to
+    // does not depend on which others there are.  `doc` is the sentence without its full stop.
+    Drawn(hal::Component* owner, const std::string& name, double typical, double low, double high,
+          const std::string& unit, const std::string& doc)
+        : given_{owner, name, -1, unit, sentence(typical, low, high, doc)},
+          typical_(typical),
+          low_(low),
+          high_(high),
+          stream_(number(name)),
+          value_(typical) {}
+
+    double operator()(std::int32_t seed) noexcept {
+        const double given = given_;
+        if (given >= 0 && given <= 100 * high_) return given;
+        if (seed != seed_) {
+            seed_ = seed;
+            value_ =
+                seed == 0 ? typical_ : Random(static_cast<std::uint64_t>(seed), stream_).uniform(low_, high_);
+        }
+        return value_;
+    }
+
+private:
+    static std::string sentence(double typical, double low, double high, const std::string& doc) {
+        std::ostringstream text;
+        text << doc << "; when negative " << typical << " for seed 0 and drawn from " << low << " to " << high
+             << " for any other.";
+        return text.str();
+    }
+
+    static std::uint64_t number(const std::string& name) noexcept {
+        std::uint64_t n = 0;
+        for (const char c : name) n = n * 131 + static_cast<unsigned char>(c);
+        return n;
+    }
+
+    const hal::In<double> given_;
+    const double typical_;
+    const double low_;
+    const double high_;
+    const std::uint64_t stream_;
+    std::int32_t seed_ = 0;
+    double value_;
+};
+
+}  // namespace plumb

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// How much closer to the work the tool of a simulated machine comes by heat: the truth against which
+// compensations are scored, and therefore never the model of one.
+//
+//     spindle   s' = (G - s) / tau(n)            G = spindle-growth (n / growth-speed)^growth-exponent
+//     column    c' = (-column-share G - c) / column-tau     head and column bend the other way, slowly
+//     screw     -alpha (z - screw-fixed) T       T' = (screw-rise |v| / 10 - T) / screw-tau
+//     air       air-growth (T_shop - 20)
+#pragma once
+
+#include "components/math/blocks/first_order_lag.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/plants/drawn.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+
+class MachineGrowth {
+public:
+    explicit MachineGrowth(hal::Component* owner)
+        : speed_{owner, "growth-speed", 8000, "rpm", "Speed at which spindle-growth is reached."},
+          spindle_growth_{
+              owner, "spindle-growth", 0.06, 0.02, 0.07, "mu", "Growth of the spindle in the end"},
+          exponent_{owner, "growth-exponent", 1.7, 1.5, 1.9, "", "Exponent of the speed in the growth"},
+          tau_turning_{owner, "tau-turning", 600, 240, 1200, "s", "Time constant of the turning spindle"},
+          tau_stopped_{owner, "tau-stopped", 3600, 2700, 5400, "s", "Time constant of the spindle at rest"},
+          column_share_{
+              owner, "column-share", 0.3, 0.2, 0.5, "", "Part of that growth that head and column undo"},
+          column_tau_{owner, "column-tau", 7200, 3600, 10800, "s", "Time constant of head and column"},
+          screw_rise_{
+              owner, "screw-rise", 2, 1, 3, "K", "Rise of the ball screw if Z kept moving at 10 mm/s"},
+          screw_tau_{owner, "screw-tau", 1800, 1200, 2400, "s", "Time constant of the ball screw"},
+          screw_fixed_{owner, "screw-fixed", 400, 300, 600, "mu", "Z of the ball screw's fixed bearing"},
+          air_growth_{owner, "air-growth", 0.001, 0.001, 0.004, "mu/K", "Growth with the shop's temperature"},
+          air_day_{owner, "air-day", 3, 2, 5, "K", "Amplitude of the shop's temperature over the day"},
+          air_swing_{owner, "air-swing", 0.4, 0.2, 1, "K", "Amplitude of the shop's temperature over 20 min"},
+          air_start_{
+              owner, "air-start", 0, 0, 86400, "s", "Time since the shop's mean temperature, at the start"},
+          shop_temperature_{owner, "shop-temperature", "degC", "Temperature of the shop air."} {}
+
+    // Advances machine number `seed` by dt > 0 seconds at a spindle speed n (rpm) and with an axis at z (mm)
+    // that moves with v (mm/s).  Returns the growth in mm.
+    double step(std::int32_t seed, double n, double z, double v, double dt) noexcept {
+        const double turning = std::abs(n) / std::max(usable(speed_, 1e5, 8000), 1.0);
+        const double exponent = exponent_(seed);
+        if (turning != turning_ || exponent != raised_to_) {
+            turning_ = turning;
+            raised_to_ = exponent;
+            raised_ = std::pow(turning, exponent);
+        }
+        const double heat = spindle_growth_(seed) * raised_;
+        const double spindle = spindle_.step(heat, turning > 0 ? tau_turning_(seed) : tau_stopped_(seed), dt);
+        const double column = column_.step(-column_share_(seed) * heat, column_tau_(seed), dt);
+        const double warm = screw_.step(screw_rise_(seed) * std::abs(v) / 10, screw_tau_(seed), dt);
+        const double air = shop_air(dt, seed);
+        shop_temperature_ = 20 + air;
+        return spindle + column - steel * (z - screw_fixed_(seed)) * warm + air_growth_(seed) * air;
+    }
+
+private:
+    static constexpr double steel = 11.5e-6;  // 1/K
+
+    // What the day, and the heating or air conditioning every 20 minutes, make of 20 degC.
+    double shop_air(double dt, std::int32_t seed) noexcept {
+        constexpr double turn = 6.283185307179586;
+        time_ += dt;
+        const double t = time_ + air_start_(seed);
+        return air_day_(seed) * std::sin(turn * t / 86400) + air_swing_(seed) * std::sin(turn * t / 1200);
+    }
+
+    const hal::In<double> speed_;
+    Drawn spindle_growth_, exponent_, tau_turning_, tau_stopped_, column_share_, column_tau_;
+    Drawn screw_rise_, screw_tau_, screw_fixed_, air_growth_, air_day_, air_swing_, air_start_;
+    hal::Out<double> shop_temperature_;
+
+    FirstOrderLag spindle_, column_, screw_;
+    double time_ = 0;
+    double turning_ = 0, raised_to_ = 1, raised_ = 0;  // the last power, which costs more than all else
+};
+
+}  // namespace plumb
