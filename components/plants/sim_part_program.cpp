@@ -62,6 +62,8 @@ The truth-... pins are for scoring only.)"};
         this, "blank-repeatability", 0.0005, 0, 0.002, "mu", "Standard deviation of the work's top"};
 
     hal::Out<bool> cycle_running{this, "cycle-running", "A part is being made."};
+    hal::Out<bool> cycle_complete{this, "cycle-complete",
+                                  "The last part was made to its end; false from the start of the next."};
     hal::Out<bool> learn{this, "learn", "This cycle is one to learn from."};
     hal::Out<std::int32_t> cycle{this, "cycle", "Number of the cycle, from 1."};
     hal::Out<double> z_position_cmd{this, "z-position-cmd", "mu", "Where Z is to be."};
@@ -115,6 +117,7 @@ The truth-... pins are for scoring only.)"};
 
         const bool beside = step_ == Step::beside || step_ == Step::sides;
         cycle_running = making_;
+        cycle_complete = complete_;
         learn = cycle_ <= learning_cycles;
         cycle = cycle_;
         z_position_cmd = move_.position();
@@ -180,6 +183,7 @@ private:
         due_ = std::max(due_ + std::max(0.0, usable(cycle_interval, 1e6, 300)), time_);
         ++cycle_;
         making_ = true;
+        complete_ = false;
         next_ = 0;
         event_ = drawn_upset();
         if (event_.kind == Event::edited) {
@@ -233,6 +237,7 @@ private:
             case Step::lift:
                 if (next_ == program_.size()) {
                     making_ = cutting_ = false;
+                    complete_ = true;
                     return Step::beside;
                 }
                 choose(next_++);
@@ -288,7 +293,7 @@ private:
     std::size_t index_ = program_.size() - 1, next_ = 0;
     std::int32_t tool_ = program_.back().tool, cycle_ = 0, edits_ = 0, seed_ = 0;
     double top_ = program_.back().top, shift_ = 0, blank_ = 0, speed_ = 0, held_ = 0;
-    bool started_ = false, making_ = false, cutting_ = false;
+    bool started_ = false, making_ = false, complete_ = false, cutting_ = false;
 };
 
 hal::Model hal::model() {
