@@ -154,7 +154,7 @@ private:
             side_feed_ = usable(side_feed, 1e4, side_feed_);
             width_ = usable(side_entry, 1e3, width_);
             const double engaged = depth > 0 ? std::clamp(width_ / std::max(diameter_, 1e-3), 0.0, 1.0) : 0;
-            return {depth, engaged, cutting_force * depth * diameter_ * engaged * side_feed_, false};
+            return {depth, engaged, cutting_force * std::max(0.0, depth) * diameter_ * engaged * side_feed_, false};
         }
         const ToolKind kind = tool_kind == 1 ? ToolKind::drill : ToolKind::end_mill;
         const double feed = std::max(0.0, (tip_ - tip) / dt);
