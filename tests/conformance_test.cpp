@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Every shipped module obeys the same rules about names, units, words, time, bad values and truth.
+#include "tests/bench.hpp"
+#include "tests/live.hpp"
+#include "tests/module.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace plumb {
+namespace {
+
+using testing::IsEmpty;
+using testing::Not;
+using Complaints = std::vector<std::string>;
+
+// "1" is a ratio.
+const std::set<std::string> units{"1", "%", "mu",  "mu/s", "mu/s2", "mu/K", "mu/min", "rad", "degC",
+                                  "K", "N", "1/K", "1/s",  "K/W",   "W",    "s",      "Hz",  "rpm"};
+
+std::vector<std::string> split(const std::string& list) {
+    std::vector<std::string> result;
+    std::istringstream in(list);
+    for (std::string item; std::getline(in, item, ',');)
+        if (!item.empty()) result.push_back(item);
+    return result;
+}
+
+std::string output_of(const std::string& command) {
+    std::string result;
+    std::array<char, 4096> buffer;
+    FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
+    while (std::fgets(buffer.data(), buffer.size(), pipe)) result += buffer.data();
+    pclose(pipe);
+    return result;
+}
+
+bool dashed_lower(const std::string& name) {
+    return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+        return std::islower(c) || std::isdigit(c) || c == '-';
+    });
+}
+
+bool sentence(const std::string& text) {
+    return text.size() > 5 && text.back() == '.' && text.find('\n') == std::string::npos &&
+           text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
+}
+
+// What is wrong with the names, units and sentences of a component.
+Complaints about_declarations(const hal::Model& model, const std::string& file_name) {
+    Complaints result;
+    const auto demand = [&](bool holds, const std::string& what) {
+        if (!holds) result.push_back(what);
+    };
+    const hal::Declarations declared(model);
+    demand(model.about.name == file_name, "the component calls itself " + std::string(model.about.name));
+    for (const hal::PinInfo& pin : declared.pins) {
+        demand(dashed_lower(pin.name), pin.name + ": not lower case with dashes");
+        demand(pin.name.size() <= 24,
+               pin.name + ": longer than 24 characters, which leaves 22 for the instance");
+        demand(sentence(pin.doc), pin.name + ": not one sentence: " + pin.doc);
+        if (pin.type == hal::Type::real)
+            demand(units.count(pin.unit) == 1, pin.name + ": unit '" + pin.unit + "' is not in the list");
+        else
+            demand(pin.unit.empty(), pin.name + ": a bit or a count has no unit, not '" + pin.unit + "'");
+    }
+    demand(!declared.functions.empty(), "no function");
+    for (const hal::Function* function : declared.functions) {
+        demand(dashed_lower(function->name), function->name + ": not lower case with dashes");
+        demand(sentence(function->place), function->name + ": its place is not one sentence");
+    }
+    for (const hal::OptionInfo& option : declared.options)
+        demand(sentence(option.doc), option.name + ": not one sentence: " + option.doc);
+    return result;
+}
+
+// Symbols of a module that others would see, beyond those that LinuxCNC and our tools look for.
+Complaints about_symbols(const std::filesystem::path& module) {
+    Complaints result;
+    std::istringstream lines(output_of("nm -D --defined-only --format=just-symbols " + module.string()));
+    for (std::string symbol; std::getline(lines, symbol);)
+        if (symbol.rfind("rtapi_info_", 0) != 0 && symbol != "rtapi_app_main" && symbol != "rtapi_app_exit" &&
+            symbol != "plumb_model" && symbol != "plumb_options")
+            result.push_back(symbol);
+    return result;
+}
+
+// A pin in the host, as `halcmd show pin` tells it.
+struct Wired {
+    std::string owner;
+    bool output;
+    std::string signal;  // "" if none
+};
+
+std::map<std::string, Wired> wiring(Bench& bench) {
+    std::map<std::string, Wired> result;
+    std::istringstream lines(bench.client().halcmd({"-s", "show", "pin"}).output);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::string owner, type, direction, value, name, arrow, signal;
+        if (!(words >> owner >> type >> direction >> value >> name)) continue;
+        words >> arrow >> signal;
+        result[name] = {owner, direction == "OUT", signal};
+    }
+    return result;
+}
+
+// Pins of compensations (and stages) that are netted to a truth pin.
+Complaints about_truth(Bench& bench, const std::set<std::string>& compensations) {
+    const std::map<std::string, Wired> pins = wiring(bench);
+    std::map<std::string, std::string> truths;  // by signal
+    for (const auto& [name, pin] : pins)
+        if (pin.output && !pin.signal.empty() && name.find(".truth-") != std::string::npos)
+            truths[pin.signal] = name;
+    Complaints result;
+    for (const auto& [name, pin] : pins)
+        if (!pin.output && truths.count(pin.signal) && compensations.count(pin.owner))
+            result.push_back(name + " reads " + truths[pin.signal]);
+    return result;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// What goes wrong at the outputs of a live component, and after it, when one input takes impossible values.
+Complaints about_poison(const Live& live, const hal::Declarations& declared, const std::string& input) {
+    host::Start with_specimens;
+    with_specimens.modules = {BUILD_DIR "/specimens"};
+    Bench bench(Bench::Thread::none, with_specimens);
+    live.start(bench);
+    const std::string pin = live.instance + "." + input;
+    const std::string signal = wiring(bench).at(pin).signal;
+    const double own = bench.get(pin);
+    std::vector<double> before;
+    bool alive = false;
+    for (const Live::Ramp& ramp : live.ramps) {
+        before.push_back(bench.get(ramp.output));
+        alive |= before.back() != 0;
+    }
+    Complaints result;
+    if (!alive) result.push_back("the outputs are zero: not alive");
+
+    for (const hal::PinInfo& output : declared.pins) {
+        if (!output.output || output.type != hal::Type::real) continue;
+        const std::string id = "finite " + output.name;
+        bench.client().expect(id, "finite(x)", {{"x", live.instance + "." + output.name}});
+    }
+    for (const Live::Ramp& ramp : live.ramps) {
+        std::ostringstream bound;
+        bound.precision(17);
+        bound << "abs(x_rate) <= " << bench.get(ramp.max_rate) * (1 + 1e-6) + 1e-12;
+        bench.client().expect("rate of " + ramp.output, bound.str(), {{"x", ramp.output}});
+    }
+    for (const double poison : {nan, infinity, -infinity, 1e308, -1e308, 5e-324}) {
+        if (!signal.empty()) bench.command("unlinkp " + pin);
+        bench.set(pin, poison);
+        bench.client().run(host::seconds(0.3));
+        bench.set(pin, own);
+        if (!signal.empty()) bench.command("net " + signal + " " + pin);
+        bench.client().run(host::seconds(0.3));
+    }
+    bench.client().run(host::seconds(live.recovery));
+    for (const host::Violation& violation : bench.client().violations())
+        result.push_back(violation.id + ": " + std::to_string(violation.count) + " periods");
+
+    Bench control(Bench::Thread::none, with_specimens);
+    live.start(control);
+    control.client().run(host::seconds(3.6 + live.recovery));
+    for (const Live::Ramp& ramp : live.ramps) {
+        const double expected = control.get(ramp.output);
+        const double found = bench.get(ramp.output);
+        if (!(std::abs(found - expected) <= 0.1 * std::abs(expected) + 5 * um))
+            result.push_back(ramp.output + " did not recover: " + std::to_string(found) + " instead of " +
+                             std::to_string(expected));
+    }
+    return result;
+}
+
+class Conformance : public testing::TestWithParam<std::string> {
+protected:
+    const std::string name = GetParam();
+    const Module module{BUILD_DIR "/modules/" + name + ".so"};
+};
+
+TEST_P(Conformance, NamesUnitsAndSentences) {
+    EXPECT_THAT(about_declarations(module.model(), name), IsEmpty());
+}
+
+TEST_P(Conformance, OptionsAreKnownToTheLoader) {
+    std::string declared;
+    for (const hal::OptionInfo& option : hal::Declarations(module.model()).options)
+        declared += option.name + ",";
+    EXPECT_EQ(module.options(), declared);
+}
+
+TEST_P(Conformance, ShowsNothingElseToOtherModules) {
+    EXPECT_THAT(about_symbols(module.file), IsEmpty());
+}
+
+TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
+    const std::filesystem::path page = BUILD_DIR "/man/" + name + ".9";
+    std::ifstream file(page);
+    ASSERT_TRUE(file) << "no " << page;
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(text, hal::manual(module.model(), 9));
+    EXPECT_THAT(output_of("mandoc -T lint -W warning " + page.string() + " | grep -v 'missing date'"),
+                IsEmpty());
+    const std::string shown = output_of("mandoc -T ascii " + page.string() + " | col -b");
+    for (const hal::PinInfo& pin : hal::Declarations(module.model()).pins)
+        EXPECT_NE(shown.find("NAME." + pin.name + "\n"), std::string::npos) << pin.name;
+}
+
+TEST_P(Conformance, LoadsTwoInstancesUnloadsAndReloads) {
+    Bench bench;
+    const hal::Declarations declared(module.model());
+    for (int round = 0; round < 2; ++round) {
+        SCOPED_TRACE(round);
+        bench.command("loadrt " + name + " names=a,b");
+        std::map<std::string, double> untouched;
+        for (const hal::PinInfo& pin : declared.pins) {
+            if (!pin.output) {
+                EXPECT_EQ(bench.get("a." + pin.name), pin.initial) << pin.name;
+            }
+            untouched[pin.name] = bench.get("b." + pin.name);
+        }
+        for (const hal::Function* function : declared.functions)
+            bench.command("addf a." + function->name + " servo-thread");
+        for (const hal::PinInfo& pin : declared.pins)
+            if (!pin.output)
+                bench.set("a." + pin.name, pin.type == hal::Type::bit ? 1 - pin.initial : pin.initial + 1);
+        bench.run(1);
+        for (const auto& [pin, value] : untouched) EXPECT_EQ(bench.get("b." + pin), value) << "b." << pin;
+        bench.command("unloadrt " + name);
+    }
+}
+
+#ifndef PLUMB_SANITIZED
+TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
+    host::Start guarded;
+    guarded.guard = true;
+    Bench bench(Bench::Thread::servo, guarded);
+    const hal::Declarations declared(module.model());
+    bench.command("loadrt " + name + " names=a");
+    for (const hal::Function* function : declared.functions)
+        bench.command("addf a." + function->name + " servo-thread");
+    for (const hal::PinInfo& pin : declared.pins)
+        if (!pin.output && pin.type == hal::Type::bit) {
+            bench.run(0.1);
+            bench.set("a." + pin.name, 1 - pin.initial);
+        }
+    bench.run(1);
+    for (const host::GuardViolation& violation : bench.client().guard())
+        ADD_FAILURE() << violation.function << ": " << violation.what;
+}
+#endif
+
+TEST(ConformanceRules, CatchBadDeclarations) {
+    EXPECT_THAT(about_declarations(Module(BUILD_DIR "/specimens/sloppy.so").model(), "sloppy"),
+                testing::UnorderedElementsAre(
+                    "No_Unit: not lower case with dashes", "No_Unit: unit '' is not in the list",
+                    "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
+                    "for the instance",
+                    "flag: a bit or a count has no unit, not 'mu'", "nameless: not one sentence: no period",
+                    "update: its place is not one sentence"));
+}
+
+std::string plain(std::string name) {
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+    return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Conformance, testing::ValuesIn(split(MODULES)),
+                         [](const auto& each) { return plain(each.param); });
+
+// A simulated machine may show nonsense for nonsense; what drives an axis may not.
+
+struct Input {
+    std::string module;
+    std::string pin;
+};
+
+std::ostream& operator<<(std::ostream& out, const Input& input) {
+    return out << input.module << '.' << input.pin;
+}
+
+std::vector<Input> inputs_of_compensations() {
+    std::vector<Input> result;
+    for (const std::string& name : split(COMPENSATION)) {
+        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        for (const hal::PinInfo& pin : hal::Declarations(module.model()).pins)
+            if (!pin.output && pin.type == hal::Type::real) result.push_back({name, pin.name});
+    }
+    return result;
+}
+
+class LiveConformance : public testing::TestWithParam<Input> {};
+
+TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
+    const Live* const live = Live::of(GetParam().module);
+    ASSERT_TRUE(live) << "no Live fixture for " << GetParam().module << ": see tests/live.hpp";
+    const Module module(BUILD_DIR "/modules/" + GetParam().module + ".so");
+    EXPECT_THAT(about_poison(*live, hal::Declarations(module.model()), GetParam().pin), IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_compensations()),
+                         [](const auto& each) { return plain(each.param.module + "_" + each.param.pin); });
+
+// A compensation that trusts its inputs: the rule about bad values must catch it.
+TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
+    const Live trusting{"sloppy",
+                        "it",
+                        [](Bench& bench) {
+                            bench.command("loadrt threads name1=servo-thread period1=1000000");
+                            bench.command("loadrt sloppy names=it");
+                            bench.command("addf it.update servo-thread");
+                            bench.command("start");
+                            bench.set("it.in", 0.1);
+                            bench.run(0.1);
+                        },
+                        {{"it.out", "it.max-rate"}},
+                        0.1};
+    const Module module(BUILD_DIR "/specimens/sloppy.so");
+    EXPECT_THAT(about_poison(trusting, hal::Declarations(module.model()), "in"),
+                testing::UnorderedElementsAre(testing::StartsWith("finite out"),
+                                              testing::StartsWith("rate of it.out"),
+                                              testing::StartsWith("it.out did not recover")));
+}
+
+// Every configuration, as it is shipped.
+
+std::vector<std::filesystem::path> configurations() {
+    std::vector<std::filesystem::path> result;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(SOURCE_DIR "/configs"))
+        if (entry.path().filename() == "bench.hal") result.push_back(entry.path());
+    std::sort(result.begin(), result.end());
+    return result;
+}
+
+class Configuration : public testing::TestWithParam<std::filesystem::path> {
+protected:
+    const std::set<std::string> compensations = [] {
+        const std::vector<std::string> list = split(COMPENSATION);
+        return std::set<std::string>(list.begin(), list.end());
+    }();
+};
+
+TEST_P(Configuration, ScoresWithTruthButNeverCompensatesFromIt) {
+    Bench bench(Bench::Thread::none);
+    bench.source(GetParam());
+    EXPECT_THAT(about_truth(bench, compensations), IsEmpty());
+    bool compensated = false;
+    for (const auto& [name, pin] : wiring(bench)) {
+        compensated |= !pin.output && !pin.signal.empty() && compensations.count(pin.owner);
+    }
+    EXPECT_TRUE(compensated) << "no compensation is wired here";
+}
+
+#ifndef PLUMB_SANITIZED
+TEST_P(Configuration, NeitherAllocatesNorCallsTheSystemWhileItWorks) {
+    host::Start guarded;
+    guarded.guard = true;
+    Bench bench(Bench::Thread::none, guarded);
+    bench.source(GetParam());
+    bench.command("start");
+    bench.run(700);
+    for (const host::GuardViolation& violation : bench.client().guard())
+        ADD_FAILURE() << violation.function << ": " << violation.what;
+}
+#endif
+
+INSTANTIATE_TEST_SUITE_P(Each, Configuration, testing::ValuesIn(configurations()),
+                         [](const auto& each) { return plain(each.param.parent_path().filename()); });
+
+TEST(ConformanceRules, CatchACompensationThatReadsTheTruth) {
+    host::Start specimens;
+    specimens.modules = {BUILD_DIR "/specimens"};
+    Bench bench(Bench::Thread::none, specimens);
+    bench.command("loadrt sloppy names=it");
+    bench.command("loadrt rival names=other");
+    bench.command("net growth it.truth-growth => other.in");
+    EXPECT_THAT(about_truth(bench, {"rival"}), testing::ElementsAre("other.in reads it.truth-growth"));
+    EXPECT_THAT(about_truth(bench, {"specimen"}), IsEmpty());
+}
+
+}  // namespace
+}  // namespace plumb

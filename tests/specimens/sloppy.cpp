@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Breaks the rules that the conformance test holds, so that the rules can be tested.
+#include "hal/component.hpp"
+
+namespace plumb {
+
+struct Sloppy final : hal::Component {
+    static constexpr hal::About about{"sloppy", "trusts whatever it is given",
+                                      "A compensation without a guard."};
+
+    using Component::Component;
+
+    hal::In<double> in{this, "in", 0, "mu", "Goes straight to the output."};
+    hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Is not heeded."};
+    hal::In<double> unit{this, "No_Unit", 0, "Has no unit."};
+    hal::In<double> wordy{this, "a-name-longer-than-it-may-be", 0, "mu", "Leaves no room for the instance."};
+    hal::In<double> nameless{this, "nameless", 0, "mu", "no period"};
+    hal::Out<bool> flag{this, "flag", "mu", "A bit with a unit."};
+    hal::Out<double> out{this, "out", "mu", "The input."};
+    hal::Out<double> truth{this, "truth-growth", "mu", "A truth."};
+    hal::Function run{this, "update", &Sloppy::update, "anywhere"};
+
+    void update(double) noexcept {
+        lasting_ += in - lasting_;  // once not a number, for ever not a number
+        out = lasting_;
+    }
+
+private:
+    double lasting_ = 0;
+};
+
+hal::Model hal::model() {
+    return model_of<Sloppy>();
+}
+
+}  // namespace plumb
