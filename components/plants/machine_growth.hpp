@@ -27,7 +27,7 @@ public:
           tau_turning_{owner, "tau-turning", 600, 240, 1200, "s", "Time constant of the turning spindle"},
           tau_stopped_{owner, "tau-stopped", 3600, 2700, 5400, "s", "Time constant of the spindle at rest"},
           column_share_{
-              owner, "column-share", 0.3, 0.2, 0.5, "", "Part of that growth that head and column undo"},
+              owner, "column-share", 0.35, 0.2, 0.5, "", "Part of that growth that head and column undo"},
           column_tau_{owner, "column-tau", 7200, 3600, 10800, "s", "Time constant of head and column"},
           screw_rise_{
               owner, "screw-rise", 2, 1, 3, "K", "Rise of the ball screw if Z kept moving at 10 mm/s"},
