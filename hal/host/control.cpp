@@ -198,7 +198,7 @@ std::optional<Json> Control::carry_out(Server::Connection from, const Json& requ
     if (what == "expect") return expect(request);
     if (what == "violations") return violations();
     if (what == "programs") return programs();
-    if (what == "guard") return guard_report();
+    if (what == "guard") return guard();
     if (what == "record-stop") {
         timeline_.stop_recording(required<std::string>(request, "id"));
         return okay();
@@ -316,15 +316,49 @@ Json Control::replay(const Json& request) {
 }
 
 void Control::make_replayable(const std::string& name, bool override_writer) {
-    const auto look = [&name] { return Names().need(name); };
-    Cell cell = look();
-    if (cell.linked && cell.kind == Cell::Kind::pin) {
-        // TODO
+    const Cell cell = Names().need(name);
+    const std::string signal = cell.kind == Cell::Kind::signal ? name : cell.linked ? signal_of(name) : "";
+    if (signal.empty()) {
+        set_value(name, number(cell.read()));  // so that halcmd refuses what is no input
+        return;
     }
+    const std::string writer = writer_of(signal);
+    if (writer.empty()) return;  // as with sets
+    if (cell.kind == Cell::Kind::signal)
+        throw std::runtime_error("signal '" + name + "' is written by pin '" + writer +
+                                 "': nothing else can be its source");
+    if (writer == name)
+        throw std::runtime_error("pin '" + name + "' is an output: it writes signal '" + signal + "'");
+    if (!override_writer)
+        throw std::runtime_error("pin '" + name + "' is netted to signal '" + signal +
+                                 "', which is written by pin '" + writer + "'");
+    const Finished unlinked = programs_.halcmd({"unlinkp", name});
+    if (unlinked.status != 0) throw std::runtime_error(sentence(unlinked.output));
+}
+
+std::string Control::signal_of(const std::string& pin) {
+    // One line a pin: owner, type, direction, value, name, and of a linked one an arrow and the signal.
+    std::istringstream table(programs_.halcmd({"-s", "show", "pin", pin}).output);
+    for (std::string line; std::getline(table, line);) {
+        std::istringstream words(line);
+        std::string word, name, signal;
+        if (words >> word >> word >> word >> word >> name >> word >> signal && name == pin) return signal;
+    }
+    return "";
 }
 
 std::string Control::writer_of(const std::string& signal) {
-    return signal;
+    // One line a signal: type, value, name, and for each linked pin an arrow, "<==" from its writer, and the
+    // pin.
+    std::istringstream table(programs_.halcmd({"-s", "show", "sig", signal}).output);
+    for (std::string line; std::getline(table, line);) {
+        std::istringstream words(line);
+        std::string word, name, arrow, pin;
+        if (!(words >> word >> word >> name) || name != signal) continue;
+        while (words >> arrow >> pin)
+            if (arrow == "<==") return pin;
+    }
+    return "";
 }
 
 Json Control::expect(const Json& request) {
@@ -345,6 +379,14 @@ Json Control::violations() {
                         {"first-time", violation.first_time},
                         {"values", values}});
     }
+    return {{"ok", true}, {"violations", list}};
+}
+
+Json Control::guard() {
+    if (!guard_enabled()) throw std::runtime_error("the guard is off: start the host with --guard");
+    Json list = Json::array();
+    for (const Misdeed& misdeed : misdeeds())
+        list.push_back({{"function", misdeed.function}, {"what", misdeed.what}});
     return {{"ok", true}, {"violations", list}};
 }
 

@@ -54,10 +54,12 @@ private:
     Json replay(const Json& request);
     Json expect(const Json& request);
     Json violations();
+    Json guard();
     Json programs();
 
     void set_value(const std::string& name, const Json& value);
     void make_replayable(const std::string& name, bool override_writer);
+    std::string signal_of(const std::string& pin);
     std::string writer_of(const std::string& signal);
     void need_hal();
     void move_time();

@@ -1,8 +1,42 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// Watches realtime functions for what they must not do: allocate or release memory, print, or call the
+// system. All of it still happens, and is noted with the function's name. Only functions that are exported
+// after enable_guard() are watched; without it nothing is, and nothing costs anything.
+//
+// Memory is watched by the malloc family, which this executable exports before the C library's, or in a build
+// with AddressSanitizer by its hooks; system calls by the kernel's dispatch to a signal, which x86-64 has
+// since Linux 5.11.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 namespace plumb::host {
-nlohmann::json guard_report();
-}
+
+/// What a function did, each thing once.
+struct Misdeed {
+    std::string function;
+    std::string what;  // "allocated 16 bytes", "released memory", "printed a message", "system call 39"
+};
+
+/// Begins to watch. @throws std::runtime_error when the kernel cannot dispatch system calls.
+void enable_guard();
+
+bool guard_enabled();
+
+/// In the order in which they were noted; no more than 1000.
+std::vector<Misdeed> misdeeds();
+
+/// Notes that the running function prints, and lets it go unwatched for as long as this lives: how the host
+/// passes messages on is not the function's doing.
+class Printing {
+public:
+    Printing();
+    ~Printing();
+    Printing(const Printing&) = delete;
+
+private:
+    const void* watched_;
+};
+
+}  // namespace plumb::host

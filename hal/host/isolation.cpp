@@ -130,11 +130,11 @@ pid_t process_called(const std::string& name) {
 
 /// Waits for the machine's HAL. The lock lasts until the last process that inherits it ends.
 void take_machine_hal(int control_descriptor) {
-    const char* const path = "/tmp/plumb-host.lock";
+    const char* const path = access("/run/lock", W_OK) == 0 ? "/run/lock/plumb-host" : "/tmp/plumb-host.lock";
     int lock = open(path, O_RDWR | O_CLOEXEC);
     if (lock < 0) lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock < 0) fail(std::string("cannot lock ") + path);
-    fchmod(lock, 0666);
+    fchmod(lock, 0666);  // for whoever comes next
     while (flock(lock, LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK && errno != EINTR) fail(std::string("cannot lock ") + path);
         if (client_gone(control_descriptor)) std::exit(1);

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "control.hpp"
+#include "crash.hpp"
+#include "guard.hpp"
 #include "isolation.hpp"
 
 namespace {
@@ -42,10 +44,12 @@ int main(int argc, char** argv) {
     int control_descriptor = -1;
     std::vector<std::string> modules;
     bool no_namespaces = false;
+    bool guard = false;
     options.add_option("--control-fd", control_descriptor,
                        "Descriptor of a socket to a client; the host ends with it");
     options.add_option("--modules", modules, "Folder where modules are looked for first");
     options.add_flag("--no-namespaces", no_namespaces, "Use the machine's one HAL");
+    options.add_flag("--guard", guard, "Watch realtime functions for allocations and system calls");
     CLI11_PARSE(options, argc, argv);
     for (std::string& folder : modules) folder = std::filesystem::absolute(folder).string();
 
@@ -53,7 +57,9 @@ int main(int argc, char** argv) {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);
         std::vector<std::string> folders = module_folders(std::move(modules));  // before /proc changes
         const plumb::host::Isolated isolated = plumb::host::isolate(!no_namespaces, control_descriptor);
+        plumb::host::explain_crashes();
         name_user_for_rtapi_app();
+        if (guard) plumb::host::enable_guard();
         signal(SIGPIPE, SIG_IGN);
         signal(SIGTERM, [](int) { end = true; });
         plumb::host::Control control(

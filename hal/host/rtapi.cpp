@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "guard.hpp"
 #include "messages.hpp"
 #include "scheduler.hpp"
 #include "shared_memory.hpp"
@@ -33,6 +34,7 @@ int message_level = RTAPI_MSG_ERR;
 long clock_period = 0;  // ns, 0 until a module has set it
 
 void print_formatted(msg_level_t level, const char* format, va_list arguments) {
+    const Printing printing;
     va_list measured;
     va_copy(measured, arguments);
     const int length = std::vsnprintf(nullptr, 0, format, measured);

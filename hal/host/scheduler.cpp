@@ -44,6 +44,7 @@ public:
     ~Stack() { release(); }
     Stack(const Stack&) = delete;
 
+    bool guards(const void* address) const { return address >= bottom_ - guard_ && address < bottom_; }
     bool valid() const { return bottom_ != nullptr; }
     char* bottom() const { return bottom_; }
     char* top() const { return bottom_ + size_; }
@@ -197,6 +198,10 @@ void Scheduler::wait() {
 
 int Scheduler::running() const {
     return running_ == nullptr ? -EINVAL : running_->id;
+}
+
+bool Scheduler::guards(const void* address) const {
+    return running_ != nullptr && running_->stack.guards(address);
 }
 
 void Scheduler::run_due() {

@@ -48,6 +48,9 @@ public:
     /// Id of the running task, or -EINVAL outside any task.
     int running() const;
 
+    /// Whether the address lies in the page that guards the end of the running task's stack.
+    bool guards(const void* address) const;
+
     /// The instant that the clock stands at: a release, or the end of a run.
     Nanoseconds time() const { return time_; }
 
