@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/trapezoidal_move.hpp"
-#include "components/math/blocks/usable.hpp"
-#include "components/math/part_program.hpp"
-#include "components/math/program_event.hpp"
+#include "components/math/part_cycle.hpp"
 #include "components/plants/drawn.hpp"
+#include "components/plants/program_upset.hpp"
 
 namespace plumb {
 
@@ -46,17 +44,7 @@ The truth-... pins are for scoring only.)"};
                                           "Number of cycles to learn from, the first ones."};
     hal::In<double> cycle_interval{this, "cycle-interval", 300, "s",
                                    "Time from the start of a cycle to that of the next."};
-    hal::In<double> event_rate{this, "event-rate", 0, "", "Part of the cycles that an event upsets, 0 to 1."};
-    hal::In<std::int32_t> event{this, "event", 0, "Number of an event to have; 0 leaves it to event-rate."};
-    hal::In<std::int32_t> event_cycle{this, "event-cycle", 0,
-                                      "Cycle that event upsets, from 1; 0 for every one."};
-    hal::In<std::int32_t> event_operation{this, "event-operation", 0,
-                                          "Operation that an event upsets; 0 draws it."};
-    hal::In<double> event_height{this, "event-height", 0, "mu", "Height of an event; 0 draws it."};
-    hal::In<double> event_factor{this, "event-factor", 0, "", "Factor of an event; 0 draws it."};
-    hal::In<double> event_smallest{this, "event-smallest", 0.1, "mu", "Smallest height that is drawn."};
-    hal::In<double> event_largest{this, "event-largest", 0, "mu",
-                                  "Largest height that is drawn; 0 for the usual one."};
+    Upsets upsets{this};
     Drawn contact_feed{this, "contact-feed", 1.6667, 1.3, 2, "mu/s", "Feed on the way down"};
     Drawn blank_repeatability{
         this, "blank-repeatability", 0.0005, 0, 0.002, "mu", "Standard deviation of the work's top"};
@@ -100,200 +88,92 @@ The truth-... pins are for scoring only.)"};
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);
         time_ += dt;
-        if (time_ >= due_ && (step_ == Step::stand || step_ == Step::sides)) run ? begin_cycle() : stand();
+        if (time_ >= due_ && part_.waiting()) run ? begin() : part_.stand(program_);
+        if (part_.operations() != operations_) load_blank();
 
-        const Operation& now = program_[index_];
-        const double place = move_.position() - top_;
-        if (step_ == Step::plunge && place < event_.place) {
-            if (upset(Event::abort)) stand();
-            if (upset(Event::speed_change)) speed_ = now.speed * event_.factor;
-            if (upset(Event::feed_hold)) held_ += dt;
-        }
-        const bool held = held_ > 0 && held_ < hold_time;
-        const double override = upset(Event::feed_override) ? event_.factor : 1;
-        const double feed = held ? 0 : contact_feed(seed_) * override;
-        move_.step(target_, motion_ == feeding ? feed : rapid, acceleration, dt);
-        if (move_.arrived(target_) && (waited_ += dt) >= wait_) enter(following());
+        const Operation& now = program_[part_.operation()];
+        reached_ = reached_ || (part_.plunging() && part_.position() < now.top + upset_.place);
+        if (reached_ && is(Event::abort)) part_.stand(program_);
+        if (reached_ && is(Event::feed_hold)) held_ += dt;
+        const bool holding = held_ > 0 && held_ < hold_time;
+        const double override = is(Event::feed_override) ? upset_.factor : 1;
+        part_.step(program_, holding ? 0 : contact_feed(seed_) * override, dt);
+        const bool other_speed = is(Event::spindle_override) || (reached_ && is(Event::speed_change));
 
-        const bool beside = step_ == Step::beside || step_ == Step::sides;
-        cycle_running = making_;
-        cycle_complete = complete_;
+        cycle_running = part_.making();
         learn = cycle_ <= learning_cycles;
         cycle = cycle_;
-        z_position_cmd = move_.position();
-        z_velocity_cmd = move_.velocity();
-        motion_type = motion_ == moving && move_.arrived(target_) ? resting : motion_;
-        spindle_speed_cmd = speed_;
+        z_position_cmd = part_.position();
+        z_velocity_cmd = part_.velocity();
+        motion_type = part_.motion();
+        spindle_speed_cmd = part_.speed() * (other_speed ? upset_.factor : 1);
         feed_override = override;
-        coolant = speed_ > 0;
-        operation = cutting_ ? now.key : 0;
+        coolant = part_.speed() > 0;
+        operation = part_.cutting() ? now.key : 0;
         program_id = 1 + edits_;
-        start_height = top_ + timed_from;
-        work_top = top_;
-        work_present = !upset(Event::air_cut);
-        stock_deviation = blank_ + (upset(Event::stock) || upset(Event::wrong_part) ? event_.height : 0);
-        chip_height = upset(Event::chip) ? event_.height : 0;
-        from_side = now.from_side || beside;
-        side_entry = step_ == Step::sides                  ? contour_width
-                     : step_ == Step::cut && now.from_side ? waited_ * pass_feed
-                                                           : 0;
-        side_feed = step_ == Step::sides ? contour_feed : pass_feed;
-        tool_number = tool_;
+        start_height = now.top + timed_from;
+        work_top = now.top;
+        work_present = !is(Event::air_cut);
+        stock_deviation = blank_ + (is(Event::stock) || is(Event::wrong_part) ? upset_.height : 0);
+        chip_height = is(Event::chip) ? upset_.height : 0;
+        from_side = now.from_side || !part_.cutting();
+        side_entry = part_.side_entry(now);
+        side_feed = part_.side_feed();
+        tool_number = part_.tool();
         tool_kind = static_cast<std::int32_t>(now.kind);
         tool_diameter = now.diameter;
-        tool_deviation = upset(Event::wrong_tool_length) ? event_.height : 0;
+        tool_deviation = is(Event::wrong_tool_length) ? upset_.height : 0;
         teeth = now.teeth;
         truth_occurrence = now.occurrence;
-        truth_event = static_cast<std::int32_t>(upset(event_.kind) ? event_.kind
-                                                : edits_ > 0       ? Event::edited
-                                                                   : Event::none);
+        truth_event = static_cast<std::int32_t>(is(upset_.kind) ? upset_.kind
+                                                : edits_ > 0    ? Event::edited
+                                                                : Event::none);
     }
 
 private:
-    // Each moves Z to its target and then waits.
-    enum class Step { stand, lift, change, spin_up, descend, plunge, cut, beside, sides };
-
-    static constexpr std::int32_t resting = 0, moving = 1, feeding = 2;  // as motion-type says
-    static constexpr double rapid = 300, acceleration = 2500;            // mm/s, mm/s2
-    static constexpr double change_height = 100, lifted = 50, clearance = 6,
-                            timed_from = 2;  // mm, the last three above the work
-    static constexpr double change_time = 2, spin_up_time = 1.5, travel_time = 0.7, dwell_time = 0.5,
-                            hold_time = 3;                                            // s
-    static constexpr double pass_feed = 16, pass_overrun = 10;                        // mm/s, mm
-    static constexpr double contour_feed = 20, contour_width = 1, contour_depth = 6;  // mm/s, mm, mm
-    static constexpr double forever = 1e300;
-
-    struct Upset {
-        Event kind;
-        std::size_t operation;
-        double height, factor, place;
-    };
+    static constexpr double first_cycle = 1;  // s after the start
+    static constexpr double timed_from = 2;   // mm above the work
+    static constexpr double hold_time = 3;    // s
 
     void start(std::int32_t number) noexcept {
+        const auto machine = static_cast<std::uint32_t>(number);
+        Random tools(machine, 'p');
         started_ = true;
         seed_ = number;
-        const auto machine = static_cast<std::uint32_t>(number);
+        program_ = number == 0 ? typical_program() : drawn_program(tools);
         blanks_ = Random(machine, 'b');
         events_ = Random(machine, 'e');
-        Random tools(machine, 'p');
-        program_ = number == 0 ? typical_program() : drawn_program(tools);
     }
 
-    void begin_cycle() noexcept {
+    void begin() noexcept {
         due_ = std::max(due_ + std::max(0.0, usable(cycle_interval, 1e6, 300)), time_);
         ++cycle_;
-        making_ = true;
-        complete_ = false;
-        next_ = 0;
-        event_ = drawn_upset();
-        if (event_.kind == Event::edited) {
+        upset_ = upsets.draw(program_, cycle_, cycle_ <= learning_cycles, events_);
+        if (upset_.kind == Event::edited) {
             ++edits_;
-            shift_ = usable(shift_ + event_.height, 100, 0);
+            for (Operation& edited : program_) edited.top += upset_.height;
         }
-        enter(Step::lift);
+        part_.begin(program_);
     }
 
-    // Draws as much whatever happens, so that one setting does not change what another one draws.
-    Upset drawn_upset() noexcept {
-        const bool drawn = events_.uniform() < event_rate && cycle_ > learning_cycles;
-        const auto drawn_kind = static_cast<Event>(1 + events_.index(event_count));
-        auto which = static_cast<std::size_t>(events_.index(static_cast<int>(program_.size())));
-        const std::int32_t named = event, only = event_cycle, key = event_operation;
-        const bool forced = named >= 1 && named <= event_count && (only == 0 || only == cycle_);
-        const Event kind = forced ? static_cast<Event>(named) : drawn ? drawn_kind : Event::none;
-        const double smallest = usable(event_smallest, 10, 0.1), largest = usable(event_largest, 10, 0);
-        const double height = drawn_height(kind, smallest, largest, events_);
-        const double factor = drawn_factor(events_);
-        const double place = kind == Event::speed_change ? events_.uniform(0.2, 1) : events_.uniform(-1, 4);
-        const double given_height = usable(event_height, 10, 0), given_factor = usable(event_factor, 2, 0);
-        for (std::size_t i = program_.size(); i-- > 0;)
-            if (program_[i].key == key) which = i;
-        return {kind, which, given_height != 0 ? given_height : height,
-                given_factor > 0 ? given_factor : factor, place};
-    }
-
-    bool upset(Event kind) const noexcept {
-        if (event_.kind != kind || !making_) return false;
-        if (kind == Event::wrong_tool_length) return program_[index_].tool == program_[event_.operation].tool;
-        return concerns_cycle(kind) || index_ == event_.operation;
-    }
-
-    void stand() noexcept {
-        making_ = cutting_ = false;
-        enter(Step::stand);
-    }
-
-    void choose(std::size_t operation_index) noexcept {
-        index_ = operation_index;
-        cutting_ = true;
-        held_ = 0;
-        top_ = program_[index_].top + shift_;
+    void load_blank() noexcept {
+        operations_ = part_.operations();
         blank_ = blank_repeatability(seed_) * blanks_.gaussian();
+        reached_ = false;
+        held_ = 0;
     }
 
-    // The step after the one that is over.
-    Step following() noexcept {
-        switch (step_) {
-            case Step::lift:
-                if (next_ == program_.size()) {
-                    making_ = cutting_ = false;
-                    complete_ = true;
-                    return Step::beside;
-                }
-                choose(next_++);
-                return program_[index_].tool == tool_ ? Step::spin_up : Step::change;
-            case Step::change: return Step::spin_up;
-            case Step::spin_up: return Step::descend;
-            case Step::descend: return Step::plunge;
-            case Step::plunge: return Step::cut;
-            case Step::cut: return Step::lift;
-            case Step::beside: return Step::sides;
-            default: return step_;
-        }
-    }
-
-    void enter(Step step) noexcept {
-        const Operation& now = program_[index_];
-        const bool another = next_ < program_.size() && program_[next_].tool != tool_;
-        const double bottom = top_ - now.depth;
-        step_ = step;
-        waited_ = 0;
-        switch (step) {
-            case Step::stand: speed_ = 0; return go(change_height, moving, forever);
-            case Step::lift: return go(another ? change_height : top_ + lifted, moving, 0);
-            case Step::change: speed_ = 0; return go(change_height, resting, change_time);
-            case Step::spin_up:
-                speed_ = now.speed * (upset(Event::spindle_override) ? event_.factor : 1);
-                return go(move_.position(), resting,
-                          now.tool == std::exchange(tool_, now.tool) ? travel_time : spin_up_time);
-            case Step::descend: return go(top_ + clearance, moving, 0);
-            case Step::plunge: return go(bottom, feeding, 0);
-            case Step::cut:
-                return go(bottom, feeding,
-                          now.from_side ? (now.diameter + pass_overrun) / pass_feed : dwell_time);
-            case Step::beside: return go(top_ - contour_depth, moving, 0);
-            case Step::sides: return go(top_ - contour_depth, feeding, forever);
-        }
-    }
-
-    void go(double target, std::int32_t motion, double wait) noexcept {
-        target_ = target;
-        motion_ = motion;
-        wait_ = wait;
+    bool is(Event event) const noexcept {
+        return part_.making() && upset_.is(event, program_, part_.operation());
     }
 
     PartProgram program_ = typical_program();
+    PartCycle part_;
     Random blanks_, events_;
-    Upset event_{};
-    TrapezoidalMove move_{change_height};
-    Step step_ = Step::stand;
-    double target_ = change_height, wait_ = forever, waited_ = 0;  // of the step
-    std::int32_t motion_ = resting;
-    double time_ = 0, due_ = 1;  // s; the first cycle begins a second after the start
-    std::size_t index_ = program_.size() - 1, next_ = 0;
-    std::int32_t tool_ = program_.back().tool, cycle_ = 0, edits_ = 0, seed_ = 0;
-    double top_ = program_.back().top, shift_ = 0, blank_ = 0, speed_ = 0, held_ = 0;
-    bool started_ = false, making_ = false, complete_ = false, cutting_ = false;
+    Upset upset_;
+    double time_ = 0, due_ = first_cycle, blank_ = 0, held_ = 0;
+    bool started_ = false, reached_ = false;
+    std::int32_t seed_ = 0, cycle_ = 0, edits_ = 0, operations_ = 0;
 };
 
 hal::Model hal::model() {
