@@ -105,13 +105,14 @@ Control::~Control() {
     programs_.end_all();
 }
 
-void Control::serve(const volatile bool& end) {
+void Control::serve(int end_descriptor) {
     constexpr auto slice = std::chrono::milliseconds(2);
-    while (!end_ && !end && !server_.client_gone()) {
-        std::vector<pollfd> waits;
+    while (!end_ && !server_.client_gone()) {
+        std::vector<pollfd> waits{{end_descriptor, POLLIN, 0}};
         server_.add_to(waits);
         programs_.add_to(waits);
         poll(waits.data(), waits.size(), timeline_.running() ? 0 : -1);
+        if (waits.front().revents != 0) break;
         programs_.attend();
         if (timeline_.running()) {
             try {

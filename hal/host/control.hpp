@@ -33,8 +33,9 @@ public:
     /// Ends the programs, then unloads the modules.
     ~Control();
 
-    /// Serves until a client or rtapi_app asks for the end, the client is gone, or `end` becomes true.
-    void serve(const volatile bool& end);
+    /// Serves until a client or rtapi_app asks for the end, the client is gone, or `end_descriptor`
+    /// becomes readable.
+    void serve(int end_descriptor);
 
     int rtapi_command(const std::vector<std::string>& words) override;
     void control_request(Server::Connection from, const std::string& line) override;

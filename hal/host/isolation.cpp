@@ -18,9 +18,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -92,7 +94,7 @@ pid_t fork_host(bool namespaces, int& number) {
     const auto host = static_cast<pid_t>(syscall(SYS_clone, flags, nullptr, nullptr, nullptr, nullptr));
     if (host < 0) return -1;
     if (host == 0) {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        prctl(PR_SET_PDEATHSIG, SIGTERM);  // a killed keeper clears nothing away: the host does
         const bool good = !namespaces || furnish_namespaces(user, group);
         if (write(setup.host_writes, &good, sizeof good) != sizeof good || !good) _exit(1);
         if (read(setup.host_reads, &number, sizeof number) != sizeof number) _exit(1);
@@ -172,37 +174,28 @@ void kill_orphans() {
 }
 
 [[noreturn]] void keep(pid_t host, int control_descriptor) {
+    using Clock = std::chrono::steady_clock;
+    constexpr auto patience = std::chrono::seconds(3);  // for a host that is to end, unless a module keeps it
     sigset_t signals;
     sigemptyset(&signals);
     for (const int signal : {SIGCHLD, SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
-    const int events = signalfd(-1, &signals, SFD_CLOEXEC);
+    const int events = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+    const bool has_client = control_descriptor >= 0;
+    std::optional<Clock::time_point> give_up;
     int status = 0;
-    for (;;) {
-        pollfd waits[2] = {{events, POLLIN, 0}, {control_descriptor, POLLRDHUP, 0}};
-        const bool had_client = waits[1].fd >= 0;
-        poll(waits, 2, -1);
-        if (waits[0].revents != 0) {
-            signalfd_siginfo event;
-            if (read(events, &event, sizeof event) == sizeof event && event.ssi_signo != SIGCHLD) {
-                // With a client, a terminal's Ctrl-C is the client's affair.
-                if (event.ssi_signo != SIGINT || !had_client) kill(host, SIGTERM);
-            }
+    while (waitpid(host, &status, WNOHANG) != host) {
+        if (give_up && Clock::now() > *give_up) kill(host, SIGKILL);
+        pollfd waits[2] = {{events, POLLIN, 0}, {give_up ? -1 : control_descriptor, POLLRDHUP, 0}};
+        poll(waits, 2, give_up ? 20 : -1);
+        bool end = waits[1].revents != 0;  // the client is gone; the host sees it, too
+        for (signalfd_siginfo event; read(events, &event, sizeof event) == sizeof event;) {
+            if (event.ssi_signo == SIGCHLD) continue;
+            if (event.ssi_signo == SIGINT && has_client)
+                continue;  // a terminal's Ctrl-C is the client's affair
+            kill(host, SIGTERM);
+            end = true;
         }
-        if (waitpid(host, &status, WNOHANG) == host) break;
-        if (waits[1].revents != 0) {
-            // The client is gone. The host sees it too, and ends, unless a module keeps it.
-            control_descriptor = -1;
-            constexpr int patience = 3000;  // ms
-            for (int waited = 0; waited < patience; waited += 10) {
-                if (waitpid(host, &status, WNOHANG) == host) break;
-                poll(nullptr, 0, 10);
-                if (waited + 10 >= patience) {
-                    kill(host, SIGKILL);
-                    waitpid(host, &status, 0);
-                }
-            }
-            break;
-        }
+        if (end && !give_up) give_up = Clock::now() + patience;
     }
     kill_orphans();
     leftovers().clear_away();

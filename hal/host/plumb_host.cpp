@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // plumb-host: LinuxCNC's HAL with a virtual clock, in the place of rtapi_app.
 #include <signal.h>
+#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,7 +22,24 @@
 
 namespace {
 
-volatile bool end = false;
+int end_event = -1;
+
+/// On SIGTERM, of the keeper or of its death: the host ends cleanly, or at least soon when a module keeps it.
+void end_on_termination() {
+    constexpr unsigned patience = 3;  // s
+    end_event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (end_event < 0) throw std::runtime_error(std::string("eventfd: ") + std::strerror(errno));
+    struct sigaction action {};
+    action.sa_flags = SA_RESTART;
+    action.sa_handler = [](int) { _exit(1); };
+    sigaction(SIGALRM, &action, nullptr);
+    action.sa_handler = [](int) {
+        const std::uint64_t one = 1;
+        if (write(end_event, &one, sizeof one) < 0) _exit(1);
+        alarm(patience);
+    };
+    sigaction(SIGTERM, &action, nullptr);
+}
 
 /// Folders where modules are looked for: those asked for, then the build's own, then LinuxCNC's.
 std::vector<std::string> module_folders(std::vector<std::string> asked_for) {
@@ -61,11 +83,11 @@ int main(int argc, char** argv) {
         name_user_for_rtapi_app();
         if (guard) plumb::host::enable_guard();
         signal(SIGPIPE, SIG_IGN);
-        signal(SIGTERM, [](int) { end = true; });
+        end_on_termination();
         plumb::host::Control control(
             {std::move(folders), isolated.namespaces, isolated.process, control_descriptor});
         if (control_descriptor < 0) std::printf("RTAPI_FIFO_PATH=%s\n", std::getenv("RTAPI_FIFO_PATH"));
-        control.serve(end);
+        control.serve(end_event);
         return 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "plumb-host: %s\n", error.what());

@@ -57,10 +57,12 @@ std::optional<std::vector<std::string>> words_of(const std::string& text) {
     return words;
 }
 
-bool same_user(int descriptor) {
+/// Whether the other end is the same user's or root's, as is LinuxCNC's set-uid rtapi_app.
+bool trusted(int descriptor) {
     ucred peer{};
     socklen_t size = sizeof peer;
-    return getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.uid == geteuid();
+    return getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
+           (peer.uid == geteuid() || peer.uid == 0);
 }
 
 }  // namespace
@@ -126,7 +128,7 @@ void Server::accept_all() {
     for (;;) {
         const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
         if (descriptor < 0) return;
-        if (!same_user(descriptor)) {
+        if (!trusted(descriptor)) {
             close(descriptor);
             continue;
         }
