@@ -20,6 +20,7 @@ public:
     bool waiting() const noexcept { return step_ == Step::stand || step_ == Step::sides; }
     void begin(const PartProgram& program) noexcept {
         making_ = true;
+        complete_ = false;
         next_ = 0;
         enter(Step::lift, program);
     }
@@ -38,9 +39,10 @@ public:
 
     double position() const noexcept { return move_.position(); }
     double velocity() const noexcept { return move_.velocity(); }
-    double speed() const noexcept { return speed_; }                  // of the spindle, rpm
-    bool making() const noexcept { return making_; }                  // a part
-    bool cutting() const noexcept { return cutting_; }                // operation() is under way
+    double speed() const noexcept { return speed_; }      // of the spindle, rpm
+    bool making() const noexcept { return making_; }      // a part
+    bool complete() const noexcept { return complete_; }  // the last part was not left before its end
+    bool cutting() const noexcept { return cutting_; }    // operation() is under way
     bool plunging() const noexcept { return step_ == Step::plunge; }  // it feeds down
     std::size_t operation() const noexcept { return index_; }         // the present or the last one
     std::int32_t operations() const noexcept { return begun_; }       // begun so far
@@ -72,6 +74,7 @@ private:
             case Step::lift:
                 if (next_ == program.size()) {
                     making_ = cutting_ = false;
+                    complete_ = true;
                     return Step::beside;
                 }
                 index_ = next_++;
@@ -124,7 +127,7 @@ private:
     double speed_ = 0;
     std::size_t index_ = std::tuple_size_v<PartProgram> - 1, next_ = 0;
     std::int32_t tool_ = 0, begun_ = 0;
-    bool making_ = false, cutting_ = false;
+    bool making_ = false, complete_ = false, cutting_ = false;
 };
 
 }  // namespace plumb

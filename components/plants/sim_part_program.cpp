@@ -101,6 +101,7 @@ The truth-... pins are for scoring only.)"};
         const bool other_speed = is(Event::spindle_override) || (reached_ && is(Event::speed_change));
 
         cycle_running = part_.making();
+        cycle_complete = part_.complete();
         learn = cycle_ <= learning_cycles;
         cycle = cycle_;
         z_position_cmd = part_.position();
