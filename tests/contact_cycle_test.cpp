@@ -45,7 +45,7 @@ TEST(ContactCycle, FindsThePartnerOfEachContact) {
         ASSERT_TRUE(partner);
         EXPECT_EQ(partner->contact.coordinate, cut.coordinate);
     }
-    EXPECT_EQ(cycle.end(true), 0);
+    EXPECT_EQ(cycle.end(true).missed, 0);
 }
 
 // Trap: with a running index one missed contact turns into a correction of 20 mm.
@@ -65,7 +65,7 @@ TEST(ContactCycle, RunningIndexTurnsAMissedContactInto20MillimetresOursIntoAMiss
     }
     EXPECT_NEAR(literal_corrections[1], 20, 0.1);
     for (const double correction : corrections) EXPECT_NEAR(correction, 15 * um, 1e-9);
-    EXPECT_EQ(ours.end(true), 1);
+    EXPECT_EQ(ours.end(true).missed, 1);
 }
 
 TEST(ContactCycle, AContactThatWasNotLearntHasNoPartner) {
@@ -93,7 +93,7 @@ TEST(ContactCycle, EndSeenOnlyAfterAContactCarriesOnIntoTheNextCycleOursEndsInAn
         ++literal_index;
         literal_ended = !cycle_running_after_the_contact;
         ours.partner(ours.next(10, 1));
-        EXPECT_EQ(ours.end(false), 0) << "what an aborted cycle would have met is not known";
+        EXPECT_EQ(ours.end(false).missed, 0) << "what an aborted cycle would have met is not known";
         EXPECT_FALSE(ours.running());
     }
     EXPECT_FALSE(literal_ended);

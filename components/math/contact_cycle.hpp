@@ -28,17 +28,21 @@ public:
         draft().clear();
     }
 
+    struct Ended {
+        bool learnt;          // there is a new reference
+        std::int32_t missed;  // contacts of the reference that did not come
+    };
+
     // The cycle has ended, in whatever state.  Only a complete and unspoilt learning cycle with a contact
-    // gives a reference; otherwise the one before stays.  Returns how many contacts of the reference did not
-    // come; of a cycle that is not complete this is not known: 0.
-    std::int32_t end(bool complete) noexcept {
-        const bool learnt = learning() && complete && !spoilt_ && draft().size() > 0;
-        std::int32_t missed = 0;
+    // gives a reference; otherwise the one before stays.  What a cycle that is not complete has missed is not
+    // known: 0.
+    Ended end(bool complete) noexcept {
+        Ended ended{learning() && complete && !spoilt_ && draft().size() > 0, 0};
         if (!learning() && complete)
-            for (std::int32_t i = 0; i < references().size(); ++i) missed += !met_[i];
-        if (learnt) in_force_ = 1 - in_force_;
+            for (std::int32_t i = 0; i < references().size(); ++i) ended.missed += !met_[i];
+        if (ended.learnt) in_force_ = 1 - in_force_;
         running_ = false;
-        return missed;
+        return ended;
     }
 
     // The key of the next contact.  An occurrence of 0, which has no partner, if there are too many kinds.

@@ -25,10 +25,12 @@ struct ContactLimits {
     double window = 0;               // mu, about the coordinate of the reference
     double feed_tolerance = 0;       // part of the feed of the reference
     double lost_time_tolerance = 0;  // s
+    double max_correction = 0;       // mu, from the last accepted growth
 
     bool valid() const noexcept {
         return window >= 0 && window <= 1e3 && feed_tolerance >= 0 && feed_tolerance <= 1 &&
-               lost_time_tolerance >= 0 && lost_time_tolerance <= 1e3;
+               lost_time_tolerance >= 0 && lost_time_tolerance <= 1e3 && max_correction >= 0 &&
+               max_correction <= 1e3;
     }
 };
 

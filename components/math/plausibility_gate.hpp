@@ -64,6 +64,8 @@ public:
         agreeing_ = 0;
     }
 
+    double growth() const noexcept { return growth_; }  // mu, of the last accepted contact; 0 before
+
     // Nothing is known any more, as after start.
     void forget() noexcept { *this = PlausibilityGate(); }
 

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact_reference.hpp"
+#include "hal/records.hpp"
+
+namespace plumb {
+
+// A reference, as the walk shows it and takes it back.
+struct ReferenceRow {
+    explicit ReferenceRow(hal::Component* component) : owner(component) {}
+
+    void show(const ContactReference& r) noexcept {
+        operation.row = r.key.operation;
+        tool.row = r.key.tool;
+        occurrence.row = r.key.occurrence;
+        coordinate.row = r.contact.coordinate;
+        time.row = r.contact.time;
+        lost_time.row = r.contact.lost_time;
+        feed.row = r.contact.feed;
+        feed_override.row = r.contact.feed_override;
+        applied_offset.row = r.contact.applied_offset;
+        sigma.row = r.contact.sigma;
+        speed_history.row = r.speed_history;
+        program.row = r.program;
+    }
+
+    ContactReference given() const noexcept {
+        return {{operation.restore, tool.restore, occurrence.restore},
+                {coordinate.restore, time.restore, lost_time.restore, feed.restore, feed_override.restore,
+                 applied_offset.restore, sigma.restore},
+                program.restore,
+                speed_history.restore};
+    }
+
+    hal::Component* const owner;
+    hal::Field<std::int32_t> operation{owner, "operation", "", "Operation of the contact."};
+    hal::Field<std::int32_t> tool{owner, "tool", "", "Tool of the contact."};
+    hal::Field<std::int32_t> occurrence{owner, "occurrence", "", "Which contact of these two, from 1."};
+    hal::Field<double> coordinate{owner, "coordinate", "mu", "Coordinate of the contact."};
+    hal::Field<double> time{owner, "time", "s", "Time of the contact by the clock."};
+    hal::Field<double> lost_time{owner, "lost-time", "s", "Part of this time that Z did not feed."};
+    hal::Field<double> feed{owner, "feed", "mu/s", "Feed at the contact, negative."};
+    hal::Field<double> feed_override{owner, "feed-override", "1", "Override at the contact."};
+    hal::Field<double> applied_offset{owner, "applied-offset", "mu", "Offset at the contact."};
+    hal::Field<double> sigma{owner, "sigma", "mu", "Standard deviation of the contact by noise."};
+    hal::Field<double> speed_history{owner, "speed-history", "rpm",
+                                     "Spindle speed over the ten minutes before."};
+    hal::Field<std::int32_t> program{owner, "program-id", "", "Program that the contact belongs to."};
+};
+
+}  // namespace plumb

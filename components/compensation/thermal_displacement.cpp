@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/contact_report.hpp"
+#include "components/compensation/contact_settings.hpp"
+#include "components/compensation/reference_row.hpp"
+#include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/slew_limit.hpp"
+#include "components/math/growth_by_contact.hpp"
+#include "hal/component.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+
+struct ThermalDisplacement final : hal::Component {
+    static constexpr hal::About about{
+        "thermal_displacement",
+        "compensate thermal growth along Z, measured by the contacts of the tools with the work",
+        R"(
+A warm spindle is longer and reaches the work earlier.  The load of a motor shows when: no sensor is added.  A
+learning cycle on a settled machine records each contact A of a tool with the work; in later cycles on equal blanks
+each contact B is compared with it.  +Z points away from the work, growth g > 0 is a longer spindle, and z-offset is
+what is to be added to the Z origin:
+
+    by coordinate:  g = zB - zA          z-offset = g                       z: z-position at the contact
+    by time:        d = v (tB - tA)      z-offset = applied-offset + d      v < 0: signed feed in the plunge
+
+The clock of the time method starts when z-position - applied-offset comes down to start-height, or with the cycle
+(clock-from-program).  z-offset changes where g differs from it by more than tolerance, only while the tool is out of
+the work, by max-rate at most, and stays within max-offset.
+
+Z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through axis_offset, the
+drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.  z-velocity-cmd is
+joint.N.vel-cmd, motion-type motion.motion-type, operation motion.program-line or a number that the program sets by
+M68.  load may be that of the spindle or of the Z motor.
+
+Learning: with learn true at the start of a cycle, z-offset returns to 0 and stays there.  The reference is taken over
+when cycle-running falls while cycle-complete is true: let the program set it as its last act (M64) and take it back as
+its first.  A cycle that was aborted, that had a fault, or whose offset was not 0, leaves the reference that was there.
+The reference belongs to its program-id and can be read and restored row by row.
+
+A contact is a rise of load by threshold over its running baseline while Z feeds towards the work, one per approach,
+that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.  Choose
+threshold low: four or five times load-noise as shown while the tool feeds through air (it is never taken below four
+times), and a third of the step of the lightest cut at most.  With a threshold h, a load step P and a filter time
+constant tau the contact is seen tau ln(P / (P - h)) late, so a step that is softer by 20 percent moves it by 14 um at
+100 mm/min and 30 ms at half height, by 2 um at an eighth.  Pairing goes by operation, tool and occurrence.  A
+drill, whose load rises over its point, and an entry from the side say nothing about Z: name their keys in
+exclude-operation-N.  A different feed or override is rejected, not scaled away, by either method.
+
+The gate: growth can have come no further than max-growth-rate times the time since the last accepted contact, at
+least gate-floor, at most gate-cap.  What lies beyond is rejected, or, with confirm-contacts above 0, believed once so
+many further contacts agree with it within gate-floor, each of another tool and in another cycle than the one before.
+A contact measures tool, spindle, work and wear together: a chip, odd stock or a longer tool within the gate cannot be
+told from growth by any means and shifts the work by what it is, the gate at most.  A correction is called wrong when
+it leaves |offset - growth| larger than before by more than gate + 3 sigma; a whole batch of odd blanks
+that confirms itself can cause one.
+
+rejection-code:
+
+    1 blanked           4 feed or override differs              7 larger than max-correction
+    2 no reference      5 time: no clock, hold, dwell           8 beyond the gate
+    3 unexpected        6 outside the window
+
+fault-code; inputs that are not numbers, or beyond 1e6, count as lost.  While one is, contacts are not seen and z-offset
+holds; afterwards the load is blanked as after a change of speed:
+
+    1 load              3 spindle-speed-cmd                     5 feed-override, start-height
+    2 z-position, -cmd  4 applied-offset                        6 settings: the last good set is in force
+
+When enable is false or dry-run true, z-offset returns to 0 at max-rate.  Defaults are for millimetres.  Source:
+CN104227498A, claims 1 (time) and 2 (coordinate).)"};
+
+    using Component::Component;
+
+    hal::In<bool> enable{this, "enable", false, "Compare contacts and apply the offset."};
+    hal::In<bool> learn{this, "learn", false, "The next cycle is one to learn from."};
+    hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply."};
+    hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
+    hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};
+    hal::In<std::int32_t> program_id{this, "program-id", 0, "Tells programs, and versions of one, apart."};
+    hal::In<double> load{this, "load", 0, "%", "Load of the spindle or Z motor, of its rating."};
+    hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
+    hal::In<double> z_position{this, "z-position", 0, "mu", "Z by its encoder, offset included."};
+    hal::In<double> z_velocity_cmd{this, "z-velocity-cmd", 0, "mu/s", "Speed of Z, negative to the work."};
+    hal::In<std::int32_t> motion_type{this, "motion-type", 2, "As in LinuxCNC: 1 rapid, 2 feed."};
+    hal::In<double> feed_override{this, "feed-override", 1, "1", "Feed override in force."};
+    hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle."};
+    hal::In<std::int32_t> operation{this, "operation", 0, "Key of the operation; 0 for none."};
+    hal::In<double> start_height{this, "start-height", 0, "mu", "Where the clock of this operation starts."};
+    hal::In<double> applied_offset{this, "applied-offset", 0, "mu", "What the stage adds to the Z origin."};
+
+    ContactSettings contact_settings{this};
+    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied."};
+    hal::In<double> time_tolerance{this, "time-tolerance", 0, "s", "By time: likewise, as a time."};
+    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way."};
+    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset, 1 at most."};
+
+    hal::Out<double> z_offset{this, "z-offset", "mu", "What is to be added to the Z origin, by a stage."};
+    hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
+    hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
+    hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+    ContactReport report{this};
+    hal::Records records{this};
+    ReferenceRow row{this};
+
+    hal::Function run{this, "update", &ThermalDisplacement::update, "After all inputs, before the stage."};
+
+    void prepare() override { settings_ = settings(); }
+
+    void update(double dt) noexcept {
+        const Sample now = sample();
+        const auto lost = GrowthByContact::lost(now);
+        const Settings wanted = settings();
+        if (wanted.valid()) settings_ = wanted;
+        const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
+        const bool applying = now.enable && !dry_run && !now.learn && !measured_.cycle().learning();
+        const bool frozen = applying && lost != GrowthByContact::Lost::nothing;
+
+        const auto event = measured_.step(now, at_zero, settings_.contact, dt);
+        if (event == GrowthByContact::Event::accepted && differs()) target_ = measured_.growth();
+        if (!applying) target_ = 0;
+        const double offset = bounded(target_, settings_.max_offset);
+        if (!measured_.detector().in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
+
+        z_offset = slew_.value();
+        limited = offset != target_;
+        const std::int32_t code = static_cast<std::int32_t>(lost);
+        fault_code = code != 0 || wanted.valid() ? code : bad_settings;
+        fault = code != 0 || !wanted.valid();
+        report.show(measured_, event, now.program, settings_.contact);
+        walk(now.program);
+    }
+
+private:
+    using Sample = GrowthByContact::Sample;
+    static constexpr std::int32_t bad_settings = 6;
+
+    struct Settings {
+        GrowthByContact::Settings contact;
+        double tolerance, time_tolerance, max_offset, max_rate;
+
+        bool valid() const noexcept {
+            const auto within = [](double x, double most) { return x >= 0 && x <= most; };
+            return contact.valid() && within(tolerance, 1e3) && within(time_tolerance, 1e3) &&
+                   within(max_offset, 1e3) && within(max_rate, 1);
+        }
+    };
+
+    Settings settings() noexcept {
+        return {contact_settings.read(), tolerance, time_tolerance, max_offset, max_rate};
+    }
+
+    Sample sample() const noexcept {
+        return {enable,      learn,          cycle_running, cycle_complete, program_id,
+                motion_type, tool_number,    operation,     load,           spindle_speed_cmd,
+                z_position,  z_velocity_cmd, feed_override, start_height,   applied_offset};
+    }
+
+    // The growth is not what is applied, by more than the tolerances.
+    bool differs() const noexcept {
+        const bool timed = settings_.contact.method == Method::time;
+        const double least = timed ? std::abs(measured_.contact().feed) * settings_.time_tolerance : 0;
+        return std::abs(measured_.growth() - target_) > std::max(settings_.tolerance, least);
+    }
+
+    void walk(std::int32_t program) noexcept {
+        if (records.wants_forget()) measured_.forget();
+        if (records.wants_restore()) records.restored(measured_.restore(row.given(), program));
+        const ContactReferences& references = measured_.cycle().references();
+        records.show(references.size(), [&](std::int32_t i) noexcept { row.show(references[i]); });
+    }
+
+    GrowthByContact measured_;
+    Settings settings_{};  // the last good ones
+    double target_ = 0;    // mu
+    SlewLimit slew_;
+};
+
+hal::Model hal::model() {
+    return model_of<ThermalDisplacement>();
+}
+
+}  // namespace plumb

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/approach_clock.hpp"
+#include "components/math/blocks/first_order_lag.hpp"
+#include "components/math/contact_cycle.hpp"
+#include "components/math/contact_rejection.hpp"
+#include "components/math/displacement_law.hpp"
+#include "components/math/load_contact.hpp"
+#include "components/math/plausibility_gate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace plumb {
+
+// Measures the growth of a spindle cycle by cycle: finds the contacts, learns from a cycle or pairs them with
+// the reference, and believes what can be compared and lies within the gate.
+class GrowthByContact {
+public:
+    struct Settings {
+        Method method = Method::coordinate;
+        bool program_clock = false;              // the clock starts with the cycle, not at the start height
+        std::array<std::int32_t, 8> excluded{};  // keys of operations that say nothing about Z; 0 for none
+        double load_latency = 0;                 // s, age of the load
+        LoadContact::Settings contact;
+        ContactLimits limits;
+        PlausibilityGate::Settings gate;
+
+        bool valid() const noexcept {
+            return load_latency >= 0 && load_latency <= 10 && contact.valid() && limits.valid() &&
+                   gate.valid();
+        }
+    };
+
+    // The signals of one period.
+    struct Sample {
+        bool enable = false;
+        bool learn = false;
+        bool cycle_running = false;
+        bool cycle_complete = false;  // as the cycle ends: it was not aborted
+        std::int32_t program = 0;
+        std::int32_t motion = 0;  // as LinuxCNC's motion.motion-type
+        std::int32_t tool = 0;
+        std::int32_t operation = 0;  // key; 0 for none
+        double load = 0;             // %
+        double speed = 0;            // rpm
+        double z = 0;                // mu, offset included
+        double velocity = 0;         // mu/s, signed, negative towards the work
+        double feed_override = 1;    // ratio
+        double start_height = 0;     // mu, without offset
+        double applied_offset = 0;   // mu
+    };
+
+    // What a sample lacks; it is not used then.
+    enum class Lost { nothing, load, position, speed, offset, approach };
+
+    static Lost lost(const Sample& s) noexcept {
+        const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
+        if (bad(s.load)) return Lost::load;
+        if (bad(s.z) || bad(s.velocity)) return Lost::position;
+        if (bad(s.speed)) return Lost::speed;
+        if (bad(s.applied_offset)) return Lost::offset;
+        return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
+    }
+
+    // What has come of a period.
+    enum class Event { none, contact, accepted };
+
+    // One period of dt > 0, in s.  `at_zero` tells that no offset is in force, as it must be while learning.
+    // The settings must be valid.
+    Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        const bool complete_sample = lost(s) == Lost::nothing;
+        follow_cycle(s, settings.program_clock);
+        if (!complete_sample || !s.learn || !at_zero || s.program != program_) cycle_.spoil();
+        gate_.step(dt);
+        if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
+        follow_clock(s, complete_sample, settings.program_clock, dt);
+
+        const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
+        const LoadContact::Event event =
+            detector_.step(load, s.speed, travel(s, settings), settings.contact, dt);
+        uncertain_ |= detector_.blanked();
+        if (event == LoadContact::Event::rise) note(s, settings.load_latency);
+        if (event != LoadContact::Event::contact && event != LoadContact::Event::blanked) return Event::none;
+        return judge(event == LoadContact::Event::blanked, settings);
+    }
+
+    const ContactCycle& cycle() const noexcept { return cycle_; }
+    const LoadContact& detector() const noexcept { return detector_; }
+    double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
+
+    // The speed has changed since a contact was last believed, or none was.
+    bool uncertain() const noexcept { return uncertain_; }
+    bool learning_failed() const noexcept { return learning_failed_; }  // in the last cycle learnt from
+
+    // Of the last contact, whatever became of it.
+    const Contact& contact() const noexcept { return note_.contact; }
+    Rejection rejection() const noexcept { return rejection_; }  // the last one
+
+    // Of the last contact that could be compared, in mu.
+    double growth() const noexcept { return growth_; }
+    double sigma() const noexcept { return sigma_; }
+
+    struct Counts {
+        std::int32_t contacts = 0;  // learnt ones, and the next three
+        std::int32_t accepted = 0;
+        std::int32_t rejected = 0;
+        std::int32_t unexpected = 0;  // without a partner
+        std::int32_t missed = 0;      // in complete cycles
+    };
+    const Counts& counts() const noexcept { return counts_; }
+
+    // See ContactCycle.  Nothing is known of the growth then.
+    bool restore(const ContactReference& reference, std::int32_t program) noexcept {
+        if (!cycle_.restore(reference, program)) return false;
+        gate_.forget();
+        return true;
+    }
+    void forget() noexcept {
+        gate_.forget();
+        cycle_.forget();
+    }
+
+private:
+    static constexpr double history_time = 600;  // s
+
+    // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
+    void follow_cycle(const Sample& s, bool program_clock) noexcept {
+        if (cycle_.running() && !(s.enable && s.cycle_running)) {
+            const bool learnt_from = cycle_.learning();
+            const ContactCycle::Ended ended = cycle_.end(s.enable && s.cycle_complete);
+            counts_.missed += ended.missed;
+            if (learnt_from) learning_failed_ = !ended.learnt;
+            clock_.stop();
+        }
+        if (s.enable && s.cycle_running && !was_running_) {
+            cycle_.begin(s.learn);
+            program_ = s.program;
+            if (program_clock) clock_.start();
+        }
+        was_running_ = s.cycle_running;
+    }
+
+    void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
+        if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
+        operation_ = s.operation;
+        clock_.step(s.velocity, dt);
+        if (complete_sample && !program_clock)
+            clock_.start_below(s.z - s.applied_offset, s.start_height, s.velocity, dt);
+    }
+
+    Travel travel(const Sample& s, const Settings& settings) const noexcept {
+        constexpr std::int32_t rapid = 1, feed = 2;
+        if (s.motion == rapid || s.velocity > 0) return Travel::clear;
+        if (s.motion != feed || !(s.velocity < 0) || !cycle_.running() || s.operation == 0)
+            return Travel::other;
+        const auto& excluded = settings.excluded;
+        const bool used = std::find(excluded.begin(), excluded.end(), s.operation) == excluded.end();
+        return used ? Travel::towards_work : Travel::other;
+    }
+
+    // What was true when the load crossed the threshold, and before that by the age of the load.
+    void note(const Sample& s, double load_latency) noexcept {
+        const double ago = detector_.since_rise() + load_latency;
+        note_.key = {s.operation, s.tool, 0};
+        note_.contact.coordinate = s.z - s.velocity * ago;
+        note_.contact.time = std::max(0.0, clock_.time() - ago);
+        note_.contact.lost_time = clock_.lost_time(s.velocity);
+        note_.contact.feed = s.velocity;
+        note_.contact.feed_override = s.feed_override;
+        note_.contact.applied_offset = s.applied_offset;
+        note_.program = s.program;
+        note_.speed_history = speed_history_.value();
+    }
+
+    // What the rise that was noted turns out to be.
+    Event judge(bool blanked, const Settings& settings) noexcept {
+        ++counts_.contacts;
+        note_.contact.sigma = -note_.contact.feed * detector_.sigma();
+        note_.key = cycle_.next(note_.key.operation, note_.key.tool);
+        const ContactReference* partner = cycle_.learning() ? nullptr : cycle_.partner(note_.key);
+        if (blanked) return reject(Rejection::blanked);
+        if (cycle_.learning()) {
+            cycle_.learn(note_);
+            return believe(0);
+        }
+        if (!cycle_.valid_for(note_.program)) return reject(Rejection::no_reference);
+        if (!partner) return reject(Rejection::unexpected);
+        const Contact& reference = partner->contact;
+        const Rejection reason = comparison(settings.method, note_.contact, reference, settings.limits);
+        if (reason != Rejection::none) return reject(reason);
+        growth_ = plumb::growth(settings.method, note_.contact, reference);
+        sigma_ = std::hypot(note_.contact.sigma, reference.sigma);
+        if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
+            return reject(Rejection::too_large);
+        if (!gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate))
+            return reject(Rejection::beyond_gate);
+        ++counts_.accepted;
+        believe(growth_);
+        return Event::accepted;
+    }
+
+    Event believe(double growth) noexcept {
+        gate_.accept(growth);
+        uncertain_ = false;
+        return Event::contact;
+    }
+
+    Event reject(Rejection reason) noexcept {
+        ++(reason == Rejection::unexpected ? counts_.unexpected : counts_.rejected);
+        rejection_ = reason;
+        return Event::contact;
+    }
+
+    ApproachClock clock_;
+    LoadContact detector_;
+    ContactCycle cycle_;
+    PlausibilityGate gate_;
+    FirstOrderLag speed_history_;
+    bool was_running_ = false;
+    std::int32_t operation_ = 0;  // in the last period
+    std::int32_t program_ = 0;    // as the cycle began
+
+    ContactReference note_;  // the last rise
+    Counts counts_;
+    Rejection rejection_ = Rejection::none;
+    double growth_ = 0;
+    double sigma_ = 0;
+    bool uncertain_ = true;
+    bool learning_failed_ = false;
+};
+
+}  // namespace plumb
