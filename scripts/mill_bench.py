@@ -1,0 +1,435 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Hours of milling without and with thermal_displacement, and what it did to the cuts.
+
+configs/mill/bench.hal runs in the virtual-time host, once with thermal.enable false and once with it true.  Each cut
+is judged by its error: the tip error at its bottom minus that of the reference cut, which the same operation made in
+the learning cycle.  From the second warm contact on, thermal_displacement can know something; the cuts before it are
+counted in a line of their own.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import csv
+import dataclasses
+import multiprocessing
+import os
+import re
+import signal
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
+CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
+sys.path.insert(0, os.path.join(BUILD, "python"))
+
+RUNS = ("without", "with")  # compensation
+EVERY = 0.1  # s between two rows of a recording; cuts are seconds apart
+SERIES_EVERY = 1  # s between two rows of the series that are kept
+
+LENGTHS = {  # recorded in mm, in um from here on
+    "growth": "mill.truth-growth",
+    "offset": "mill.applied-offset",
+    "cut-error": "mill.truth-cut-error",
+    "cut-growth": "mill.truth-cut-growth",
+}
+NUMBERS = {
+    "cuts": "mill.truth-cuts",
+    "cut-operation": "mill.truth-cut-operation",
+    "cut-occurrence": "mill.truth-cut-occurrence",
+    "cut-tool": "mill.truth-cut-tool",
+    "cycle": "program.cycle",
+    "learning": "program.learn",
+    "speed": "program.spindle-speed-cmd",
+    "accepted": "thermal.contacts-accepted",
+    "missed": "thermal.contacts-missed",
+    "unexpected": "thermal.contacts-unexpected",
+    "rejected": "thermal.contacts-rejected",
+    "rejection": "thermal.rejection-code",
+}
+VERDICTS = ("accepted", "missed", "unexpected", "rejected")  # of thermal_displacement on a contact
+
+
+# --- what a recording says ---
+
+
+def read_recording(path):
+    """The columns of a recording, as arrays under their short names, and "time"."""
+    with open(path, encoding="ascii") as file:
+        header = file.readline().strip().split(",")
+        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+    column = dict(zip(header, rows.T))
+    recording = {"time": column["time"]}
+    recording.update((name, 1000 * column[pin]) for name, pin in LENGTHS.items())
+    recording.update((name, column[pin]) for name, pin in NUMBERS.items())
+    return recording
+
+
+CUT = [(name, float) for name in ("time", "error", "tip_error", "growth", "offset")]
+CUT += [(name, int) for name in ("cycle", "operation", "occurrence", "tool", "learning")]
+
+
+def find_cuts(recording):
+    """One row of type CUT for each cut.  Its error is NaN where the operation made no reference cut."""
+    increments = np.diff(recording["cuts"])
+    if np.any(increments > 1):
+        raise ValueError("two cuts fall into one row of the recording")
+    rows = np.flatnonzero(increments) + 1
+    cuts = np.zeros(len(rows), CUT)
+    for name in ("time", "offset", "cycle", "learning"):
+        cuts[name] = recording[name][rows]
+    for name in ("growth", "operation", "occurrence", "tool"):
+        cuts[name] = recording["cut-" + name][rows]
+    cuts["tip_error"] = recording["cut-error"][rows]
+
+    references = {}
+    for cut in cuts[cuts["learning"] == 1]:
+        references[cut["operation"], cut["occurrence"]] = cut["tip_error"]
+    for cut in cuts:
+        cut["error"] = cut["tip_error"] - references.get((cut["operation"], cut["occurrence"]), np.nan)
+    return cuts
+
+
+def warm_cuts(cuts):
+    """The cuts after learning that can be judged."""
+    return cuts[(cuts["learning"] == 0) & np.isfinite(cuts["error"])]
+
+
+def rms(values):
+    return np.sqrt(np.mean(np.square(values))) if len(values) else np.nan
+
+
+def largest(values):
+    return np.max(np.abs(values)) if len(values) else np.nan
+
+
+def find_verdicts(recording):
+    """(time, verdict, rejection code or 0) of each contact that thermal_displacement judged."""
+    found = []
+    for verdict in VERDICTS:
+        increments = np.diff(recording[verdict])
+        for row in np.flatnonzero(increments > 0) + 1:
+            code = int(recording["rejection"][row]) if verdict == "rejected" else 0
+            found += [(recording["time"][row], verdict, code)] * int(increments[row - 1])
+    return sorted(found)
+
+
+@dataclasses.dataclass
+class Outcome:
+    """What is kept of one run: um, s."""
+
+    peak_growth: float  # largest departure of the growth from what it was at the start
+    cuts: np.ndarray  # of type CUT
+    verdicts: list  # as find_verdicts() returns them
+    series: dict  # time, growth, offset and speed, every SERIES_EVERY
+
+
+def judge(recording):
+    growth = recording["growth"]
+    step = round(SERIES_EVERY / EVERY)
+    return Outcome(
+        peak_growth=largest(growth - growth[0]),
+        cuts=find_cuts(recording),
+        verdicts=find_verdicts(recording),
+        series={name: recording[name][::step] for name in ("time", "growth", "offset", "speed")},
+    )
+
+
+# --- running the mill ---
+
+
+def simulate(seed, compensated, duration, told):
+    """The Outcome of one run; told(seconds done) hears of the progress and may return False to stop it."""
+    import plumb  # it is there once Plumb is built
+
+    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+        path = os.path.join(folder, "recording.csv")
+        host.load(CONFIG)
+        host.command("start")
+        for part in ("program", "mill", "drive"):
+            host.set(part + ".seed", seed)
+        host.set("thermal.enable", compensated)
+        host.record(path, [*LENGTHS.values(), *NUMBERS.values()], EVERY)
+        host.run(duration, told)
+        return judge(read_recording(path))
+
+
+def simulate_all(jobs, duration):
+    """The Outcome of each (seed, compensated) in jobs, two at a time; tells of the progress on stderr."""
+    done = multiprocessing.Array("d", len(jobs))
+    interrupted = multiprocessing.Value("b", False)
+    with concurrent.futures.ProcessPoolExecutor(2, initializer=_share, initargs=(done, interrupted)) as pool:
+        futures = [pool.submit(_simulate, index, *job, duration) for index, job in enumerate(jobs)]
+        progress = Progress(len(jobs) * duration)
+        try:
+            while concurrent.futures.wait(futures, 0.2, concurrent.futures.FIRST_EXCEPTION).not_done:
+                if any(future.done() and future.exception() for future in futures):
+                    break
+                progress.show(sum(done))
+            return [future.result() for future in futures]
+        finally:
+            progress.end()
+            interrupted.value = True
+            pool.shutdown(cancel_futures=True)
+
+
+def _share(done, interrupted):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which tells the others
+    _share.done, _share.interrupted = done, interrupted
+
+
+def _simulate(index, seed, compensated, duration):
+    def told(seconds):
+        _share.done[index] = seconds
+        return not _share.interrupted.value
+
+    outcome = simulate(seed, compensated, duration, told)
+    _share.done[index] = duration
+    return outcome
+
+
+class Progress:
+    """A line that is rewritten on a terminal; elsewhere a line for each quarter."""
+
+    def __init__(self, total):
+        self._total = total
+        self._began = time.monotonic()
+        self._quarters = 0
+
+    def show(self, done):
+        elapsed = time.monotonic() - self._began
+        line = f"{done / self._total:4.0%} of {duration_text(self._total)} simulated in {elapsed:.0f} s"
+        if sys.stderr.isatty():
+            print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+        elif int(4 * done / self._total) > self._quarters:
+            self._quarters = int(4 * done / self._total)
+            print(line, file=sys.stderr, flush=True)
+
+    def end(self):
+        if sys.stderr.isatty():
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+# --- what is printed ---
+
+
+def duration_text(seconds):
+    """5400 -> "1 h 30 min"."""
+    parts = [(int(seconds) // 3600, "h"), (int(seconds) % 3600 // 60, "min"), (int(seconds) % 60, "s")]
+    return " ".join(f"{number} {unit}" for number, unit in parts if number) or f"{seconds:g} s"
+
+
+def duration_of(text):
+    """ "4h", "10min", "90s" or "90" in seconds."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) *(h|min|s|)", text)
+    seconds = float(match[1]) * {"h": 3600, "min": 60}.get(match[2], 1) if match else 0
+    if not seconds:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time such as 600, 10min or 4h")
+    return seconds
+
+
+def error_table(without, compensated):
+    """The lines of the table of errors, of two Outcomes of one machine."""
+    before, after = warm_cuts(without.cuts), warm_cuts(compensated.cuts)
+    rows = [
+        ("from the second warm contact on", before["error"][1:], after["error"][1:]),
+        ("all cuts after learning", before["error"], after["error"]),
+        ("the same, against the drawing", before["tip_error"], after["tip_error"]),
+        ("first cut of each cycle", first_of_each_cycle(before)[1:], first_of_each_cycle(after)[1:]),
+    ]
+    for operation in np.unique(after["operation"]):
+        rows.append(
+            (f"operation {operation}",)
+            + tuple(cuts["error"][1:][cuts["operation"][1:] == operation] for cuts in (before, after))
+        )
+    lines = [
+        f"{'Error at the cuts, um (% of peak growth)':40}{'without compensation':>34}{'with compensation':>34}",
+        f"{'':40}" + f"{'rms':>17}{'max':>17}" * 2,
+    ]
+    peak = without.peak_growth
+    for name, *errors in rows:
+        cells = [f(values) for values in errors for f in (rms, largest)]
+        lines.append(f"{name:40}" + "".join(f"{value:>8.1f} ({value / peak:6.1%})" for value in cells))
+    return lines
+
+
+def first_of_each_cycle(cuts):
+    return cuts["error"][np.unique(cuts["cycle"], return_index=True)[1]]
+
+
+def rejection_names():
+    """The words for each rejection code, from the list in the manual page of thermal_displacement."""
+    with open(os.path.join(BUILD, "man", "thermal_displacement.9"), encoding="utf-8") as page:
+        listed = re.search(r"rejection.?-code:\n(.*?)fault.?-code", page.read().replace("\\", ""), re.S)
+    return {int(code): words for code, words in re.findall(r"(\d+) (\S+(?: \S+)*)", listed[1])}
+
+
+def contact_line(outcome, names):
+    """One line about what thermal_displacement made of the contacts."""
+    counts = collections.Counter(verdict for _, verdict, _ in outcome.verdicts)
+    codes = collections.Counter(code for _, verdict, code in outcome.verdicts if verdict == "rejected")
+    reasons = ", ".join(f"{names.get(code, f'code {code}')} {count}" for code, count in codes.most_common())
+    line = "Contacts: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS)
+    return line + (f" ({reasons})" if reasons else "")
+
+
+def percentile_table(machines):
+    """The lines of the table over many machines, of pairs of Outcomes without and with compensation."""
+    figures = {
+        "rms of the error, um": lambda outcome, peak: rms(warm_cuts(outcome.cuts)["error"][1:]),
+        "the same, % of peak growth": lambda outcome, peak: 100 * rms(warm_cuts(outcome.cuts)["error"][1:]) / peak,
+        "largest error, um": lambda outcome, peak: largest(warm_cuts(outcome.cuts)["error"][1:]),
+    }
+    lines = [f"{'At the cuts, from the second warm contact on':50}" + "".join(f"{p:>8}" for p in ("p10", "p50", "p90", "worst"))]
+    for name, figure in figures.items():
+        for run in range(2):
+            values = [figure(pair[run], pair[0].peak_growth) for pair in machines]
+            cells = "".join(f"{v:8.1f}" for v in np.percentile(values, (10, 50, 90, 100)))
+            lines.append(f"{name + ', ' + RUNS[run] + ' compensation':50}{cells}")
+    return lines
+
+
+# --- what is written ---
+
+
+def write_cuts(path, outcomes):
+    """outcomes: run -> Outcome.  One row for each cut."""
+    names = [name for name, _ in CUT]
+    with open(path, "w", newline="", encoding="ascii") as file:
+        writer = csv.writer(file)
+        writer.writerow(["compensation"] + [{"time": "time_s"}.get(n, n + "_um" if t is float else n) for n, t in CUT])
+        for run, outcome in outcomes.items():
+            for cut in outcome.cuts:
+                writer.writerow([run] + [_cell(cut[name]) for name in names])
+
+
+def write_series(path, outcomes):
+    """One row for each SERIES_EVERY."""
+    without, compensated = (outcomes[run].series for run in RUNS)
+    columns = [without["time"], without["speed"], without["growth"], compensated["offset"]]
+    with open(path, "w", newline="", encoding="ascii") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time_s", "spindle_speed_rpm", "growth_um", "offset_um"])
+        writer.writerows([_cell(value) for value in row] for row in zip(*columns))
+
+
+def _cell(value):
+    return f"{value:.4f}".rstrip("0").rstrip(".") if isinstance(value, float) else int(value)
+
+
+# Colours that the colour-blind tell apart, from Okabe and Ito.
+ORANGE, BLUE, GREEN, PURPLE, GREY = "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#555555"
+
+
+def draw(path, outcomes, title):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
+    without, compensated = (outcomes[run] for run in RUNS)
+    figure, (errors, offsets) = pyplot.subplots(
+        2, 1, figsize=(10, 7), sharex=True, height_ratios=(3, 2), layout="constrained"
+    )
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+
+    errors.axhline(0, color=GREY, linewidth=0.8)
+    for outcome, colour, marker, label in (
+        (without, ORANGE, "o", "without compensation"),
+        (compensated, BLUE, "D", "with compensation"),
+    ):
+        cuts = warm_cuts(outcome.cuts)
+        label = f"{label}: rms {rms(cuts['error'][1:]):.1f} µm"
+        errors.plot(cuts["time"] / 3600, cuts["error"], marker, color=colour, markersize=3.5, label=label)
+    errors.set_ylabel("error at the cuts (µm)")
+    errors.legend(loc="upper right", frameon=False, ncols=2, bbox_to_anchor=(1, 1.12))
+    errors.grid(axis="y", color="#dddddd", linewidth=0.6)
+
+    hours = compensated.series["time"] / 3600
+    offsets.plot(hours, compensated.series["growth"], color=GREY, linewidth=2.5, alpha=0.6, label="growth of the machine")
+    offsets.plot(hours, compensated.series["offset"], color=BLUE, linewidth=1.2, label="offset of the Z origin")
+    marks = {"accepted": (GREEN, "|"), "missed": (PURPLE, "v"), "unexpected": (ORANGE, "s"), "rejected": (ORANGE, "x")}
+    bottom = min(np.min(compensated.series["growth"]), np.min(compensated.series["offset"]), 0)
+    span = max(np.ptp(compensated.series["growth"]), 1)
+    for verdict, (colour, marker) in marks.items():
+        times = [time for time, found, _ in compensated.verdicts if found == verdict]
+        if times:
+            level = np.full(len(times), bottom - 0.12 * span)
+            label = f"contact {verdict} ({len(times)})"
+            offsets.plot(np.array(times) / 3600, level, marker, color=colour, markersize=6, label=label)
+    offsets.set_ylabel("growth and offset (µm)")
+    offsets.set_xlabel("time (h)")
+    offsets.set_xlim(0, hours[-1] + SERIES_EVERY / 3600)
+    offsets.legend(loc="upper right", frameon=False, ncols=4, bbox_to_anchor=(1, 1.18), fontsize=9)
+    offsets.grid(axis="y", color="#dddddd", linewidth=0.6)
+    figure.savefig(path, dpi=120)
+    pyplot.close(figure)
+
+
+# --- the command ---
+
+
+def bench_one(seed, duration, output):
+    began = time.monotonic()
+    outcomes = dict(zip(RUNS, simulate_all([(seed, False), (seed, True)], duration)))
+    elapsed = time.monotonic() - began
+    without, compensated = (outcomes[run] for run in RUNS)
+    machine = f"machine {seed}" if seed else "the typical machine"
+    print(f"{duration_text(duration)} of milling on {machine}, peak growth {without.peak_growth:.1f} um\n")
+    print("\n".join(error_table(without, compensated)))
+    print("\n" + contact_line(compensated, rejection_names()))
+    print(f"2 x {duration_text(duration)} in {elapsed:.1f} s: {2 * duration / elapsed:.0f} simulated seconds per second")
+
+    paths = [os.path.join(output, name) for name in ("errors.png", "cuts.csv", "series.csv")]
+    draw(paths[0], outcomes, f"Z errors of {duration_text(duration)} of milling on {machine}")
+    write_cuts(paths[1], outcomes)
+    write_series(paths[2], outcomes)
+    print("Written: " + "  ".join(os.path.relpath(path) for path in paths))
+
+
+def bench_many(seeds, duration, output):
+    jobs = [(seed, compensated) for seed in seeds for compensated in (False, True)]
+    outcomes = simulate_all(jobs, duration)
+    machines = list(zip(outcomes[::2], outcomes[1::2]))
+    print(f"{duration_text(duration)} of milling on each of {len(machines)} machines, {seeds[0]} to {seeds[-1]}\n")
+    print("\n".join(percentile_table(machines)))
+
+    path = os.path.join(output, "machines.csv")
+    with open(path, "w", newline="", encoding="ascii") as file:
+        writer = csv.writer(file)
+        writer.writerow(["machine", "peak_growth_um"] + [f"{figure}_{run}_um" for run in RUNS for figure in ("rms", "max")] + list(VERDICTS))
+        for seed, pair in zip(seeds, machines):
+            errors = [warm_cuts(outcome.cuts)["error"][1:] for outcome in pair]
+            counts = collections.Counter(verdict for _, verdict, _ in pair[1].verdicts)
+            figures = [pair[0].peak_growth] + [f(values) for values in errors for f in (rms, largest)]
+            writer.writerow([seed] + [_cell(value) for value in figures] + [counts[verdict] for verdict in VERDICTS])
+    print("Written: " + os.path.relpath(path))
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/bench mill", description=__doc__.splitlines()[0])
+    parser.add_argument("--seed", type=int, default=None, metavar="N", help="draw machine N; 0 is the typical one")
+    parser.add_argument("--seeds", type=int, metavar="N", help="N drawn machines, from --seed or 1 on, and a table of percentiles")
+    parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
+    parser.add_argument("--output", default=os.path.join(BUILD, "bench", "mill"), metavar="DIR", help="where the files go (default: build/bench/mill)")
+    options = parser.parse_args()
+    try:
+        os.makedirs(options.output, exist_ok=True)
+        if options.seeds:
+            first = 1 if options.seed is None else options.seed
+            bench_many(range(first, first + options.seeds), options.duration, options.output)
+        else:
+            bench_one(options.seed or 0, options.duration, options.output)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except (RuntimeError, OSError, ValueError) as error:
+        sys.exit(f"scripts/bench: {error}")
+
+
+if __name__ == "__main__":
+    main()
