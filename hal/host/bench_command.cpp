@@ -91,7 +91,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
     return row.back();
 }
 
-// " Did you mean 'x'?", or nothing when no name is near.
+// "; did you mean 'x'?", or nothing when no name is near.
 std::string suggestion(Client& host, const std::string& name) {
     std::string nearest;
     std::size_t least = std::max<std::size_t>(3, name.size() / 3);
@@ -104,7 +104,7 @@ std::string suggestion(Client& host, const std::string& name) {
             nearest = candidate;
         }
     }
-    return nearest.empty() ? "" : " Did you mean '" + nearest + "'?";
+    return nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
 }
 
 void require_known(Client& host, const std::string& name, const char* option) try {

@@ -329,6 +329,9 @@ private:
         const int status = await_end();
         const std::string cause = WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
                                                       : "exit status " + std::to_string(WEXITSTATUS(status));
+        // The host itself clears up after its death, unless that part of it was killed as well.
+        unlink(socket.c_str());
+        rmdir(std::filesystem::path(socket).parent_path().c_str());
         std::string words = trimmed(last_words_);
         if (words.size() > kept_words) words.erase(0, words.size() - kept_words);
         death_ = "the virtual-time host died (" + cause + "); " +

@@ -19,6 +19,7 @@ call raises HostDied with its last words. A Host is for one thread at a time.
 """
 
 import collections
+import contextlib
 import json
 import math
 import os
@@ -113,7 +114,7 @@ class Host:
     @property
     def time(self):
         """Virtual time since the host began."""
-        return self._request("hello")["time"] * 1e-9
+        return self._request("hello")["time"] / 1e9
 
     def halcmd(self, *arguments):
         """Runs the real halcmd beside the host, in the present folder; returns a Halcmd, whatever it says."""
@@ -149,7 +150,7 @@ class Host:
         run stops at the next period. An interrupt (Ctrl-C) stops it as well, and is raised.
         """
         def heard(done):
-            if progress is not None and progress(done * 1e-9) is False:
+            if progress is not None and progress(done / 1e9) is False:
                 self._send({"do": "stop"})
 
         try:
@@ -157,7 +158,7 @@ class Host:
         except KeyboardInterrupt:
             self._send({"do": "stop"})
             raise
-        return Ran(answer["time"] * 1e-9, answer["ran"] * 1e-9, answer.get("ended", ""))
+        return Ran(answer["time"] / 1e9, answer["ran"] / 1e9, answer.get("ended", ""))
 
     def record(self, file, names, every, append=False):
         """Writes values into a CSV file: a row now and one after each `every` seconds. Returns an id."""
@@ -192,7 +193,7 @@ class Host:
                 "override": override,
             }
         )
-        return answer["duration"] * 1e-9
+        return answer["duration"] / 1e9
 
     def expect(self, expression, **variables):
         """Checks an expression after every period: host.expect("abs(z) < 1", z="filter.out").
@@ -210,7 +211,7 @@ class Host:
             Violation(
                 found["id"],
                 found["count"],
-                found["first-time"] * 1e-9,
+                found["first-time"] / 1e9,
                 {name: float(value) for name, value in found["values"].items()},
             )
             for found in self._request("violations")["violations"]
@@ -342,6 +343,11 @@ class Host:
             self._death = "the virtual-time host at %s is gone" % self.socket
         else:
             status = self._await_end()
+            if self.socket:  # the host clears up after its death, unless that part of it was killed as well
+                with contextlib.suppress(OSError):
+                    os.unlink(self.socket)
+                with contextlib.suppress(OSError):
+                    os.rmdir(os.path.dirname(self.socket))
             cause = "signal %d" % -status if status < 0 else "exit status %d" % status
             words = self._last_words()
             self._death = "the virtual-time host died (%s); %s" % (

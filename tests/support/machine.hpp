@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A machine of a test's own: processes, shared memory and /tmp that nobody else has, so that what a host
+// leaves behind is there to be counted, and a stock LinuxCNC can run whatever else does.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+struct MachineOptions {
+    std::filesystem::path modules = {};  // to lie over LinuxCNC's own folder of modules
+    bool as_root = true;                 // else as an ordinary user, if the test itself is not root's
+    std::chrono::seconds limit{60};      // after which all its processes are killed
+};
+
+// Runs `body` as the first process of such a machine; failed expectations in it fail this test. It finds
+// plumb-host as host_of_machine(). Skips the test, with the reason, where the kernel gives no namespaces.
+void on_own_machine(const std::function<void()>& body, const MachineOptions& options = {});
+
+inline const char* const host_of_machine = "/tmp/bin/plumb-host";
+
+// What is on the machine, to be called on it.
+struct Processes {
+    static std::vector<pid_t> all();               // but the first
+    static pid_t called(const std::string& name);  // waits for it to be there, for 5 s
+    static std::string name(pid_t process);
+};
+int shared_memory_segments();
+std::vector<std::string> files_in_tmp();  // but the programs
+
+// Waits until no process, no segment and no file is left, for 10 s; fails the test if any is.
+void expect_nothing_left(const std::vector<std::string>& files_before);
+
+// A process of the machine. Its failed expectations and exceptions fail the test as soon as it is awaited.
+class Child {
+public:
+    // As root, or as a user without any rights; `body` may say() lines to its parent.
+    Child(bool root, const std::function<void(Child& self)>& body);
+    ~Child();
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    void say(const std::string& line);  // child: to the parent
+    std::string hear();                 // parent: the next line; throws at the end, or after 20 s
+    void go();                          // parent: lets the child go on
+    void await_go();                    // child: waits for that
+    void kill();                        // parent: with signal 9
+    void await_success();               // parent: within 20 s
+
+    pid_t process() const { return process_; }
+
+private:
+    pid_t process_ = 0;
+    int said_ = -1;
+    int gone_ = -1;
+};
+
+}  // namespace plumb
