@@ -83,9 +83,11 @@ std::string text_of(const Json& value) {
     return text;
 }
 
-/// halcmd's message without its "<commandline>:0: " and line ends.
+/// halcmd's message without its "<commandline>:0: ", its last line and line ends.
 std::string sentence(std::string text) {
     const std::string prefix = "<commandline>:0: ";
+    for (const std::string last : {"setp failed\n", "sets failed\n"})
+        if (const std::size_t at = text.rfind(last); at != std::string::npos) text.erase(at, last.size());
     for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix))
         text.erase(at, prefix.size());
     while (!text.empty() && text.back() == '\n') text.pop_back();
@@ -111,28 +113,19 @@ void Control::serve(int end_descriptor) {
         std::vector<pollfd> waits{{end_descriptor, POLLIN, 0}};
         server_.add_to(waits);
         programs_.add_to(waits);
-        poll(waits.data(), waits.size(), timeline_.running() ? 0 : -1);
+        poll(waits.data(), waits.size(), timeline_.running() || server_.has_requests() ? 0 : -1);
         if (waits.front().revents != 0) break;
         programs_.attend();
         if (timeline_.running()) {
-            try {
-                timeline_.go_on(slice);
-                move_time();
-            } catch (const std::runtime_error& error) {
-                if (runner_) answer(*runner_, {{"ok", false}, {"error", error.what()}});
-                runner_.reset();
-            }
+            move([this, slice] { timeline_.go_on(slice); });
+            show_progress();
         }
         server_.serve();
     }
     server_.flush();
 }
 
-void Control::move_time() {
-    if (!timeline_.running()) {
-        end_run();
-        return;
-    }
+void Control::show_progress() {
     constexpr auto between_progress = std::chrono::milliseconds(200);
     const auto now = std::chrono::steady_clock::now();
     if (!runner_ || now - last_progress_ < between_progress) return;
@@ -140,13 +133,24 @@ void Control::move_time() {
     server_.send(*runner_, Json{{"progress", timeline_.ran()}}.dump());
 }
 
-void Control::end_run() {
+void Control::move(const std::function<void()>& timeline_action) {
+    Json result;
+    try {
+        timeline_action();
+        if (timeline_.running()) return;
+        result = {{"ok", true}, {"time", scheduler().time()}, {"ran", timeline_.ran()}};
+        if (timeline_.ended_by_replay()) result["ended"] = "replay";
+    } catch (const std::runtime_error& error) {
+        result = {{"ok", false}, {"error", error.what()}};
+    }
     if (!runner_) return;
-    Json result{{"ok", true}, {"time", scheduler().time()}, {"ran", timeline_.ran()}};
-    if (timeline_.ended_by_replay()) result["ended"] = "replay";
     const Server::Connection runner = *runner_;
     runner_.reset();
     answer(runner, result);
+}
+
+void Control::stop() {
+    move([this] { timeline_.stop(); });
 }
 
 int Control::rtapi_command(const std::vector<std::string>& words) {
@@ -178,13 +182,13 @@ void Control::control_request(Server::Connection from, const std::string& line) 
 
 void Control::control_request_waits(const std::string& line) {
     const Json request = Json::parse(line, nullptr, false);
-    if (request.is_object() && request.contains("do") && request["do"] == "stop") timeline_.stop();
+    if (request.is_object() && request.contains("do") && request["do"] == "stop") stop();
 }
 
 void Control::closed(Server::Connection connection) {
     if (runner_ != connection) return;
     runner_.reset();  // nobody wants the run any more
-    timeline_.stop();
+    stop();
 }
 
 std::optional<Json> Control::carry_out(Server::Connection from, const Json& request) {
@@ -205,8 +209,7 @@ std::optional<Json> Control::carry_out(Server::Connection from, const Json& requ
         return okay();
     }
     if (what == "stop") {
-        timeline_.stop();
-        end_run();
+        stop();
         return okay();
     }
     if (what == "exit") {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -63,8 +64,9 @@ private:
     std::string signal_of(const std::string& pin);
     std::string writer_of(const std::string& signal);
     void need_hal();
-    void move_time();
-    void end_run();
+    void show_progress();
+    void move(const std::function<void()>& timeline_action);  // answers the runner when the run has ended
+    void stop();
     void answer(Server::Connection to, const Json& answer);
 
     Settings settings_;

@@ -19,6 +19,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -130,6 +131,17 @@ pid_t process_called(const std::string& name) {
     return found;
 }
 
+/// Number of a realtime master of LinuxCNC, or 0. One that lives for a moment only is a messenger of some
+/// halcmd.
+pid_t realtime_master() {
+    constexpr int looks = 10;
+    for (int look = 0; look < looks; ++look) {
+        if (process_called("rtapi_app") == 0) return 0;
+        poll(nullptr, 0, 50);
+    }
+    return process_called("rtapi_app");
+}
+
 /// Waits for the machine's HAL. The lock lasts until the last process that inherits it ends.
 void take_machine_hal(int control_descriptor) {
     const char* const path = access("/run/lock", W_OK) == 0 ? "/run/lock/plumb-host" : "/tmp/plumb-host.lock";
@@ -137,12 +149,15 @@ void take_machine_hal(int control_descriptor) {
     if (lock < 0) lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock < 0) fail(std::string("cannot lock ") + path);
     fchmod(lock, 0666);  // for whoever comes next
-    while (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    for (bool waiting = false; flock(lock, LOCK_EX | LOCK_NB) != 0; waiting = true) {
         if (errno != EWOULDBLOCK && errno != EINTR) fail(std::string("cannot lock ") + path);
+        if (!waiting)
+            std::fputs("plumb-host: waits until the other host that uses this machine's one HAL has ended\n",
+                       stderr);
         if (client_gone(control_descriptor)) std::exit(1);
         poll(nullptr, 0, 50);
     }
-    if (const pid_t process = process_called("rtapi_app"))
+    if (const pid_t process = realtime_master())
         throw std::runtime_error("LinuxCNC's realtime runs on this machine (rtapi_app, process " +
                                  std::to_string(process) +
                                  "), and the kernel gives no namespace to stay apart from it");

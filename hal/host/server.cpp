@@ -177,21 +177,26 @@ void Server::take_requests(Peer& peer) {
         if (!take_text_request(peer)) peer.gone = true;
         return;
     }
-    while (!peer.busy && !peer.finish) {
-        const std::size_t end = peer.received.find('\n');
-        if (end == std::string::npos) break;
-        const std::string line = peer.received.substr(0, end);
-        peer.received.erase(0, end + 1);
-        peer.shown = 0;
-        peer.busy = true;
-        service_.control_request(peer.connection, line);
+    while (!peer.finish) {
+        const std::size_t begin = peer.busy ? peer.shown : 0;
+        const std::size_t end = peer.received.find('\n', begin);
+        if (end == std::string::npos) return;
+        const std::string line = peer.received.substr(begin, end - begin);
+        if (peer.busy) {
+            peer.shown = end + 1;
+            service_.control_request_waits(line);
+        } else {
+            peer.received.erase(0, end + 1);
+            peer.busy = true;
+            service_.control_request(peer.connection, line);
+        }
     }
-    while (peer.busy) {
-        const std::size_t end = peer.received.find('\n', peer.shown);
-        if (end == std::string::npos) break;
-        service_.control_request_waits(peer.received.substr(peer.shown, end - peer.shown));
-        peer.shown = end + 1;
-    }
+}
+
+bool Server::has_requests() const {
+    return std::any_of(peers_.begin(), peers_.end(), [](const Peer& peer) {
+        return !peer.busy && !peer.finish && !peer.gone && peer.received.find('\n') != std::string::npos;
+    });
 }
 
 bool Server::take_text_request(Peer& peer) {

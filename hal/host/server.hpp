@@ -53,6 +53,10 @@ public:
     /// Accepts, reads, carries out and answers whatever is there. Never waits.
     void serve();
 
+    /// Whether serve() has something to do although nothing new has come: a request has waited for another
+    /// one.
+    bool has_requests() const;
+
     /// Sends a line; it does not end the request.
     void send(Connection to, const std::string& line);
 
