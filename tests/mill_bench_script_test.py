@@ -85,10 +85,10 @@ class Figures(unittest.TestCase):
         compensated.cuts["error"][3:] = [-20, 2, -2, 2, -2, 2]
         lines = mill_bench.error_table(without, compensated)
         row = next(line for line in lines if line.startswith("from the second warm contact on"))
-        self.assertIn("2.0 ( 9.1%)", row)
+        self.assertIn("2.0 (  9.1%)", row)
         self.assertNotIn("20.0", row)
         row = next(line for line in lines if line.startswith("all cuts after learning"))
-        self.assertIn("20.0 (90.9%)", row)
+        self.assertIn("20.0 ( 90.9%)", row)
 
     def test_verdicts_are_counted_with_the_code_of_each_rejection(self):
         rows = recording(5, time=range(5), accepted=[0, 1, 1, 3, 3], rejected=[0, 0, 1, 1, 2], rejection=[0, 0, 4, 4, 8])
