@@ -95,12 +95,13 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
     if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
         listen(listener_, 64) != 0)
         fail("cannot listen on " + path_);
-    // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID.
+    // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID; where there is
+    // no such user (EINVAL, in a user namespace), with root's.
     if (const char* const user = geteuid() == 0 ? std::getenv("RTAPI_UID") : nullptr) {
         const uid_t owner = static_cast<uid_t>(std::atoi(user));
-        if (chown(path_.c_str(), owner, static_cast<gid_t>(-1)) != 0 ||
-            chown(folder_.c_str(), owner, static_cast<gid_t>(-1)) != 0)
-            fail("cannot give " + path_ + " to user " + user);
+        for (const std::string& file : {path_, folder_})
+            if (chown(file.c_str(), owner, static_cast<gid_t>(-1)) != 0 && errno != EINVAL)
+                fail("cannot give " + file + " to user " + user);
     }
 
     if (control_descriptor >= 0) {
