@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A property of a simulated machine: given by a pin, or else drawn by the machine's seed.  What no machine could be,
-// not even a hundred times the largest that is drawn, counts as not given.
+// A property of a simulated machine: given by a pin, or else drawn by the machine's seed.  What no machine
+// could be, not even a hundred times the largest that is drawn, counts as not given.
 #pragma once
 
 #include "components/math/blocks/random.hpp"

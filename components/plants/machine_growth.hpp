@@ -8,6 +8,7 @@
 //     air       air-growth (T_shop - 20)
 #pragma once
 
+#include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/first_order_lag.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
@@ -23,11 +24,11 @@ public:
         : speed_{owner, "growth-speed", 8000, "rpm", "Speed at which spindle-growth is reached."},
           spindle_growth_{
               owner, "spindle-growth", 0.06, 0.02, 0.07, "mu", "Growth of the spindle in the end"},
-          exponent_{owner, "growth-exponent", 1.7, 1.5, 1.9, "", "Exponent of the speed in the growth"},
+          exponent_{owner, "growth-exponent", 1.7, 1.5, 1.9, "1", "Exponent of the speed in the growth"},
           tau_turning_{owner, "tau-turning", 600, 240, 1200, "s", "Time constant of the turning spindle"},
           tau_stopped_{owner, "tau-stopped", 3600, 2700, 5400, "s", "Time constant of the spindle at rest"},
           column_share_{
-              owner, "column-share", 0.35, 0.2, 0.5, "", "Part of that growth that head and column undo"},
+              owner, "column-share", 0.35, 0.2, 0.5, "1", "Part of that growth that head and column undo"},
           column_tau_{owner, "column-tau", 7200, 3600, 10800, "s", "Time constant of head and column"},
           screw_rise_{
               owner, "screw-rise", 2, 1, 3, "K", "Rise of the ball screw if Z kept moving at 10 mm/s"},
@@ -50,7 +51,7 @@ public:
             raised_to_ = exponent;
             raised_ = std::pow(turning, exponent);
         }
-        const double heat = spindle_growth_(seed) * raised_;
+        const double heat = bounded(spindle_growth_(seed) * raised_, most);
         const double spindle = spindle_.step(heat, turning > 0 ? tau_turning_(seed) : tau_stopped_(seed), dt);
         const double column = column_.step(-column_share_(seed) * heat, column_tau_(seed), dt);
         const double warm = screw_.step(screw_rise_(seed) * std::abs(v) / 10, screw_tau_(seed), dt);
@@ -61,6 +62,7 @@ public:
 
 private:
     static constexpr double steel = 11.5e-6;  // 1/K
+    static constexpr double most = 10;        // mm, whatever the settings
 
     // What the day, and the heating or air conditioning every 20 minutes, make of 20 degC.
     double shop_air(double dt, std::int32_t seed) noexcept {

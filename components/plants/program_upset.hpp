@@ -52,12 +52,12 @@ struct Upset {
 class Upsets {
 public:
     explicit Upsets(hal::Component* owner)
-        : rate_{owner, "event-rate", 0, "", "Probability that an event upsets a cycle, 0 to 1."},
+        : rate_{owner, "event-rate", 0, "1", "Probability that an event upsets a cycle, 0 to 1."},
           event_{owner, "event", 0, "Number of an event to have; 0 leaves it to event-rate."},
           cycle_{owner, "event-cycle", 0, "Cycle that event upsets, from 1; 0 for every one."},
           operation_{owner, "event-operation", 0, "Operation that an event upsets; 0 draws it."},
           height_{owner, "event-height", 0, "mu", "Height of an event; 0 draws it."},
-          factor_{owner, "event-factor", 0, "", "Factor of an event; 0 draws it."},
+          factor_{owner, "event-factor", 0, "1", "Factor of an event; 0 draws it."},
           smallest_{owner, "event-smallest", 0.1, "mu", "Smallest height that is drawn."},
           largest_{owner, "event-largest", 0, "mu", "Largest height that is drawn; 0 for what is usual."} {}
 

@@ -34,7 +34,7 @@ value in force.)"};
                                       "Speed that the spindle is to have."};
     hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle; a change orients it."};
     hal::In<std::int32_t> teeth{this, "teeth", 4, "Teeth of the tool."};
-    hal::In<double> tool_wear{this, "tool-wear", 0, "", "Wear of the tool, 0 to 1."};
+    hal::In<double> tool_wear{this, "tool-wear", 0, "1", "Wear of the tool, 0 to 1."};
     hal::In<std::int32_t> cycle{this, "cycle", 0, "Number of the part; a change draws a new part gain."};
     hal::In<bool> coolant{this, "coolant", false, "Coolant is on."};
 
@@ -42,17 +42,17 @@ value in force.)"};
     Drawn idle{this, "idle", 4, 3, 6, "%", "Load of the slowly turning spindle"};
     Drawn idle_speed{this, "idle-speed", 6, 4, 10, "%", "What idling at 10000 rpm adds"};
     Drawn warm_decline{
-        this, "warm-decline", 0.2, 0.1, 0.3, "", "Part of the idle load that a warm spindle loses"};
+        this, "warm-decline", 0.2, 0.1, 0.3, "1", "Part of the idle load that a warm spindle loses"};
     Drawn warm_tau{this, "warm-tau", 900, 600, 1200, "s", "Time constant of that loss"};
     Drawn pulse{this, "pulse", 100, 60, 150, "%", "Load while the spindle changes its speed"};
     Drawn pulse_time{this, "pulse-time", 1, 0.2, 2, "s", "Time that it takes from rest to 10000 rpm"};
     Drawn coolant_load{this, "coolant-load", 1, 0.5, 2, "%", "What coolant adds"};
-    Drawn part_spread{this, "part-spread", 0.2, 0.1, 0.2, "", "Largest deviation of the part gain from 1"};
+    Drawn part_spread{this, "part-spread", 0.2, 0.1, 0.2, "1", "Largest deviation of the part gain from 1"};
     Drawn wear_rise{
-        this, "wear-rise", 0.3, 0.2, 0.3, "", "What a worn-out tool adds to its cut, as a part of it"};
+        this, "wear-rise", 0.3, 0.2, 0.3, "1", "What a worn-out tool adds to its cut, as a part of it"};
     Drawn tooth_ripple{
-        this, "tooth-ripple", 0.2, 0.1, 0.3, "", "Amplitude at the tooth frequency, part of the cut"};
-    Drawn runout_ripple{this, "runout-ripple", 0.1, 0.05, 0.2, "", "Amplitude once a turn, part of the cut"};
+        this, "tooth-ripple", 0.2, 0.1, 0.3, "1", "Amplitude at the tooth frequency, part of the cut"};
+    Drawn runout_ripple{this, "runout-ripple", 0.1, 0.05, 0.2, "1", "Amplitude once a turn, part of the cut"};
     Drawn lag{this, "lag", 0.02, 0.005, 0.1, "s", "Time constant of the drive's filter"};
     Drawn sample_time{
         this, "sample-time", 0.002, 0.001, 0.016, "s", "Time between two values; 0 for every period"};
@@ -82,7 +82,7 @@ value in force.)"};
             const double noise = white_noise(seed_) * random_.gaussian() +
                                  flicker_noise(seed_) * flicker_.step(random_, since);
             const double step = quantum(seed_);
-            return step > 0 ? std::round((sample + noise) / step) * step : sample + noise;
+            return step > 1e-9 ? std::round((sample + noise) / step) * step : sample + noise;
         });
         truth_load = all;
         truth_speed = speed_.value();

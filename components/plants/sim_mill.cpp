@@ -36,7 +36,8 @@ input that is not a number, or beyond any mill, leaves its last good value in fo
     hal::In<std::int32_t> occurrence{this, "occurrence", 0,
                                      "Which run of this operation in the cycle, from 1."};
     hal::In<std::int32_t> event{this, "event", 0, "Event under way, as sim_part_program numbers them."};
-    hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle; a change seats it anew."};
+    hal::In<std::int32_t> tool_number{
+        this, "tool-number", 0, "Tool in the spindle; a change seats it anew, and replaces a worn-out one."};
     hal::In<std::int32_t> tool_kind{this, "tool-kind", 0, "0 end mill, 1 drill."};
     hal::In<double> tool_diameter{this, "tool-diameter", 10, "mu", "Diameter of the tool."};
     hal::In<double> tool_deviation{this, "tool-deviation", 0, "mu",
@@ -65,9 +66,10 @@ input that is not a number, or beyond any mill, leaves its last good value in fo
     hal::Out<double> z_position{this, "z-position", "mu", "Z that the encoder reads, offset included."};
     hal::Out<double> applied_offset{this, "applied-offset", "mu",
                                     "Offset in the position that Z is sent to."};
-    hal::Out<double> engagement{this, "engagement", "Part of its full chip that the tool cuts, 0 to 1."};
+    hal::Out<double> engagement{this, "engagement", "1", "Part of its full chip that the tool cuts, 0 to 1."};
     hal::Out<double> cutting_power{this, "cutting-power", "W", "Power of the cut with a sharp tool."};
-    hal::Out<double> tool_wear{this, "tool-wear", "Wear of the tool in the spindle, 0 to 1 when worn out."};
+    hal::Out<double> tool_wear{this, "tool-wear", "1",
+                               "Wear of the tool in the spindle, 0 to 1 when worn out."};
     hal::Out<double> truth_growth{this, "truth-growth", "mu", "Growth of the machine."};
     hal::Out<double> truth_tip_error{this, "truth-tip-error", "mu", "How much too high the tip is."};
     hal::Out<bool> truth_contact{this, "truth-contact",
@@ -84,14 +86,15 @@ input that is not a number, or beyond any mill, leaves its last good value in fo
         speed_ = usable(spindle_speed_cmd, 1e5, speed_);
         time_ += dt;
 
-        const double nominal = command_lag_.step(command_, servo_gain(seed_), dt);
-        const double z = nominal + offset_lag_.step(offset_, servo_gain(seed_), dt);
+        const double gain = std::max(servo_gain(seed_), 1.0);
+        const double nominal = command_lag_.step(command_, gain, dt);
+        const double z = nominal + offset_lag_.step(offset_, gain, dt);
         const double warm = growth.step(seed_, speed_, z, (z - z_) / dt, dt);
         replayed_ = usable(growth_replay, 1e3, replayed_);
         const double grown = use_replay ? replayed_ : warm;
         const double play = backlash(seed_) / 2;
         driven_ = std::clamp(driven_, z - play, z + play);
-        double& wear = wear_[static_cast<std::uint32_t>(task.tool) % std::size(wear_)];
+        double& wear = wear_of(task.tool);
         longer_ = usable(tool_deviation, 1e3, longer_);
         const double tip = driven_ - grown + wear * wear_length(seed_) + seat_ - longer_;
 
@@ -104,7 +107,7 @@ input that is not a number, or beyond any mill, leaves its last good value in fo
         truth.cut(task.operation != 0 && work.depth > 0 && work.engaged > 0, task, tip, tip - nominal, grown);
 
         const double step = encoder_step(seed_);
-        z_position = step > 0 ? std::round(z / step) * step : z;
+        z_position = step > 1e-9 ? std::round(z / step) * step : z;
         applied_offset = offset_;
         engagement = work.engaged;
         cutting_power = work.power;
@@ -141,7 +144,12 @@ private:
 
     void seat(std::int32_t tool) noexcept {
         tool_ = tool;
+        if (wear_of(tool) >= 1) wear_of(tool) = 0;
         seat_ = seating(seed_) * random_.gaussian();
+    }
+
+    double& wear_of(std::int32_t tool) noexcept {
+        return wear_[static_cast<std::uint32_t>(tool) % std::size(wear_)];
     }
 
     Work cut(double tip, double dt) noexcept {
@@ -154,7 +162,8 @@ private:
             side_feed_ = usable(side_feed, 1e4, side_feed_);
             width_ = usable(side_entry, 1e3, width_);
             const double engaged = depth > 0 ? std::clamp(width_ / std::max(diameter_, 1e-3), 0.0, 1.0) : 0;
-            return {depth, engaged, cutting_force * std::max(0.0, depth) * diameter_ * engaged * side_feed_, false};
+            return {depth, engaged, cutting_force * std::max(0.0, depth) * diameter_ * engaged * side_feed_,
+                    false};
         }
         const ToolKind kind = tool_kind == 1 ? ToolKind::drill : ToolKind::end_mill;
         const double feed = std::max(0.0, (tip_ - tip) / dt);

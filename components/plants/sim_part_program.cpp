@@ -59,7 +59,8 @@ The truth-... pins are for scoring only.)"};
                                     "How fast that moves; negative to the work."};
     hal::Out<std::int32_t> motion_type{this, "motion-type", "0 none, 1 rapid, 2 feed, as in LinuxCNC."};
     hal::Out<double> spindle_speed_cmd{this, "spindle-speed-cmd", "rpm", "Speed of the spindle."};
-    hal::Out<double> feed_override{this, "feed-override", "Factor on the feed that the operator has set."};
+    hal::Out<double> feed_override{this, "feed-override", "1",
+                                   "Factor on the feed that the operator has set."};
     hal::Out<bool> coolant{this, "coolant", "Coolant is on."};
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation; 0 between parts."};
     hal::Out<std::int32_t> program_id{this, "program-id", "Changes when the program is edited."};
@@ -83,7 +84,7 @@ The truth-... pins are for scoring only.)"};
                                             "Which run of the operation in its cycle, from 1."};
     hal::Out<std::int32_t> truth_event{this, "truth-event",
                                        "Event under way, as numbered above; 0 for none."};
-    hal::Function update_{this, "update", &SimPartProgram::update, "First."};
+    hal::Function update_{this, "update", &SimPartProgram::update, "Before the mill."};
 
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);
