@@ -15,6 +15,12 @@
 
 namespace plumb::host {
 
+#ifdef __SANITIZE_ADDRESS__
+
+void explain_crashes() {}
+
+#else
+
 namespace {
 
 constexpr std::size_t stack_size = 1 << 16;
@@ -47,7 +53,6 @@ void explain(int number, siginfo_t* information, void* context) {
 }  // namespace
 
 void explain_crashes() {
-#ifndef __SANITIZE_ADDRESS__
     // A stack of its own: that of the thread may be what has run out.
     stack_t stack{};
     stack.ss_sp = std::malloc(stack_size);
@@ -57,7 +62,8 @@ void explain_crashes() {
     action.sa_sigaction = explain;
     action.sa_flags = SA_SIGINFO | SA_ONSTACK | static_cast<int>(SA_RESETHAND);
     for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigaction(number, &action, nullptr);
-#endif
 }
+
+#endif
 
 }  // namespace plumb::host

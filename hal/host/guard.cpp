@@ -18,7 +18,9 @@
 #include <stdexcept>
 
 #ifdef __SANITIZE_ADDRESS__
-#include <sanitizer/allocator_interface.h>
+// gcc has this function, and no header that declares it.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*allocated)(const volatile void*, std::size_t),
+                                                         void (*released)(const volatile void*));
 #endif
 
 #ifndef PR_SET_SYSCALL_USER_DISPATCH

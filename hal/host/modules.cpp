@@ -17,6 +17,8 @@ namespace {
 
 const std::string hal_library = "hal_lib";
 
+using Texts = std::list<std::string>;
+
 /// Constructors of components that can be instantiated, by component number.
 std::map<int, constructor>& constructors() {
     static std::map<int, constructor> the_constructors;
@@ -30,10 +32,9 @@ Function symbol(void* handle, const std::string& name) {
 
 /// Writes one value into element `index` of a module's parameter.
 bool set_element(char type, const std::string& parameter, const std::string& text, void* storage,
-                 std::size_t index) {
+                 std::size_t index, Texts& texts) {
     if (type == 's') {
-        static_cast<char**>(storage)[index] =
-            strdup(text.c_str());  // the module keeps it for as long as it likes
+        static_cast<char**>(storage)[index] = texts.emplace_back(text).data();
         return true;
     }
     if (type != 'i' && type != 'l') {
@@ -55,7 +56,7 @@ bool set_element(char type, const std::string& parameter, const std::string& tex
 
 /// Sets a module's parameter from NAME=VALUE. The module describes it by three symbols: its address, its type
 /// (i, l or s), and for an array its size.
-bool set_parameter(void* handle, std::string text) {
+bool set_parameter(void* handle, std::string text, Texts& texts) {
     text.erase(std::remove(text.begin(), text.end(), '"'), text.end());
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) {
@@ -75,7 +76,7 @@ bool set_parameter(void* handle, std::string text) {
         return false;
     }
     auto* const size = symbol<const int*>(handle, "rtapi_info_size_" + name);
-    if (size == nullptr) return set_element(**type, text, value, *address, 0);
+    if (size == nullptr) return set_element(**type, text, value, *address, 0, texts);
 
     std::size_t index = 0;
     for (std::size_t begin = 0; begin != std::string::npos; ++index) {
@@ -84,7 +85,8 @@ bool set_parameter(void* handle, std::string text) {
             return false;
         }
         const std::size_t comma = value.find(',', begin);
-        if (!set_element(**type, text, value.substr(begin, comma - begin), *address, index)) return false;
+        if (!set_element(**type, text, value.substr(begin, comma - begin), *address, index, texts))
+            return false;
         begin = comma == std::string::npos ? comma : comma + 1;
     }
     return true;
@@ -142,8 +144,9 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
         dlclose(handle);
         return -1;
     }
+    Texts texts;
     for (const std::string& parameter : parameters) {
-        if (!set_parameter(handle, parameter)) {
+        if (!set_parameter(handle, parameter, texts)) {
             dlclose(handle);
             return -1;
         }
@@ -155,7 +158,7 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
         dlclose(handle);
         return result;
     }
-    modules_.push_back({name, handle});
+    modules_.push_back({name, handle, std::move(texts)});
     return 0;
 }
 
@@ -166,7 +169,7 @@ int Modules::unload(const std::string& name) {
         return -1;
     }
     ++changes_;
-    const Module unloaded = *module;
+    const Module unloaded = std::move(*module);
     modules_.erase(modules_.begin() + (module - modules_.data()));
     if (auto* const exit = symbol<void (*)()>(unloaded.handle, "rtapi_app_exit")) exit();
     dlclose(unloaded.handle);

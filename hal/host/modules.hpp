@@ -3,6 +3,7 @@
 // what is wrong in rtapi_app's words, which integrators and LinuxCNC's own tests know.
 #pragma once
 
+#include <list>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ private:
     struct Module {
         std::string name;
         void* handle;
+        std::list<std::string> texts;  // of its parameters, which point into them
     };
 
     Module* find(const std::string& name);
