@@ -441,7 +441,8 @@ void Client::expect(const std::string& id, const std::string& expression,
 
 std::vector<Violation> Client::violations() {
     std::vector<Violation> violations;
-    for (const Json& json : connection_->request({{"do", "violations"}}).at("violations")) {
+    const Json answer = connection_->request({{"do", "violations"}});
+    for (const Json& json : answer.at("violations")) {
         Violation& violation = violations.emplace_back();
         violation.id = json.at("id").get<std::string>();
         violation.count = json.at("count").get<std::int64_t>();
@@ -453,7 +454,8 @@ std::vector<Violation> Client::violations() {
 
 std::vector<GuardViolation> Client::guard() {
     std::vector<GuardViolation> violations;
-    for (const Json& json : connection_->request({{"do", "guard"}}).at("violations"))
+    const Json answer = connection_->request({{"do", "guard"}});
+    for (const Json& json : answer.at("violations"))
         violations.push_back({json.at("function").get<std::string>(), json.at("what").get<std::string>()});
     return violations;
 }
