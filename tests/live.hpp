@@ -4,7 +4,7 @@
 // A disabled component passes every test of bad inputs.  So the test file of each component that drives an
 // axis registers one of these, at namespace scope:
 //
-//     const Live live{"rod_growth", "z", [](Bench& bench) { ... }, {{"z.offset", "z.max-rate"}}, 60};
+//     const Live live{"rod_growth", "z", [](Bench& bench) { ... }, {{"z.offset", "z.max-rate"}}, 10, 60};
 #pragma once
 
 #include "tests/bench.hpp"
@@ -23,11 +23,12 @@ struct Live {
     };
 
     Live(std::string module_name, std::string instance_name, std::function<void(Bench&)> bring_to_life,
-         std::vector<Ramp> limited, double seconds_to_recover)
+         std::vector<Ramp> limited, double seconds_of_life, double seconds_to_recover)
         : module(std::move(module_name)),
           instance(std::move(instance_name)),
           start(std::move(bring_to_life)),
           ramps(std::move(limited)),
+          span(seconds_of_life),
           recovery(seconds_to_recover) {
         all().push_back(this);
     }
@@ -45,6 +46,7 @@ struct Live {
     const std::string instance;
     const std::function<void(Bench&)> start;  // on a bench without threads
     const std::vector<Ramp> ramps;
+    const double span;      // seconds from there in which all happens that can happen, outputs in motion, too
     const double recovery;  // seconds after which a bad value must be forgotten
 
 private:
