@@ -35,7 +35,7 @@ inline void append_seconds(std::string& text, Nanoseconds time) {
 
 /// Reads a number that fills the whole text; nothing when it does not.
 inline std::optional<double> number_of(std::string_view text) {
-    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     double number = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
