@@ -295,6 +295,20 @@ TEST(SideBySide, WithoutNamespacesASecondHostWaitsForTheFirstAndSaysSo) {
     });
 }
 
+TEST(SideBySide, WhereTheKernelForbidsNamespacesTheMachinesHalIsUsed) {
+    MachineOptions options;
+    options.own_users = true;
+    on_own_machine(
+        [] {
+            std::ofstream("/proc/sys/user/max_ipc_namespaces") << 0;
+            host::Client host({{}, true, false, false, host_of_machine});
+            EXPECT_FALSE(host.namespaces());
+            make_thread(host);
+            EXPECT_GT(shared_memory_segments(), 0);
+        },
+        options);
+}
+
 TEST(SideBySide, WithoutNamespacesItIsRefusedWhileLinuxCncRuns) {
     on_own_machine([] {
         setenv("RTAPI_UID", "65534", 1);  // which a stock realtime of root's asks for

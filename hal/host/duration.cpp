@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <stdexcept>
 
 namespace plumb::host {
@@ -14,6 +15,7 @@ struct Unit {
     std::int64_t length;  // ns
 };
 
+// The longest first; each of the first four is followed by the unit in which its remainder is told.
 constexpr Unit units[] = {{"d", 86'400'000'000'000},
                           {"h", 3'600'000'000'000},
                           {"min", 60'000'000'000},
@@ -47,16 +49,15 @@ Time parse_duration(const std::string& text) {
 
 std::string describe_duration(Time duration) {
     const std::int64_t length = duration.count();
-    for (std::size_t i = 0; i < 2; ++i) {  // days and hours, and what is left in the next smaller unit
+    for (std::size_t i = 0; i < std::size(units); ++i) {
         if (length < units[i].length) continue;
+        if (length < 60'000'000'000)
+            return with_unit(static_cast<double>(length) / static_cast<double>(units[i].length),
+                             units[i].name);
         const std::int64_t rest = length % units[i].length / units[i + 1].length;
         const std::string whole = std::to_string(length / units[i].length) + " " + units[i].name;
         return rest ? whole + " " + std::to_string(rest) + " " + units[i + 1].name : whole;
     }
-    for (std::size_t i = 2; i < std::size(units); ++i)
-        if (length >= units[i].length)
-            return with_unit(static_cast<double>(length) / static_cast<double>(units[i].length),
-                             units[i].name);
     return "0 s";
 }
 

@@ -10,6 +10,10 @@
 namespace plumb {
 namespace {
 
+double in_seconds(host::Time time) {
+    return std::chrono::duration<double>(time).count();
+}
+
 std::vector<std::string> split(const std::string& line) {
     std::vector<std::string> cells(1);
     for (const char c : line)
@@ -90,7 +94,7 @@ void Bench::run(double seconds) {
         for (const auto& [name, value] : violation.values)
             values += ", " + name + " = " + testing::PrintToString(value);
         ADD_FAILURE() << expectations_[violation.id] << " did not hold in " << violation.count - reported
-                      << " periods; first at " << std::chrono::duration<double>(violation.first_time).count()
+                      << " periods; first at " << testing::PrintToString(in_seconds(violation.first_time))
                       << " s" << values;
         reported = violation.count;
     }

@@ -51,7 +51,7 @@ std::string read_file(const std::string& path) {
 }
 
 void furnish(const MachineOptions& options, uid_t user, gid_t group) {
-    if (user != 0) {
+    if (user != 0 || options.own_users) {
         write_file("/proc/self/setgroups", "deny");
         const std::string inside_user = options.as_root ? "0 " : std::to_string(user) + " ";
         const std::string inside_group = options.as_root ? "0 " : std::to_string(group) + " ";
@@ -115,7 +115,8 @@ void on_own_machine(const std::function<void()>& body, const MachineOptions& opt
     std::fflush(nullptr);
     const uid_t user = geteuid();
     const gid_t group = getegid();
-    const unsigned long spaces = CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS | (user ? CLONE_NEWUSER : 0);
+    const unsigned long spaces =
+        CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS | (user != 0 || options.own_users ? CLONE_NEWUSER : 0);
     const auto machine =
         static_cast<pid_t>(syscall(SYS_clone, SIGCHLD | spaces, nullptr, nullptr, nullptr, nullptr));
     if (machine < 0) GTEST_SKIP() << "the kernel gives no namespaces: " << std::strerror(errno);

@@ -16,7 +16,8 @@ namespace plumb {
 struct MachineOptions {
     std::filesystem::path modules = {};  // to lie over LinuxCNC's own folder of modules
     bool as_root = true;                 // else as an ordinary user, if the test itself is not root's
-    std::chrono::seconds limit{60};      // after which all its processes are killed
+    bool own_users = false;          // with users of its own, so that it may change what the kernel allows it
+    std::chrono::seconds limit{60};  // after which all its processes are killed
 };
 
 // Runs `body` as the first process of such a machine; failed expectations in it fail this test. It finds

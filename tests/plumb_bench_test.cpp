@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// `plumb bench` as its users meet it.
+#include "tests/bench.hpp"
+#include "tests/support/program.hpp"
+
+#include <gmock/gmock.h>
+
+#include <signal.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <thread>
+
+namespace plumb {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string plumb_program = BUILD_DIR "/bin/plumb";
+
+// A first-order lag of 1 s at 1 kHz: gain = 1 - exp(-0.001).
+const char* const lag = R"(loadrt threads name1=servo-thread period1=1000000
+loadrt lowpass names=lag
+setp lag.gain 0.0009995001666250082
+addf lag servo-thread
+)";
+
+std::string contents(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+struct PlumbBench : testing::Test {
+    const Folder folder;
+
+    PlumbBench() { folder.write("lag.hal", lag); }
+
+    Outcome bench(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile = {}) {
+        arguments.insert(arguments.begin(), {plumb_program, "bench"});
+        return run_program(arguments, folder.path(), meanwhile);
+    }
+
+    // A row a second of the lag after a step to 1.
+    std::vector<std::string> step(const std::string& file) {
+        return {"lag.hal",        "--for",   "5",  "--set",    "lag.in=1", "--record",
+                "lag.in,lag.out", "--every", "1s", "--output", file};
+    }
+};
+
+TEST_F(PlumbBench, RecordsTheStepResponseOfAFilter) {
+    const Outcome outcome = bench(step("out.csv"));
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_EQ(outcome.errors, "");
+    EXPECT_THAT(outcome.output, HasSubstr("simulated 5 s in "));
+    EXPECT_THAT(outcome.output, HasSubstr("recorded lag.in, lag.out every 1 s in out.csv\n"));
+    const Table table = read_table(folder / "out.csv");
+    EXPECT_THAT(table.names, ElementsAre("time", "lag.in", "lag.out"));
+    EXPECT_THAT(table.column("time"), ElementsAre(0, 1, 2, 3, 4, 5));
+    EXPECT_THAT(table.column("lag.in"), ElementsAre(1, 1, 1, 1, 1, 1));
+    for (const auto& row : table.rows) EXPECT_NEAR(row[2], 1 - std::exp(-row[0]), 1e-9);
+}
+
+TEST_F(PlumbBench, TwoRunsGiveTheSameBytes) {
+    folder.write("noise.hal",
+                 "loadrt threads name1=servo-thread period1=1000000\n"
+                 "loadrt siggen names=g\nloadrt pid names=p\nloadrt limit3 names=l\n"
+                 "setp g.frequency 0.7310585\nsetp p.Pgain 3\nsetp p.Igain 7\nsetp p.enable 1\n"
+                 "setp l.maxv 2\nsetp l.maxa 30\n"
+                 "net a g.sine => l.in\nnet b l.out => p.command\nnet c p.output => p.feedback\n"
+                 "addf g.update servo-thread\naddf l servo-thread\naddf p.do-pid-calcs servo-thread\n");
+    for (const char* file : {"1.csv", "2.csv"})
+        EXPECT_EQ(bench({"noise.hal", "--for", "30", "--record", "a,b,c", "--every", "1ms", "--output", file})
+                      .status,
+                  0);
+    const std::string first = contents(folder / "1.csv");
+    EXPECT_GT(first.size(), 1'000'000u);
+    EXPECT_EQ(first, contents(folder / "2.csv"));
+}
+
+TEST_F(PlumbBench, LoadsSeveralFilesWithTheValuesOfAnIniFile) {
+    folder.write("machine.ini", "[FILTER]\nGAIN = 1\nINPUT = 42\n");
+    folder.write("more.hal", "setp lag.gain [FILTER]GAIN\nsetp lag.in [FILTER](INPUT)\n");
+    const Outcome outcome = bench({"lag.hal", "more.hal", "--ini", "machine.ini", "--for", "1ms", "--record",
+                                   "lag.out", "--every", "1ms", "--output", "out.csv"});
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_THAT(read_table(folder / "out.csv").column("lag.out"), ElementsAre(0, 42));
+}
+
+TEST_F(PlumbBench, ErrorsInAFileAreHalcmdsOwnWithFileAndLine) {
+    folder.write("wrong.hal", std::string(lag) + "setp lag.gian 1\n");
+    const Outcome outcome = bench({"wrong.hal", "--for", "1"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors, AllOf(HasSubstr("wrong.hal:5:"), HasSubstr("lag.gian")));
+    EXPECT_EQ(outcome.output, "");
+}
+
+TEST_F(PlumbBench, UnknownNamesAreRefusedWithTheNearestOne) {
+    const Outcome record =
+        bench({"lag.hal", "--for", "1", "--record", "lag.uot", "--every", "1s", "--output", "out.csv"});
+    EXPECT_EQ(record.status, 1);
+    EXPECT_THAT(record.errors,
+                AllOf(HasSubstr("--record"), HasSubstr("'lag.uot'"), HasSubstr("did you mean 'lag.out'?")));
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.csv"));
+    const Outcome set = bench({"lag.hal", "--for", "1", "--set", "utterly-different=1"});
+    EXPECT_EQ(set.status, 1);
+    EXPECT_THAT(set.errors,
+                AllOf(HasSubstr("--set"), HasSubstr("'utterly-different'"), Not(HasSubstr("did you mean"))));
+}
+
+TEST_F(PlumbBench, SettingWhatIsNettedIsRefused) {
+    folder.write("netted.hal", std::string(lag) + "net input lag.in\n");
+    const Outcome outcome = bench({"netted.hal", "--for", "1", "--set", "lag.in=1"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors, AllOf(HasSubstr("lag.in"), HasSubstr("connected to a signal")));
+}
+
+TEST_F(PlumbBench, FilesWithoutAThreadAreRefused) {
+    folder.write("still.hal", "loadrt lowpass\n");
+    const Outcome outcome = bench({"still.hal", "--for", "1"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors, HasSubstr("no file loads a realtime thread"));
+}
+
+TEST_F(PlumbBench, WrongCommandLinesAreOneSentenceEach) {
+    const auto refused = [&](const std::vector<std::string>& arguments, const std::string& word) {
+        const Outcome outcome = bench(arguments);
+        EXPECT_EQ(outcome.status, 2) << word;
+        EXPECT_THAT(outcome.errors, HasSubstr(word));
+    };
+    refused({}, "FILE.hal is required");
+    refused({"lag.hal"}, "--for is required");
+    refused({"none.hal", "--for", "1"}, "File does not exist: none.hal");
+    refused({"lag.hal", "--for", "soon"}, "'soon' is not a time");
+    refused({"lag.hal", "--for", "10 min"}, "'10 min' is not a time");
+    refused({"lag.hal", "--for", "-1"}, "'-1' is not a time");
+    refused({"lag.hal", "--for", "1", "--set", "lag.in"}, "'lag.in' is not PIN=VALUE");
+    refused({"lag.hal", "--for", "1", "--set", "lag.in=one"}, "'one' is not a value");
+    refused({"lag.hal", "--for", "1", "--record", "lag.out"}, "--record requires --every");
+    refused({"lag.hal", "--for", "1", "--output", "x.csv"}, "--output requires --record");
+    refused({"lag.hal", "--for", "1", "--columns", "lag.in"}, "--columns requires --replay");
+    refused({"lag.hal", "--replay", "lag.hal", "--columns", "lag.in"}, "--columns requires --sample-period");
+}
+
+TEST_F(PlumbBench, ReplaysARecordingUpToItsEnd) {
+    folder.write("ramp.csv", "time,lag.in\n0,0\n2,4\n");
+    folder.write("direct.hal", std::string(lag) + "setp lag.gain 1\n");
+    const Outcome outcome = bench({"direct.hal", "--replay", "ramp.csv", "--for", "1h", "--record", "lag.out",
+                                   "--every", "500ms", "--output", "out.csv"});
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_THAT(outcome.output, HasSubstr("simulated 2 s in"));
+    const Table table = read_table(folder / "out.csv");
+    EXPECT_THAT(table.column("time"), ElementsAre(0, 0.5, 1, 1.5, 2));
+    for (const auto& row : table.rows) EXPECT_NEAR(row[1], 2 * row[0], 0.0021) << "within a period";
+}
+
+TEST_F(PlumbBench, ReplaysWhatHalsamplerWrote) {
+    folder.write("samples.txt", "0 5.000000 1\n1 6.000000 0\n2 7.000000 1\n");
+    folder.write("direct.hal",
+                 std::string(lag) + "setp lag.gain 1\nloadrt not names=not\naddf not servo-thread\n");
+    const Outcome outcome =
+        bench({"direct.hal", "--replay", "samples.txt", "--columns", "lag.in,not.in", "--sample-period",
+               "1ms", "--record", "lag.out,not.in", "--every", "1ms", "--output", "out.csv"});
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    const Table table = read_table(folder / "out.csv");
+    EXPECT_THAT(table.column("lag.out"), testing::Contains(6));
+    EXPECT_THAT(table.column("not.in"), testing::Contains(0));
+}
+
+TEST_F(PlumbBench, ReplayIntoANettedPinNamesItsWriterUnlessOverridden) {
+    folder.write("ramp.csv", "time,lag.in\n0,0\n2,4\n");
+    folder.write("netted.hal", std::string(lag) +
+                                   "setp lag.gain 1\nloadrt siggen names=wave\n"
+                                   "net input wave.square => lag.in\n");
+    const Outcome refused = bench({"netted.hal", "--replay", "ramp.csv"});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("lag.in"), HasSubstr("wave.square")));
+    const Outcome outcome = bench({"netted.hal", "--replay", "ramp.csv", "--override", "--record", "lag.out",
+                                   "--every", "1s", "--output", "out.csv"});
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_NEAR(read_table(folder / "out.csv").column("lag.out").at(1), 2, 0.0021);
+}
+
+TEST_F(PlumbBench, InterruptKeepsWhatWasRecorded) {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        const Outcome outcome = bench(
+            {"lag.hal", "--for", "1000000h", "--record", "lag.out", "--every", "1s", "--output", "out.csv"},
+            [&](pid_t process) {
+                const auto file = folder / "out.csv";
+                while (!std::filesystem::exists(file)) std::this_thread::sleep_for(5ms);
+                std::this_thread::sleep_for(300ms);
+                kill(process, signal);
+            });
+        EXPECT_EQ(outcome.status, 128 + signal);
+        EXPECT_THAT(outcome.output, HasSubstr("interrupted"));
+        EXPECT_THAT(outcome.output, HasSubstr("recorded lag.out every 1 s in out.csv"));
+        EXPECT_GT(read_table(folder / "out.csv").rows.size(), 10u);  // and every row is whole
+        std::filesystem::remove(folder / "out.csv");
+    }
+}
+
+TEST_F(PlumbBench, UserSpaceProgramsMakeItSayThatItIsNotDeterministic) {
+    folder.write("program.hal", std::string(lag) + "loadusr sleep 1000\n");
+    const Outcome outcome = bench({"program.hal", "--for", "1"});
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_THAT(outcome.errors, AllOf(HasSubstr("user-space programs took part (sleep)"),
+                                      HasSubstr("another run need not give the same values")));
+    EXPECT_EQ(bench({"lag.hal", "--for", "1"}).errors, "");
+}
+
+TEST_F(PlumbBench, LongRunsShowTheirProgressOnATerminalOnly) {
+    const std::vector<std::string> arguments{plumb_program, "bench", "lag.hal", "--for", "4h"};
+    const Outcome shown = run_on_terminal(arguments, folder.path());
+    EXPECT_EQ(shown.status, 0);
+    EXPECT_TRUE(std::regex_search(
+        shown.output, std::regex("\r[0-9].* of 4 h, [0-9]+ times real time, [0-9.]+ (s|ms|min) left")))
+        << shown.output;
+    EXPECT_TRUE(std::regex_search(shown.output, std::regex("\r\033\\[Ksimulated 4 h in "))) << shown.output;
+    const Outcome quiet = run_program(arguments, folder.path());
+    EXPECT_EQ(quiet.errors, "");
+    EXPECT_THAT(quiet.output, Not(HasSubstr("left")));
+}
+
+TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
+    std::filesystem::create_directory(folder / "mine");
+    folder.write("mine/lowpass.so", "no module");
+    EXPECT_EQ(bench({"lag.hal", "--for", "1"}).status, 0);
+    const Outcome mine = bench({"lag.hal", "--for", "1", "--modules", "mine"});
+    EXPECT_EQ(mine.status, 1);
+    EXPECT_THAT(mine.errors, HasSubstr("mine/lowpass.so"));
+}
+
+TEST(PlumbProgram, ManualPagesAreWithoutFault) {
+    for (const char* command : {"", " bench"}) {
+        const Folder folder;
+        const std::string page = (folder / "page.1").string();
+        ASSERT_EQ(std::system((plumb_program + command + " --man > " + page).c_str()), 0);
+        const Outcome lint = run_program({"/usr/bin/mandoc", "-T", "lint", page}, "/");
+        EXPECT_EQ(lint.output, "");
+        EXPECT_EQ(lint.status, 0);
+        const Outcome man = run_program({"/usr/bin/man", "--warnings", "-l", page}, "/");
+        EXPECT_EQ(man.errors, "");
+        EXPECT_THAT(man.output, HasSubstr("halcmd(1)"));
+    }
+}
+
+TEST(PlumbProgram, HelpAndManualNameEveryOption) {
+    const Outcome help = run_program({plumb_program, "bench", "--help"}, "/");
+    const Outcome man = run_program({plumb_program, "bench", "--man"}, "/");
+    EXPECT_EQ(help.status, 0);
+    EXPECT_EQ(man.status, 0);
+    for (const char* option : {"ini", "for", "set", "replay", "columns", "sample-period", "override",
+                               "record", "every", "output", "modules", "no-namespaces"}) {
+        EXPECT_THAT(help.output, HasSubstr(std::string("--") + option));
+        EXPECT_THAT(man.output,
+                    HasSubstr(std::regex_replace("--" + std::string(option), std::regex("-"), "\\-")));
+    }
+    EXPECT_EQ(run_program({plumb_program, "--help"}, "/").status, 0);
+    EXPECT_THAT(run_program({plumb_program, "--version"}, "/").output, ContainsRegex("^plumb [0-9]"));
+    EXPECT_EQ(run_program({plumb_program}, "/").status, 2);
+    EXPECT_EQ(run_program({plumb_program, "dance"}, "/").status, 2);
+}
+
+}  // namespace
+}  // namespace plumb

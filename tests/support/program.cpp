@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "tests/support/program.hpp"
+
+#include "tests/bench.hpp"
+
+#include <fcntl.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace plumb {
+namespace {
+
+std::string read_file(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// In the child: becomes the program.
+[[noreturn]] void execute(const std::vector<std::string>& arguments, const std::filesystem::path& directory) {
+    std::vector<char*> argv;
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    if (chdir(directory.c_str()) == 0) execv(argv[0], argv.data());
+    _exit(127);
+}
+
+int await_status(pid_t process) {
+    int status = 0;
+    while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+    }
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+}  // namespace
+
+Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+                    const std::function<void(pid_t)>& meanwhile) {
+    const Folder folder;
+    const auto open_for = [&folder](const char* name) {
+        return open((folder / name).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    };
+    const int output = open_for("output");
+    const int errors = open_for("errors");
+    const pid_t process = fork();
+    if (process < 0) throw std::runtime_error("fork");
+    if (process == 0) {
+        dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+        dup2(output, STDOUT_FILENO);
+        dup2(errors, STDERR_FILENO);
+        execute(arguments, directory);
+    }
+    close(output);
+    close(errors);
+    if (meanwhile) meanwhile(process);
+    const int status = await_status(process);
+    return {status, read_file(folder / "output"), read_file(folder / "errors")};
+}
+
+Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory) {
+    int terminal = -1;
+    const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
+    if (process < 0) throw std::runtime_error("forkpty");
+    if (process == 0) execute(arguments, directory);
+    Outcome outcome{};
+    char bytes[4096];
+    for (ssize_t n; (n = read(terminal, bytes, sizeof bytes)) > 0;)  // ends with an error, as terminals do
+        outcome.output.append(bytes, static_cast<std::size_t>(n));
+    close(terminal);
+    outcome.status = await_status(process);
+    return outcome;
+}
+
+}  // namespace plumb

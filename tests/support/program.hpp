@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A program as a user meets it: what it prints, and how it ends.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+struct Outcome {
+    int status;  // exit status, or 128 + the signal
+    std::string output;
+    std::string errors;
+};
+
+// Runs a program to its end; arguments.front() is its path. `meanwhile` is told its number once it runs.
+Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+                    const std::function<void(pid_t)>& meanwhile = {});
+
+// Likewise on a terminal of its own: both streams are in `output`.
+Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory);
+
+}  // namespace plumb
