@@ -16,10 +16,10 @@ public:
     void step(double target, double speed, double acceleration, double dt) noexcept {
         const double left = target - position_;
         const double change = acceleration * dt;
-        // The fastest that, after this period, can still stop at the target:  v dt/2 + v^2 / 2a = |left|.
-        const double stopping =
-            std::sqrt(0.25 * change * change + 2 * acceleration * std::abs(left)) - 0.5 * change;
-        const double wanted = std::copysign(std::min({speed, stopping, std::abs(left) / dt}), left);
+        // The fastest that can still stop at the target: in this period and m more, each slower by `change`.
+        const double m = std::floor(std::sqrt(0.25 + 2 * std::abs(left) / (change * dt)) - 0.5);
+        const double stopping = std::abs(left) / dt / (m + 1) + 0.5 * change * m;
+        const double wanted = std::copysign(std::min(speed, stopping), left);
         velocity_ = std::clamp(wanted, velocity_ - change, velocity_ + change);
         position_ += velocity_ * dt;
         if (std::abs(target - position_) < 1e-3 * change * dt && std::abs(velocity_) <= change)
