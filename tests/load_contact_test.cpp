@@ -306,8 +306,8 @@ TEST(LoadContact, SettingsThatContradictThemselvesAreNotValid) {
     EXPECT_FALSE(s.valid());
     for (double LoadContact::Settings::*field :
          {&LoadContact::Settings::threshold, &LoadContact::Settings::release,
-          &LoadContact::Settings::debounce, &LoadContact::Settings::baseline_time,
-          &LoadContact::Settings::blanking_time})
+          &LoadContact::Settings::smoothing, &LoadContact::Settings::debounce,
+          &LoadContact::Settings::baseline_time, &LoadContact::Settings::blanking_time})
         for (const double bad : {-1.0, 1e308, std::numeric_limits<double>::quiet_NaN()}) {
             s = settings();
             s.*field = bad;

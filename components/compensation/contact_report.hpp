@@ -53,7 +53,7 @@ struct ContactReport {
                                           "Why the last rejected or unexpected contact was that."};
     hal::Out<double> gate{owner, "gate", "mu", "Largest change that would be believed now."};
     hal::Out<double> load_noise{owner, "load-noise", "%",
-                                "Standard deviation of the load about its baseline."};
+                                "Standard deviation of the smoothed load about its baseline."};
     hal::Out<bool> learning{owner, "learning", "This cycle is learnt from."};
     hal::Out<bool> learning_failed{owner, "learning-failed", "The last learning cycle left no reference."};
     hal::Out<bool> reference_valid{owner, "reference-valid", "There is a reference for this program."};

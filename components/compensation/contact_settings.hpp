@@ -18,7 +18,7 @@ struct ContactSettings {
         s.program_clock = clock_from_program;
         std::copy(exclude.begin(), exclude.end(), s.excluded.begin());
         s.load_latency = load_latency;
-        s.contact = {threshold, release, debounce, baseline_time, blanking_time};
+        s.contact = {threshold, release, smoothing, debounce, baseline_time, blanking_time};
         s.limits = {window, feed_tolerance, lost_time_tolerance, max_correction};
         s.gate = {max_growth_rate, gate_floor, gate_cap, confirm_contacts};
         return s;
@@ -31,6 +31,7 @@ struct ContactSettings {
                                                "Key of an operation whose contacts say nothing; 0 for none."};
     hal::In<double> threshold{owner, "threshold", 1, "%", "Rise of the load that is a contact."};
     hal::In<double> release{owner, "release", 0.5, "%", "Rise below which the tool has left the work."};
+    hal::In<double> smoothing{owner, "smoothing", 0.01, "s", "Time constant of a filter on the load."};
     hal::In<double> debounce{owner, "debounce", 0.02, "s", "How long a rise must last to be a contact."};
     hal::In<double> baseline_time{owner, "baseline-time", 0.5, "s", "Time constant of the running baseline."};
     hal::In<double> blanking_time{owner, "blanking-time", 2.5, "s",

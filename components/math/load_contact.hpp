@@ -14,28 +14,28 @@ enum class Travel { towards_work, other, clear };
 // Finds the contact of a tool with the work in the load of a motor: a rise over a running baseline.
 //
 //  - One contact per approach: after one, Z must have been clear before another counts.
-//  - Only while Z feeds towards the work, and not while the load is still disturbed by a change of spindle
-//  speed.
-//  - A rise must last for the debounce time without falling below the release level; its moment is that at
-//  which
-//    it crossed the threshold, interpolated between samples.
-//  - The threshold is low, because the load step P differs from part to part and behind a lag τ a threshold h
-//    is crossed -τ ln(1 - h/P) late; but never below four standard deviations of the load's own noise.
-//  - The baseline stands still while the load is high, and follows ten times faster while Z is clear, after a
-//    change of speed, and when the load has fallen.
+//  - Only while Z feeds towards the work, and not while a change of spindle speed still disturbs the load.
+//  - A rise must last for the debounce time without falling below the release level.  Its moment is that
+//    at which it crossed the threshold, interpolated between samples.
+//  - The threshold is low, because the load step P differs from part to part, and behind a lag τ a
+//    threshold h is crossed -τ ln(1 - h/P) late.  It is never below four standard deviations of the noise
+//    that the smoothing has left.
+//  - The baseline stands still while the load is high, and follows ten times faster while Z is clear,
+//    after a change of speed, and when the load has fallen.
 class LoadContact {
 public:
     struct Settings {
         double threshold = 0;      // % over the baseline
         double release = 0;        // % over the baseline, not above the threshold
+        double smoothing = 0;      // s, time constant of a filter on the load
         double debounce = 0;       // s
         double baseline_time = 0;  // s, time constant
         double blanking_time = 0;  // s after a change of speed
 
         bool valid() const noexcept {
             return threshold > 0 && threshold <= 1e3 && release >= 0 && release <= threshold &&
-                   debounce >= 0 && debounce <= 10 && baseline_time > 0 && baseline_time <= 1e3 &&
-                   blanking_time >= 0 && blanking_time <= 1e3;
+                   smoothing >= 0 && smoothing <= 10 && debounce >= 0 && debounce <= 10 &&
+                   baseline_time > 0 && baseline_time <= 1e3 && blanking_time >= 0 && blanking_time <= 1e3;
         }
     };
 
@@ -58,15 +58,19 @@ public:
             judge_in_work(travel);
             return Event::none;
         }
-        if (!known_) baseline_.set(load);
+        if (!known_) {
+            smoothed_.set(load);
+            baseline_.set(load);
+        }
         known_ = true;
 
         const double threshold = std::max(settings.threshold, 4 * noise_);
         const double release = threshold / settings.threshold * settings.release;
-        const double rise = load - baseline_.value();
+        const double level = smoothed_.step(load, settings.smoothing, dt);
+        const double rise = level - baseline_.value();
         const Event event = judge_rise(rise, threshold, release, travel, settings.debounce, dt);
         judge_in_work(travel);
-        follow(load, rise, threshold, travel, settings.baseline_time, dt);
+        follow(level, rise, threshold, travel, settings.baseline_time, dt);
         rise_ = rise;
         return event;
     }
@@ -122,20 +126,21 @@ private:
         }
     }
 
-    void follow(double load, double rise, double threshold, Travel travel, double baseline_time,
+    void follow(double level, double rise, double threshold, Travel travel, double baseline_time,
                 double dt) noexcept {
         if (blanked() || travel == Travel::clear || rise < -threshold) {
-            baseline_.step(load, quick * baseline_time, dt);
+            baseline_.step(level, quick * baseline_time, dt);
         } else if (!high_) {
-            baseline_.step(load, baseline_time, dt);
+            baseline_.step(level, baseline_time, dt);
             noise_age_ = std::min(noise_age_ + dt, noise_memory);
             variance_ += (rise * rise - variance_) * std::min(1.0, dt / noise_age_);
             noise_ = std::sqrt(variance_);
         }
     }
 
+    FirstOrderLag smoothed_;  // %
     FirstOrderLag baseline_;  // %
-    bool known_ = false;      // the baseline
+    bool known_ = false;      // both of them
     double speed_ = 0;        // rpm
     double blanking_left_ = 0;
     double variance_ = 0;  // %²

@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/growth_by_contact.hpp"
+
+#include "tests/milling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace plumb {
+namespace {
+
+using Event = GrowthByContact::Event;
+using Lost = GrowthByContact::Lost;
+
+constexpr double um = 1e-3;  // mm
+
+GrowthByContact::Settings settings(Method method = Method::coordinate, double unit = 1) {
+    GrowthByContact::Settings s;
+    s.method = method;
+    s.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
+    s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1};
+    s.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
+    return s;
+}
+
+// A mill whose offset is what was last accepted, at once when the tool is out of the work.
+struct Shop {
+    Milling mill{};
+    GrowthByContact::Settings used = settings();
+    GrowthByContact measured{};
+    double target = 0;
+    std::vector<double> accepted{};                               // mm
+    std::function<void(Milling::Sample&)> tamper = [](auto&) {};  // with what is seen
+
+    void cycle(double growth, std::map<int, Milling::Upset> upsets = {}) {
+        mill.growth = growth;
+        mill.upsets = std::move(upsets);
+        const double unit = mill.unit;
+        mill.cycle([&](const Milling::Sample& true_sample) {
+            Milling::Sample sample = true_sample;
+            tamper(sample);
+            const double offset = unit * mill.offset;
+            if (measured.step(sample, offset == 0, used, mill.dt) == Event::accepted) {
+                accepted.push_back(measured.growth() / unit);
+                target = measured.growth();
+            }
+            return measured.detector().in_work() ? offset : target;
+        });
+    }
+    void learn() {
+        mill.learn = true;
+        cycle(0);
+        mill.learn = false;
+    }
+    const GrowthByContact::Counts& counts() const { return measured.counts(); }
+};
+
+Shop learnt(Method method = Method::coordinate) {
+    Shop shop;
+    shop.used = settings(method);
+    shop.learn();
+    return shop;
+}
+
+TEST(GrowthByContact, MeasuresGrowthByEitherMethodAtAnyPeriod) {
+    for (const Method method : {Method::coordinate, Method::time})
+        for (const double dt : {0.0005, 0.001, 0.002}) {
+            Shop shop;
+            shop.mill.dt = dt;
+            shop.used = settings(method);
+            shop.learn();
+            ASSERT_TRUE(shop.measured.cycle().valid_for(7));
+            for (int n = 0; n < 3; ++n) shop.cycle(12 * um);
+            ASSERT_EQ(shop.accepted.size(), 12u);
+            for (const double g : shop.accepted) EXPECT_NEAR(g, 12 * um, 0.5 * um) << dt;
+            EXPECT_EQ(shop.counts().missed, 0);
+        }
+}
+
+TEST(GrowthByContact, MeasuresInInches) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.mill.unit = 1 / 25.4;
+        shop.used = settings(method, 1 / 25.4);
+        shop.learn();
+        for (int n = 0; n < 2; ++n) shop.cycle(12 * um);
+        ASSERT_EQ(shop.accepted.size(), 8u);
+        for (const double g : shop.accepted) EXPECT_NEAR(g, 12 * um, 0.5 * um);
+    }
+}
+
+TEST(GrowthByContact, AConstantGrowthStaysConstantForAThousandContacts) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.mill.dt = 0.002;
+        shop.used = settings(method);
+        shop.learn();
+        for (int n = 0; n < 250; ++n) shop.cycle(14 * um);
+        ASSERT_EQ(shop.accepted.size(), 1000u);
+        for (const double g : shop.accepted) ASSERT_NEAR(g, 14 * um, 0.5 * um);
+    }
+}
+
+TEST(GrowthByContact, ScatterOfContactsIsWhatSigmaSays) {
+    Shop shop;
+    shop.mill.noise = 0.3;
+    shop.mill.dt = 0.002;
+    shop.learn();
+    for (int n = 0; n < 50; ++n) shop.cycle(15 * um);
+    ASSERT_EQ(shop.accepted.size(), 200u);
+    double variance = 0;
+    for (const double g : shop.accepted) variance += (g - 15 * um) * (g - 15 * um) / 200;
+    EXPECT_LT(std::sqrt(variance), 2 * um);
+    EXPECT_GT(shop.measured.sigma(), 0.5 * std::sqrt(variance));
+    EXPECT_LT(shop.measured.sigma(), 3 * std::sqrt(variance));
+}
+
+TEST(GrowthByContact, AnAirCutIsMissedAndShiftsNothingElse) {
+    Shop shop = learnt();
+    shop.cycle(10 * um, {{1, {true}}});
+    EXPECT_EQ(shop.counts().missed, 1);
+    ASSERT_EQ(shop.accepted.size(), 3u);
+    for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {
+    const std::pair<double, Rejection> cases[]{{5, Rejection::outside_window},
+                                               {-5, Rejection::outside_window},
+                                               {0.3, Rejection::too_large},
+                                               {0.08, Rejection::beyond_gate},
+                                               {-0.08, Rejection::beyond_gate}};
+    for (const auto& [height, reason] : cases) {
+        Shop shop = learnt();
+        shop.cycle(10 * um);
+        const double before = shop.target;
+        for (int n = 0; n < 5; ++n) {
+            Milling::Upset upset;
+            upset.height = height < -0.6 ? 0 : height;
+            upset.air = height < -0.6;
+            shop.cycle(10 * um, {{0, upset}});
+            EXPECT_NEAR(shop.target, before, 0.5 * um) << height;
+        }
+        if (height > -0.6) {
+            EXPECT_EQ(shop.measured.rejection(), reason) << height;
+        }
+    }
+}
+
+TEST(GrowthByContact, WithinTheGateAChipShiftsByItsHeightUntilTheNextContact) {
+    Shop shop = learnt();
+    shop.cycle(10 * um);
+    Milling::Upset chip;
+    chip.height = 12 * um;
+    shop.cycle(10 * um, {{3, chip}});
+    EXPECT_NEAR(shop.target, 22 * um, 0.5 * um) << "nobody can know";
+    shop.cycle(10 * um);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, AnotherFeedIsRejectedByEitherMethod) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop = learnt(method);
+        Milling::Upset slow;
+        slow.feed_override = 0.8;
+        shop.cycle(10 * um, {{0, slow}});
+        EXPECT_EQ(shop.counts().rejected, 1);
+        EXPECT_EQ(shop.measured.rejection(), Rejection::feed_differs);
+        EXPECT_EQ(shop.counts().accepted, 3);
+    }
+}
+
+TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
+    Milling::Upset held;
+    held.hold = 0.05;  // 100 um at 2 mm/s, to a clock
+    Shop timed = learnt(Method::time);
+    timed.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(timed.measured.rejection(), Rejection::time_differs);
+    EXPECT_EQ(timed.counts().accepted, 3);
+    Shop placed = learnt(Method::coordinate);
+    placed.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(placed.counts().accepted, 4) << "the coordinate does not care";
+    EXPECT_NEAR(placed.accepted[0], 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {
+    Shop shop;
+    shop.used = settings(Method::time);
+    shop.used.program_clock = true;
+    shop.learn();
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 4);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+    shop.mill.change_time = 0.02;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::time_differs);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, ASpeedChangeOnTheWayBlanksTheContact) {
+    Shop shop = learnt();
+    Milling::Upset change;
+    change.speed_change = true;
+    shop.cycle(10 * um, {{0, change}});
+    EXPECT_EQ(shop.measured.rejection(), Rejection::blanked);
+    EXPECT_EQ(shop.counts().rejected, 1);
+    EXPECT_EQ(shop.counts().missed, 0) << "it came, though it was not believed";
+}
+
+TEST(GrowthByContact, AnAbortedCycleCountsWhatItHadAndNoMore) {
+    Shop shop = learnt();
+    Milling::Upset abort;
+    abort.abort = true;
+    shop.cycle(10 * um, {{1, abort}});
+    EXPECT_EQ(shop.counts().accepted, 2);
+    EXPECT_EQ(shop.counts().missed, 0);
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 6);
+    EXPECT_EQ(shop.counts().unexpected, 0);
+}
+
+TEST(GrowthByContact, AnAbortedLearningCycleLeavesNoReference) {
+    Shop shop;
+    shop.mill.learn = true;
+    Milling::Upset abort;
+    abort.abort = true;
+    shop.cycle(0, {{1, abort}});
+    EXPECT_TRUE(shop.measured.learning_failed());
+    EXPECT_FALSE(shop.measured.cycle().valid_for(7));
+    shop.learn();
+    EXPECT_FALSE(shop.measured.learning_failed());
+    EXPECT_TRUE(shop.measured.cycle().valid_for(7));
+}
+
+TEST(GrowthByContact, ALearningCycleThatLosesASignalLeavesNoReference) {
+    for (double Milling::Sample::*signal :
+         {&Milling::Sample::load, &Milling::Sample::z, &Milling::Sample::speed, &Milling::Sample::velocity,
+          &Milling::Sample::applied_offset, &Milling::Sample::start_height,
+          &Milling::Sample::feed_override}) {
+        Shop shop;
+        int periods = 0;
+        shop.tamper = [&](Milling::Sample& s) {
+            if (++periods == 5000) s.*signal = std::numeric_limits<double>::quiet_NaN();
+        };
+        shop.learn();
+        EXPECT_TRUE(shop.measured.learning_failed());
+    }
+}
+
+TEST(GrowthByContact, LearnTakenBackOrAnOffsetInForceLeavesNoReference) {
+    Shop taken_back;
+    int periods = 0;
+    taken_back.tamper = [&](Milling::Sample& s) { s.learn = ++periods < 5000; };
+    taken_back.learn();
+    EXPECT_TRUE(taken_back.measured.learning_failed());
+    Shop shifted;
+    shifted.target = 5 * um;
+    shifted.learn();
+    EXPECT_TRUE(shifted.measured.learning_failed());
+}
+
+TEST(GrowthByContact, ACycleIsNotJoinedInItsMiddle) {
+    Shop shop;
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) { s.enable = ++periods > 4000; };
+    shop.learn();
+    EXPECT_EQ(shop.counts().contacts, 0);
+    EXPECT_FALSE(shop.measured.cycle().valid_for(7));
+}
+
+TEST(GrowthByContact, DisablingEndsTheCycle) {
+    Shop shop = learnt();
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) { s.enable = ++periods < 8000; };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 1);
+    EXPECT_EQ(shop.counts().missed, 0);
+}
+
+TEST(GrowthByContact, AnotherProgramHasNoReference) {
+    Shop shop = learnt();
+    shop.mill.program_id = 8;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 0);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+    shop.mill.program_id = 7;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 4);
+}
+
+TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
+    Shop shop = learnt();
+    shop.mill.program.push_back({50, 1, -30});
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 4);
+    EXPECT_EQ(shop.counts().unexpected, 1);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::unexpected);
+}
+
+TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
+    Shop shop;
+    shop.used.excluded[3] = 20;
+    shop.mill.program.push_back({0, 1, -30});
+    shop.learn();
+    EXPECT_EQ(shop.counts().contacts, 3);
+    EXPECT_EQ(shop.measured.cycle().references().size(), 3);
+}
+
+TEST(GrowthByContact, TheAgeOfTheLoadIsTakenOffTheContact) {
+    Shop shop;
+    shop.mill.latency = 0.05;
+    shop.used.load_latency = 0.05;
+    shop.used.contact.smoothing = 0;
+    shop.learn();
+    const double delay = 0.03 * std::log(8 / 7.0);  // of the filter, at the threshold
+    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.coordinate, -20 - 2 * delay, 4 * um);
+    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.time, 1 + delay, 0.002);
+}
+
+TEST(GrowthByContact, GrowthIsUncertainFromAChangeOfSpeedToTheNextContact) {
+    Shop shop = learnt();
+    EXPECT_FALSE(shop.measured.uncertain());
+    int uncertain = 0, periods = 0;
+    shop.tamper = [&](Milling::Sample&) { ++periods, uncertain += shop.measured.uncertain(); };
+    shop.cycle(10 * um);
+    EXPECT_FALSE(shop.measured.uncertain());
+    EXPECT_GT(uncertain, 6000) << "two tool changes, 3 s each";
+    EXPECT_LT(uncertain, periods / 2);
+}
+
+TEST(GrowthByContact, EveryContactIsCountedInOneWay) {
+    Shop shop = learnt();
+    Milling::Upset chip, slow, air;
+    chip.height = 0.2;
+    slow.feed_override = 0.8;
+    air.air = true;
+    shop.cycle(10 * um, {{0, chip}, {1, slow}});
+    shop.cycle(10 * um, {{2, air}});
+    shop.mill.program.push_back({50, 1, -30});
+    shop.cycle(10 * um);
+    const GrowthByContact::Counts& n = shop.counts();
+    EXPECT_EQ(n.contacts, 4 + n.accepted + n.rejected + n.unexpected);
+    EXPECT_EQ(n.contacts + n.missed, 4 + 4 + 4 + 5);
+}
+
+TEST(GrowthByContact, ReferencesOutliveARestart) {
+    const Shop before = learnt();
+    Shop after;
+    for (int i = 0; i < 4; ++i)
+        EXPECT_TRUE(after.measured.restore(before.measured.cycle().references()[i], 7));
+    after.cycle(50 * um);
+    EXPECT_EQ(after.counts().accepted, 4) << "the gate is at its cap";
+    EXPECT_NEAR(after.target, 50 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    for (double Milling::Sample::*signal :
+         {&Milling::Sample::load, &Milling::Sample::z, &Milling::Sample::speed, &Milling::Sample::velocity,
+          &Milling::Sample::applied_offset, &Milling::Sample::start_height, &Milling::Sample::feed_override})
+        for (const double bad :
+             {std::numeric_limits<double>::quiet_NaN(), infinity, -infinity, 1e308, -1e308}) {
+            Shop shop;
+            shop.mill.dt = 0.002;
+            shop.used = settings(Method::time);
+            shop.learn();
+            int periods = 0;
+            shop.tamper = [&](Milling::Sample& s) {
+                EXPECT_EQ(GrowthByContact::lost(s), Lost::nothing);
+                if (++periods % 1000 != 0) return;
+                s.*signal = bad;
+                EXPECT_NE(GrowthByContact::lost(s), Lost::nothing);
+            };
+            shop.cycle(10 * um);
+            shop.tamper = [](auto&) {};
+            shop.cycle(10 * um);
+            EXPECT_GE(shop.accepted.size(), 4u);
+            for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 1 * um);
+            EXPECT_TRUE(std::isfinite(shop.measured.sigma()));
+        }
+}
+
+}  // namespace
+}  // namespace plumb
