@@ -9,23 +9,20 @@ counted in a line of their own.
 
 import argparse
 import collections
-import concurrent.futures
 import csv
 import dataclasses
-import multiprocessing
 import os
 import re
-import signal
 import sys
 import tempfile
 import time
 
 import numpy as np
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
+import mill_events
+from simulations import BUILD, ROOT, duration_text, simulate_all
+
 CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
-sys.path.insert(0, os.path.join(BUILD, "python"))
 
 RUNS = ("without", "with")  # compensation
 EVERY = 0.1  # s between two rows of a recording; cuts are seconds apart
@@ -143,8 +140,8 @@ def judge(recording):
 
 
 def simulate(seed, compensated, duration, told):
-    """The Outcome of one run; told(seconds done) hears of the progress and may return False to stop it."""
-    import plumb  # it is there once Plumb is built
+    """The Outcome of one run; told(seconds done) hears of the progress."""
+    import plumb
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
@@ -158,69 +155,7 @@ def simulate(seed, compensated, duration, told):
         return judge(read_recording(path))
 
 
-def simulate_all(jobs, duration):
-    """The Outcome of each (seed, compensated) in jobs, two at a time; tells of the progress on stderr."""
-    done = multiprocessing.Array("d", len(jobs))
-    interrupted = multiprocessing.Value("b", False)
-    with concurrent.futures.ProcessPoolExecutor(2, initializer=_share, initargs=(done, interrupted)) as pool:
-        futures = [pool.submit(_simulate, index, *job, duration) for index, job in enumerate(jobs)]
-        progress = Progress(len(jobs) * duration)
-        try:
-            while concurrent.futures.wait(futures, 0.2, concurrent.futures.FIRST_EXCEPTION).not_done:
-                if any(future.done() and future.exception() for future in futures):
-                    break
-                progress.show(sum(done))
-            return [future.result() for future in futures]
-        finally:
-            progress.end()
-            interrupted.value = True
-            pool.shutdown(cancel_futures=True)
-
-
-def _share(done, interrupted):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which tells the others
-    _share.done, _share.interrupted = done, interrupted
-
-
-def _simulate(index, seed, compensated, duration):
-    def told(seconds):
-        _share.done[index] = seconds
-        return not _share.interrupted.value
-
-    outcome = simulate(seed, compensated, duration, told)
-    _share.done[index] = duration
-    return outcome
-
-
-class Progress:
-    """A line that is rewritten on a terminal; elsewhere a line for each quarter."""
-
-    def __init__(self, total):
-        self._total = total
-        self._began = time.monotonic()
-        self._quarters = 0
-
-    def show(self, done):
-        elapsed = time.monotonic() - self._began
-        line = f"{done / self._total:4.0%} of {duration_text(self._total)} simulated in {elapsed:.0f} s"
-        if sys.stderr.isatty():
-            print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
-        elif int(4 * done / self._total) > self._quarters:
-            self._quarters = int(4 * done / self._total)
-            print(line, file=sys.stderr, flush=True)
-
-    def end(self):
-        if sys.stderr.isatty():
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
-
-
 # --- what is printed ---
-
-
-def duration_text(seconds):
-    """5400 -> "1 h 30 min"."""
-    parts = [(int(seconds) // 3600, "h"), (int(seconds) % 3600 // 60, "min"), (int(seconds) % 60, "s")]
-    return " ".join(f"{number} {unit}" for number, unit in parts if number) or f"{seconds:g} s"
 
 
 def duration_of(text):
@@ -376,7 +311,7 @@ def draw(path, outcomes, title):
 
 def bench_one(seed, duration, output):
     began = time.monotonic()
-    outcomes = dict(zip(RUNS, simulate_all([(seed, False), (seed, True)], duration)))
+    outcomes = dict(zip(RUNS, simulate_all(simulate, [(seed, compensated, duration) for compensated in (False, True)], 2 * duration)))
     elapsed = time.monotonic() - began
     without, compensated = (outcomes[run] for run in RUNS)
     machine = f"machine {seed}" if seed else "the typical machine"
@@ -393,8 +328,8 @@ def bench_one(seed, duration, output):
 
 
 def bench_many(seeds, duration, output):
-    jobs = [(seed, compensated) for seed in seeds for compensated in (False, True)]
-    outcomes = simulate_all(jobs, duration)
+    jobs = [(seed, compensated, duration) for seed in seeds for compensated in (False, True)]
+    outcomes = simulate_all(simulate, jobs, len(jobs) * duration)
     machines = list(zip(outcomes[::2], outcomes[1::2]))
     print(f"{duration_text(duration)} of milling on each of {len(machines)} machines, {seeds[0]} to {seeds[-1]}\n")
     print("\n".join(percentile_table(machines)))
@@ -415,12 +350,15 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/bench mill", description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=None, metavar="N", help="draw machine N; 0 is the typical one")
     parser.add_argument("--seeds", type=int, metavar="N", help="N drawn machines, from --seed or 1 on, and a table of percentiles")
+    parser.add_argument("--events", type=int, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
     parser.add_argument("--output", default=os.path.join(BUILD, "bench", "mill"), metavar="DIR", help="where the files go (default: build/bench/mill)")
     options = parser.parse_args()
     try:
         os.makedirs(options.output, exist_ok=True)
-        if options.seeds:
+        if options.events:
+            mill_events.report(options.events)
+        elif options.seeds:
             first = 1 if options.seed is None else options.seed
             bench_many(range(first, first + options.seeds), options.duration, options.output)
         else:
