@@ -113,7 +113,8 @@ void Control::serve(int end_descriptor) {
         std::vector<pollfd> waits{{end_descriptor, POLLIN, 0}};
         server_.add_to(waits);
         programs_.add_to(waits);
-        poll(waits.data(), waits.size(), timeline_.running() || server_.has_requests() ? 0 : -1);
+        const bool busy = timeline_.running() || server_.has_requests();
+        poll(waits.data(), waits.size(), busy ? 0 : programs_.halcmd_runs() ? 100 : -1);
         if (waits.front().revents != 0) break;
         programs_.attend();
         if (timeline_.running()) {

@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal_lock.hpp"
 
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
-#include <thread>
 
 #include "shared_memory.hpp"
 
 namespace plumb::host {
 
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto patience = std::chrono::seconds(1);
+constexpr auto between_looks = std::chrono::milliseconds(500);  // longer than that, and nobody has looked on
 
 /// The beginning of HAL's memory, the same in all LinuxCNC 2.x. The lowest bit of the lock says that it is
 /// held.
@@ -21,15 +29,24 @@ struct HalMemory {
 
 }  // namespace
 
-void release_hal_lock_of_the_dead() {
+void watch_hal_lock() {
+    static Clock::time_point held_since{};
+    static Clock::time_point last_look{};
     auto* const memory = static_cast<HalMemory*>(shared_memory().address_of_key(hal_memory_key));
     if (memory == nullptr) return;
-    for (int look = 0; look < 30; ++look) {
-        if ((__atomic_load_n(&memory->lock, __ATOMIC_ACQUIRE) & 1UL) == 0) return;
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    const auto now = Clock::now();
+    const bool held = (__atomic_load_n(&memory->lock, __ATOMIC_ACQUIRE) & 1UL) != 0;
+    if (!held || now - last_look > between_looks) held_since = now;
+    last_look = now;
+    if (now - held_since < patience) return;
     std::fputs("plumb-host: a program was killed while it held HAL's lock; the lock is open again\n", stderr);
     __atomic_fetch_and(&memory->lock, ~1UL, __ATOMIC_RELEASE);
 }
 
 }  // namespace plumb::host
+
+/// Stands before the C library's: hal_lib calls it again and again while it waits for HAL's lock.
+extern "C" int sched_yield() {
+    plumb::host::watch_hal_lock();
+    return static_cast<int>(syscall(SYS_sched_yield));
+}

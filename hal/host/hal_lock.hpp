@@ -5,7 +5,9 @@
 
 namespace plumb::host {
 
-/// Opens HAL's lock if it stays held for 0.3 s. Call it when a program was killed that may have held it.
-void release_hal_lock_of_the_dead();
+/// Looks at HAL's lock, which its owners hold for microseconds, and opens it when it was never found open for
+/// a second. Call it every 0.1 s or so while somebody may wait for the lock; code in this process that does
+/// wait for it looks by itself.
+void watch_hal_lock();
 
 }  // namespace plumb::host

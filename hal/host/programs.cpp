@@ -188,6 +188,11 @@ void Programs::add_to(std::vector<pollfd>& waits) const {
         if (command.output >= 0) waits.push_back({command.output, POLLIN, 0});
 }
 
+bool Programs::halcmd_runs() const {
+    return std::any_of(commands_.begin(), commands_.end(),
+                       [](const Command& command) { return command.process != 0; });
+}
+
 void Programs::read_output(Command& command) {
     char buffer[4096];
     while (command.output >= 0) {
@@ -208,6 +213,7 @@ void Programs::read_output(Command& command) {
 }
 
 void Programs::attend() {
+    if (halcmd_runs()) watch_hal_lock();
     signalfd_siginfo event;
     while (read(child_events_, &event, sizeof event) > 0)
         continue;  // one event may stand for several children
@@ -220,7 +226,6 @@ void Programs::reap() {
     int status = 0;
     for (pid_t process = waitpid(-1, &status, WNOHANG); process > 0;
          process = waitpid(-1, &status, WNOHANG)) {
-        if (WIFSIGNALED(status)) release_hal_lock_of_the_dead();
         const auto command = std::find_if(commands_.begin(), commands_.end(),
                                           [process](const Command& each) { return each.process == process; });
         if (command == commands_.end()) continue;

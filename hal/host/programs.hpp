@@ -38,8 +38,11 @@ public:
     /// Appends what attend() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
-    /// Passes on output and reports the ended. Never blocks.
+    /// Passes on output, reports the ended, and keeps HAL's lock from being lost. Never blocks. Call it when
+    /// something waits, and every 0.1 s while halcmd_runs().
     void attend();
+
+    bool halcmd_runs() const;
 
     /// How many halcmd have begun since the host did.
     unsigned long halcmds_begun() const { return halcmds_begun_; }
@@ -57,7 +60,6 @@ private:
     std::vector<pid_t> others() const;
     void read_output(Command& command);
     void reap();
-    void killed(pid_t process);
 
     int child_events_;  // a signalfd for SIGCHLD
     std::list<Command> commands_;
