@@ -59,6 +59,11 @@ std::string program_name(pid_t process) {
     return name;
 }
 
+bool any_called_halcmd(const std::vector<pid_t>& processes) {
+    return std::any_of(processes.begin(), processes.end(),
+                       [](pid_t process) { return program_name(process) == "halcmd"; });
+}
+
 /// The output without what LinuxCNC's rtapi_app says each time that root runs it.
 std::string without_greeting(const std::string& text) {
     std::istringstream lines(text);
@@ -263,7 +268,13 @@ std::vector<pid_t> Programs::others() const {
 }
 
 std::vector<std::string> Programs::alive() {
-    const std::vector<pid_t> processes = others();
+    std::vector<pid_t> processes = others();
+    // A halcmd does not wait until what it has forked becomes the program that it is to be.
+    constexpr int most_looks = 200;
+    for (int look = 0; look < most_looks && any_called_halcmd(processes); ++look) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        processes = others();
+    }
     if (processes.empty()) return {};
     std::map<pid_t, std::string> components;
     std::istringstream table(halcmd({"-s", "show", "comp"}).output);
