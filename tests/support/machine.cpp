@@ -58,7 +58,10 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
         write_file("/proc/self/uid_map", inside_user + std::to_string(user) + " 1");
         write_file("/proc/self/gid_map", inside_group + std::to_string(group) + " 1");
     }
-    const std::string host = read_file(BUILD_DIR "/bin/plumb-host");
+    std::vector<std::filesystem::path> programs = options.programs;
+    programs.push_back(BUILD_DIR "/bin/plumb-host");
+    std::vector<std::string> copies;  // of what may lie below the /tmp that is about to be covered
+    for (const auto& program : programs) copies.push_back(read_file(program));
     need(mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0, "private mounts");
     need(mount("proc", "/proc", "proc", 0, nullptr) == 0, "/proc");
     if (!options.modules.empty()) {
@@ -69,8 +72,11 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
         if (std::filesystem::is_directory(folder))
             need(mount("tmpfs", folder, "tmpfs", 0, "mode=1777") == 0, folder);
     std::filesystem::create_directory("/tmp/bin");
-    write_file(host_of_machine, host);
-    std::filesystem::permissions(host_of_machine, static_cast<std::filesystem::perms>(0755));
+    for (std::size_t i = 0; i < programs.size(); ++i) {
+        const std::filesystem::path copy = "/tmp/bin" / programs[i].filename();
+        write_file(copy, copies[i]);
+        std::filesystem::permissions(copy, static_cast<std::filesystem::perms>(0755));
+    }
     unsetenv("TMPDIR");
     setenv("HOME", "/tmp", 1);
     need(chdir("/tmp") == 0, "/tmp");

@@ -14,8 +14,9 @@
 namespace plumb {
 
 struct MachineOptions {
-    std::filesystem::path modules = {};  // to lie over LinuxCNC's own folder of modules
-    bool as_root = true;                 // else as an ordinary user, if the test itself is not root's
+    std::filesystem::path modules = {};                // to lie over LinuxCNC's own folder of modules
+    std::vector<std::filesystem::path> programs = {};  // to be copied to /tmp/bin
+    bool as_root = true;             // else as an ordinary user, if the test itself is not root's
     bool own_users = false;          // with users of its own, so that it may change what the kernel allows it
     std::chrono::seconds limit{60};  // after which all its processes are killed
 };
