@@ -188,7 +188,7 @@ void kill_orphans() {
     }
 }
 
-[[noreturn]] void keep(pid_t host, int control_descriptor) {
+[[noreturn]] void keep(pid_t host, bool namespaces, int control_descriptor) {
     using Clock = std::chrono::steady_clock;
     constexpr auto patience = std::chrono::seconds(3);  // for a host that is to end, unless a module keeps it
     sigset_t signals;
@@ -213,7 +213,7 @@ void kill_orphans() {
         if (end && !give_up) give_up = Clock::now() + patience;
     }
     kill_orphans();
-    leftovers().clear_away();
+    leftovers().clear_away(!namespaces);
     if (!WIFSIGNALED(status)) _exit(WEXITSTATUS(status));
     // Ends as the host did, so that whoever waits for this process learns the signal.
     const rlimit no_core{0, 0};
@@ -245,7 +245,7 @@ Isolated isolate(bool namespaces_allowed, int control_descriptor) {
         host = fork_host(false, number);
         if (host < 0) fail("cannot fork the host");
     }
-    if (host > 0) keep(host, control_descriptor);
+    if (host > 0) keep(host, namespaces, control_descriptor);
     setsid();  // a terminal's Ctrl-C is for the client
     prctl(PR_SET_CHILD_SUBREAPER, 1);
     sigprocmask(SIG_SETMASK, &before, nullptr);

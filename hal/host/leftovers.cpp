@@ -44,9 +44,9 @@ void Leftovers::set_folder(const std::string& folder) {
     std::strncpy(page_->folder, folder.c_str(), sizeof page_->folder - 1);
 }
 
-void Leftovers::clear_away() {
+void Leftovers::clear_away(bool segments) {
     if (page_ == nullptr) return;
-    for (int i = 0; i < page_->segments; ++i) {
+    for (int i = 0; segments && i < page_->segments; ++i) {
         shmid_ds state{};
         if (shmctl(page_->segment[i], IPC_STAT, &state) == 0 && state.shm_nattch == 0)
             shmctl(page_->segment[i], IPC_RMID, nullptr);

@@ -20,8 +20,10 @@ public:
     void add_segment(int system_id);
     void set_folder(const std::string& folder);
 
-    /// Removes the segments that nobody has attached and the folder with the socket in it. For the keeper.
-    void clear_away();
+    /// Removes the folder with the socket in it, and the segments that nobody has attached. For the keeper,
+    /// which must not touch `segments` of a host in an IPC namespace: there the numbers mean others, and die
+    /// with it.
+    void clear_away(bool segments);
 
 private:
     struct Page;
