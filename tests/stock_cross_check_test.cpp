@@ -46,7 +46,7 @@ start
 
 TEST(StockCrossCheck, TheMillsBenchComputesTheSameInBoth) {
     expect_same_records(SOURCE_DIR "/configs/mill/bench.hal",
-                        {"program.z-position-cmd", "mill.z-position", "drive.load", "mill.truth-growth"}, 4);
+                        {"program.z-position-cmd", "mill.z-position", "drive.load", "mill.truth-growth"}, 10);
 }
 
 #endif
