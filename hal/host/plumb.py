@@ -62,10 +62,13 @@ class Host:
     guard        watch for allocations and system calls in realtime functions
     show_output  pass what the host and its programs print on to stderr
     executable   plumb-host; by default the one beside this file's build, else the one in PATH
+
+    Its attributes: socket, the host's RTAPI_FIFO_PATH; process, its number; namespaces, whether it has a HAL
+    of its own; modules, the folders that it searches.
     """
 
     def __init__(self, attach=None, modules=(), namespaces=True, guard=False, show_output=False, executable=None):
-        self._process = None
+        self._started = None  # the process begun here, which ends when the host does
         self._output = None
         self._show_output = show_output
         self._words = b""
@@ -92,6 +95,7 @@ class Host:
                 raise
             raise HostDied(words) from None
         self.socket = hello["socket"]
+        self.process = hello["pid"]
         self.namespaces = hello["namespaces"]
         self.modules = hello["modules"]
 
@@ -102,7 +106,7 @@ class Host:
         self.close()
 
     def __del__(self):
-        if getattr(self, "_process", None) is not None:
+        if getattr(self, "_started", None) is not None:
             self.close()
 
     def close(self):
@@ -232,9 +236,10 @@ class Host:
             arguments += ["--modules", os.path.abspath(folder)]
         arguments += [] if namespaces else ["--no-namespaces"]
         arguments += ["--guard"] if guard else []
-        with theirs:
+        with theirs, contextlib.ExitStack() as on_failure:
+            on_failure.callback(self._control.close)
             # In a session of its own, so that Ctrl-C reaches only this program.
-            self._process = subprocess.Popen(
+            self._started = subprocess.Popen(
                 arguments,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
@@ -243,7 +248,8 @@ class Host:
                 pass_fds=[theirs.fileno()],
                 start_new_session=True,
             )
-        self._output = self._process.stdout
+            on_failure.pop_all()
+        self._output = self._started.stdout
         os.set_blocking(self._output.fileno(), False)
 
     def _identity(self, kind):
@@ -319,9 +325,9 @@ class Host:
         return self._words.decode(errors="replace").strip()
 
     def _await_end(self):
-        if self._process is None:
+        if self._started is None:
             return None
-        process, self._process = self._process, None
+        process, self._started = self._started, None
         try:
             # Its output is read meanwhile: a full pipe would keep it from ending.
             process.stdout = self._output
@@ -339,7 +345,7 @@ class Host:
 
     def _die(self):
         self._control.close()
-        if self._process is None:
+        if self._started is None:
             self._death = "the virtual-time host at %s is gone" % self.socket
         else:
             status = self._await_end()
