@@ -52,6 +52,12 @@ bool client_gone(int control_descriptor) {
            (look.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 }
 
+/// What the host gets of its own.
+struct Namespaces {
+    bool processes_and_memory;
+    bool user;
+};
+
 /// The keeper and the host speak over this pair of pipes while the host is set up.
 struct Setup {
     int host_reads, keeper_writes;
@@ -72,31 +78,52 @@ struct Setup {
     Setup(const Setup&) = delete;
 };
 
-/// In the new namespaces: keeps the user's number, and gives /proc the host's own processes.
-bool furnish_namespaces(uid_t user, gid_t group) {
-    if (user != 0) {
+constexpr uid_t nobody = 65534;
+
+/// Whether there is a user but root here. In a user namespace there may be none, and LinuxCNC's rtapi_app
+/// then fails: it does not run as root alone.
+bool nobody_exists() {
+    std::ifstream map("/proc/self/uid_map");
+    unsigned long inside = 0;
+    unsigned long outside = 0;
+    unsigned long count = 0;
+    while (map >> inside >> outside >> count)
+        if (inside <= nobody && nobody - inside < count) return true;
+    return false;
+}
+
+/// In the new namespaces: keeps the user's number, or makes root nobody, and gives /proc the host's own
+/// processes.
+bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_group) {
+    if (namespaces.user) {
+        const uid_t user = outer_user == 0 ? nobody : outer_user;
+        const gid_t group = outer_user == 0 ? nobody : outer_group;
         if (!write_file("/proc/self/setgroups", "deny") ||
-            !write_file("/proc/self/uid_map", std::to_string(user) + " " + std::to_string(user) + " 1") ||
-            !write_file("/proc/self/gid_map", std::to_string(group) + " " + std::to_string(group) + " 1"))
+            !write_file("/proc/self/uid_map",
+                        std::to_string(user) + " " + std::to_string(outer_user) + " 1") ||
+            !write_file("/proc/self/gid_map",
+                        std::to_string(group) + " " + std::to_string(outer_group) + " 1"))
             return false;
     }
+    if (!namespaces.processes_and_memory) return true;
     return mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
            mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
 }
 
 /// Forks the host. Returns 0 in the host and its number in the keeper, or -1 when the namespaces cannot be
 /// had.
-pid_t fork_host(bool namespaces, int& number) {
+pid_t fork_host(Namespaces namespaces, int& number) {
     const uid_t user = geteuid();
     const gid_t group = getegid();
     const Setup setup;
     unsigned long flags = SIGCHLD;
-    if (namespaces) flags |= CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS | (user != 0 ? CLONE_NEWUSER : 0);
+    if (namespaces.processes_and_memory) flags |= CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS;
+    if (namespaces.user) flags |= CLONE_NEWUSER;
     const auto host = static_cast<pid_t>(syscall(SYS_clone, flags, nullptr, nullptr, nullptr, nullptr));
     if (host < 0) return -1;
     if (host == 0) {
         prctl(PR_SET_PDEATHSIG, SIGTERM);  // a killed keeper clears nothing away: the host does
-        const bool good = !namespaces || furnish_namespaces(user, group);
+        const bool good = furnish_namespaces(namespaces, user, group);
         if (write(setup.host_writes, &good, sizeof good) != sizeof good || !good) _exit(1);
         if (read(setup.host_reads, &number, sizeof number) != sizeof number) _exit(1);
         return 0;
@@ -238,11 +265,13 @@ Isolated isolate(bool namespaces_allowed, int control_descriptor) {
 
     int number = 0;
     bool namespaces = namespaces_allowed;
-    pid_t host = namespaces ? fork_host(true, number) : -1;
+    const bool lonely_root = geteuid() == 0 && !nobody_exists();
+    pid_t host = namespaces ? fork_host({true, lonely_root || geteuid() != 0}, number) : -1;
     if (host < 0) {
         namespaces = false;
         take_machine_hal(control_descriptor);
-        host = fork_host(false, number);
+        if (lonely_root) host = fork_host({false, true}, number);
+        if (host < 0) host = fork_host({false, false}, number);
         if (host < 0) fail("cannot fork the host");
     }
     if (host > 0) keep(host, namespaces, control_descriptor);
