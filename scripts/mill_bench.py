@@ -188,8 +188,12 @@ def error_table(without, compensated):
     peak = without.peak_growth
     for name, *errors in rows:
         cells = [f(values) for values in errors for f in (rms, largest)]
-        lines.append(f"{name:40}" + "".join(f"{value:>8.1f} ({value / peak:6.1%})" for value in cells))
+        lines.append(f"{name:40}" + "".join(_figure(value, peak) for value in cells))
     return lines
+
+
+def _figure(value, peak):
+    return f"{value:>8.1f} ({value / peak:6.1%})" if np.isfinite(value) else f"{'-':>8}{'':9}"
 
 
 def first_of_each_cycle(cuts):
@@ -260,13 +264,14 @@ def _cell(value):
 ORANGE, BLUE, GREEN, PURPLE, GREY = "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#555555"
 
 
-def draw(path, outcomes, title):
+def draw(paths, outcomes, title):
+    """Errors above, growth, offset and contacts below; in the format that the end of each path names."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    pyplot.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
+    pyplot.rcParams.update({"svg.hashsalt": "plumb", "font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
     without, compensated = (outcomes[run] for run in RUNS)
     figure, (errors, offsets) = pyplot.subplots(
         2, 1, figsize=(10, 7), sharex=True, height_ratios=(3, 2), layout="constrained"
@@ -302,7 +307,8 @@ def draw(path, outcomes, title):
     offsets.set_xlim(0, hours[-1] + SERIES_EVERY / 3600)
     offsets.legend(loc="upper right", frameon=False, ncols=4, bbox_to_anchor=(1, 1.18), fontsize=9)
     offsets.grid(axis="y", color="#dddddd", linewidth=0.6)
-    figure.savefig(path, dpi=120)
+    for path in paths:
+        figure.savefig(path, dpi=120, metadata={"Date": None} if path.endswith(".svg") else None)
     pyplot.close(figure)
 
 
@@ -320,10 +326,10 @@ def bench_one(seed, duration, output):
     print("\n" + contact_line(compensated, rejection_names()))
     print(f"2 x {duration_text(duration)} in {elapsed:.1f} s: {2 * duration / elapsed:.0f} simulated seconds per second")
 
-    paths = [os.path.join(output, name) for name in ("errors.png", "cuts.csv", "series.csv")]
-    draw(paths[0], outcomes, f"Z errors of {duration_text(duration)} of milling on {machine}")
-    write_cuts(paths[1], outcomes)
-    write_series(paths[2], outcomes)
+    paths = [os.path.join(output, name) for name in ("errors.png", "errors.svg", "cuts.csv", "series.csv")]
+    draw(paths[:2], outcomes, f"Z errors of {duration_text(duration)} of milling on {machine}")
+    write_cuts(paths[2], outcomes)
+    write_series(paths[3], outcomes)
     print("Written: " + "  ".join(os.path.relpath(path) for path in paths))
 
 
