@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A property of a simulated machine: given by a pin, or else drawn by the machine's seed.  What no machine
-// could be, not even a hundred times the largest that is drawn, counts as not given.
+// could be, a hundred times more than the largest that is drawn or a thousand times less than the smallest,
+// counts as not given; 0 does not.
 #pragma once
 
 #include "components/math/blocks/random.hpp"
@@ -27,7 +28,7 @@ public:
 
     double operator()(std::int32_t seed) noexcept {
         const double given = given_;
-        if (given >= 0 && given <= 100 * high_) return given;
+        if (given == 0 || (given >= low_ / 1000 && given <= 100 * high_ && given > 0)) return given;
         if (seed != seed_) {
             seed_ = seed;
             value_ =

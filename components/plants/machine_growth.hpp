@@ -44,7 +44,8 @@ public:
     // Advances machine number `seed` by dt > 0 seconds at a spindle speed n (rpm) and with an axis at z (mm)
     // that moves with v (mm/s).  Returns the growth in mm.
     double step(std::int32_t seed, double n, double z, double v, double dt) noexcept {
-        const double turning = std::abs(n) / std::max(usable(speed_, 1e5, 8000), 1.0);
+        const double reference = usable(speed_, 1e5, 8000);
+        const double turning = std::abs(n) / (reference >= 1 ? reference : 8000);
         const double exponent = exponent_(seed);
         if (turning != turning_ || exponent != raised_to_) {
             turning_ = turning;

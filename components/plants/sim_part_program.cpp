@@ -90,15 +90,14 @@ The truth-... pins are for scoring only.)"};
         if (seed_ != seed || !started_) start(seed);
         time_ += dt;
         if (time_ >= due_ && part_.waiting()) run ? begin() : part_.stand(program_);
+        const bool holding = held_ > 0 && held_ < hold_time;
+        part_.step(program_, holding ? 0 : contact_feed(seed_) * override(), dt);
         if (part_.operations() != operations_) load_blank();
 
         const Operation& now = program_[part_.operation()];
         reached_ = reached_ || (part_.plunging() && part_.position() < now.top + upset_.place);
         if (reached_ && is(Event::abort)) part_.stand(program_);
         if (reached_ && is(Event::feed_hold)) held_ += dt;
-        const bool holding = held_ > 0 && held_ < hold_time;
-        const double override = is(Event::feed_override) ? upset_.factor : 1;
-        part_.step(program_, holding ? 0 : contact_feed(seed_) * override, dt);
         const bool other_speed = is(Event::spindle_override) || (reached_ && is(Event::speed_change));
 
         cycle_running = part_.making();
@@ -109,7 +108,7 @@ The truth-... pins are for scoring only.)"};
         z_velocity_cmd = part_.velocity();
         motion_type = part_.motion();
         spindle_speed_cmd = part_.speed() * (other_speed ? upset_.factor : 1);
-        feed_override = override;
+        feed_override = override();
         coolant = part_.speed() > 0;
         operation = part_.cutting() ? now.key : 0;
         program_id = 1 + edits_;
@@ -166,8 +165,9 @@ private:
     }
 
     bool is(Event event) const noexcept {
-        return part_.making() && upset_.is(event, program_, part_.operation());
+        return part_.cutting() && upset_.is(event, program_, part_.operation());
     }
+    double override() const noexcept { return is(Event::feed_override) ? upset_.factor : 1; }
 
     PartProgram program_ = typical_program();
     PartCycle part_;
