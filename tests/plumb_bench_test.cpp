@@ -206,6 +206,16 @@ TEST_F(PlumbBench, InterruptKeepsWhatWasRecorded) {
     }
 }
 
+TEST_F(PlumbBench, ControlCOnATerminalEndsItCleanly) {
+    const Outcome outcome = run_on_terminal({plumb_program, "bench", "lag.hal", "--for", "1000000h",
+                                             "--record", "lag.out", "--every", "1s", "--output", "out.csv"},
+                                            folder.path(), "left", "\x03");
+    EXPECT_EQ(outcome.status, 128 + SIGINT);
+    EXPECT_THAT(outcome.output, HasSubstr("interrupted"));
+    EXPECT_THAT(outcome.output, Not(HasSubstr("died")));
+    EXPECT_GT(read_table(folder / "out.csv").rows.size(), 10u);
+}
+
 TEST_F(PlumbBench, UserSpaceProgramsMakeItSayThatItIsNotDeterministic) {
     folder.write("program.hal", std::string(lag) + "loadusr sleep 1000\n");
     const Outcome outcome = bench({"program.hal", "--for", "1"});

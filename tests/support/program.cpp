@@ -62,15 +62,20 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
     return {status, read_file(folder / "output"), read_file(folder / "errors")};
 }
 
-Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory) {
+Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+                        const std::string& cue, const std::string& keys) {
     int terminal = -1;
     const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
     if (process < 0) throw std::runtime_error("forkpty");
     if (process == 0) execute(arguments, directory);
     Outcome outcome{};
     char bytes[4096];
-    for (ssize_t n; (n = read(terminal, bytes, sizeof bytes)) > 0;)  // ends with an error, as terminals do
+    bool typed = keys.empty();
+    for (ssize_t n; (n = read(terminal, bytes, sizeof bytes)) > 0;) {  // ends with an error, as terminals do
         outcome.output.append(bytes, static_cast<std::size_t>(n));
+        if (typed || outcome.output.find(cue) == std::string::npos) continue;
+        typed = write(terminal, keys.data(), keys.size()) == static_cast<ssize_t>(keys.size());
+    }
     close(terminal);
     outcome.status = await_status(process);
     return outcome;

@@ -21,7 +21,8 @@ struct Outcome {
 Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
                     const std::function<void(pid_t)>& meanwhile = {});
 
-// Likewise on a terminal of its own: both streams are in `output`.
-Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory);
+// Likewise on a terminal of its own: both streams are in `output`. `keys` are typed once it has shown `cue`.
+Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+                        const std::string& cue = "", const std::string& keys = "");
 
 }  // namespace plumb
