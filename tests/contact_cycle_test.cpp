@@ -68,6 +68,16 @@ TEST(ContactCycle, RunningIndexTurnsAMissedContactInto20MillimetresOursIntoAMiss
     EXPECT_EQ(ours.end(true).missed, 1);
 }
 
+TEST(ContactCycle, EachCycleMissesForItself) {
+    ContactCycle cycle;
+    learn(cycle, part);
+    cycle.begin(false);
+    for (const Cut& cut : part) cycle.partner(cycle.next(cut.operation, cut.tool));
+    EXPECT_EQ(cycle.end(true).missed, 0);
+    cycle.begin(false);
+    EXPECT_EQ(cycle.end(true).missed, 4);
+}
+
 TEST(ContactCycle, AContactThatWasNotLearntHasNoPartner) {
     ContactCycle cycle;
     learn(cycle, part);

@@ -185,6 +185,21 @@ TEST(LoadContact, GatingTheOutputReportsABlankedContactLateOursNever) {
     EXPECT_EQ(drive.events, std::vector<Event>{Event::blanked});
 }
 
+TEST(LoadContact, AContactThatIsBlankedInPartIsBlanked) {
+    Drive early;
+    early.settle();
+    early.speed += 100;
+    early.run(settings().blanking_time - 0.01, Travel::towards_work);
+    early.run(0.3, Travel::towards_work, 8);
+    EXPECT_EQ(early.events, std::vector<Event>{Event::blanked}) << "it began within the window";
+    Drive late;
+    late.settle();
+    late.run(0.01, Travel::towards_work, 8);
+    late.speed += 100;
+    late.run(0.3, Travel::towards_work, 8);
+    EXPECT_EQ(late.events, std::vector<Event>{Event::blanked}) << "the window began before it was confirmed";
+}
+
 TEST(LoadContact, AfterBlankingTheNewIdleLoadIsTheBaseline) {
     Drive drive;
     drive.settle();
@@ -269,6 +284,15 @@ TEST(LoadContact, AfterALostLoadContactsAreBlankedForAWhile) {
         EXPECT_EQ(drive.events.back(), Event::contact);
         EXPECT_TRUE(std::isfinite(drive.detector.noise()));
     }
+}
+
+TEST(LoadContact, ARiseEndsWithALostLoad) {
+    Drive drive;
+    drive.settle();
+    drive.run(0.01, Travel::towards_work, 8);
+    drive.feed(std::numeric_limits<double>::quiet_NaN(), Travel::towards_work);
+    drive.run(0.3, Travel::other, 8);
+    EXPECT_TRUE(drive.events.empty());
 }
 
 TEST(LoadContact, ALoadThatIsLostInTheWorkLeavesTheToolThere) {

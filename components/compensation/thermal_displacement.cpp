@@ -29,32 +29,36 @@ The clock of the time method starts when z-position - applied-offset comes down 
 (clock-from-program).  z-offset changes where g differs from it by more than tolerance, only while the tool is out of
 the work, by max-rate at most, and stays within max-offset.
 
-Z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through axis_offset, the
-drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.  z-velocity-cmd is
-joint.N.vel-cmd, motion-type motion.motion-type, operation motion.program-line or a number that the program sets by
-M68.  load may be that of the spindle or of the Z motor.
+The signal to net to z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through
+axis_offset, the drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.
+z-velocity-cmd is joint.N.vel-cmd, motion-type motion.motion-type, operation motion.program-line or a number that the
+program sets by M68.  load may be that of the spindle or of the Z motor.
 
 Learning: with learn true at the start of a cycle, z-offset returns to 0 and stays there.  The reference is taken over
 when cycle-running falls while cycle-complete is true: let the program set it as its last act (M64) and take it back as
 its first.  A cycle that was aborted, that had a fault, or whose offset was not 0, leaves the reference that was there.
-The reference belongs to its program-id and can be read and restored row by row.
+The reference, of 64 contacts at most, belongs to its program-id and can be read and restored row by row.
 
-A contact is a rise of load by threshold over its running baseline while Z feeds towards the work, one per approach,
-that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.  Choose
-threshold low: four or five times load-noise as shown while the tool feeds through air (it is never taken below four
-times), and a third of the step of the lightest cut at most.  With a threshold h, a load step P and a filter time
+A contact is a rise of the smoothed load by threshold over its running baseline while Z feeds towards the work, one
+per approach, that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.
+Choose threshold low: four or five times load-noise as shown while the tool feeds through air (it is never taken below
+four times), and a third of the step of the lightest cut at most.  With a threshold h, a load step P and a filter time
 constant tau the contact is seen tau ln(P / (P - h)) late, so a step that is softer by 20 percent moves it by 14 um at
-100 mm/min and 30 ms at half height, by 2 um at an eighth.  Pairing goes by operation, tool and occurrence.  A
-drill, whose load rises over its point, and an entry from the side say nothing about Z: name their keys in
-exclude-operation-N.  A different feed or override is rejected, not scaled away, by either method.
+100 mm/min and 30 ms at half height, by 2 um at an eighth.  A coarse or noisy load scatters the contacts;
+displacement-sigma tells by how much.
+
+Pairing goes by operation, tool and occurrence.  A drill, whose load rises over its point, and an entry from the side
+say nothing about Z: name their keys in exclude-operation-N.  start-height and window may be set by operation, as
+operation itself.  A different feed or override is rejected, not scaled away, by either method.
 
 The gate: growth can have come no further than max-growth-rate times the time since the last accepted contact, at
 least gate-floor, at most gate-cap.  What lies beyond is rejected, or, with confirm-contacts above 0, believed once so
 many further contacts agree with it within gate-floor, each of another tool and in another cycle than the one before.
-A contact measures tool, spindle, work and wear together: a chip, odd stock or a longer tool within the gate cannot be
-told from growth by any means and shifts the work by what it is, the gate at most.  A correction is called wrong when
-it leaves |offset - growth| larger than before by more than gate + 3 sigma; a whole batch of odd blanks
-that confirms itself can cause one.
+
+A contact measures tool, spindle, work and wear together, wear as a shorter spindle: a chip, odd stock or a longer tool
+within the gate cannot be told from growth by any means and shifts the work by what it is, the gate at most.  A
+correction is called wrong when it leaves |offset - growth| larger than before by more than gate + 3 sigma; a whole
+batch of odd blanks that confirms itself can cause one.
 
 rejection-code:
 

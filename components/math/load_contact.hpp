@@ -42,8 +42,8 @@ public:
     // A rise is reported when it begins, so that the caller can note where; then whether it was a contact.
     enum class Event { none, rise, contact, blanked };
 
-    // One period of dt > 0, in s.  load in % and speed in rpm; what is not finite ends a rise, and the
-    // baseline begins anew as after a change of speed.
+    // One period of dt > 0, in s.  load in % and speed in rpm; what is not finite ends a rise, and blanks as
+    // a change of speed does.
     Event step(double load, double speed, Travel travel, const Settings& settings, double dt) noexcept {
         const bool usable = std::abs(load) <= largest && std::abs(speed) <= largest;
         if (!usable || std::abs(speed - speed_) > same_speed) {
@@ -54,7 +54,7 @@ public:
         }
         if (travel == Travel::clear) armed_ = true;
         if (!usable) {
-            known_ = high_ = rising_ = false;
+            high_ = rising_ = false;
             judge_in_work(travel);
             return Event::none;
         }
