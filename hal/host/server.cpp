@@ -76,7 +76,7 @@ struct Server::Peer {
     bool gone = false;
     std::string received;
     std::string unsent;
-    std::size_t shown = 0;  // how much of `received` the service has seen while busy
+    bool shown = false;  // the service has seen the request that waits
 };
 
 Server::Server(Service& service, int control_descriptor) : service_(service) {
@@ -95,8 +95,8 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
     if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
         listen(listener_, 64) != 0)
         fail("cannot listen on " + path_);
-    // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID; where there is
-    // no such user (EINVAL, in a user namespace), with root's.
+    // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID;
+    // where there is no such user (EINVAL, in a user namespace), with root's.
     if (const char* const user = geteuid() == 0 ? std::getenv("RTAPI_UID") : nullptr) {
         const uid_t owner = static_cast<uid_t>(std::atoi(user));
         for (const std::string& file : {path_, folder_})
@@ -107,7 +107,7 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
     if (control_descriptor >= 0) {
         fcntl(control_descriptor, F_SETFD, FD_CLOEXEC);
         fcntl(control_descriptor, F_SETFL, fcntl(control_descriptor, F_GETFL) | O_NONBLOCK);
-        peers_.push_back({++last_, control_descriptor, true, false, false, false, {}, {}, 0});
+        peers_.push_back({++last_, control_descriptor, true, false, false, false, {}, {}});
     }
 }
 
@@ -133,7 +133,7 @@ void Server::accept_all() {
             close(descriptor);
             continue;
         }
-        peers_.push_back({++last_, descriptor, false, false, false, false, {}, {}, 0});
+        peers_.push_back({++last_, descriptor, false, false, false, false, {}, {}});
     }
 }
 
@@ -178,13 +178,12 @@ void Server::take_requests(Peer& peer) {
         if (!take_text_request(peer)) peer.gone = true;
         return;
     }
-    while (!peer.finish) {
-        const std::size_t begin = peer.busy ? peer.shown : 0;
-        const std::size_t end = peer.received.find('\n', begin);
+    while (!peer.finish && !(peer.busy && peer.shown)) {
+        const std::size_t end = peer.received.find('\n');
         if (end == std::string::npos) return;
-        const std::string line = peer.received.substr(begin, end - begin);
+        const std::string line = peer.received.substr(0, end);
         if (peer.busy) {
-            peer.shown = end + 1;
+            peer.shown = true;
             service_.control_request_waits(line);
         } else {
             peer.received.erase(0, end + 1);
@@ -244,7 +243,7 @@ void Server::answer(Connection to, const std::string& line) {
     send(to, line);
     if (Peer* const peer = find(to)) {
         peer->busy = false;
-        peer->shown = 0;
+        peer->shown = false;
     }
 }
 

@@ -26,7 +26,7 @@ public:
         /// Takes a request. The answer may come later, by Server::answer().
         virtual void control_request(Connection from, const std::string& line) = 0;
 
-        /// Sees a request that waits for the end of an earlier one on the same connection.
+        /// Sees the request that comes next, while it waits for the end of the present one on its connection.
         virtual void control_request_waits(const std::string& line) = 0;
 
         /// The connection is gone.
