@@ -219,6 +219,12 @@ TEST_F(ClientOfHost, ADeadHostIsQuotedWithItsLastWords) {
         EXPECT_THAT(death.what(), StartsWith("the virtual-time host died (signal 9); its last words: "));
         EXPECT_THAT(death.what(), HasSubstr("the spindle is on fire"));
     }
+    try {
+        bench.get("it.in");
+        ADD_FAILURE() << "it lives again";
+    } catch (const host::HostDied& death) {
+        EXPECT_THAT(death.what(), HasSubstr("the spindle is on fire")) << "every call says why";
+    }
 }
 
 TEST(ClientStart, FailsWithTheReason) {

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iomanip>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -78,7 +79,9 @@ std::string shown(std::int64_t bits, char type) {
     if (type != 'f') return std::to_string(bits);
     double value;
     std::memcpy(&value, &bits, sizeof value);
-    return testing::PrintToString(value);
+    std::ostringstream text;
+    text << std::setprecision(17) << value;
+    return text.str();
 }
 
 void compare(const std::vector<std::string>& names, const std::string& types, std::size_t count) {
