@@ -127,6 +127,22 @@ TEST_F(SimPartProgram, SpindleTurnsBetweenPartsAndIsUpToSpeedBeforeTheWayDown) {
     EXPECT_GT(turning, 285);
 }
 
+TEST_F(SimPartProgram, BetweenPartsItMillsSidesAndTouchesNoTop) {
+    set("cycle-interval", 70);
+    double milled = 0;
+    for (const auto& row :
+         trace(150, {"operation", "from-side", "side-entry", "z-position-cmd", "work-top"}, 0.01).rows) {
+        if (row[0] > 0) {
+            EXPECT_EQ(row[2], row[1] == 0 || row[1] == 30) << row[0];
+        }
+        if (row[1] == 0 && row[3] > 0) {
+            EXPECT_LT(row[4], row[5]);
+            milled += 0.01;
+        }
+    }
+    EXPECT_NEAR(milled, 2 * (70 - 50), 4);
+}
+
 TEST_F(SimPartProgram, CyclesBeginEveryIntervalAndTheFirstOnesAreLearnt) {
     set("learning-cycles", 2);
     const Table table = trace(1000, {"cycle", "learn"}, 0.1);

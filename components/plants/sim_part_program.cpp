@@ -91,7 +91,7 @@ The truth-... pins are for scoring only.)"};
         time_ += dt;
         if (time_ >= due_ && part_.waiting()) run ? begin() : part_.stand(program_);
         const bool holding = held_ > 0 && held_ < hold_time;
-        part_.step(program_, holding ? 0 : contact_feed(seed_) * override(), dt);
+        part_.step(program_, holding ? 0 : contact_feed(seed_) * feed_factor(), dt);
         if (part_.operations() != operations_) load_blank();
 
         const Operation& now = program_[part_.operation()];
@@ -108,7 +108,7 @@ The truth-... pins are for scoring only.)"};
         z_velocity_cmd = part_.velocity();
         motion_type = part_.motion();
         spindle_speed_cmd = part_.speed() * (other_speed ? upset_.factor : 1);
-        feed_override = override();
+        feed_override = feed_factor();
         coolant = part_.speed() > 0;
         operation = part_.cutting() ? now.key : 0;
         program_id = 1 + edits_;
@@ -167,7 +167,7 @@ private:
     bool is(Event event) const noexcept {
         return part_.cutting() && upset_.is(event, program_, part_.operation());
     }
-    double override() const noexcept { return is(Event::feed_override) ? upset_.factor : 1; }
+    double feed_factor() const noexcept { return is(Event::feed_override) ? upset_.factor : 1; }
 
     PartProgram program_ = typical_program();
     PartCycle part_;
