@@ -94,6 +94,14 @@ std::string name_of(Moment moment) {
     return moment == Moment::idle ? "Idle" : moment == Moment::running ? "Running" : "Loading";
 }
 
+void PrintTo(Role role, std::ostream* out) {
+    *out << name_of(role);
+}
+
+void PrintTo(Moment moment, std::ostream* out) {
+    *out << name_of(moment);
+}
+
 class LifeCycle : public testing::TestWithParam<Role> {};
 
 TEST_P(LifeCycle, NothingIsLeftAfterANormalEnd) {
@@ -310,7 +318,9 @@ TEST(SideBySide, WhereTheKernelForbidsNamespacesTheMachinesHalIsUsed) {
 }
 
 TEST(SideBySide, WithoutNamespacesItIsRefusedWhileLinuxCncRuns) {
-    on_own_machine([] {
+    MachineOptions options;
+    options.as_root = false;  // a stock realtime does not run where root is the only user
+    const auto body = [] {
         setenv("RTAPI_UID", "65534", 1);  // which a stock realtime of root's asks for
         ASSERT_EQ(std::system("halcmd loadrt threads name1=stock period1=1000000"), 0);
         try {
@@ -321,7 +331,8 @@ TEST(SideBySide, WithoutNamespacesItIsRefusedWhileLinuxCncRuns) {
         }
         EXPECT_EQ(std::system("halcmd -s show thread | grep -q stock"), 0) << "LinuxCNC was disturbed";
         EXPECT_EQ(std::system("halcmd unloadrt all"), 0);
-    });
+    };
+    on_own_machine(body, options);
 }
 
 }  // namespace
