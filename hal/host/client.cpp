@@ -180,6 +180,7 @@ public:
 
     // Lets the host unload and end, for as long as patience lasts.
     void end() noexcept {
+        shutdown(*control_, SHUT_RDWR);  // closing is not enough while a forked process has a copy
         control_.close();
         if (process_ > 0) await_end();
         output_.close();

@@ -111,6 +111,8 @@ class Host:
 
     def close(self):
         """Ends the host, if this client started it. Further calls raise HostDied."""
+        with contextlib.suppress(OSError):
+            self._control.shutdown(socket.SHUT_RDWR)  # closing is not enough while a forked process has a copy
         self._control.close()
         self._death = self._death or "the virtual-time host was closed"
         self._await_end()
