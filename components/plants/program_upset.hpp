@@ -3,7 +3,7 @@
 #pragma once
 
 #include "components/math/blocks/usable.hpp"
-#include "components/math/part_program.hpp"
+#include "components/plants/part_program.hpp"
 #include "hal/component.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/servo_lag.hpp"
-#include "components/math/tool_engagement.hpp"
 #include "components/plants/cut_truth.hpp"
 #include "components/plants/machine_growth.hpp"
+#include "components/plants/tool_engagement.hpp"
 
 namespace plumb {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/part_cycle.hpp"
 #include "components/plants/drawn.hpp"
+#include "components/plants/part_cycle.hpp"
 #include "components/plants/program_upset.hpp"
 
 namespace plumb {

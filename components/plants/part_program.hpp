@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/math/blocks/random.hpp"
-#include "components/math/tool_engagement.hpp"
+#include "components/plants/tool_engagement.hpp"
 
 #include <array>
 #include <cstdint>

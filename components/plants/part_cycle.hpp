@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/math/blocks/trapezoidal_move.hpp"
-#include "components/math/part_program.hpp"
+#include "components/plants/part_program.hpp"
 
 #include <cstddef>
 #include <utility>
