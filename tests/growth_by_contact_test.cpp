@@ -158,6 +158,16 @@ TEST(GrowthByContact, WithinTheGateAChipShiftsByItsHeightUntilTheNextContact) {
     EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
 }
 
+TEST(GrowthByContact, TheGateOpensWithTime) {
+    Shop shop = learnt();
+    shop.cycle(25 * um);
+    EXPECT_EQ(shop.counts().accepted, 0);
+    for (int n = 0; n < 4; ++n) shop.cycle(25 * um);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+    EXPECT_GT(shop.counts().accepted, 0) << "after 125 s at 0.2 um/s";
+    EXPECT_NEAR(shop.target, 25 * um, 0.5 * um);
+}
+
 TEST(GrowthByContact, AnotherFeedIsRejectedByEitherMethod) {
     for (const Method method : {Method::coordinate, Method::time}) {
         Shop shop = learnt(method);
@@ -181,6 +191,20 @@ TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
     placed.cycle(10 * um, {{0, held}});
     EXPECT_EQ(placed.counts().accepted, 4) << "the coordinate does not care";
     EXPECT_NEAR(placed.accepted[0], 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, AClockThatMissedItsStartIsNotBelieved) {
+    Shop shop;
+    shop.used = settings(Method::time);
+    shop.used.contact.blanking_time = 0;
+    shop.learn();
+    shop.tamper = [](Milling::Sample& s) {
+        if (s.motion == 2 && std::abs(s.z - s.start_height) < 0.1)
+            s.z = std::numeric_limits<double>::quiet_NaN();
+    };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 0);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::time_differs);
 }
 
 TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {
@@ -299,7 +323,7 @@ TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
 
 TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
     Shop shop;
-    shop.used.excluded[3] = 20;
+    shop.used.excluded = {11, 12, 13, 20, 14, 15, 16, 17};
     shop.mill.program.push_back({0, 1, -30});
     shop.learn();
     EXPECT_EQ(shop.counts().contacts, 3);

@@ -48,7 +48,7 @@ struct Mill {
     double prepare(double growth, std::map<int, Milling::Upset> upsets = {}) {
         milling.growth = growth;
         milling.upsets = std::move(upsets);
-        milling.offset = offset();
+        milling.offset = stage(offset());
         cutting.clear();
         std::ostringstream csv;
         csv.precision(15);
@@ -81,6 +81,7 @@ struct Mill {
         milling.learn = false;
     }
 
+    std::function<double(double)> stage = [](double offset) { return offset; };  // what it applies, in mm
     Milling milling{};
     Bench bench{Bench::Thread::none};
     Folder folder{};
@@ -218,6 +219,37 @@ TEST(ThermalDisplacement, LearningHoldsTheOffsetAtZero) {
     EXPECT_FALSE(mill.get("learning-failed"));
 }
 
+TEST(ThermalDisplacement, LearnReturnsTheOffsetBeforeTheCycle) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.set("learn", 1);
+    mill.bench.run(5);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+}
+
+TEST(ThermalDisplacement, NothingIsLearntWithAnOffsetInForce) {
+    Mill ours;
+    ours.learn();
+    ours.cycle(12 * um);
+    ours.set("max-rate", 0.1 * um);  // on its way to zero for two minutes
+    ours.stage = [](double) { return 0.0; };
+    ours.learn();
+    EXPECT_GT(ours.get("z-offset"), 5 * um);
+    EXPECT_TRUE(ours.get("learning-failed"));
+
+    Mill stages;
+    stages.stage = [](double) { return 12 * um; };  // does not follow
+    stages.learn();
+    EXPECT_EQ(stages.get("z-offset"), 0);
+    EXPECT_TRUE(stages.get("learning-failed"));
+    EXPECT_FALSE(stages.get("reference-valid"));
+
+    stages.stage = [](double offset) { return offset; };
+    stages.learn();
+    EXPECT_FALSE(stages.get("learning-failed"));
+}
+
 TEST(ThermalDisplacement, AnAbortedLearningCycleIsNoReference) {
     Mill mill;
     mill.milling.learn = true;
@@ -279,6 +311,23 @@ TEST(ThermalDisplacement, ALostSignalHoldsTheOffsetAndIsNamed) {
     mill.set("enable", 0);
     mill.bench.run(5);
     EXPECT_EQ(mill.get("z-offset"), 0) << "a lost signal does not keep an offset that is not wanted";
+}
+
+TEST(ThermalDisplacement, ALostSignalStopsTheOffsetOnItsWay) {
+    Mill mill;
+    mill.set("max-rate", 0.2 * um);
+    mill.learn();
+    mill.cycle(12 * um);
+    const double on_its_way = mill.get("z-offset");
+    EXPECT_GT(on_its_way, 1 * um);
+    EXPECT_LT(on_its_way, 11 * um);
+    const double load = mill.get("load");
+    mill.set("load", not_a_number);
+    mill.bench.run(5);
+    EXPECT_NEAR(mill.get("z-offset"), on_its_way, 0.001 * um);
+    mill.set("load", load);
+    mill.bench.run(100);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
 }
 
 TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
