@@ -117,7 +117,7 @@ TEST(HostScheduler, ATaskHasAMebibyteOfStackWhateverItAskedFor) {
 
 TEST(HostScheduler, AStackThatIsUsedUpIsCaughtByItsGuardPage) {
     struct Deep {
-        static int fall(int depth) {
+        [[gnu::noinline]] static int fall(int depth) {  // a page a call, so that none steps over the guard
             volatile char frame[4096];
             frame[0] = static_cast<char>(depth);
             return depth == 1 << 20 ? 0 : fall(depth + 1) + frame[0];
