@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""README.md and CONTRIBUTING.md say what is there."""
+
+import os
+import re
+import sys
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(ROOT, "scripts"))
+import simulations  # for the way to plumb.py
+
+
+def read(name):
+    with open(os.path.join(ROOT, name), encoding="utf-8") as file:
+        return file.read()
+
+
+class Links(unittest.TestCase):
+    def test_every_file_that_a_page_links_to_exists(self):
+        for page in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+            links = re.findall(r"\]\(([^)#]+)\)", read(page))
+            for link in links:
+                if not link.startswith("http"):
+                    self.assertTrue(os.path.exists(os.path.join(ROOT, link)), f"{page}: {link}")
+
+    def test_every_component_in_the_table_is_there(self):
+        table = re.findall(r"^\| `(\w+)` \|", read("README.md"), re.M)
+        found = []
+        for group in ("compensation", "stages", "plants", "io"):
+            folder = os.path.join(ROOT, "components", group)
+            if os.path.isdir(folder):
+                found += [name[:-4] for name in os.listdir(folder) if name.endswith(".cpp")]
+        self.assertGreaterEqual(len(table), 4)
+        self.assertEqual([name for name in table if name not in found], [])
+
+
+class Wiring(unittest.TestCase):
+    """The lines for a machine's own configuration, on LinuxCNC's motion controller in virtual time."""
+
+    MACHINE = """
+loadrt trivkins coordinates=xyz
+loadrt tpmod
+loadrt homemod
+loadrt motmod servo_period_nsec=1000000 num_joints=3
+loadrt siggen
+addf motion-command-handler servo-thread
+addf motion-controller servo-thread
+addf siggen.0.update servo-thread
+net z-position-fb joint.2.motor-pos-cmd => joint.2.motor-pos-fb
+net spindle-load siggen.0.cosine
+"""
+
+    def test_lines_of_the_readme_load_beside_motmod(self):
+        import plumb
+
+        lines = re.search(r"```hal\n(.*?)```", read("README.md"), re.S)[1]
+        user_space = [line for line in lines.splitlines() if "iocontrol" in line]
+        self.assertEqual(len(user_space), 1)
+        with plumb.Host() as host:
+            for line in (self.MACHINE + lines).splitlines():
+                words = line.split("#")[0].strip()
+                if words and line not in user_space:
+                    host.command(words)
+            host.command("start")
+            host.run(1)
+            self.assertTrue(host.get("z-growth.enable") and host.get("z-growth.dry-run"))
+            self.assertGreater(host.get("z-growth.load-noise"), 0)  # it runs, and hears the load
+            self.assertEqual(host.get("z-growth.fault-code"), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
