@@ -32,7 +32,7 @@ struct SharedMemory::Segment {
 };
 
 SharedMemory& shared_memory() {
-    static SharedMemory the_memory;
+    static auto& the_memory = *new SharedMemory;  // never destroyed: sched_yield() may be called ever so late
     return the_memory;
 }
 
