@@ -32,7 +32,8 @@ const std::vector<Cut> part{{10, 1, -20}, {20, 2, -40}, {30, 1, -20}, {30, 1, -2
 
 void learn(ContactCycle& cycle, const std::vector<Cut>& cuts, bool complete = true) {
     cycle.begin(true);
-    for (const Cut& cut : cuts) cycle.learn(reference(cycle.next(cut.operation, cut.tool), cut.coordinate));
+    for (const Cut& cut : cuts)
+        cycle.learn(reference(cycle.approach(cut.operation, cut.tool), cut.coordinate));
     cycle.end(complete);
 }
 
@@ -41,7 +42,7 @@ TEST(ContactCycle, FindsThePartnerOfEachContact) {
     learn(cycle, part);
     cycle.begin(false);
     for (const Cut& cut : part) {
-        const ContactReference* partner = cycle.partner(cycle.next(cut.operation, cut.tool));
+        const ContactReference* partner = cycle.partner(cycle.approach(cut.operation, cut.tool));
         ASSERT_TRUE(partner);
         EXPECT_EQ(partner->contact.coordinate, cut.coordinate);
     }
@@ -59,7 +60,7 @@ TEST(ContactCycle, RunningIndexTurnsAMissedContactInto20MillimetresOursIntoAMiss
         if (cut.operation == 20) continue;  // an air cut
         const double now = cut.coordinate + 15 * um;
         literal_corrections.push_back(now - part[index++].coordinate);
-        const ContactReference* partner = ours.partner(ours.next(cut.operation, cut.tool));
+        const ContactReference* partner = ours.partner(ours.approach(cut.operation, cut.tool));
         ASSERT_TRUE(partner);
         corrections.push_back(now - partner->contact.coordinate);
     }
@@ -72,7 +73,7 @@ TEST(ContactCycle, EachCycleMissesForItself) {
     ContactCycle cycle;
     learn(cycle, part);
     cycle.begin(false);
-    for (const Cut& cut : part) cycle.partner(cycle.next(cut.operation, cut.tool));
+    for (const Cut& cut : part) cycle.partner(cycle.approach(cut.operation, cut.tool));
     EXPECT_EQ(cycle.end(true).missed, 0);
     cycle.begin(false);
     EXPECT_EQ(cycle.end(true).missed, 4);
@@ -82,10 +83,10 @@ TEST(ContactCycle, AContactThatWasNotLearntHasNoPartner) {
     ContactCycle cycle;
     learn(cycle, part);
     cycle.begin(false);
-    EXPECT_FALSE(cycle.partner(cycle.next(10, 3))) << "another tool";
-    EXPECT_FALSE(cycle.partner(cycle.next(40, 1))) << "another operation";
-    EXPECT_TRUE(cycle.partner(cycle.next(10, 1)));
-    EXPECT_FALSE(cycle.partner(cycle.next(10, 1))) << "once more than learnt";
+    EXPECT_FALSE(cycle.partner(cycle.approach(10, 3))) << "another tool";
+    EXPECT_FALSE(cycle.partner(cycle.approach(40, 1))) << "another operation";
+    EXPECT_TRUE(cycle.partner(cycle.approach(10, 1)));
+    EXPECT_FALSE(cycle.partner(cycle.approach(10, 1))) << "once more than learnt";
 }
 
 // Trap: the source tests for the end of the program only after a contact.
@@ -102,14 +103,14 @@ TEST(ContactCycle, EndSeenOnlyAfterAContactCarriesOnIntoTheNextCycleOursEndsInAn
         const bool cycle_running_after_the_contact = true;
         ++literal_index;
         literal_ended = !cycle_running_after_the_contact;
-        ours.partner(ours.next(10, 1));
+        ours.partner(ours.approach(10, 1));
         EXPECT_EQ(ours.end(false).missed, 0) << "what an aborted cycle would have met is not known";
         EXPECT_FALSE(ours.running());
     }
     EXPECT_FALSE(literal_ended);
     EXPECT_EQ(literal_index, 2) << "the first contact of a cycle is paired with the second of the reference";
     ours.begin(false);
-    EXPECT_EQ(ours.next(10, 1).occurrence, 1);
+    EXPECT_EQ(ours.approach(10, 1).occurrence, 1);
 }
 
 // Trap: ... and what an aborted learning cycle leaves counts as a reference.
@@ -119,7 +120,7 @@ TEST(ContactCycle, LearningInPlaceLeavesHalfAReferenceOursNone) {
     ours.begin(true);
     for (int i = 0; i < 2; ++i) {
         literal.push_back(part[i]);
-        ours.learn(reference(ours.next(part[i].operation, part[i].tool), part[i].coordinate));
+        ours.learn(reference(ours.approach(part[i].operation, part[i].tool), part[i].coordinate));
     }
     ours.end(false);
     EXPECT_EQ(literal.size(), 2u) << "half a reference";
@@ -153,7 +154,7 @@ TEST(ContactCycle, WithoutAContactNothingIsLearnt) {
 TEST(ContactCycle, ASpoiltLearningCycleGivesNothingTheNextOneDoes) {
     ContactCycle cycle;
     cycle.begin(true);
-    cycle.learn(reference(cycle.next(10, 1), -20));
+    cycle.learn(reference(cycle.approach(10, 1), -20));
     cycle.spoil();
     cycle.end(true);
     EXPECT_FALSE(cycle.valid_for(program));
@@ -189,7 +190,7 @@ TEST(ContactCycle, RestoresWhatItShowed) {
     EXPECT_TRUE(second.valid_for(program));
     second.begin(false);
     for (const Cut& cut : part) {
-        const ContactReference* partner = second.partner(second.next(cut.operation, cut.tool));
+        const ContactReference* partner = second.partner(second.approach(cut.operation, cut.tool));
         ASSERT_TRUE(partner);
         EXPECT_EQ(partner->contact.coordinate, cut.coordinate);
     }

@@ -45,7 +45,7 @@ struct Shop {
                 accepted.push_back(measured.growth() / unit);
                 target = measured.growth();
             }
-            return measured.detector().in_work() ? offset : target;
+            return measured.in_work() ? offset : target;
         });
     }
     void learn() {
@@ -122,6 +122,33 @@ TEST(GrowthByContact, AnAirCutIsMissedAndShiftsNothingElse) {
     EXPECT_EQ(shop.counts().missed, 1);
     ASSERT_EQ(shop.accepted.size(), 3u);
     for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um);
+}
+
+// Trap 6 in the small: counted by contacts, the second plunge would be taken for the first and shift by -2
+// um.
+TEST(GrowthByContact, AnAirCutIsNotMistakenForTheNextPlungeOfTheSameOperation) {
+    Shop shop;
+    shop.mill.program = {{30, 1, -20}, {30, 1, -20.012}};
+    shop.learn();
+    shop.cycle(10 * um, {{0, {true}}});
+    ASSERT_EQ(shop.accepted.size(), 1u);
+    EXPECT_NEAR(shop.accepted[0], 10 * um, 0.5 * um);
+    EXPECT_EQ(shop.counts().missed, 1);
+}
+
+TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
+    Shop shop;
+    shop.mill.program = {{30, 1, -20}, {30, 1, -20}};
+    shop.learn();
+    shop.mill.growth = 10 * um;
+    int early = 0;  // periods of retraction in which the tool was taken to be out
+    shop.mill.cycle([&](const Milling::Sample& sample) {
+        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        early += shop.mill.cutting && sample.velocity > 0 && !shop.measured.in_work();
+        return 0.0;
+    });
+    EXPECT_LE(early, 2) << "one in each of two cuts: a contact is seen a little late, and so a little low";
+    EXPECT_FALSE(shop.measured.in_work());
 }
 
 TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {

@@ -125,7 +125,7 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
         if (event == GrowthByContact::Event::accepted && differs()) target_ = measured_.growth();
         if (!applying) target_ = 0;
         const double offset = bounded(target_, settings_.max_offset);
-        if (!measured_.detector().in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
+        if (!measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
         z_offset = slew_.value();
         limited = offset != target_;

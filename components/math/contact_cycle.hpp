@@ -8,9 +8,10 @@
 
 namespace plumb {
 
-// One cycle of a program after the other: numbers the contacts, learns a reference from a cycle or finds the
-// partners of its contacts in the reference.  Pairing goes by operation, tool and occurrence, so that a
-// missed contact shifts no other one.
+// One cycle of a program after the other: numbers the approaches, learns a reference from a cycle or finds
+// the partners of its contacts in the reference.  Pairing goes by operation, tool and occurrence: the n-th
+// approach of that tool in that operation, whether or not the ones before met the work, so that a missed
+// contact shifts no other one.
 class ContactCycle {
 public:
     bool running() const noexcept { return running_; }
@@ -45,14 +46,15 @@ public:
         return ended;
     }
 
-    // The key of the next contact.  An occurrence of 0, which has no partner, if there are too many kinds.
-    ContactKey next(std::int32_t operation, std::int32_t tool) noexcept {
+    // The key of the contact to which an approach that now begins may lead.  An occurrence of 0, which has no
+    // partner and cannot be learnt, if there are too many kinds.
+    ContactKey approach(std::int32_t operation, std::int32_t tool) noexcept {
         for (std::int32_t i = 0; i < kinds_; ++i) {
             if (last_[i].operation != operation || last_[i].tool != tool) continue;
             ++last_[i].occurrence;
             return last_[i];
         }
-        if (kinds_ == ContactReferences::capacity) return {operation, tool, 0};
+        if (kinds_ == most_kinds) return {operation, tool, 0};
         return last_[kinds_++] = {operation, tool, 1};
     }
 
@@ -65,7 +67,9 @@ public:
     }
 
     // While learning.
-    void learn(const ContactReference& reference) noexcept { spoilt_ |= !draft().add(reference); }
+    void learn(const ContactReference& reference) noexcept {
+        spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
+    }
     void spoil() noexcept { spoilt_ = true; }  // this cycle cannot become a reference
 
     // From a file.  Refused while learning, if implausible, full or doubled, or if made by another program.
@@ -81,6 +85,8 @@ public:
     }
 
 private:
+    static constexpr std::int32_t most_kinds = 4 * ContactReferences::capacity;  // not each meets the work
+
     ContactReferences& draft() noexcept { return lists_[1 - in_force_]; }
 
     ContactReferences lists_[2];  // one in force, the other a draft
@@ -89,9 +95,9 @@ private:
     bool learning_ = false;
     bool spoilt_ = false;
     std::int32_t number_ = 0;
-    std::int32_t kinds_ = 0;                                    // of contacts in this cycle
-    std::array<ContactKey, ContactReferences::capacity> last_;  // the last one of each kind
-    std::array<bool, ContactReferences::capacity> met_{};       // by index of the reference
+    std::int32_t kinds_ = 0;                               // of approaches in this cycle
+    std::array<ContactKey, most_kinds> last_;              // the last one of each kind
+    std::array<bool, ContactReferences::capacity> met_{};  // by index of the reference
 };
 
 }  // namespace plumb

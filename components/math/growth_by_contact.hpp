@@ -80,9 +80,12 @@ public:
         if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
         follow_clock(s, complete_sample, settings.program_clock, dt);
 
+        const Travel way = travel(s, settings);
+        follow_approach(s, way);
+        if (complete_sample) follow_depth(s, way);
+
         const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
-        const LoadContact::Event event =
-            detector_.step(load, s.speed, travel(s, settings), settings.contact, dt);
+        const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
         uncertain_ |= detector_.blanked();
         if (event == LoadContact::Event::rise) note(s, settings.load_latency);
         if (event != LoadContact::Event::contact && event != LoadContact::Event::blanked) return Event::none;
@@ -92,6 +95,9 @@ public:
     const ContactCycle& cycle() const noexcept { return cycle_; }
     const LoadContact& detector() const noexcept { return detector_; }
     double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
+
+    // The tool may be cutting, or is still lower than where it met the work.
+    bool in_work() const noexcept { return detector_.in_work() || below_contact_; }
 
     // The speed has changed since a contact was last believed, or none was.
     bool uncertain() const noexcept { return uncertain_; }
@@ -139,6 +145,7 @@ private:
         }
         if (s.enable && s.cycle_running && !was_running_) {
             cycle_.begin(s.learn);
+            approaching_ = false;
             program_ = s.program;
             if (program_clock) clock_.start();
         }
@@ -163,10 +170,29 @@ private:
         return used ? Travel::towards_work : Travel::other;
     }
 
+    // An approach begins as Z feeds towards the work for the first time since it was clear of it.
+    void follow_approach(const Sample& s, Travel way) noexcept {
+        if (way == Travel::clear) approaching_ = false;
+        if (way != Travel::towards_work || (approaching_ && same_task(s, approach_))) return;
+        approaching_ = true;
+        approach_ = cycle_.approach(s.operation, s.tool);
+    }
+
+    // Above where it last met the work the tool is out of it; and on its way to another one.
+    void follow_depth(const Sample& s, Travel way) noexcept {
+        const bool leaving = way == Travel::clear && s.operation != 0 && !same_task(s, note_.key);
+        if (s.z >= note_.contact.coordinate || leaving) below_contact_ = false;
+    }
+
+    static bool same_task(const Sample& s, const ContactKey& key) noexcept {
+        return s.operation == key.operation && s.tool == key.tool;
+    }
+
     // What was true when the load crossed the threshold, and before that by the age of the load.
     void note(const Sample& s, double load_latency) noexcept {
         const double ago = detector_.since_rise() + load_latency;
-        note_.key = {s.operation, s.tool, 0};
+        below_contact_ = true;
+        note_.key = approach_;
         note_.contact.coordinate = s.z - s.velocity * ago;
         note_.contact.time = std::max(0.0, clock_.time() - ago);
         note_.contact.lost_time = clock_.lost_time(s.velocity);
@@ -181,7 +207,6 @@ private:
     Event judge(bool blanked, const Settings& settings) noexcept {
         ++counts_.contacts;
         note_.contact.sigma = -note_.contact.feed * detector_.sigma();
-        note_.key = cycle_.next(note_.key.operation, note_.key.tool);
         const ContactReference* partner = cycle_.learning() ? nullptr : cycle_.partner(note_.key);
         if (blanked) return reject(Rejection::blanked);
         if (cycle_.learning()) {
@@ -222,6 +247,9 @@ private:
     PlausibilityGate gate_;
     FirstOrderLag speed_history_;
     bool was_running_ = false;
+    bool approaching_ = false;
+    bool below_contact_ = false;
+    ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
     std::int32_t program_ = 0;    // as the cycle began
 
