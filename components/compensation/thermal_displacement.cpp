@@ -47,8 +47,9 @@ constant tau the contact is seen tau ln(P / (P - h)) late, so a step that is sof
 100 mm/min and 30 ms at half height, by 2 um at an eighth.  A coarse or noisy load scatters the contacts;
 displacement-sigma tells by how much.
 
-Pairing goes by operation, tool and occurrence.  A drill, whose load rises over its point, and an entry from the side
-say nothing about Z: name their keys in exclude-operation-N.  start-height and window may be set by operation, as
+Pairing goes by operation, tool and occurrence: the first, second, ... approach of that tool in that operation.  A
+drill, whose load rises over its point, and an entry from the side say nothing about Z: name their keys in
+exclude-operation-N.  start-height and window may be set by operation, as
 operation itself.  A different feed or override is rejected, not scaled away, by either method.
 
 The gate: growth can have come no further than max-growth-rate times the time since the last accepted contact, at
