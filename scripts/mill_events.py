@@ -97,6 +97,7 @@ def simulate(seed, event, small, interval, told):
         host.command("start")
         for part in ("program", "mill", "drive"):
             host.set(part + ".seed", seed)
+        host.set("thermal.exclude-operation-1", 0)  # every end mill is a gauge here
         host.set("program.cycle-interval", interval)
         host.set("program.event", event)
         host.set("program.event-cycle", 3)
