@@ -36,7 +36,8 @@ struct ReferenceRow {
     hal::Component* const owner;
     hal::Field<std::int32_t> operation{owner, "operation", "", "Operation of the contact."};
     hal::Field<std::int32_t> tool{owner, "tool", "", "Tool of the contact."};
-    hal::Field<std::int32_t> occurrence{owner, "occurrence", "", "Which approach of that tool in that operation, from 1."};
+    hal::Field<std::int32_t> occurrence{owner, "occurrence", "",
+                                        "Which approach of that tool in that operation, from 1."};
     hal::Field<double> coordinate{owner, "coordinate", "mu", "Coordinate of the contact."};
     hal::Field<double> time{owner, "time", "s", "Time of the contact by the clock."};
     hal::Field<double> lost_time{owner, "lost-time", "s", "Part of this time that Z did not feed."};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "background.hpp"
+#include "hal/host/background.hpp"
 
 #include <algorithm>
 #include <cstddef>

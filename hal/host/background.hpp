@@ -6,20 +6,20 @@
 
 namespace plumb::host {
 
-/// Does all registered background work, in the order of registration.
+// Does all registered background work, in the order of registration.
 void work_in_background();
 
-/// Whether there is any.
+// Whether there is any.
 bool has_background_work();
 
 }  // namespace plumb::host
 
 extern "C" {
 
-/// For modules, which declare it as a weak symbol: it is there only in this host. `work` is called between
-/// periods, for as long as it is registered.
+// For modules, which declare it as a weak symbol: it is there only in this host. `work` is called between
+// periods, for as long as it is registered.
 void plumb_host_register_background(void (*work)(void* argument), void* argument);
 
-/// Undoes one registration of the same two values.
+// Undoes one registration of the same two values.
 void plumb_host_unregister_background(void (*work)(void* argument), void* argument);
 }

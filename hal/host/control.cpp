@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "control.hpp"
+#include "hal/host/control.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -7,11 +7,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "decimal.hpp"
-#include "guard.hpp"
-#include "messages.hpp"
-#include "names.hpp"
-#include "scheduler.hpp"
+#include "hal/host/decimal.hpp"
+#include "hal/host/guard.hpp"
+#include "hal/host/messages.hpp"
+#include "hal/host/names.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 
@@ -25,7 +25,7 @@ Json okay() {
     return {{"ok", true}};
 }
 
-/// The value under `key`. @throws std::runtime_error when it is missing or has another type.
+// The value under `key`. Throws std::runtime_error when it is missing or has another type.
 template <typename Value>
 Value required(const Json& request, const char* key) {
     const auto found = request.find(key);
@@ -39,14 +39,14 @@ Value required(const Json& request, const char* key) {
     }
 }
 
-/// The same, or `otherwise` when it is missing or null.
+// The same, or `otherwise` when it is missing or null.
 template <typename Value>
 Value optional(const Json& request, const char* key, Value otherwise) {
     const auto found = request.find(key);
     return found == request.end() || found->is_null() ? otherwise : required<Value>(request, key);
 }
 
-/// A span of time. @throws std::runtime_error unless it is whole and at least `least`.
+// A span of time. Throws std::runtime_error unless it is whole and at least `least`.
 Nanoseconds span(const Json& request, const char* key, Nanoseconds least) {
     const auto found = request.find(key);
     if (found != request.end() && (!found->is_number_integer() || found->get<Nanoseconds>() < least))
@@ -72,7 +72,7 @@ Json value_of(const Cell& cell) {
     }
 }
 
-/// What halcmd reads for a value that a client sent.
+// What halcmd reads for a value that a client sent.
 std::string text_of(const Json& value) {
     if (value.is_string()) return value.get<std::string>();
     if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
@@ -83,7 +83,7 @@ std::string text_of(const Json& value) {
     return text;
 }
 
-/// halcmd's message without its "<commandline>:0: ", its last line and line ends.
+// halcmd's message without its "<commandline>:0: ", its last line and line ends.
 std::string sentence(std::string text) {
     const std::string prefix = "<commandline>:0: ";
     for (const std::string last : {"setp failed\n", "sets failed\n"})

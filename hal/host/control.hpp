@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "modules.hpp"
-#include "programs.hpp"
-#include "server.hpp"
-#include "timeline.hpp"
+#include "hal/host/modules.hpp"
+#include "hal/host/programs.hpp"
+#include "hal/host/server.hpp"
+#include "hal/host/timeline.hpp"
 
 namespace plumb::host {
 
@@ -31,11 +31,11 @@ public:
 
     explicit Control(Settings settings);
 
-    /// Ends the programs, then unloads the modules.
+    // Ends the programs, then unloads the modules.
     ~Control();
 
-    /// Serves until a client or rtapi_app asks for the end, the client is gone, or `end_descriptor`
-    /// becomes readable.
+    // Serves until a client or rtapi_app asks for the end, the client is gone, or `end_descriptor`
+    // becomes readable.
     void serve(int end_descriptor);
 
     int rtapi_command(const std::vector<std::string>& words) override;

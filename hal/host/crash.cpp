@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "crash.hpp"
+#include "hal/host/crash.hpp"
 
 #include <dlfcn.h>
 #include <signal.h>
@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "scheduler.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 

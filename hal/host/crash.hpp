@@ -4,8 +4,8 @@
 
 namespace plumb::host {
 
-/// From now on, a fatal signal prints the module in whose code it happened, and then kills as ever. A build
-/// with AddressSanitizer is left as it is: that tells more.
+// From now on, a fatal signal prints the module in whose code it happened, and then kills as ever. A build
+// with AddressSanitizer is left as it is: that tells more.
 void explain_crashes();
 
 }  // namespace plumb::host

@@ -7,17 +7,17 @@
 #include <string>
 #include <string_view>
 
-#include "time.hpp"
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
-/// Appends a number: digits, "nan", "inf" or "-inf".
+// Appends a number: digits, "nan", "inf" or "-inf".
 inline void append_number(std::string& text, double number) {
     char digits[32];
     text.append(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
 }
 
-/// Appends a time in s, exactly.
+// Appends a time in s, exactly.
 inline void append_seconds(std::string& text, Nanoseconds time) {
     char digits[32];
     if (time < 0) text += '-';
@@ -33,7 +33,7 @@ inline void append_seconds(std::string& text, Nanoseconds time) {
     text += decimals;
 }
 
-/// Reads a number that fills the whole text; nothing when it does not.
+// Reads a number that fills the whole text; nothing when it does not.
 inline std::optional<double> number_of(std::string_view text) {
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     double number = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "expectations.hpp"
+#include "hal/host/expectations.hpp"
 
 #include <muParser.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "scheduler.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 

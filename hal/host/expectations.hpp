@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "names.hpp"
-#include "time.hpp"
+#include "hal/host/names.hpp"
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
-/// How often a statement failed, and when and with which values it did so for the first time.
+// How often a statement failed, and when and with which values it did so for the first time.
 struct Violation {
     std::string id;
     long count;
@@ -28,20 +28,20 @@ public:
     Expectations();
     ~Expectations();
 
-    /// Adds a statement, or replaces the one with this id. @throws std::runtime_error when it is no
-    /// expression, uses a variable that is not given, or a name is unknown.
+    // Adds a statement, or replaces the one with this id. Throws std::runtime_error when it is no
+    // expression, uses a variable that is not given, or a name is unknown.
     void add(const std::string& id, const std::string& expression,
              const std::map<std::string, std::string>& variables, const Names& names);
 
     bool empty() const { return statements_.empty(); }
 
-    /// Looks the variables up again. @throws std::runtime_error when one is gone.
+    // Looks the variables up again. Throws std::runtime_error when one is gone.
     void resolve(const Names& names);
 
-    /// Checks all statements at the end of a period. A statement whose result is not a number has failed.
+    // Checks all statements at the end of a period. A statement whose result is not a number has failed.
     void check(Nanoseconds instant);
 
-    /// All failures, in the order in which the statements were added.
+    // All failures, in the order in which the statements were added.
     std::vector<Violation> violations() const;
 
 private:

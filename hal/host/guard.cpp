@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "guard.hpp"
+#include "hal/host/guard.hpp"
 
 #include <dlfcn.h>
 #include <hal.h>
@@ -34,7 +34,7 @@ namespace {
 
 using Function = void (*)(void* argument, long period);
 
-/// A function that a module has exported, and what is called in its place.
+// A function that a module has exported, and what is called in its place.
 struct Watched {
     std::string name;
     Function function;
@@ -49,7 +49,7 @@ struct Note {
     unsigned long detail;  // bytes, or the number of the system call
 };
 
-/// What the kernel looks at before each system call.
+// What the kernel looks at before each system call.
 constexpr char allow = 0;
 constexpr char block = 1;
 volatile char system_calls = allow;
@@ -110,7 +110,7 @@ plumb_host_return_from_signal:
 plumb_host_return_from_signal_end:
 )");
 
-/// What the kernel takes for sigaction; the C library's has no say in the way back.
+// What the kernel takes for sigaction; the C library's has no say in the way back.
 struct KernelAction {
     void (*handler)(int, siginfo_t*, void*);
     unsigned long flags;
@@ -207,7 +207,7 @@ Printing::~Printing() {
 
 }  // namespace plumb::host
 
-/// Stands before hal_lib's function of the same name, and calls it.
+// Stands before hal_lib's function of the same name, and calls it.
 extern "C" int hal_export_funct(const char* name, void (*function)(void*, long), void* argument, int uses_fp,
                                 int reentrant, int component) {
     auto* const next = reinterpret_cast<decltype(&hal_export_funct)>(dlsym(RTLD_NEXT, "hal_export_funct"));

@@ -13,22 +13,22 @@
 
 namespace plumb::host {
 
-/// What a function did, each thing once.
+// What a function did, each thing once.
 struct Misdeed {
     std::string function;
     std::string what;  // "allocated 16 bytes", "released memory", "printed a message", "system call 39"
 };
 
-/// Begins to watch. @throws std::runtime_error when the kernel cannot dispatch system calls.
+// Begins to watch. Throws std::runtime_error when the kernel cannot dispatch system calls.
 void enable_guard();
 
 bool guard_enabled();
 
-/// In the order in which they were noted; no more than 1000.
+// In the order in which they were noted; no more than 1000.
 std::vector<Misdeed> misdeeds();
 
-/// Notes that the running function prints, and lets it go unwatched for as long as this lives: how the host
-/// passes messages on is not the function's doing.
+// Notes that the running function prints, and lets it go unwatched for as long as this lives: how the host
+// passes messages on is not the function's doing.
 class Printing {
 public:
     Printing();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "hal_lock.hpp"
+#include "hal/host/hal_lock.hpp"
 
 #include <sched.h>
 #include <sys/syscall.h>
@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "shared_memory.hpp"
+#include "hal/host/shared_memory.hpp"
 
 namespace plumb::host {
 
@@ -20,8 +20,8 @@ using Clock = std::chrono::steady_clock;
 constexpr auto patience = std::chrono::seconds(1);
 constexpr auto between_looks = std::chrono::milliseconds(500);  // longer than that, and nobody has looked on
 
-/// The beginning of HAL's memory, the same in all LinuxCNC 2.x. The lowest bit of the lock says that it is
-/// held.
+// The beginning of HAL's memory, the same in all LinuxCNC 2.x. The lowest bit of the lock says that it is
+// held.
 struct HalMemory {
     std::int32_t version;
     alignas(8) unsigned long lock;
@@ -45,7 +45,7 @@ void watch_hal_lock() {
 
 }  // namespace plumb::host
 
-/// Stands before the C library's: hal_lib calls it again and again while it waits for HAL's lock.
+// Stands before the C library's: hal_lib calls it again and again while it waits for HAL's lock.
 extern "C" int sched_yield() {
     plumb::host::watch_hal_lock();
     return static_cast<int>(syscall(SYS_sched_yield));

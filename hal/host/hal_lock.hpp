@@ -5,9 +5,9 @@
 
 namespace plumb::host {
 
-/// Looks at HAL's lock, which its owners hold for microseconds, and opens it when it was never found open for
-/// a second. Call it every 0.1 s or so while somebody may wait for the lock; code in this process that does
-/// wait for it looks by itself.
+// Looks at HAL's lock, which its owners hold for microseconds, and opens it when it was never found open for
+// a second. Call it every 0.1 s or so while somebody may wait for the lock; code in this process that does
+// wait for it looks by itself.
 void watch_hal_lock();
 
 }  // namespace plumb::host

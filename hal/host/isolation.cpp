@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "isolation.hpp"
+#include "hal/host/isolation.hpp"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -27,8 +27,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "leftovers.hpp"
-#include "shared_memory.hpp"
+#include "hal/host/leftovers.hpp"
+#include "hal/host/shared_memory.hpp"
 
 namespace plumb::host {
 
@@ -52,13 +52,13 @@ bool client_gone(int control_descriptor) {
            (look.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 }
 
-/// What the host gets of its own.
+// What the host gets of its own.
 struct Namespaces {
     bool processes_and_memory;
     bool user;
 };
 
-/// The keeper and the host speak over this pair of pipes while the host is set up.
+// The keeper and the host speak over this pair of pipes while the host is set up.
 struct Setup {
     int host_reads, keeper_writes;
     int keeper_reads, host_writes;
@@ -80,8 +80,8 @@ struct Setup {
 
 constexpr uid_t nobody = 65534;
 
-/// Whether there is a user but root here. In a user namespace there may be none, and LinuxCNC's rtapi_app
-/// then fails: it does not run as root alone.
+// Whether there is a user but root here. In a user namespace there may be none, and LinuxCNC's rtapi_app
+// then fails: it does not run as root alone.
 bool nobody_exists() {
     std::ifstream map("/proc/self/uid_map");
     unsigned long inside = 0;
@@ -92,8 +92,8 @@ bool nobody_exists() {
     return false;
 }
 
-/// In the new namespaces: keeps the user's number, or makes root nobody, and gives /proc the host's own
-/// processes.
+// In the new namespaces: keeps the user's number, or makes root nobody, and gives /proc the host's own
+// processes.
 bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_group) {
     if (namespaces.user) {
         const uid_t user = outer_user == 0 ? nobody : outer_user;
@@ -110,8 +110,8 @@ bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_gro
            mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
 }
 
-/// Forks the host. Returns 0 in the host and its number in the keeper, or -1 when the namespaces cannot be
-/// had.
+// Forks the host. Returns 0 in the host and its number in the keeper, or -1 when the namespaces cannot be
+// had.
 pid_t fork_host(Namespaces namespaces, int& number) {
     const uid_t user = geteuid();
     const gid_t group = getegid();
@@ -142,7 +142,7 @@ pid_t fork_host(Namespaces namespaces, int& number) {
     return host;
 }
 
-/// Number of a process with this name, or 0.
+// Number of a process with this name, or 0.
 pid_t process_called(const std::string& name) {
     DIR* const folder = opendir("/proc");
     if (folder == nullptr) return 0;
@@ -158,8 +158,8 @@ pid_t process_called(const std::string& name) {
     return found;
 }
 
-/// Number of a realtime master of LinuxCNC, or 0. One that lives for a moment only is a messenger of some
-/// halcmd.
+// Number of a realtime master of LinuxCNC, or 0. One that lives for a moment only is a messenger of some
+// halcmd.
 pid_t realtime_master() {
     constexpr int looks = 10;
     for (int look = 0; look < looks; ++look) {
@@ -169,7 +169,7 @@ pid_t realtime_master() {
     return process_called("rtapi_app");
 }
 
-/// Waits for the machine's HAL. The lock lasts until the last process that inherits it ends.
+// Waits for the machine's HAL. The lock lasts until the last process that inherits it ends.
 void take_machine_hal(int control_descriptor) {
     const char* const path = access("/run/lock", W_OK) == 0 ? "/run/lock/plumb-host" : "/tmp/plumb-host.lock";
     int lock = open(path, O_RDWR | O_CLOEXEC);
@@ -199,7 +199,7 @@ void take_machine_hal(int control_descriptor) {
     }
 }
 
-/// Kills what is left of the host's programs: this process is their parent once the host is dead.
+// Kills what is left of the host's programs: this process is their parent once the host is dead.
 void kill_orphans() {
     for (;;) {
         while (waitpid(-1, nullptr, WNOHANG) > 0) continue;

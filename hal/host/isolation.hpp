@@ -10,15 +10,15 @@
 
 namespace plumb::host {
 
-/// What the host knows about its own process.
+// What the host knows about its own process.
 struct Isolated {
     bool namespaces;  // false: it uses the machine's HAL
     int process;      // its number as seen from outside
 };
 
-/// Forks. The host returns from this; the keeper ends inside, with the host's exit status, or with the signal
-/// that killed it. `control_descriptor`, when not negative, tells the keeper of the client's end.
-/// @throws std::runtime_error when HAL is in use on this machine, or a process cannot be made.
+// Forks. The host returns from this; the keeper ends inside, with the host's exit status, or with the signal
+// that killed it. `control_descriptor`, when not negative, tells the keeper of the client's end.
+// Throws std::runtime_error when HAL is in use on this machine, or a process cannot be made.
 Isolated isolate(bool namespaces_allowed, int control_descriptor);
 
 }  // namespace plumb::host

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "leftovers.hpp"
+#include "hal/host/leftovers.hpp"
 
 #include <sys/mman.h>
 #include <sys/shm.h>

@@ -8,21 +8,21 @@
 
 namespace plumb::host {
 
-/// Name of the socket in its folder.
+// Name of the socket in its folder.
 inline constexpr const char* socket_name = "rtapi";
 
 class Leftovers {
 public:
-    /// Maps the shared page; call it before the host is forked off its keeper.
-    /// @throws std::runtime_error when there is no memory.
+    // Maps the shared page; call it before the host is forked off its keeper.
+    // Throws std::runtime_error when there is no memory.
     void share();
 
     void add_segment(int system_id);
     void set_folder(const std::string& folder);
 
-    /// Removes the folder with the socket in it, and the segments that nobody has attached. For the keeper,
-    /// which must not touch `segments` of a host in an IPC namespace: there the numbers mean others, and die
-    /// with it.
+    // Removes the folder with the socket in it, and the segments that nobody has attached. For the keeper,
+    // which must not touch `segments` of a host in an IPC namespace: there the numbers mean others, and die
+    // with it.
     void clear_away(bool segments);
 
 private:

@@ -8,11 +8,11 @@
 
 namespace plumb::host {
 
-/// Where modules' messages go; an empty function restores standard output (when `error` is false) and error.
+// Where modules' messages go; an empty function restores standard output (when `error` is false) and error.
 using MessageSink = std::function<void(std::string_view text, bool error)>;
 void set_message_sink(MessageSink sink);
 
-/// Passes a message on to the sink.
+// Passes a message on to the sink.
 void print_message(std::string_view text, bool error);
 
 }  // namespace plumb::host

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "modules.hpp"
+#include "hal/host/modules.hpp"
 
 #include <dlfcn.h>
 #include <hal.h>
@@ -19,7 +19,7 @@ const std::string hal_library = "hal_lib";
 
 using Texts = std::list<std::string>;
 
-/// Constructors of components that can be instantiated, by component number.
+// Constructors of components that can be instantiated, by component number.
 std::map<int, constructor>& constructors() {
     static std::map<int, constructor> the_constructors;
     return the_constructors;
@@ -30,7 +30,7 @@ Function symbol(void* handle, const std::string& name) {
     return reinterpret_cast<Function>(dlsym(handle, name.c_str()));
 }
 
-/// Writes one value into element `index` of a module's parameter.
+// Writes one value into element `index` of a module's parameter.
 bool set_element(char type, const std::string& parameter, const std::string& text, void* storage,
                  std::size_t index, Texts& texts) {
     if (type == 's') {
@@ -54,8 +54,8 @@ bool set_element(char type, const std::string& parameter, const std::string& tex
     return true;
 }
 
-/// Sets a module's parameter from NAME=VALUE. The module describes it by three symbols: its address, its type
-/// (i, l or s), and for an array its size.
+// Sets a module's parameter from NAME=VALUE. The module describes it by three symbols: its address, its type
+// (i, l or s), and for an array its size.
 bool set_parameter(void* handle, std::string text, Texts& texts) {
     text.erase(std::remove(text.begin(), text.end(), '"'), text.end());
     const std::size_t equals = text.find('=');
@@ -197,8 +197,8 @@ int Modules::new_instance(const std::string& component, const std::string& name,
 
 }  // namespace plumb::host
 
-/// Stands before hal_lib's function of the same name, and calls it: hal_lib keeps constructors where only
-/// code that knows its private layout could find them again.
+// Stands before hal_lib's function of the same name, and calls it: hal_lib keeps constructors where only
+// code that knows its private layout could find them again.
 extern "C" int hal_set_constructor(int component, constructor construct) {
     auto* const next =
         reinterpret_cast<decltype(&hal_set_constructor)>(dlsym(RTLD_NEXT, "hal_set_constructor"));

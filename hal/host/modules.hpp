@@ -11,32 +11,32 @@ namespace plumb::host {
 
 class Modules {
 public:
-    /// Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib comes
-    /// from there.
+    // Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib comes
+    // from there.
     explicit Modules(std::vector<std::string> folders);
 
-    /// Unloads everything, the latest first.
+    // Unloads everything, the latest first.
     ~Modules();
     Modules(const Modules&) = delete;
 
-    /// Loads a module; `parameters` are NAME=VALUE. Returns 0, or a negative number after a message.
+    // Loads a module; `parameters` are NAME=VALUE. Returns 0, or a negative number after a message.
     int load(const std::string& name, const std::vector<std::string>& parameters);
 
-    /// Unloads a module. Returns 0, or a negative number after a message.
+    // Unloads a module. Returns 0, or a negative number after a message.
     int unload(const std::string& name);
 
-    /// Creates an instance of a loaded component. Returns what its constructor returned, negative after an
-    /// error.
+    // Creates an instance of a loaded component. Returns what its constructor returned, negative after an
+    // error.
     int new_instance(const std::string& component, const std::string& name, const std::string& argument);
 
-    /// Loads hal_lib unless it is loaded. This waits for the first need, since hal_lib takes one of the
-    /// component numbers that LinuxCNC hands out. Returns whether it is there; if not, a message has said
-    /// why.
+    // Loads hal_lib unless it is loaded. This waits for the first need, since hal_lib takes one of the
+    // component numbers that LinuxCNC hands out. Returns whether it is there; if not, a message has said
+    // why.
     bool need_hal_library();
 
     const std::vector<std::string>& folders() const { return folders_; }
 
-    /// Rises with every load, unload and new instance: names found before may mean something else since.
+    // Rises with every load, unload and new instance: names found before may mean something else since.
     unsigned long changes() const { return changes_; }
 
 private:

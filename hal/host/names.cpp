@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "names.hpp"
+#include "hal/host/names.hpp"
 
 #include <dlfcn.h>
 #include <hal.h>
@@ -12,8 +12,8 @@ namespace plumb::host {
 
 namespace {
 
-/// The user-space HAL library. It is loaded with local symbols, and finds the host's rtapi functions before
-/// its own: it so works on the memory that the host has attached.
+// The user-space HAL library. It is loaded with local symbols, and finds the host's rtapi functions before
+// its own: it so works on the memory that the host has attached.
 class HalLibrary {
 public:
     static const HalLibrary& get() {

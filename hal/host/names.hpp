@@ -10,7 +10,7 @@
 
 namespace plumb::host {
 
-/// One value in HAL memory. It is valid until a net, an unload or any other command changes HAL.
+// One value in HAL memory. It is valid until a net, an unload or any other command changes HAL.
 struct Cell {
     enum class Kind { pin, parameter, signal };
     enum class Type { bit, floating, s32, u32, port };
@@ -20,32 +20,32 @@ struct Cell {
     volatile void* data;
     bool linked;  // a pin with a signal, or a signal with a writer
 
-    /// The value as a double, which holds every value of every type but a port's (which is a handle).
+    // The value as a double, which holds every value of every type but a port's (which is a handle).
     double read() const;
 
-    /// Stores a value; bits are true unless 0. Integers must be whole and fit: the caller checks it with
-    /// accepts().
+    // Stores a value; bits are true unless 0. Integers must be whole and fit: the caller checks it with
+    // accepts().
     void write(double value) const;
 
-    /// Whether the type can hold the value without a change.
+    // Whether the type can hold the value without a change.
     bool accepts(double value) const;
 
-    /// HAL's word for the type: bit, float, s32, u32, port.
+    // HAL's word for the type: bit, float, s32, u32, port.
     const char* type_name() const;
 };
 
-/// Looks names up for as long as it lives.
+// Looks names up for as long as it lives.
 class Names {
 public:
-    /// Attaches to HAL; hal_lib must be loaded. @throws std::runtime_error when HAL refuses.
+    // Attaches to HAL; hal_lib must be loaded. Throws std::runtime_error when HAL refuses.
     Names();
     ~Names();
     Names(const Names&) = delete;
 
-    /// A pin of this name, else a parameter, else a signal.
+    // A pin of this name, else a parameter, else a signal.
     std::optional<Cell> find(const std::string& name) const;
 
-    /// The same. @throws std::runtime_error("there is no pin, parameter or signal 'NAME'").
+    // The same. Throws std::runtime_error("there is no pin, parameter or signal 'NAME'").
     Cell need(const std::string& name) const;
 
 private:

@@ -15,16 +15,16 @@
 #include <string>
 #include <vector>
 
-#include "control.hpp"
-#include "crash.hpp"
-#include "guard.hpp"
-#include "isolation.hpp"
+#include "hal/host/control.hpp"
+#include "hal/host/crash.hpp"
+#include "hal/host/guard.hpp"
+#include "hal/host/isolation.hpp"
 
 namespace {
 
 int end_event = -1;
 
-/// On SIGTERM, of the keeper or of its death: the host ends cleanly, or at least soon when a module keeps it.
+// On SIGTERM, of the keeper or of its death: the host ends cleanly, or at least soon when a module keeps it.
 void end_on_termination() {
     constexpr unsigned patience = 3;  // s
     end_event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -41,7 +41,7 @@ void end_on_termination() {
     sigaction(SIGTERM, &action, nullptr);
 }
 
-/// Folders where modules are looked for: those asked for, then the build's own, then LinuxCNC's.
+// Folders where modules are looked for: those asked for, then the build's own, then LinuxCNC's.
 std::vector<std::string> module_folders(std::vector<std::string> asked_for) {
     std::error_code ignored;
     const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
@@ -51,7 +51,7 @@ std::vector<std::string> module_folders(std::vector<std::string> asked_for) {
     return asked_for;
 }
 
-/// LinuxCNC's rtapi_app refuses to run as root without the number of a user in RTAPI_UID.
+// LinuxCNC's rtapi_app refuses to run as root without the number of a user in RTAPI_UID.
 void name_user_for_rtapi_app() {
     if (geteuid() != 0) return;
     const char* const nobody = "65534";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "programs.hpp"
+#include "hal/host/programs.hpp"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -23,8 +23,8 @@
 
 #include <cerrno>
 
-#include "hal_lock.hpp"
-#include "messages.hpp"
+#include "hal/host/hal_lock.hpp"
+#include "hal/host/messages.hpp"
 
 extern char** environ;
 
@@ -38,7 +38,7 @@ int exit_status(int wait_status) {
     return WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status) : WEXITSTATUS(wait_status);
 }
 
-/// Parent of a process, or -1 when it is gone or a zombie.
+// Parent of a process, or -1 when it is gone or a zombie.
 pid_t parent_of(pid_t process) {
     std::ifstream file("/proc/" + std::to_string(process) + "/stat");
     std::string text;
@@ -64,7 +64,7 @@ bool any_called_halcmd(const std::vector<pid_t>& processes) {
                        [](pid_t process) { return program_name(process) == "halcmd"; });
 }
 
-/// The output without what LinuxCNC's rtapi_app says each time that root runs it.
+// The output without what LinuxCNC's rtapi_app says each time that root runs it.
 std::string without_greeting(const std::string& text) {
     std::istringstream lines(text);
     std::string rest;

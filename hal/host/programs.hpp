@@ -13,7 +13,7 @@
 
 namespace plumb::host {
 
-/// What a finished halcmd left: its exit status (128 + the signal when it was killed), and all output.
+// What a finished halcmd left: its exit status (128 + the signal when it was killed), and all output.
 struct Finished {
     int status;
     std::string output;
@@ -25,32 +25,32 @@ public:
     ~Programs();
     Programs(const Programs&) = delete;
 
-    /// Starts a halcmd in folder `directory` ("" for the host's own). `done` is called from attend(), once it
-    /// has ended. @throws std::runtime_error when there is no halcmd.
+    // Starts a halcmd in folder `directory` ("" for the host's own). `done` is called from attend(), once it
+    // has ended. Throws std::runtime_error when there is no halcmd.
     void start_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
                       std::function<void(Finished)> done);
 
-    /// Runs a halcmd that needs nothing from this host's socket (setp, show, unlinkp) and waits until it
-    /// ends.
-    /// @throws std::runtime_error when there is no halcmd, or it does not end within 10 s.
+    // Runs a halcmd that needs nothing from this host's socket (setp, show, unlinkp) and waits until it
+    // ends.
+    // Throws std::runtime_error when there is no halcmd, or it does not end within 10 s.
     Finished halcmd(const std::vector<std::string>& arguments);
 
-    /// Appends what attend() waits for.
+    // Appends what attend() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
-    /// Passes on output, reports the ended, and keeps HAL's lock from being lost. Never blocks. Call it when
-    /// something waits, and every 0.1 s while halcmd_runs().
+    // Passes on output, reports the ended, and keeps HAL's lock from being lost. Never blocks. Call it when
+    // something waits, and every 0.1 s while halcmd_runs().
     void attend();
 
     bool halcmd_runs() const;
 
-    /// How many halcmd have begun since the host did.
+    // How many halcmd have begun since the host did.
     unsigned long halcmds_begun() const { return halcmds_begun_; }
 
-    /// User-space programs that are alive, by the name of their HAL component or else of their program file.
+    // User-space programs that are alive, by the name of their HAL component or else of their program file.
     std::vector<std::string> alive();
 
-    /// Asks all user-space programs to end, and kills those that do not.
+    // Asks all user-space programs to end, and kills those that do not.
     void end_all();
 
 private:

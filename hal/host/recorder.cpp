@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "recorder.hpp"
+#include "hal/host/recorder.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -11,8 +11,8 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "decimal.hpp"
-#include "scheduler.hpp"
+#include "hal/host/decimal.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 

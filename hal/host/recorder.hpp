@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "names.hpp"
-#include "time.hpp"
+#include "hal/host/names.hpp"
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
 class Recorder {
 public:
-    /// What is recorded. `append` goes on with a file of the same columns: it adds no header and no row at
-    /// once, and its times go on from the file's last. `every` must be positive.
+    // What is recorded. `append` goes on with a file of the same columns: it adds no header and no row at
+    // once, and its times go on from the file's last. `every` must be positive.
     struct Settings {
         std::string file;
         std::vector<std::string> columns;
@@ -23,24 +23,24 @@ public:
         bool append;
     };
 
-    /// Opens the file and writes its beginning. @throws std::runtime_error when it cannot, a name is unknown,
-    /// or the file that is to be gone on with has other columns.
+    // Opens the file and writes its beginning. Throws std::runtime_error when it cannot, a name is unknown,
+    // or the file that is to be gone on with has other columns.
     Recorder(Settings settings, const Names& names);
 
-    /// Flushes what it can; call flush() to learn of errors.
+    // Flushes what it can; call flush() to learn of errors.
     ~Recorder();
     Recorder(const Recorder&) = delete;
 
-    /// Looks the columns up again. @throws std::runtime_error when one is gone.
+    // Looks the columns up again. Throws std::runtime_error when one is gone.
     void resolve(const Names& names);
 
-    /// The instant of the next row.
+    // The instant of the next row.
     Nanoseconds next_row() const { return next_row_; }
 
-    /// Writes the row of the present instant. @throws std::runtime_error when the file cannot be written.
+    // Writes the row of the present instant. Throws std::runtime_error when the file cannot be written.
     void write_row();
 
-    /// Brings all rows into the file. @throws std::runtime_error when it cannot be written.
+    // Brings all rows into the file. Throws std::runtime_error when it cannot be written.
     void flush();
 
 private:

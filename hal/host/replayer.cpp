@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "replayer.hpp"
+#include "hal/host/replayer.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -10,8 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "decimal.hpp"
-#include "scheduler.hpp"
+#include "hal/host/decimal.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 
@@ -49,7 +49,7 @@ std::vector<std::string_view> split_at_blanks(std::string_view line) {
     return fields;
 }
 
-/// The value of a field: a number, or TRUE or FALSE in any case.
+// The value of a field: a number, or TRUE or FALSE in any case.
 std::optional<double> value_of(std::string_view field) {
     const auto is = [field](std::string_view word) {
         return field.size() == word.size() &&

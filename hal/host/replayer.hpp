@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "names.hpp"
-#include "time.hpp"
+#include "hal/host/names.hpp"
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
@@ -17,30 +17,30 @@ public:
     struct Settings {
         std::string file;
 
-        /// Empty: a CSV file, whose header names the time (in s) and the pins. Otherwise the pins of
-        /// halsampler's output: no header, blanks between the values, and perhaps a sample number before
-        /// them.
+        // Empty: a CSV file, whose header names the time (in s) and the pins. Otherwise the pins of
+        // halsampler's output: no header, blanks between the values, and perhaps a sample number before
+        // them.
         std::vector<std::string> columns;
         Nanoseconds sample_period;  // with `columns`: the time from one row to the next
     };
 
-    /// Reads the whole file. @throws std::runtime_error with the file, line, column and value that are wrong.
+    // Reads the whole file. Throws std::runtime_error with the file, line, column and value that are wrong.
     explicit Replayer(Settings settings);
 
-    /// Names of the columns' pins.
+    // Names of the columns' pins.
     const std::vector<std::string>& columns() const { return columns_; }
 
-    /// Looks the pins up, and counts the file's time from now on the first time. @throws std::runtime_error
-    /// when a pin is gone, or the file holds a value that it cannot take.
+    // Looks the pins up, and counts the file's time from now on the first time. Throws std::runtime_error
+    // when a pin is gone, or the file holds a value that it cannot take.
     void resolve(const Names& names);
 
-    /// The instant of the last row. Call resolve() before.
+    // The instant of the last row. Call resolve() before.
     Nanoseconds end() const { return began_ + times_.back(); }
 
-    /// How long the data lasts from time 0 of the file on.
+    // How long the data lasts from time 0 of the file on.
     Nanoseconds duration() const { return times_.back(); }
 
-    /// Writes the values of an instant; instants must not fall.
+    // Writes the values of an instant; instants must not fall.
     void apply(Nanoseconds instant);
 
 private:

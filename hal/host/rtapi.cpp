@@ -16,10 +16,10 @@
 #include <string>
 #include <vector>
 
-#include "guard.hpp"
-#include "messages.hpp"
-#include "scheduler.hpp"
-#include "shared_memory.hpp"
+#include "hal/host/guard.hpp"
+#include "hal/host/messages.hpp"
+#include "hal/host/scheduler.hpp"
+#include "hal/host/shared_memory.hpp"
 
 using plumb::host::scheduler;
 using plumb::host::Scheduler;

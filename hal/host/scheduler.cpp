@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "scheduler.hpp"
+#include "hal/host/scheduler.hpp"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -30,7 +30,7 @@ std::size_t page_size() {
     return static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// A mapped stack whose lowest page may not be touched.
+// A mapped stack whose lowest page may not be touched.
 class Stack {
 public:
     explicit Stack(std::size_t size) : guard_(page_size()) {
@@ -61,7 +61,7 @@ private:
     char* bottom_ = nullptr;
 };
 
-/// AddressSanitizer must know which stack is in use. Without it this costs nothing.
+// AddressSanitizer must know which stack is in use. Without it this costs nothing.
 class StackSwitch {
 public:
 #ifdef __SANITIZE_ADDRESS__
@@ -84,9 +84,9 @@ private:
 #endif
 };
 
-/// A switch between stacks is some ten times slower while the two sides' floating point exception flags
-/// differ. They are sticky: once all are set on this side, the tasks, which begin with a copy, differ no
-/// more.
+// A switch between stacks is some ten times slower while the two sides' floating point exception flags
+// differ. They are sticky: once all are set on this side, the tasks, which begin with a copy, differ no
+// more.
 void set_sticky_floating_point_flags() {
 #ifdef __SSE__
     _mm_setcsr(_mm_getcsr() | _MM_EXCEPT_MASK);
@@ -117,7 +117,7 @@ struct Scheduler::Slot {
 };
 
 struct TaskEntry {
-    /// The first frame of a task's stack.
+    // The first frame of a task's stack.
     static void run(transfer_t transfer) {
         auto& task = *static_cast<Scheduler::Task*>(transfer.data);
         StackSwitch::arrived(&task.scheduler_stack, &task.scheduler_stack_size);

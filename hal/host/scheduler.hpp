@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "time.hpp"
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
@@ -27,51 +27,51 @@ public:
     ~Scheduler();
     Scheduler(const Scheduler&) = delete;
 
-    /// Creates a paused task. The stack has at least `stack_size` bytes, never less than 1 MiB, and a guard
-    /// page. Returns its id (from 0), or a negative errno: -EINVAL (priority out of range), -ENOSPC, -ENOMEM.
+    // Creates a paused task. The stack has at least `stack_size` bytes, never less than 1 MiB, and a guard
+    // page. Returns its id (from 0), or a negative errno: -EINVAL (priority out of range), -ENOSPC, -ENOMEM.
     int create(Code code, void* argument, int priority, unsigned long stack_size);
 
-    /// Releases a task at every multiple of `period` after now. Returns 0 or -EINVAL (no such task, period
-    /// below 1, or already started).
+    // Releases a task at every multiple of `period` after now. Returns 0 or -EINVAL (no such task, period
+    // below 1, or already started).
     int start(int id, Nanoseconds period);
 
-    /// Stops releasing a task; `start` lets it go on where it waits. Returns 0 or -EINVAL.
+    // Stops releasing a task; `start` lets it go on where it waits. Returns 0 or -EINVAL.
     int pause(int id);
 
-    /// Ends a task. Its stack is unmapped, never unwound: it holds frames of C code. Returns 0 or -EINVAL (no
-    /// such task, or the one that is running).
+    // Ends a task. Its stack is unmapped, never unwound: it holds frames of C code. Returns 0 or -EINVAL (no
+    // such task, or the one that is running).
     int remove(int id);
 
-    /// Ends the running task's period. Does nothing when called from outside any task.
+    // Ends the running task's period. Does nothing when called from outside any task.
     void wait();
 
-    /// Id of the running task, or -EINVAL outside any task.
+    // Id of the running task, or -EINVAL outside any task.
     int running() const;
 
-    /// Whether the address lies in the page that guards the end of the running task's stack.
+    // Whether the address lies in the page that guards the end of the running task's stack.
     bool guards(const void* address) const;
 
-    /// The instant that the clock stands at: a release, or the end of a run.
+    // The instant that the clock stands at: a release, or the end of a run.
     Nanoseconds time() const { return time_; }
 
-    /// What a realtime clock shows. Each reading is 1 ns after the one before, so that a busy wait comes to
-    /// an end.
+    // What a realtime clock shows. Each reading is 1 ns after the one before, so that a busy wait comes to
+    // an end.
     Nanoseconds read_clock() { return time_ + ++since_time_; }
 
-    /// Lets the clock that realtime code reads go on by `span`, as a delay does.
+    // Lets the clock that realtime code reads go on by `span`, as a delay does.
     void delay(Nanoseconds span) { since_time_ += span > 0 ? span : 0; }
 
-    /// The next instant at which a task is released, or `never`.
+    // The next instant at which a task is released, or `never`.
     Nanoseconds next_release() const { return next_release_; }
 
-    /// Moves the clock to `instant`, which must not lie before time() nor beyond next_release().
+    // Moves the clock to `instant`, which must not lie before time() nor beyond next_release().
     void advance(Nanoseconds instant) {
         const Nanoseconds step = instant - time_;
         since_time_ = since_time_ > step ? since_time_ - step : 0;
         time_ = instant;
     }
 
-    /// Runs each task that is due at time() for one period, in order of priority and id.
+    // Runs each task that is due at time() for one period, in order of priority and id.
     void run_due();
 
 private:
@@ -92,7 +92,7 @@ private:
     Nanoseconds next_release_ = never;
 };
 
-/// The one scheduler of this process: rtapi is a C interface without a handle.
+// The one scheduler of this process: rtapi is a C interface without a handle.
 Scheduler& scheduler();
 
 }  // namespace plumb::host

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "server.hpp"
+#include "hal/host/server.hpp"
 
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -14,7 +14,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "leftovers.hpp"
+#include "hal/host/leftovers.hpp"
 
 namespace plumb::host {
 
@@ -24,8 +24,8 @@ namespace {
     throw std::runtime_error(what + ": " + std::strerror(errno));
 }
 
-/// Reads "COUNT " from `at` on and moves `at` behind it. Nothing when the text is not complete.
-/// @throws std::runtime_error when it is no number.
+// Reads "COUNT " from `at` on and moves `at` behind it. Nothing when the text is not complete.
+// Throws std::runtime_error when it is no number.
 std::optional<std::size_t> take_number(const std::string& text, std::size_t& at) {
     constexpr std::size_t most_digits = 9;
     const std::size_t end = text.find(' ', at);
@@ -41,8 +41,8 @@ std::optional<std::size_t> take_number(const std::string& text, std::size_t& at)
     return number;
 }
 
-/// The words of a request of rtapi_app's protocol, "COUNT " and then "LENGTH BYTES" for each; nothing when
-/// the text is not complete. @throws std::runtime_error when it is something else.
+// The words of a request of rtapi_app's protocol, "COUNT " and then "LENGTH BYTES" for each; nothing when
+// the text is not complete. Throws std::runtime_error when it is something else.
 std::optional<std::vector<std::string>> words_of(const std::string& text) {
     std::size_t at = 0;
     const auto count = take_number(text, at);
@@ -57,7 +57,7 @@ std::optional<std::vector<std::string>> words_of(const std::string& text) {
     return words;
 }
 
-/// Whether the other end is the same user's or root's, as is LinuxCNC's set-uid rtapi_app.
+// Whether the other end is the same user's or root's, as is LinuxCNC's set-uid rtapi_app.
 bool trusted(int descriptor) {
     ucred peer{};
     socklen_t size = sizeof peer;

@@ -17,56 +17,56 @@ class Server {
 public:
     using Connection = unsigned long;
 
-    /// Who answers.
+    // Who answers.
     class Service {
     public:
-        /// Carries out a command of rtapi_app; returns its result.
+        // Carries out a command of rtapi_app; returns its result.
         virtual int rtapi_command(const std::vector<std::string>& words) = 0;
 
-        /// Takes a request. The answer may come later, by Server::answer().
+        // Takes a request. The answer may come later, by Server::answer().
         virtual void control_request(Connection from, const std::string& line) = 0;
 
-        /// Sees the request that comes next, while it waits for the end of the present one on its connection.
+        // Sees the request that comes next, while it waits for the end of the present one on its connection.
         virtual void control_request_waits(const std::string& line) = 0;
 
-        /// The connection is gone.
+        // The connection is gone.
         virtual void closed(Connection connection) = 0;
 
     protected:
         ~Service() = default;
     };
 
-    /// Listens on a new socket in a new private folder, and, when `control_descriptor` is not negative,
-    /// serves that too. @throws std::runtime_error when the socket cannot be made.
+    // Listens on a new socket in a new private folder, and, when `control_descriptor` is not negative,
+    // serves that too. Throws std::runtime_error when the socket cannot be made.
     Server(Service& service, int control_descriptor);
 
-    /// Removes the socket and its folder.
+    // Removes the socket and its folder.
     ~Server();
     Server(const Server&) = delete;
 
-    /// The path of the socket: RTAPI_FIFO_PATH of all programs that are to find this host.
+    // The path of the socket: RTAPI_FIFO_PATH of all programs that are to find this host.
     const std::string& path() const { return path_; }
 
-    /// Appends what serve() waits for.
+    // Appends what serve() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
-    /// Accepts, reads, carries out and answers whatever is there. Never waits.
+    // Accepts, reads, carries out and answers whatever is there. Never waits.
     void serve();
 
-    /// Whether serve() has something to do although nothing new has come: a request has waited for another
-    /// one.
+    // Whether serve() has something to do although nothing new has come: a request has waited for another
+    // one.
     bool has_requests() const;
 
-    /// Sends a line; it does not end the request.
+    // Sends a line; it does not end the request.
     void send(Connection to, const std::string& line);
 
-    /// Sends the answer and goes on to the connection's next request.
+    // Sends the answer and goes on to the connection's next request.
     void answer(Connection to, const std::string& line);
 
-    /// Whether the client that passed its descriptor on has closed it.
+    // Whether the client that passed its descriptor on has closed it.
     bool client_gone() const { return client_gone_; }
 
-    /// Waits until all answers are sent, for a second at most.
+    // Waits until all answers are sent, for a second at most.
     void flush();
 
 private:

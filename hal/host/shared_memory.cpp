@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "shared_memory.hpp"
+#include "hal/host/shared_memory.hpp"
 
 #include <sched.h>
 #include <sys/shm.h>
@@ -9,14 +9,14 @@
 #include <cstdio>
 #include <cstring>
 
-#include "leftovers.hpp"
+#include "hal/host/leftovers.hpp"
 
 namespace plumb::host {
 
 namespace {
 
-/// LinuxCNC's layout of the segment that identities are drawn from: a lock, whose lowest bit says that it is
-/// held, and the last number.
+// LinuxCNC's layout of the segment that identities are drawn from: a lock, whose lowest bit says that it is
+// held, and the last number.
 struct Identities {
     unsigned long lock;
     int last;

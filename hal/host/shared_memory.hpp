@@ -19,22 +19,22 @@ public:
     ~SharedMemory();
     SharedMemory(const SharedMemory&) = delete;
 
-    /// Attaches the segment with this key, and creates it (all zero) when there is none. A second attach of
-    /// the same key counts up. Returns a handle from 0, or a negative errno.
+    // Attaches the segment with this key, and creates it (all zero) when there is none. A second attach of
+    // the same key counts up. Returns a handle from 0, or a negative errno.
     int attach(int key, std::size_t size);
 
-    /// Undoes one attach. The last one detaches, and removes the segment when no other process holds it.
-    /// Returns 0 or a negative errno.
+    // Undoes one attach. The last one detaches, and removes the segment when no other process holds it.
+    // Returns 0 or a negative errno.
     int detach(int handle);
 
-    /// Address of an attached segment, or nullptr.
+    // Address of an attached segment, or nullptr.
     void* address(int handle) const;
 
-    /// Address of the segment with this key if this process has it attached, or nullptr.
+    // Address of the segment with this key if this process has it attached, or nullptr.
     void* address_of_key(int key) const;
 
-    /// A number that no other HAL program on this HAL memory has. Returns it, or a negative errno. Each call
-    /// needs one give_identity_back(), which lets go of the memory that it is drawn from, not of the number.
+    // A number that no other HAL program on this HAL memory has. Returns it, or a negative errno. Each call
+    // needs one give_identity_back(), which lets go of the memory that it is drawn from, not of the number.
     int take_identity();
     void give_identity_back();
 
@@ -44,7 +44,7 @@ private:
     int identity_handle_ = -1;
 };
 
-/// The one set of segments of this process: rtapi is a C interface without a handle.
+// The one set of segments of this process: rtapi is a C interface without a handle.
 SharedMemory& shared_memory();
 
 }  // namespace plumb::host

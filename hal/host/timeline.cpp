@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "timeline.hpp"
+#include "hal/host/timeline.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "background.hpp"
-#include "names.hpp"
-#include "scheduler.hpp"
+#include "hal/host/background.hpp"
+#include "hal/host/names.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 

@@ -8,41 +8,41 @@
 #include <memory>
 #include <string>
 
-#include "expectations.hpp"
-#include "recorder.hpp"
-#include "replayer.hpp"
-#include "time.hpp"
+#include "hal/host/expectations.hpp"
+#include "hal/host/recorder.hpp"
+#include "hal/host/replayer.hpp"
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
 class Timeline {
 public:
-    /// Begins a run of `span`; go_on() does the work. @throws std::runtime_error when a recorded, replayed or
-    /// expected name is no longer there, or has become something else.
+    // Begins a run of `span`; go_on() does the work. Throws std::runtime_error when a recorded, replayed or
+    // expected name is no longer there, or has become something else.
     void begin(Nanoseconds span);
 
-    /// Goes on with the run for `patience` of real time, or until it ends. @throws std::runtime_error when a
-    /// recording cannot be written; the run has then ended.
+    // Goes on with the run for `patience` of real time, or until it ends. Throws std::runtime_error when a
+    // recording cannot be written; the run has then ended.
     void go_on(std::chrono::nanoseconds patience);
 
-    /// Ends the run at the period that it has reached.
+    // Ends the run at the period that it has reached.
     void stop();
 
     bool running() const { return running_; }
 
-    /// How far the last run has come.
+    // How far the last run has come.
     Nanoseconds ran() const;
 
-    /// Whether the last run ended because a replay came to the end of its data.
+    // Whether the last run ended because a replay came to the end of its data.
     bool ended_by_replay() const { return ended_by_replay_; }
 
-    /// Adds or replaces the recording with this id.
+    // Adds or replaces the recording with this id.
     void record(const std::string& id, std::unique_ptr<Recorder> recorder);
 
-    /// Ends a recording. @throws std::runtime_error when there is none, or what is left cannot be written.
+    // Ends a recording. Throws std::runtime_error when there is none, or what is left cannot be written.
     void stop_recording(const std::string& id);
 
-    /// Begins a replay in place of the one that is there.
+    // Begins a replay in place of the one that is there.
     void replay(std::unique_ptr<Replayer> replayer) { replayer_ = std::move(replayer); }
 
     Expectations& expectations() { return expectations_; }
