@@ -2,6 +2,7 @@
 """Many simulations, two at a time, and their progress."""
 
 import concurrent.futures
+import ctypes
 import multiprocessing
 import os
 import signal
@@ -18,6 +19,7 @@ def simulate_all(simulate, jobs, duration):
 
     told(seconds done) hears of the progress of a job, and returns False when it is to stop.  Progress goes to stderr.
     """
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # as Ctrl-C: tells the others
     done = multiprocessing.Array("d", len(jobs))
     interrupted = multiprocessing.Value("b", False)
     progress = Progress(duration)
@@ -37,6 +39,9 @@ def simulate_all(simulate, jobs, duration):
 
 def _share(done, interrupted):
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which tells the others
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    set_parent_death_signal = 1  # PR_SET_PDEATHSIG: when the main process is killed, nobody is left to tell
+    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGTERM)
     _share.done, _share.interrupted = done, interrupted
 
 
