@@ -185,6 +185,41 @@ TEST(GrowthByContact, WithinTheGateAChipShiftsByItsHeightUntilTheNextContact) {
     EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
 }
 
+TEST(GrowthByContact, SaysWhenTheGateKeepsOutAllContacts) {
+    Shop shop = learnt();
+    shop.cycle(10 * um);
+    for (int n = 0; n < 2; ++n) shop.cycle(-80 * um);
+    shop.cycle(-80 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // says nothing either way
+    EXPECT_FALSE(shop.measured.lost_track());
+    shop.cycle(-80 * um);
+    EXPECT_TRUE(shop.measured.lost_track());
+    shop.cycle(10 * um, {{3, {false, 0.2}}});
+    EXPECT_FALSE(shop.measured.lost_track()) << "one rejected contact among others does not count";
+}
+
+TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
+    Shop shop = learnt();
+    bool in_the_cut = false;
+    shop.tamper = [&](Milling::Sample& sample) {
+        const bool at_the_bottom = sample.operation == 20 && shop.mill.cutting && sample.velocity == 0;
+        if (!at_the_bottom) return;
+        in_the_cut = true;
+        sample.velocity = 0.001;
+        sample.motion = 2;
+    };
+    shop.mill.cycle([&](const Milling::Sample& true_sample) {
+        Milling::Sample sample = true_sample;
+        shop.tamper(sample);
+        shop.measured.step(sample, true, shop.used, shop.mill.dt);
+        if (sample.velocity == 0.001) {
+            EXPECT_TRUE(shop.measured.in_work());
+            EXPECT_TRUE(shop.measured.detector().in_work());
+        }
+        return 0.0;
+    });
+    EXPECT_TRUE(in_the_cut);
+}
+
 TEST(GrowthByContact, TheGateOpensWithTime) {
     Shop shop = learnt();
     shop.cycle(25 * um);

@@ -73,6 +73,9 @@ holds; afterwards the load is blanked as after a change of speed:
     1 load              3 spindle-speed-cmd                     5 feed-override, start-height
     2 z-position, -cmd  4 applied-offset                        6 settings: the last good set is in force
 
+    7 three cycles with contacts, and none accepted: growth may have left the gate, as over a long rest; z-offset
+      holds, and the machine wants a look and a learning cycle
+
 When enable is false or dry-run true, z-offset returns to 0 at max-rate.  Defaults are for millimetres.  Source:
 CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
@@ -130,16 +133,19 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
         z_offset = slew_.value();
         limited = offset != target_;
-        const std::int32_t code = static_cast<std::int32_t>(lost);
-        fault_code = code != 0 || wanted.valid() ? code : bad_settings;
-        fault = code != 0 || !wanted.valid();
+        const std::int32_t code = lost != GrowthByContact::Lost::nothing ? static_cast<std::int32_t>(lost)
+                                  : !wanted.valid()                      ? bad_settings
+                                  : measured_.lost_track()               ? lost_track
+                                                                         : 0;
+        fault_code = code;
+        fault = code != 0;
         report.show(measured_, event, now.program, settings_.contact);
         walk(now.program);
     }
 
 private:
     using Sample = GrowthByContact::Sample;
-    static constexpr std::int32_t bad_settings = 6;
+    static constexpr std::int32_t bad_settings = 6, lost_track = 7;
 
     struct Settings {
         GrowthByContact::Settings contact;

@@ -103,6 +103,10 @@ public:
     bool uncertain() const noexcept { return uncertain_; }
     bool learning_failed() const noexcept { return learning_failed_; }  // in the last cycle learnt from
 
+    // In the last cycles, three at least, contacts were compared and none believed: what is believed is no
+    // longer so, and the gate keeps out what is.  Ends with a contact that is believed.
+    bool lost_track() const noexcept { return barren_cycles_ >= 3; }
+
     // Of the last contact, whatever became of it.
     const Contact& contact() const noexcept { return note_.contact; }
     Rejection rejection() const noexcept { return rejection_; }  // the last one
@@ -141,11 +145,13 @@ private:
             const ContactCycle::Ended ended = cycle_.end(s.enable && s.cycle_complete);
             counts_.missed += ended.missed;
             if (learnt_from) learning_failed_ = !ended.learnt;
+            if (s.cycle_complete && counts_.rejected > rejected_before_) ++barren_cycles_;
             clock_.stop();
         }
         if (s.enable && s.cycle_running && !was_running_) {
             cycle_.begin(s.learn);
             approaching_ = false;
+            rejected_before_ = counts_.rejected;
             program_ = s.program;
             if (program_clock) clock_.start();
         }
@@ -162,7 +168,7 @@ private:
 
     Travel travel(const Sample& s, const Settings& settings) const noexcept {
         constexpr std::int32_t rapid = 1, feed = 2;
-        if (s.motion == rapid || s.velocity > 0) return Travel::clear;
+        if (s.motion == rapid || (s.velocity > 0 && !detector_.high())) return Travel::clear;
         if (s.motion != feed || !(s.velocity < 0) || !cycle_.running() || s.operation == 0)
             return Travel::other;
         const auto& excluded = settings.excluded;
@@ -232,6 +238,8 @@ private:
     Event believe(double growth) noexcept {
         gate_.accept(growth);
         uncertain_ = false;
+        barren_cycles_ = 0;
+        rejected_before_ = counts_.rejected;
         return Event::contact;
     }
 
@@ -258,6 +266,8 @@ private:
     Rejection rejection_ = Rejection::none;
     double growth_ = 0;
     double sigma_ = 0;
+    std::int32_t rejected_before_ = 0;  // when this cycle began, or a contact was last believed
+    std::int32_t barren_cycles_ = 0;
     bool uncertain_ = true;
     bool learning_failed_ = false;
 };

@@ -80,6 +80,7 @@ public:
     double sigma() const noexcept { return sigma_; }  // s, standard deviation of its moment by noise
 
     double noise() const noexcept { return noise_; }  // %, standard deviation about the baseline
+    bool high() const noexcept { return high_; }  // above the threshold, and not yet below the release level
     bool blanked() const noexcept { return blanking_left_ > 0; }
     bool in_work() const noexcept { return in_work_; }  // the tool may be cutting
 
@@ -147,8 +148,8 @@ private:
     double noise_ = 0;
     double noise_age_ = 0;  // s
 
-    bool armed_ = true;          // Z has been clear since the last contact
-    bool high_ = false;          // above the threshold, and not yet below the release level
+    bool armed_ = true;  // Z has been clear since the last contact
+    bool high_ = false;
     bool rising_ = false;        // high for less than the debounce time, while feeding towards the work
     bool rise_blanked_ = false;  // in part while blanked
     double rise_ = 0;            // % over the baseline, in the last period
