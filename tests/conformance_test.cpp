@@ -172,13 +172,21 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
         client.expect("rate of " + ramp.output, bound.str(), {{"x", ramp.output}});
     }
 
+    const auto declaration = std::find_if(declared.pins.begin(), declared.pins.end(),
+                                          [&](const hal::PinInfo& info) { return info.name == input; });
+    const std::vector<double> poisons =
+        declaration->type == hal::Type::real
+            ? std::vector<double>{nan, infinity, -infinity, 1e308, -1e308, 5e-324}
+            : std::vector<double>{std::numeric_limits<std::int32_t>::min(), -1,
+                                  std::numeric_limits<std::int32_t>::max()};
+
     Complaints result;
     const bool alive = std::any_of(live.ramps.begin(), live.ramps.end(),
                                    [&](const Live::Ramp& ramp) { return bench.get(ramp.output) != 0; });
     if (!alive) result.push_back("the outputs are zero: not alive");
     const double end = bench.time() + live.span;
     while (bench.time() < end)
-        for (const double poison : {nan, infinity, -infinity, 1e308, -1e308, 5e-324}) {
+        for (const double poison : poisons) {
             if (!signal.empty()) bench.command("unlinkp " + pin);
             bench.set(pin, poison);
             client.run(host::seconds(poison_time));
@@ -311,7 +319,7 @@ std::vector<Input> inputs_of_compensations() {
     for (const std::string& name : split(COMPENSATION)) {
         const Module module(BUILD_DIR "/modules/" + name + ".so");
         for (const hal::PinInfo& pin : hal::Declarations(module.model()).pins)
-            if (!pin.output && pin.type == hal::Type::real) result.push_back({name, pin.name});
+            if (!pin.output && pin.type != hal::Type::bit) result.push_back({name, pin.name});
     }
     return result;
 }
