@@ -163,7 +163,7 @@ def duration_of(text):
     match = re.fullmatch(r"(\d+(?:\.\d+)?) *(h|min|s|)", text)
     seconds = float(match[1]) * {"h": 3600, "min": 60}.get(match[2], 1) if match else 0
     if not seconds:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a time such as 600, 10min or 4h")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time in s, min or h such as 600, 10min or 4h")
     return seconds
 
 
@@ -352,16 +352,32 @@ def bench_many(seeds, duration, output):
     print("Written: " + os.path.relpath(path))
 
 
+def whole(least, most):
+    """A type for argparse: a whole number from least to most."""
+
+    def number(text):
+        if not re.fullmatch(r"\d{1,10}", text) or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {least} to {most}")
+        return int(text)
+
+    return number
+
+
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench mill", description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=None, metavar="N", help="draw machine N; 0 is the typical one")
-    parser.add_argument("--seeds", type=int, metavar="N", help="N drawn machines, from --seed or 1 on, and a table of percentiles")
-    parser.add_argument("--events", type=int, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
+    seed, many = whole(0, 2**31 - 1), whole(1, 100000)
+    parser.add_argument("--seed", type=seed, default=None, metavar="N", help="draw machine N; 0 is the typical one")
+    parser.add_argument("--seeds", type=many, metavar="N", help="N drawn machines, from --seed or 1 on, and a table of percentiles")
+    parser.add_argument("--events", type=many, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
     parser.add_argument("--output", default=os.path.join(BUILD, "bench", "mill"), metavar="DIR", help="where the files go (default: build/bench/mill)")
     options = parser.parse_args()
+    if options.events and (options.seed is not None or options.seeds):
+        parser.error("--events draws its own programs: it does not go with --seed or --seeds")
     try:
         os.makedirs(options.output, exist_ok=True)
+        if not os.access(options.output, os.W_OK):
+            raise PermissionError(f"cannot write into {options.output}")
         if options.events:
             mill_events.report(options.events)
         elif options.seeds:
