@@ -376,8 +376,10 @@ def main():
         parser.error("--events draws its own programs: it does not go with --seed or --seeds")
     try:
         os.makedirs(options.output, exist_ok=True)
-        if not os.access(options.output, os.W_OK):
-            raise PermissionError(f"cannot write into {options.output}")
+        try:
+            tempfile.TemporaryFile(dir=options.output).close()
+        except OSError as error:  # now, and not when all is done
+            raise OSError(f"cannot write into {options.output}: {error.strerror}") from error
         if options.events:
             mill_events.report(options.events)
         elif options.seeds:
