@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -148,6 +149,48 @@ TEST_F(HostCore, ReplayedFloatsAreLinearInTimeAndBitsHold) {
     const Table table = bench_.trace(2, {"sum2.0.out", "and2.0.in0"}, 0.25);
     EXPECT_THAT(table.column("sum2.0.out"), testing::ElementsAre(0, 2, 2, 2.5, 3, 3.5, 4, 4, 4));
     EXPECT_THAT(table.column("and2.0.in0"), testing::ElementsAre(0, 0, 0, 0, 0, 0, 1, 1, 0));
+}
+
+TEST_F(HostCore, ReplayedFloatsHoldNextToWhatIsNotFinite) {
+    bench_.command("loadrt sum2");
+    bench_.command("addf sum2.0 servo-thread");
+    const std::string file =
+        folder_.write("in.csv", "time,sum2.0.in0\n0,1\n0.5,2\n1,nan\n1.5,4\n2,inf\n2.5,5\n3,6\n");
+    bench_.client().replay({file});
+    const Table table = bench_.trace(3, {"sum2.0.out"}, 0.25);
+    using testing::IsNan;
+    EXPECT_THAT(table.column("sum2.0.out"),
+                testing::ElementsAre(0, 1.5, 2, 2, IsNan(), IsNan(), 4, 4, INFINITY, INFINITY, 5, 5.5, 6));
+}
+
+TEST_F(HostCore, AReplayMayBeginWithAByteOrderMark) {
+    bench_.command("loadrt sum2");
+    const std::string file = folder_.write("in.csv", "\xef\xbb\xbftime,sum2.0.in0\n0,1\n1,2\n");
+    EXPECT_EQ(bench_.client().replay({file}), 1s);
+}
+
+TEST_F(HostCore, SamplesThatAreNotConsecutiveAreRefusedWithBothNumbers) {
+    bench_.command("loadrt sum2");
+    const auto replay = [&](const std::string& text) {
+        const std::string file = folder_.write("in.txt", text);
+        return bench_.client().replay({file, {"sum2.0.in0", "sum2.0.in1"}, 1ms});
+    };
+    EXPECT_EQ(replay("7 1 2\n8 1 2\n\n9 1 2\n"), 2ms);
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"0 1 2\n1 1 2\n\n5 1 2\n", "in.txt: line 4: sample 5 follows 1: samples are missing"},
+        {"0 1 2\n0 1 2\n", "line 2: sample 0 follows 0"},
+        {"0 1 2\nx 1 2\n", "line 2: 'x' is not a sample number"},
+        {"0 1 2\n1 1\n", "line 2: 1 value for 2 columns"},
+        {"1 2\n0 1 2\n", "line 2: 3 values for 2 columns"},
+    };
+    for (const auto& [text, words] : cases) {
+        try {
+            replay(text);
+            ADD_FAILURE() << "not refused: " << text;
+        } catch (const std::runtime_error& refusal) {
+            EXPECT_THAT(refusal.what(), HasSubstr(words));
+        }
+    }
 }
 
 TEST_F(HostCore, AnAppendedRecordingGoesOnInTime) {

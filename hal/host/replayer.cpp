@@ -17,7 +17,8 @@ namespace plumb::host {
 
 namespace {
 
-constexpr Nanoseconds latest = Nanoseconds{1} << 62;  // leaves room to add
+constexpr Nanoseconds latest = Nanoseconds{1} << 62;          // leaves room to add
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";  // of UTF-8, as spreadsheets write it
 
 bool blank(char c) {
     return std::isspace(static_cast<unsigned char>(c)) != 0;
@@ -65,6 +66,12 @@ std::string at_line(const std::string& file, std::size_t line) {
     return file + ": line " + std::to_string(line) + ": ";
 }
 
+std::string number_text(double value) {
+    std::string text;
+    append_number(text, value);
+    return text;
+}
+
 std::string fields_text(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " value" : " values");
 }
@@ -99,6 +106,7 @@ void Replayer::read_csv() {
     if (!file) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
     std::string text;
     if (!std::getline(file, text)) throw std::runtime_error(settings_.file + ": there is no data in it");
+    if (text.compare(0, byte_order_mark.size(), byte_order_mark) == 0) text.erase(0, byte_order_mark.size());
     const std::vector<std::string_view> header = split_at_commas(text);
     if (header[0] != "time")
         throw std::runtime_error(at_line(settings_.file, 1) + "the first column is '" +
@@ -137,6 +145,8 @@ void Replayer::read_samples() {
     if (!file) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
     columns_ = settings_.columns;
     values_.resize(columns_.size());
+    bool numbered = false;
+    double last_number = 0;
     std::string text;
     for (std::size_t line = 1; std::getline(file, text); ++line) {
         std::vector<std::string_view> fields = split_at_blanks(text);
@@ -144,7 +154,20 @@ void Replayer::read_samples() {
         if (fields[0] == "overrun")
             throw std::runtime_error(at_line(settings_.file, line) +
                                      "halsampler lost samples here ('overrun')");
-        if (fields.size() == columns_.size() + 1) fields.erase(fields.begin());  // the sample number
+        const bool first = times_.empty();
+        if (first) numbered = fields.size() == columns_.size() + 1;
+        if (numbered) {
+            const std::optional<double> number = number_of(fields[0]);
+            if (!number)
+                throw std::runtime_error(at_line(settings_.file, line) + "'" + std::string(fields[0]) +
+                                         "' is not a sample number");
+            if (!first && *number != last_number + 1)
+                throw std::runtime_error(at_line(settings_.file, line) + "sample " + number_text(*number) +
+                                         " follows " + number_text(last_number) +
+                                         ": samples are missing or out of order");
+            last_number = *number;
+            fields.erase(fields.begin());
+        }
         if (fields.size() != columns_.size())
             throw std::runtime_error(at_line(settings_.file, line) + fields_text(fields.size()) + " for " +
                                      std::to_string(columns_.size()) + " columns");
@@ -156,10 +179,9 @@ void Replayer::check(const Cell& cell, std::size_t column) const {
     for (std::size_t row = 0; row < times_.size(); ++row) {
         const double value = values_[column][row];
         if (cell.accepts(value)) continue;
-        std::string text;
-        append_number(text, value);
         throw std::runtime_error(at_line(settings_.file, lines_[row]) + "column '" + columns_[column] +
-                                 "': " + text + " is no value of a " + cell.type_name() + " pin");
+                                 "': " + number_text(value) + " is no value of a " + cell.type_name() +
+                                 " pin");
     }
 }
 
@@ -183,8 +205,9 @@ void Replayer::apply(Nanoseconds instant) {
                                  : 0.0;
     for (std::size_t column = 0; column < cells_.size(); ++column) {
         const double value = values_[column][row_];
-        const bool linear = between && cells_[column].type == Cell::Type::floating;
-        cells_[column].write(linear ? value + (values_[column][row_ + 1] - value) * share : value);
+        const double change = between ? values_[column][row_ + 1] - value : 0.0;
+        const bool linear = between && cells_[column].type == Cell::Type::floating && std::isfinite(change);
+        cells_[column].write(linear ? value + change * share : value);
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Writes recorded data into pins before each period: floats change linearly in time between two rows, bits
-// and integers hold the value of the last row. Before the first row its values hold.
+// and integers hold the value of the last row, and so do floats while either row's value is not finite. Before
+// the first row its values hold.
 #pragma once
 
 #include <string>
@@ -19,7 +20,7 @@ public:
 
         // Empty: a CSV file, whose header names the time (in s) and the pins. Otherwise the pins of
         // halsampler's output: no header, blanks between the values, and perhaps a sample number before
-        // them.
+        // them, which must rise by 1 from row to row.
         std::vector<std::string> columns;
         Nanoseconds sample_period;  // with `columns`: the time from one row to the next
     };
