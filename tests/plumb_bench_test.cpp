@@ -147,6 +147,22 @@ TEST_F(PlumbBench, WrongCommandLinesAreOneSentenceEach) {
     refused({"lag.hal", "--for", "1", "--output", "x.csv"}, "--output requires --record");
     refused({"lag.hal", "--for", "1", "--columns", "lag.in"}, "--columns requires --replay");
     refused({"lag.hal", "--replay", "lag.hal", "--columns", "lag.in"}, "--columns requires --sample-period");
+    refused(
+        {"lag.hal", "--for", "1", "--record", "lag.in,lag.out,lag.in", "--every", "1", "--output", "x.csv"},
+        "'lag.in' stands there twice");
+}
+
+TEST_F(PlumbBench, TheReplayedFileIsNotOverwritten) {
+    const char* const ramp = "time,lag.in\n0,0\n2,4\n";
+    folder.write("ramp.csv", ramp);
+    std::filesystem::create_symlink("ramp.csv", folder / "same.csv");
+    for (const char* output : {"ramp.csv", "./ramp.csv", "same.csv"}) {
+        const Outcome outcome = bench(
+            {"lag.hal", "--replay", "ramp.csv", "--record", "lag.out", "--every", "1", "--output", output});
+        EXPECT_EQ(outcome.status, 2) << output;
+        EXPECT_THAT(outcome.errors, HasSubstr(std::string("'") + output + "' is the file that is replayed"));
+        EXPECT_EQ(contents(folder / "ramp.csv"), ramp);
+    }
 }
 
 TEST_F(PlumbBench, ReplaysARecordingUpToItsEnd) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <numeric>
 #include <set>
@@ -221,9 +222,12 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
 
     CLI::Option* const replay =
         command
-            .add_option("--replay", options.replay.file,
-                        "Before every period, writes the columns of this file into the pins that its header "
-                        "names; column time is in seconds. The run ends with the file.")
+            .add_option(
+                "--replay", options.replay.file,
+                "Before every period, writes the columns of this file into the pins that its header "
+                "names; column time is in seconds. Floats change linearly from row to row, bits and integers "
+                "hold, and so do floats next to a value that is not finite (nan, inf). The run ends "
+                "with the file.")
             ->check(existing_file())
             ->type_name("FILE.csv");
     CLI::Option* const columns =
@@ -272,8 +276,16 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Runs in the machine's one HAL, for systems that forbid namespaces; one bench at a time.");
-    command.final_callback([duration, replay] {
+    command.final_callback([duration, replay, &options] {
         if (!duration->count() && !replay->count()) throw CLI::RequiredError("--for");
+        std::set<std::string> recorded;
+        for (const std::string& name : options.record)
+            if (!recorded.insert(name).second)
+                throw CLI::ValidationError("--record", "'" + name + "' stands there twice");
+        std::error_code no_file;
+        if (std::filesystem::equivalent(options.output, options.replay.file, no_file))
+            throw CLI::ValidationError(
+                "--output", "'" + options.output + "' is the file that is replayed: it would be overwritten");
     });
 }
 
