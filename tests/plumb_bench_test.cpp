@@ -129,6 +129,13 @@ TEST_F(PlumbBench, FilesWithoutAThreadAreRefused) {
     EXPECT_THAT(outcome.errors, HasSubstr("no file loads a realtime thread"));
 }
 
+TEST_F(PlumbBench, ThreadsWithoutAFunctionAreRemarkedOn) {
+    folder.write("idle.hal", "loadrt threads name1=servo-thread period1=1000000\nloadrt lowpass names=lag\n");
+    const Outcome outcome = bench({"idle.hal", "--for", "1"});
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_THAT(outcome.errors, HasSubstr("no function was added to a thread (addf)"));
+}
+
 TEST_F(PlumbBench, WrongCommandLinesAreOneSentenceEach) {
     const auto refused = [&](const std::vector<std::string>& arguments, const std::string& word) {
         const Outcome outcome = bench(arguments);

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -116,6 +117,17 @@ void require_known(Client& host, const std::string& name, const char* option) tr
     throw std::runtime_error(std::string(option) + ": " + error.what() + suggestion(host, name));
 }
 
+// Whether a thread in `halcmd -s show thread` has a function. A line is a thread: period, floating point,
+// name, time and longest time, and its functions.
+bool any_function(const std::string& threads) {
+    std::istringstream lines(threads);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        if (std::distance(std::istream_iterator<std::string>(words), {}) > 5) return true;
+    }
+    return false;
+}
+
 // halcmd says file and line of what it does not like.
 void load(Client& host, const BenchOptions& options) {
     for (const std::string& file : options.files) {
@@ -127,10 +139,13 @@ void load(Client& host, const BenchOptions& options) {
             throw std::runtime_error(file + " was not loaded: halcmd ended with status " +
                                      std::to_string(result.status));
     }
-    if (host.halcmd({"-s", "show", "thread"}).output.find_first_not_of(" \n") == std::string::npos)
+    const std::string threads = host.halcmd({"-s", "show", "thread"}).output;
+    if (threads.find_first_not_of(" \n") == std::string::npos)
         throw std::runtime_error(
             "nothing would run: no file loads a realtime thread "
             "(for instance: loadrt threads name1=servo-thread period1=1000000)");
+    if (!any_function(threads))
+        std::cerr << "note: no function was added to a thread (addf), so no component will do anything\n";
     host.command("start");
     for (const auto& [name, value] : options.settings) {
         require_known(host, name, "--set");
@@ -295,7 +310,7 @@ CommandPage bench_page() {
         "FILE.hal... --for TIME [options]",
         {{"DESCRIPTION",
           R"(Loads .hal files with LinuxCNC's own halcmd, starts their realtime threads and simulates them
-faster than the clock: HAL, its threads and the modules are the real ones, only the time is virtual.
+faster than the clock, whether a file says start or not: HAL, its threads and the modules are the real ones, only the time is virtual.
 Every function is told the nominal period, as on the machine, and time moves only from period to period.
 
 Two runs of the same files give the same values to the last bit, unless a file starts user-space
