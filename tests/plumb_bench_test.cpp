@@ -271,10 +271,10 @@ TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
 }
 
 TEST(PlumbProgram, ManualPagesAreWithoutFault) {
-    for (const char* command : {"", " bench"}) {
+    for (const char* command : {"plumb", "plumb bench", "plumb-host"}) {
         const Folder folder;
         const std::string page = (folder / "page.1").string();
-        ASSERT_EQ(std::system((plumb_program + command + " --man > " + page).c_str()), 0);
+        ASSERT_EQ(std::system((BUILD_DIR "/bin/" + std::string(command) + " --man > " + page).c_str()), 0);
         const Outcome lint = run_program({"/usr/bin/mandoc", "-T", "lint", page}, "/");
         EXPECT_EQ(lint.output, "");
         EXPECT_EQ(lint.status, 0);
@@ -296,6 +296,7 @@ TEST(PlumbProgram, HelpAndManualNameEveryOption) {
                     HasSubstr(std::regex_replace("--" + std::string(option), std::regex("-"), "\\-")));
     }
     EXPECT_EQ(run_program({plumb_program, "--help"}, "/").status, 0);
+    EXPECT_THAT(run_program({BUILD_DIR "/bin/plumb-host", "--help"}, "/").output, Not(HasSubstr(BUILD_DIR)));
     EXPECT_THAT(run_program({plumb_program, "--version"}, "/").output, ContainsRegex("^plumb [0-9]"));
     EXPECT_EQ(run_program({plumb_program}, "/").status, 2);
     EXPECT_EQ(run_program({plumb_program, "dance"}, "/").status, 2);

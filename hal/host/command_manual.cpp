@@ -2,6 +2,7 @@
 #include "hal/host/command_manual.hpp"
 
 #include <cctype>
+#include <iostream>
 #include <sstream>
 
 #include "hal/markup.hpp"
@@ -45,6 +46,17 @@ std::string command_manual(const CLI::App& command, const CommandPage& page) {
     }
     out << ".SH SEE ALSO\n" << page.see_also << "\n.SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();
+}
+
+void add_manual(CLI::App& command, CommandPage (*page)()) {
+    command.add_flag_callback(
+        "--man",
+        [&command, page] {
+            std::cout << command_manual(command, page());
+            throw CLI::Success();
+        },
+        "Prints the manual page of this command, in man(7) markup.");
+    command.get_option("--man")->trigger_on_parse();
 }
 
 }  // namespace plumb::host

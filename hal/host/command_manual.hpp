@@ -20,4 +20,7 @@ struct CommandPage {
 // In man(7) markup, section 1. The summary and the options are those of the command.
 std::string command_manual(const CLI::App& command, const CommandPage& page);
 
+// Adds the option that prints a command's manual page.
+void add_manual(CLI::App& command, CommandPage (*page)());
+
 }  // namespace plumb::host

@@ -25,18 +25,6 @@ machine life in seconds, with LinuxCNC's own HAL and modules.)"},
         ".BR plumb\\-bench (1),\n.BR halcmd (1)"};
 }
 
-// The option that prints a command's manual page.
-void add_manual(CLI::App& command, CommandPage (*page)()) {
-    command.add_flag_callback(
-        "--man",
-        [&command, page] {
-            std::cout << command_manual(command, page());
-            throw CLI::Success();
-        },
-        "Prints the manual page of this command, in man(7) markup.");
-    command.get_option("--man")->trigger_on_parse();
-}
-
 int run(int argc, char** argv) {
     CLI::App plumb("runs LinuxCNC HAL configurations in virtual time", "plumb");
     plumb.set_help_flag("-h,--help", "Prints the options.");

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/host/command_manual.hpp"
 #include "hal/host/control.hpp"
 #include "hal/host/crash.hpp"
 #include "hal/host/guard.hpp"
@@ -59,19 +60,42 @@ void name_user_for_rtapi_app() {
     setenv("RTAPI_UID", user != nullptr && std::atoi(user) > 0 ? user : nobody, 0);
 }
 
+plumb::host::CommandPage manual_page() {
+    return {"plumb-host",
+            "[options]",
+            {{"DESCRIPTION",
+              R"(Takes the place of LinuxCNC's rtapi_app: halcmd talks to it over the socket that the variable
+RTAPI_FIFO_PATH names, and the real modules run in it. Time stands still but when a client lets it run.
+Clients start a host themselves: plumb bench, and the Python module plumb. Started by hand, it prints the
+path of its socket.
+
+By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer.)"},
+             {"EXIT STATUS", "0 after it was told to end, 1 after an error, more for a wrong command line."}},
+            ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR halcmd (1)"};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App options{"The real LinuxCNC HAL in virtual time: a drop-in for rtapi_app."};
+    CLI::App options("runs LinuxCNC's HAL in virtual time, in the place of rtapi_app", "plumb-host");
+    options.set_help_flag("-h,--help", "Prints the options.");
+    plumb::host::add_manual(options, manual_page);
     int control_descriptor = -1;
     std::vector<std::string> modules;
     bool no_namespaces = false;
     bool guard = false;
-    options.add_option("--control-fd", control_descriptor,
-                       "Descriptor of a socket to a client; the host ends with it");
-    options.add_option("--modules", modules, "Folder where modules are looked for first");
-    options.add_flag("--no-namespaces", no_namespaces, "Use the machine's one HAL");
-    options.add_flag("--guard", guard, "Watch realtime functions for allocations and system calls");
+    options
+        .add_option("--control-fd", control_descriptor,
+                    "Descriptor of a socket to a client; the host ends with it.")
+        ->type_name("N");
+    options
+        .add_option("--modules", modules,
+                    "Folder of realtime modules to search first. May be given many times.")
+        ->type_name("DIR");
+    options.add_flag(
+        "--no-namespaces", no_namespaces,
+        "Runs in the machine's one HAL, for systems that forbid namespaces; one host at a time.");
+    options.add_flag("--guard", guard, "Watches realtime functions for allocations and system calls.");
     CLI11_PARSE(options, argc, argv);
     for (std::string& folder : modules) folder = std::filesystem::absolute(folder).string();
 
