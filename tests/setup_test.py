@@ -46,10 +46,10 @@ class Setup(unittest.TestCase):
         script = f'for p in "${{@:3}}"; do case $p in {lacking}) ;; *) echo "installed $p" ;; esac; done'
         self.program("dpkg-query", script, logged=False)
 
-    def setup_as(self, user):
+    def setup_as(self, user, *arguments):
         become = (lambda: os.setuid(user)) if os.geteuid() == 0 and user else None
         return subprocess.run(
-            [os.path.join(self.root, "scripts", "setup")],
+            [os.path.join(self.root, "scripts", "setup"), *arguments],
             env={"PATH": os.path.join(self.root, "bin")},
             preexec_fn=become,
             capture_output=True,
@@ -91,6 +91,15 @@ class Setup(unittest.TestCase):
         done = self.setup_as(0)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("apt-get install -q -y --no-install-recommends mandoc", self.calls())
+
+    @unittest.skipUnless(os.geteuid() == 0, "not root")
+    def test_further_packages_are_installed_for_who_asks(self):
+        self.lack("faketime", "mandoc")
+        done = self.setup_as(0, "--with", "iproute2 faketime", "product")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        calls = self.calls()
+        self.assertIn("apt-get install -q -y --no-install-recommends mandoc faketime", calls)
+        self.assertTrue(calls[-1].endswith("--target product"), calls)
 
     def test_package_that_this_system_does_not_have_is_named(self):
         self.lack("linuxcnc-uspace", "cmake")
