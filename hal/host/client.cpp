@@ -58,23 +58,6 @@ private:
     int number_ = -1;
 };
 
-// Beside this program, in the bin folder of its build, or in PATH.
-std::string find_executable() {
-    std::error_code error;
-    const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-    for (const char* folder : {".", "bin", "../bin"}) {
-        const std::filesystem::path candidate = (here / folder / "plumb-host").lexically_normal();
-        if (access(candidate.c_str(), X_OK) == 0) return candidate;
-    }
-    const char* path = std::getenv("PATH");
-    std::istringstream folders(path ? path : "");
-    for (std::string folder; std::getline(folders, folder, ':');) {
-        const std::string candidate = folder + "/plumb-host";
-        if (access(candidate.c_str(), X_OK) == 0) return candidate;
-    }
-    throw std::runtime_error("cannot find plumb-host beside " + here.string() + " or in PATH");
-}
-
 std::string trimmed(const std::string& text) {
     const char* const blanks = " \t\r\n";
     const std::size_t first = text.find_first_not_of(blanks);
@@ -132,6 +115,22 @@ void succeed(const Halcmd& result, const std::string& what) {
 }
 
 }  // namespace
+
+std::string find_host() {
+    std::error_code error;
+    const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+    for (const char* folder : {".", "bin", "../bin"}) {
+        const std::filesystem::path candidate = (here / folder / "plumb-host").lexically_normal();
+        if (access(candidate.c_str(), X_OK) == 0) return candidate;
+    }
+    const char* path = std::getenv("PATH");
+    std::istringstream folders(path ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        const std::string candidate = folder + "/plumb-host";
+        if (access(candidate.c_str(), X_OK) == 0) return candidate;
+    }
+    throw std::runtime_error("cannot find plumb-host beside " + here.string() + " or in PATH");
+}
 
 Time seconds(double seconds) {
     const double nanoseconds = std::round(seconds * 1e9);
@@ -193,7 +192,7 @@ public:
 
 private:
     void launch(const Start& start) {
-        const std::string executable = start.executable.empty() ? find_executable() : start.executable;
+        const std::string executable = start.executable.empty() ? find_host() : start.executable;
         std::vector<std::string> arguments{executable, "--control-fd", std::to_string(control_in_host)};
         for (const std::string& folder : start.modules) {
             arguments.push_back("--modules");

@@ -30,6 +30,10 @@ struct HostDied : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+// Path of plumb-host: beside this program, in the bin folder of its build, or in PATH. Throws
+// std::runtime_error when it is nowhere.
+std::string find_host();
+
 // How to start a host.
 struct Start {
     std::vector<std::string> modules;  // folders of modules, searched before build and LinuxCNC's own

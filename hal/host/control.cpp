@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/control.hpp"
 
+#include <signal.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -8,6 +11,7 @@
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
+#include "hal/host/faster_clock.hpp"
 #include "hal/host/guard.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
@@ -101,6 +105,9 @@ Control::Control(Settings settings)
       modules_(settings_.module_folders),
       server_(*this, settings_.control_descriptor) {
     setenv("RTAPI_FIFO_PATH", server_.path().c_str(), 1);
+    if (settings_.speed <= 0.0) return;
+    pace_.emplace(settings_.speed);
+    timeline_.begin(never);
 }
 
 Control::~Control() {
@@ -108,22 +115,84 @@ Control::~Control() {
 }
 
 void Control::serve(int end_descriptor) {
-    constexpr auto slice = std::chrono::milliseconds(2);
-    while (!end_ && !server_.client_gone()) {
-        std::vector<pollfd> waits{{end_descriptor, POLLIN, 0}};
-        server_.add_to(waits);
-        programs_.add_to(waits);
-        const bool busy = timeline_.running() || server_.has_requests();
-        poll(waits.data(), waits.size(), busy ? 0 : programs_.halcmd_runs() ? 100 : -1);
-        if (waits.front().revents != 0) break;
-        programs_.attend();
-        if (timeline_.running()) {
-            move([this, slice] { timeline_.go_on(slice); });
-            show_progress();
-        }
-        server_.serve();
+    while (!end_ && !server_.client_gone()) attend(end_descriptor);
+    server_.flush();
+}
+
+int Control::run_program(const std::vector<std::string>& words, int end_descriptor) {
+    constexpr auto patience = std::chrono::seconds(10);
+    if (settings_.namespaces) files_.emplace();
+    start_program(words);
+    std::optional<Pace::Clock::time_point> asked;
+    while (!programs_.program_status() && !(asked && Pace::Clock::now() - *asked > patience)) {
+        attend(asked ? -1 : end_descriptor);
+        if (!end_ || asked) continue;
+        programs_.ask_program_to_end();
+        asked = Pace::Clock::now();
     }
     server_.flush();
+    return programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
+}
+
+void Control::start_program(const std::vector<std::string>& words) {
+    std::optional<FasterClock> clock;
+    try {
+        if (settings_.speed != 1.0 && std::isfinite(settings_.speed)) clock.emplace(settings_.speed);
+    } catch (const std::runtime_error& error) {
+        std::fprintf(
+            stderr, "plumb run: %s, so programs see the computer's own clock (apt-get install libfaketime)\n",
+            error.what());
+    }
+    const pid_t program = programs_.start_program(words);
+    if (clock && !settings_.namespaces) FasterClock::note_leftovers(program);
+}
+
+void Control::attend(int end_descriptor) {
+    std::vector<pollfd> waits{{end_descriptor, POLLIN, 0}};
+    server_.add_to(waits);
+    programs_.add_to(waits);
+    const auto idle = idle_time();
+    const timespec patience{idle / std::chrono::seconds(1), (idle % std::chrono::seconds(1)).count()};
+    ppoll(waits.data(), waits.size(), &patience, nullptr);
+    if (waits.front().revents != 0) {
+        end_ = true;
+        return;
+    }
+    programs_.attend();
+    if (timeline_.running()) {
+        move([this] { let_time_pass(); });
+        show_progress();
+    }
+    server_.serve();
+}
+
+std::chrono::nanoseconds Control::idle_time() const {
+    using namespace std::chrono_literals;
+    if (server_.has_requests()) return 0ns;
+    std::chrono::nanoseconds idle = programs_.halcmd_runs() ? 100ms : 1s;
+    if (!timeline_.running()) return idle;
+    if (!pace_) return 0ns;
+    const Nanoseconds next = timeline_.next_instant();
+    if (next == never) return idle;
+    if (pace_->free()) return 0ns;
+    constexpr std::chrono::nanoseconds least = 50us;  // going to sleep takes about as long
+    const auto until_next = pace_->until(next, Pace::Clock::now());
+    return until_next <= 0ns ? 0ns : std::clamp(until_next, least, idle);
+}
+
+void Control::let_time_pass() {
+    constexpr auto slice = std::chrono::milliseconds(2);
+    constexpr auto between_looks = std::chrono::milliseconds(50);
+    if (!pace_) return timeline_.go_on(slice);
+    const auto now = Pace::Clock::now();
+    if (timeline_.watches() && now - last_look_ > between_looks) {
+        last_look_ = now;
+        if (modules_.hal_library_loaded()) timeline_.look_again();
+    }
+    Scheduler& tasks = scheduler();
+    const Nanoseconds due = pace_->due(now, tasks.time());
+    timeline_.go_on(slice, due);
+    if (tasks.next_release() == never && due != never) tasks.advance(std::max(tasks.time(), due));
 }
 
 void Control::show_progress() {
@@ -154,16 +223,33 @@ void Control::stop() {
     move([this] { timeline_.stop(); });
 }
 
+void Control::unload_all() {
+    modules_.unload_all();
+    lose_hal_memory();
+}
+
+void Control::lose_hal_memory() {
+    if (timeline_.running() && !modules_.hal_library_loaded()) timeline_.lose_names();
+}
+
 int Control::rtapi_command(const std::vector<std::string>& words) {
     if (words.empty()) return 0;
     const std::string& command = words[0];
     if (command == "exit" && words.size() == 1) {
-        end_ = true;
+        // Stock rtapi_app ends, and the next halcmd starts a new one; here the next one finds an empty host.
+        if (programs_.program_runs())
+            unload_all();
+        else
+            end_ = true;
         return 0;
     }
     if (command == "load" && words.size() >= 2)
         return modules_.load(words[1], {words.begin() + 2, words.end()});
-    if (command == "unload" && words.size() == 2) return modules_.unload(words[1]);
+    if (command == "unload" && words.size() == 2) {
+        const int result = modules_.unload(words[1]);
+        lose_hal_memory();
+        return result;
+    }
     if (command == "newinst" && (words.size() == 3 || words.size() == 4))
         return modules_.new_instance(words[1], words[2], words.size() == 4 ? words[3] : "");
     print_message("Unrecognized command starting with " + command + "\n", true);
@@ -183,7 +269,7 @@ void Control::control_request(Server::Connection from, const std::string& line) 
 
 void Control::control_request_waits(const std::string& line) {
     const Json request = Json::parse(line, nullptr, false);
-    if (request.is_object() && request.contains("do") && request["do"] == "stop") stop();
+    if (request.is_object() && request.contains("do") && request["do"] == "stop" && !pace_) stop();
 }
 
 void Control::closed(Server::Connection connection) {
@@ -210,7 +296,7 @@ std::optional<Json> Control::carry_out(Server::Connection from, const Json& requ
         return okay();
     }
     if (what == "stop") {
-        stop();
+        if (!pace_) stop();
         return okay();
     }
     if (what == "exit") {
@@ -236,6 +322,7 @@ Json Control::hello() const {
             {"protocol", protocol},
             {"pid", settings_.process},
             {"time", scheduler().time()},
+            {"paced", pace_.has_value()},
             {"namespaces", settings_.namespaces},
             {"socket", server_.path()},
             {"modules", modules_.folders()}};
@@ -289,7 +376,9 @@ void Control::set_value(const std::string& name, const Json& value) {
 }
 
 void Control::run(Server::Connection from, const Json& request) {
+    if (pace_) throw std::runtime_error("time passes by itself in this host");
     if (timeline_.running()) throw std::runtime_error("a run is under way already");
+    if (timeline_.watches()) need_hal();
     timeline_.begin(span(request, "ns", 0));
     runner_ = from;
     last_progress_ = std::chrono::steady_clock::now();

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "hal/host/modules.hpp"
+#include "hal/host/pace.hpp"
+#include "hal/host/private_files.hpp"
 #include "hal/host/programs.hpp"
 #include "hal/host/server.hpp"
 #include "hal/host/timeline.hpp"
@@ -27,6 +29,7 @@ public:
         bool namespaces;
         int process;  // number of this process as its client sees it
         int control_descriptor;
+        double speed = 0.0;  // of virtual time; 0: it moves when a client lets it run
     };
 
     explicit Control(Settings settings);
@@ -37,6 +40,12 @@ public:
     // Serves until a client or rtapi_app asks for the end, the client is gone, or `end_descriptor`
     // becomes readable.
     void serve(int end_descriptor);
+
+    // Runs a program on the host's terminal, with files of its own where there are namespaces, and serves
+    // until it has ended. When `end_descriptor` becomes readable, the program is asked to end, and waited for
+    // a while. Returns its exit status. Throws ProgramNotFound, or std::runtime_error when its files cannot
+    // be had.
+    int run_program(const std::vector<std::string>& words, int end_descriptor);
 
     int rtapi_command(const std::vector<std::string>& words) override;
     void control_request(Server::Connection from, const std::string& line) override;
@@ -64,6 +73,12 @@ private:
     std::string signal_of(const std::string& pin);
     std::string writer_of(const std::string& signal);
     void need_hal();
+    void start_program(const std::vector<std::string>& words);
+    void attend(int end_descriptor);
+    std::chrono::nanoseconds idle_time() const;
+    void let_time_pass();
+    void unload_all();
+    void lose_hal_memory();
     void show_progress();
     void move(const std::function<void()>& timeline_action);  // answers the runner when the run has ended
     void stop();
@@ -73,7 +88,10 @@ private:
     Programs programs_;
     Modules modules_;
     Timeline timeline_;
+    std::optional<Pace> pace_;
+    std::chrono::steady_clock::time_point last_look_;  // at the names that are watched in a paced run
     Server server_;
+    std::optional<PrivateFiles> files_;
     std::optional<Server::Connection> runner_;  // who waits for the end of the run
     std::chrono::steady_clock::time_point last_progress_;
     std::set<std::string> settable_;  // names that halcmd has let the host set

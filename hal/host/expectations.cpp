@@ -31,7 +31,8 @@ struct Expectations::Statement {
     std::string id;
     std::vector<Variable> variables;
     mu::Parser parser;
-    Nanoseconds last;  // the instant of the values
+    Nanoseconds last;   // the instant of the values
+    bool lost = false;  // one of its names is gone
     Violation violation;
 };
 
@@ -72,8 +73,23 @@ void Expectations::resolve(const Names& names) {
         for (Variable& variable : statement->variables) variable.cell = names.need(variable.of);
 }
 
+void Expectations::drop_lost(const Names& names) {
+    for (const auto& statement : statements_) {
+        for (Variable& variable : statement->variables) {
+            const std::optional<Cell> cell = names.find(variable.of);
+            statement->lost = statement->lost || !cell;
+            if (cell) variable.cell = *cell;
+        }
+    }
+}
+
+void Expectations::lose_all() {
+    for (const auto& statement : statements_) statement->lost = true;
+}
+
 void Expectations::check(Nanoseconds instant) {
     for (const auto& statement : statements_) {
+        if (statement->lost) continue;
         const double elapsed =
             static_cast<double>(instant - statement->last) / static_cast<double>(one_second);
         statement->last = instant;

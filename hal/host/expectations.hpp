@@ -38,6 +38,10 @@ public:
     // Looks the variables up again. Throws std::runtime_error when one is gone.
     void resolve(const Names& names);
 
+    // The same, but checks those no more that have lost a name.
+    void drop_lost(const Names& names);
+    void lose_all();
+
     // Checks all statements at the end of a period. A statement whose result is not a number has failed.
     void check(Nanoseconds instant);
 

@@ -3,15 +3,18 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <net/if.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/file.h>
+#include <sys/ioctl.h>
 #include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/shm.h>
 #include <sys/signalfd.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -56,6 +59,7 @@ bool client_gone(int control_descriptor) {
 struct Namespaces {
     bool processes_and_memory;
     bool user;
+    bool network;
 };
 
 // The keeper and the host speak over this pair of pipes while the host is set up.
@@ -92,6 +96,16 @@ bool nobody_exists() {
     return false;
 }
 
+bool bring_loopback_up() {
+    const int any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    ifreq loopback{};
+    std::strcpy(loopback.ifr_name, "lo");
+    loopback.ifr_flags = IFF_UP;
+    const bool up = any >= 0 && ioctl(any, SIOCSIFFLAGS, &loopback) == 0;
+    if (any >= 0) close(any);
+    return up;
+}
+
 // In the new namespaces: keeps the user's number, or makes root nobody, and gives /proc the host's own
 // processes.
 bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_group) {
@@ -105,6 +119,7 @@ bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_gro
                         std::to_string(group) + " " + std::to_string(outer_group) + " 1"))
             return false;
     }
+    if (namespaces.network && !bring_loopback_up()) return false;
     if (!namespaces.processes_and_memory) return true;
     return mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
            mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
@@ -119,6 +134,7 @@ pid_t fork_host(Namespaces namespaces, int& number) {
     unsigned long flags = SIGCHLD;
     if (namespaces.processes_and_memory) flags |= CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS;
     if (namespaces.user) flags |= CLONE_NEWUSER;
+    if (namespaces.network) flags |= CLONE_NEWNET;
     const auto host = static_cast<pid_t>(syscall(SYS_clone, flags, nullptr, nullptr, nullptr, nullptr));
     if (host < 0) return -1;
     if (host == 0) {
@@ -215,9 +231,11 @@ void kill_orphans() {
     }
 }
 
-[[noreturn]] void keep(pid_t host, bool namespaces, int control_descriptor) {
+[[noreturn]] void keep(pid_t host, bool namespaces, const Isolation& wanted) {
     using Clock = std::chrono::steady_clock;
-    constexpr auto patience = std::chrono::seconds(3);  // for a host that is to end, unless a module keeps it
+    // For a host that is to end, unless a module keeps it, or the program on the terminal takes its time.
+    const auto patience = std::chrono::seconds(wanted.on_terminal ? 15 : 3);
+    const int control_descriptor = wanted.control_descriptor;
     sigset_t signals;
     sigemptyset(&signals);
     for (const int signal : {SIGCHLD, SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
@@ -232,8 +250,10 @@ void kill_orphans() {
         bool end = waits[1].revents != 0;  // the client is gone; the host sees it, too
         for (signalfd_siginfo event; read(events, &event, sizeof event) == sizeof event;) {
             if (event.ssi_signo == SIGCHLD) continue;
-            if (event.ssi_signo == SIGINT && has_client)
-                continue;  // a terminal's Ctrl-C is the client's affair
+            // A terminal's Ctrl-C is the affair of the client, or of the program, which has heard it, too.
+            if (event.ssi_signo == SIGINT &&
+                (has_client || (wanted.on_terminal && event.ssi_code == SI_KERNEL)))
+                continue;
             kill(host, SIGTERM);
             end = true;
         }
@@ -255,7 +275,7 @@ void kill_orphans() {
 
 }  // namespace
 
-Isolated isolate(bool namespaces_allowed, int control_descriptor) {
+Isolated isolate(const Isolation& wanted) {
     leftovers().share();
     prctl(PR_SET_CHILD_SUBREAPER, 1);
     sigset_t signals, before;
@@ -264,18 +284,23 @@ Isolated isolate(bool namespaces_allowed, int control_descriptor) {
     sigprocmask(SIG_BLOCK, &signals, &before);
 
     int number = 0;
-    bool namespaces = namespaces_allowed;
+    bool namespaces = wanted.namespaces;
     const bool lonely_root = geteuid() == 0 && !nobody_exists();
-    pid_t host = namespaces ? fork_host({true, lonely_root || geteuid() != 0}, number) : -1;
+    pid_t host =
+        namespaces ? fork_host({true, lonely_root || geteuid() != 0, wanted.own_network}, number) : -1;
     if (host < 0) {
         namespaces = false;
-        take_machine_hal(control_descriptor);
-        if (lonely_root) host = fork_host({false, true}, number);
-        if (host < 0) host = fork_host({false, false}, number);
+        take_machine_hal(wanted.control_descriptor);
+        if (lonely_root) host = fork_host({false, true, false}, number);
+        if (host < 0) host = fork_host({false, false, false}, number);
         if (host < 0) fail("cannot fork the host");
     }
-    if (host > 0) keep(host, namespaces, control_descriptor);
-    setsid();  // a terminal's Ctrl-C is for the client
+    if (host > 0) keep(host, namespaces, wanted);
+    // A terminal's Ctrl-C is for the client, or for the program.
+    if (wanted.on_terminal)
+        for (const int signal : {SIGINT, SIGQUIT}) ::signal(signal, SIG_IGN);
+    else
+        setsid();
     prctl(PR_SET_CHILD_SUBREAPER, 1);
     sigprocmask(SIG_SETMASK, &before, nullptr);
     return {namespaces, number};

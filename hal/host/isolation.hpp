@@ -16,9 +16,16 @@ struct Isolated {
     int process;      // its number as seen from outside
 };
 
+// What the host is to be.
+struct Isolation {
+    bool namespaces = true;       // false: do not even try
+    int control_descriptor = -1;  // when not negative, tells the keeper of the client's end
+    bool own_network = false;     // nothing but a loopback
+    bool on_terminal = false;     // stays with the user's terminal, for the program that it runs
+};
+
 // Forks. The host returns from this; the keeper ends inside, with the host's exit status, or with the signal
-// that killed it. `control_descriptor`, when not negative, tells the keeper of the client's end.
-// Throws std::runtime_error when HAL is in use on this machine, or a process cannot be made.
-Isolated isolate(bool namespaces_allowed, int control_descriptor);
+// that killed it. Throws std::runtime_error when HAL is in use on this machine, or a process cannot be made.
+Isolated isolate(const Isolation& wanted);
 
 }  // namespace plumb::host

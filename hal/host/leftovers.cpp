@@ -16,6 +16,9 @@ struct Leftovers::Page {
     std::atomic<int> segments;
     int segment[most_segments];
     char folder[256];
+    static constexpr int most_files = 4;
+    std::atomic<int> files;
+    char file[most_files][256];
 };
 
 Leftovers& leftovers() {
@@ -44,8 +47,15 @@ void Leftovers::set_folder(const std::string& folder) {
     std::strncpy(page_->folder, folder.c_str(), sizeof page_->folder - 1);
 }
 
+void Leftovers::add_file(const std::string& path) {
+    if (page_ == nullptr || page_->files == Page::most_files) return;
+    std::strncpy(page_->file[page_->files], path.c_str(), sizeof page_->file[0] - 1);
+    ++page_->files;
+}
+
 void Leftovers::clear_away(bool segments) {
     if (page_ == nullptr) return;
+    for (int i = 0; i < page_->files; ++i) unlink(page_->file[i]);
     for (int i = 0; segments && i < page_->segments; ++i) {
         shmid_ds state{};
         if (shmctl(page_->segment[i], IPC_STAT, &state) == 0 && state.shm_nattch == 0)

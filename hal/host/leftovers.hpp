@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a killed host would leave behind: shared memory segments and the folder of its socket. The host notes
-// it on a page that it shares with its keeper process (see isolation.hpp), which clears it away once the host
-// is gone.
+// What a killed host would leave behind: shared memory segments, files and the folder of its socket. The host
+// notes it on a page that it shares with its keeper process (see isolation.hpp), which clears it away once
+// the host is gone.
 #pragma once
 
 #include <string>
@@ -19,10 +19,11 @@ public:
 
     void add_segment(int system_id);
     void set_folder(const std::string& folder);
+    void add_file(const std::string& path);
 
-    // Removes the folder with the socket in it, and the segments that nobody has attached. For the keeper,
-    // which must not touch `segments` of a host in an IPC namespace: there the numbers mean others, and die
-    // with it.
+    // Removes the folder with the socket in it, the files, and the segments that nobody has attached. For the
+    // keeper, which must not touch `segments` of a host in an IPC namespace: there the numbers mean others,
+    // and die with it.
     void clear_away(bool segments);
 
 private:

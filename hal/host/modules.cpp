@@ -11,6 +11,8 @@
 #include <cstring>
 #include <map>
 
+#include "hal/host/rtapi.hpp"
+
 namespace plumb::host {
 
 namespace {
@@ -97,7 +99,15 @@ bool set_parameter(void* handle, std::string text, Texts& texts) {
 Modules::Modules(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
 Modules::~Modules() {
-    while (!modules_.empty()) unload(std::string(modules_.back().name));
+    unload_all();
+}
+
+void Modules::unload_all() {
+    while (!modules_.empty()) {
+        Module last = std::move(modules_.back());
+        modules_.pop_back();
+        unload(std::move(last));
+    }
 }
 
 Modules::Module* Modules::find(const std::string& name) {
@@ -168,12 +178,21 @@ int Modules::unload(const std::string& name) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: not loaded\n", name.c_str());
         return -1;
     }
-    ++changes_;
-    const Module unloaded = std::move(*module);
+    Module unloaded = std::move(*module);
     modules_.erase(modules_.begin() + (module - modules_.data()));
-    if (auto* const exit = symbol<void (*)()>(unloaded.handle, "rtapi_app_exit")) exit();
-    dlclose(unloaded.handle);
+    unload(std::move(unloaded));
+    // The stock rtapi_app ends here, and so do HAL's threads.
+    if (modules_.size() == 1) unload_all();
     return 0;
+}
+
+void Modules::unload(Module module) {
+    ++changes_;
+    if (auto* const exit = symbol<void (*)()>(module.handle, "rtapi_app_exit")) exit();
+    dlclose(module.handle);
+    if (module.name != hal_library) return;
+    constructors().clear();
+    reset_rtapi();
 }
 
 int Modules::new_instance(const std::string& component, const std::string& name,

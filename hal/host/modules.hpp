@@ -15,15 +15,18 @@ public:
     // from there.
     explicit Modules(std::vector<std::string> folders);
 
-    // Unloads everything, the latest first.
-    ~Modules();
+    ~Modules();  // unloads everything
     Modules(const Modules&) = delete;
 
     // Loads a module; `parameters` are NAME=VALUE. Returns 0, or a negative number after a message.
     int load(const std::string& name, const std::vector<std::string>& parameters);
 
-    // Unloads a module. Returns 0, or a negative number after a message.
+    // Unloads a module, and with the last one hal_lib: the next load begins with a new HAL. Returns 0, or a
+    // negative number after a message.
     int unload(const std::string& name);
+
+    // Unloads everything, the latest first.
+    void unload_all();
 
     // Creates an instance of a loaded component. Returns what its constructor returned, negative after an
     // error.
@@ -33,6 +36,8 @@ public:
     // component numbers that LinuxCNC hands out. Returns whether it is there; if not, a message has said
     // why.
     bool need_hal_library();
+
+    bool hal_library_loaded() const { return !modules_.empty(); }  // it is the first
 
     const std::vector<std::string>& folders() const { return folders_; }
 
@@ -48,6 +53,7 @@ private:
 
     Module* find(const std::string& name);
     std::string file_of(const std::string& name) const;
+    void unload(Module module);
     int load_file(const std::string& name, const std::vector<std::string>& parameters);
 
     std::vector<std::string> folders_;

@@ -4,11 +4,16 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include <algorithm>
 #include <exception>
 #include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "hal/host/bench_command.hpp"
 #include "hal/host/command_manual.hpp"
+#include "hal/host/run_command.hpp"
 
 namespace plumb::host {
 namespace {
@@ -20,32 +25,53 @@ CommandPage plumb_page() {
         {{"DESCRIPTION",
           R"(Plumb is a set of LinuxCNC HAL components that make a machine tool cut truer, and a host that runs
 HAL in virtual time. This program is the way to the host: it tries a HAL configuration out over hours of
-machine life in seconds, with LinuxCNC's own HAL and modules.)"},
+machine life in seconds, and runs the complete LinuxCNC faster than the clock.)"},
          {"EXIT STATUS", "0 after success, 1 after an error, 2 for a wrong command line."}},
-        ".BR plumb\\-bench (1),\n.BR halcmd (1)"};
+        ".BR plumb\\-bench (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
 }
 
-int run(int argc, char** argv) {
+// The words of the program that plumb run is to run: what the command did not know, and what follows the
+// first --, which is the program's own when it does not begin it.
+std::vector<std::string> program_of(std::vector<std::string> words, char** mark, char** end) {
+    if (mark != end && words.empty()) ++mark;
+    words.insert(words.end(), mark, end);
+    return words;
+}
+
+int carry_out(int argc, char** argv) {
     CLI::App plumb("runs LinuxCNC HAL configurations in virtual time", "plumb");
     plumb.set_help_flag("-h,--help", "Prints the options.");
     plumb.set_version_flag("--version", "plumb " PLUMB_VERSION, "Prints the version.");
     plumb.require_subcommand(1);
     add_manual(plumb, plumb_page);
 
-    CLI::App& command = *plumb.add_subcommand("bench", "runs .hal files in virtual time and records pins");
-    BenchOptions options;
-    declare_bench(command, options);
-    add_manual(command, bench_page);
+    CLI::App& bench_command =
+        *plumb.add_subcommand("bench", "runs .hal files in virtual time and records pins");
+    BenchOptions bench_options;
+    declare_bench(bench_command, bench_options);
+    add_manual(bench_command, bench_page);
 
+    CLI::App& run_command =
+        *plumb.add_subcommand("run", "runs linuxcnc, halrun or halcmd faster than the clock");
+    RunOptions run_options;
+    declare_run(run_command, run_options);
+    add_manual(run_command, run_page);
+
+    // What follows the first -- of plumb run is a program's, and nothing to be parsed.
+    const bool runs = argc > 1 && std::string_view(argv[1]) == run_command.get_name();
+    char** const mark = runs ? std::find(argv, argv + argc, std::string_view("--")) : argv + argc;
     try {
-        plumb.parse(argc, argv);
+        plumb.parse(static_cast<int>(mark - argv), argv);
     } catch (const CLI::ParseError& error) {
         return plumb.exit(error) == 0 ? 0 : 2;
     }
+    const CLI::App& command = *plumb.get_subcommands().front();
     try {
-        return bench(options);
+        return &command == &run_command
+                   ? run(run_options, program_of(run_command.remaining(), mark, argv + argc))
+                   : bench(bench_options);
     } catch (const std::exception& error) {
-        std::cerr << "plumb bench: " << error.what() << '\n';
+        std::cerr << "plumb " << command.get_name() << ": " << error.what() << '\n';
         return 1;
     }
 }
@@ -54,5 +80,5 @@ int run(int argc, char** argv) {
 }  // namespace plumb::host
 
 int main(int argc, char** argv) {
-    return plumb::host::run(argc, argv);
+    return plumb::host::carry_out(argc, argv);
 }

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ namespace {
 int end_event = -1;
 
 // On SIGTERM, of the keeper or of its death: the host ends cleanly, or at least soon when a module keeps it.
-void end_on_termination() {
-    constexpr unsigned patience = 3;  // s
+void end_on_termination(unsigned seconds) {
+    static unsigned patience;
+    patience = seconds;
     end_event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (end_event < 0) throw std::runtime_error(std::string("eventfd: ") + std::strerror(errno));
     struct sigaction action {};
@@ -84,6 +86,10 @@ int main(int argc, char** argv) {
     std::vector<std::string> modules;
     bool no_namespaces = false;
     bool guard = false;
+    double speed = 0.0;
+    bool free = false;
+    bool network = false;
+    std::vector<std::string> program;
     options
         .add_option("--control-fd", control_descriptor,
                     "Descriptor of a socket to a client; the host ends with it.")
@@ -96,25 +102,40 @@ int main(int argc, char** argv) {
         "--no-namespaces", no_namespaces,
         "Runs in the machine's one HAL, for systems that forbid namespaces; one host at a time.");
     options.add_flag("--guard", guard, "Watches realtime functions for allocations and system calls.");
+    const std::string see = "With PROGRAM; see plumb-run(1).";
+    options.add_option("--speed", speed, see)->type_name("K");
+    options.add_flag("--free", free, see);
+    options.add_flag("--network", network, see);
+    options.add_option("PROGRAM", program, "What the host runs, ending with it; what plumb run does.");
     CLI11_PARSE(options, argc, argv);
+    if (!program.empty() && speed == 0.0) speed = free ? std::numeric_limits<double>::infinity() : 1.0;
     for (std::string& folder : modules) folder = std::filesystem::absolute(folder).string();
 
     try {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);
         std::vector<std::string> folders = module_folders(std::move(modules));  // before /proc changes
-        const plumb::host::Isolated isolated = plumb::host::isolate(!no_namespaces, control_descriptor);
+        plumb::host::Isolation wanted;
+        wanted.namespaces = !no_namespaces;
+        wanted.control_descriptor = control_descriptor;
+        wanted.own_network = !program.empty() && !network;
+        wanted.on_terminal = !program.empty();
+        const plumb::host::Isolated isolated = plumb::host::isolate(wanted);
         plumb::host::explain_crashes();
         name_user_for_rtapi_app();
         if (guard) plumb::host::enable_guard();
         signal(SIGPIPE, SIG_IGN);
-        end_on_termination();
+        end_on_termination(program.empty() ? 3 : 14);
         plumb::host::Control control(
-            {std::move(folders), isolated.namespaces, isolated.process, control_descriptor});
+            {std::move(folders), isolated.namespaces, isolated.process, control_descriptor, speed});
+        if (!program.empty()) return control.run_program(program, end_event);
         if (control_descriptor < 0) std::printf("RTAPI_FIFO_PATH=%s\n", std::getenv("RTAPI_FIFO_PATH"));
         control.serve(end_event);
         return 0;
+    } catch (const plumb::host::ProgramNotFound& error) {
+        std::fprintf(stderr, "plumb run: %s\n", error.what());
+        return error.status;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "plumb-host: %s\n", error.what());
+        std::fprintf(stderr, "%s: %s\n", program.empty() ? "plumb-host" : "plumb run", error.what());
         return 1;
     }
 }

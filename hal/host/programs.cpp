@@ -76,6 +76,34 @@ std::string without_greeting(const std::string& text) {
     return rest;
 }
 
+// Lets programs begin with no signal blocked or ignored, whatever the host does.
+class SpawnSettings {
+public:
+    SpawnSettings() {
+        posix_spawnattr_init(&attributes_);
+        sigset_t signals;
+        sigemptyset(&signals);
+        posix_spawnattr_setsigmask(&attributes_, &signals);
+        for (const int signal : {SIGINT, SIGQUIT, SIGPIPE}) sigaddset(&signals, signal);
+        posix_spawnattr_setsigdefault(&attributes_, &signals);
+        posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    }
+    ~SpawnSettings() { posix_spawnattr_destroy(&attributes_); }
+    SpawnSettings(const SpawnSettings&) = delete;
+
+    // Starts the program `words`, looked for in PATH. Returns 0 or an errno.
+    int spawn(pid_t& process, const std::vector<std::string>& words,
+              const posix_spawn_file_actions_t* actions) const {
+        std::vector<char*> argv;
+        for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+        argv.push_back(nullptr);
+        return posix_spawnp(&process, argv.front(), actions, &attributes_, argv.data(), environ);
+    }
+
+private:
+    posix_spawnattr_t attributes_;
+};
+
 }  // namespace
 
 struct Programs::Command {
@@ -111,12 +139,22 @@ Programs::~Programs() {
     close(child_events_);
 }
 
-pid_t Programs::spawn(const std::vector<std::string>& arguments, const std::string& directory,
-                      int output) const {
-    std::vector<char*> words{const_cast<char*>("halcmd")};
-    for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
-    words.push_back(nullptr);
+pid_t Programs::start_program(const std::vector<std::string>& words) {
+    const SpawnSettings settings;
+    const int error = settings.spawn(program_, words, nullptr);
+    if (error == 0) return program_;
+    throw ProgramNotFound("cannot start " + words.front() + ": " + std::strerror(error),
+                          error == ENOENT ? 127 : 126);
+}
 
+void Programs::ask_program_to_end() const {
+    if (program_runs()) kill(program_, SIGTERM);
+}
+
+pid_t Programs::spawn_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
+                             int output) const {
+    std::vector<std::string> words{"halcmd"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
@@ -124,19 +162,9 @@ pid_t Programs::spawn(const std::vector<std::string>& arguments, const std::stri
     posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
 
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t signals;
-    sigemptyset(&signals);
-    posix_spawnattr_setsigmask(&attributes, &signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGPIPE);
-    posix_spawnattr_setsigdefault(&attributes, &signals);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-
+    const SpawnSettings settings;
     pid_t process = 0;
-    const int error = posix_spawnp(&process, "halcmd", &actions, &attributes, words.data(), environ);
-    posix_spawnattr_destroy(&attributes);
+    const int error = settings.spawn(process, words, &actions);
     posix_spawn_file_actions_destroy(&actions);
     if (error != 0) {
         throw std::runtime_error("cannot start halcmd" + (directory.empty() ? "" : " in " + directory) +
@@ -151,7 +179,7 @@ void Programs::start_halcmd(const std::vector<std::string>& arguments, const std
     if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
     fcntl(ends[0], F_SETFL, O_NONBLOCK);
     try {
-        const pid_t process = spawn(arguments, directory, ends[1]);
+        const pid_t process = spawn_halcmd(arguments, directory, ends[1]);
         commands_.push_back({process, ends[0], std::move(done), {}});
     } catch (...) {
         close(ends[0]);
@@ -231,6 +259,7 @@ void Programs::reap() {
     int status = 0;
     for (pid_t process = waitpid(-1, &status, WNOHANG); process > 0;
          process = waitpid(-1, &status, WNOHANG)) {
+        if (process == program_) program_status_ = exit_status(status);
         const auto command = std::find_if(commands_.begin(), commands_.end(),
                                           [process](const Command& each) { return each.process == process; });
         if (command == commands_.end()) continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The programs beside the host: each halcmd that it runs, and all that these start with loadusr. It passes on
-// what they print, waits for the dead, and knows who is alive.
+// The programs beside the host: the one that it was started to run, each halcmd that it runs, and all that
+// these start. It passes on what a halcmd prints, waits for the dead, and knows who is alive.
 #pragma once
 
 #include <poll.h>
@@ -8,6 +8,8 @@
 
 #include <functional>
 #include <list>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -19,11 +21,30 @@ struct Finished {
     std::string output;
 };
 
+struct ProgramNotFound : std::runtime_error {
+    ProgramNotFound(const std::string& what, int exit_status)
+        : std::runtime_error(what), status(exit_status) {}
+    int status;  // what a shell's own would be: 127, or 126 for what cannot be executed
+};
+
 class Programs {
 public:
     Programs();
     ~Programs();
     Programs(const Programs&) = delete;
+
+    // Starts the program that the host is there for, on the host's own terminal, standard input and output,
+    // in its folder. Throws ProgramNotFound when there is none that could be started. Returns its number.
+    pid_t start_program(const std::vector<std::string>& words);
+
+    // Exit status of that program, 128 + the signal when it was killed; nothing while it runs or when there
+    // is none.
+    std::optional<int> program_status() const { return program_status_; }
+
+    bool program_runs() const { return program_ != 0 && !program_status_; }
+
+    // Asks that program to end, if it runs.
+    void ask_program_to_end() const;
 
     // Starts a halcmd in folder `directory` ("" for the host's own). `done` is called from attend(), once it
     // has ended. Throws std::runtime_error when there is no halcmd.
@@ -56,12 +77,15 @@ public:
 private:
     struct Command;
 
-    pid_t spawn(const std::vector<std::string>& arguments, const std::string& directory, int output) const;
+    pid_t spawn_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
+                       int output) const;
     std::vector<pid_t> others() const;
     void read_output(Command& command);
     void reap();
 
     int child_events_;  // a signalfd for SIGCHLD
+    pid_t program_ = 0;
+    std::optional<int> program_status_;
     std::list<Command> commands_;
     unsigned long halcmds_begun_ = 0;
 };

@@ -18,6 +18,7 @@
 
 #include "hal/host/guard.hpp"
 #include "hal/host/messages.hpp"
+#include "hal/host/rtapi.hpp"
 #include "hal/host/scheduler.hpp"
 #include "hal/host/shared_memory.hpp"
 
@@ -54,6 +55,12 @@ int refuse(const char* consequence) {
 }
 
 }  // namespace
+
+void reset_rtapi() {
+    clock_period = 0;
+    message_level = RTAPI_MSG_ERR;
+    message_handler = print_formatted;
+}
 
 void set_message_sink(MessageSink sink) {
     message_sink = std::move(sink);

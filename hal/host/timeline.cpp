@@ -12,15 +12,15 @@ namespace plumb::host {
 
 void Timeline::begin(Nanoseconds span) {
     // A net moves values to other cells, so all names are looked up again.
-    if (replayer_ || !recorders_.empty() || !expectations_.empty()) {
+    if (watches()) {
         const Names names;
         if (replayer_) replayer_->resolve(names);
         for (const auto& [id, recorder] : recorders_) recorder->resolve(names);
         expectations_.resolve(names);
     }
     began_ = scheduler().time();
-    target_ = began_ + span;
-    if (replayer_) target_ = std::min(target_, replayer_->end());
+    target_ = span == never ? never : began_ + span;
+    if (replayer_ && target_ != never) target_ = std::min(target_, replayer_->end());
     ended_by_replay_ = false;
     running_ = true;
 }
@@ -31,7 +31,11 @@ Nanoseconds Timeline::next_row() const {
     return next;
 }
 
-void Timeline::go_on(std::chrono::nanoseconds patience) {
+Nanoseconds Timeline::next_instant() const {
+    return std::min({scheduler().next_release(), next_row(), target_});
+}
+
+void Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
     using Clock = std::chrono::steady_clock;
     constexpr int releases_between_looks = 64;  // a look at the real clock costs as much as a release
     const auto give_up = Clock::now() + patience;
@@ -44,9 +48,10 @@ void Timeline::go_on(std::chrono::nanoseconds patience) {
             releases = 0;
         }
         const Nanoseconds instant = std::min({tasks.next_release(), row, target_});
+        if (instant > limit || instant == never) return;
         tasks.advance(instant);
         if (tasks.next_release() == instant) {
-            if (replayer_) replayer_->apply(instant);
+            if (replayer_) apply_replay(instant);
             tasks.run_due();
             work_in_background();
             if (expecting) expectations_.check(instant);
@@ -58,6 +63,42 @@ void Timeline::go_on(std::chrono::nanoseconds patience) {
         }
         if (instant == target_) finish();
     }
+}
+
+void Timeline::apply_replay(Nanoseconds instant) {
+    replayer_->apply(instant);
+    if (target_ == never && instant >= replayer_->end()) replayer_.reset();
+}
+
+void Timeline::look_again() {
+    const Names names;
+    for (auto recorder = recorders_.begin(); recorder != recorders_.end();) {
+        try {
+            recorder->second->resolve(names);
+            ++recorder;
+        } catch (const std::runtime_error&) {
+            recorder->second->flush();
+            ended_recordings_.insert(recorder->first);
+            recorder = recorders_.erase(recorder);
+        }
+    }
+    expectations_.drop_lost(names);
+    if (!replayer_) return;
+    try {
+        replayer_->resolve(names);
+    } catch (const std::runtime_error&) {
+        replayer_.reset();
+    }
+}
+
+void Timeline::lose_names() {
+    for (const auto& [id, recorder] : recorders_) {
+        recorder->flush();
+        ended_recordings_.insert(id);
+    }
+    recorders_.clear();
+    expectations_.lose_all();
+    replayer_.reset();
 }
 
 void Timeline::stop() {
@@ -82,6 +123,7 @@ void Timeline::record(const std::string& id, std::unique_ptr<Recorder> recorder)
 }
 
 void Timeline::stop_recording(const std::string& id) {
+    if (ended_recordings_.erase(id) > 0) return;
     const auto found = recorders_.find(id);
     if (found == recorders_.end()) throw std::runtime_error("there is no recording '" + id + "'");
     found->second->flush();

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "hal/host/expectations.hpp"
@@ -21,9 +22,19 @@ public:
     // expected name is no longer there, or has become something else.
     void begin(Nanoseconds span);
 
-    // Goes on with the run for `patience` of real time, or until it ends. Throws std::runtime_error when a
-    // recording cannot be written; the run has then ended.
-    void go_on(std::chrono::nanoseconds patience);
+    // Goes on with the run for `patience` of real time, to the instant `limit`, or until it ends. Throws
+    // std::runtime_error when a recording cannot be written; the run has then ended.
+    void go_on(std::chrono::nanoseconds patience, Nanoseconds limit = never);
+
+    // The next instant at which go_on() has something to do, or `never`.
+    Nanoseconds next_instant() const;
+
+    // Looks all names up again, in a run without end, in which other programs net and unload what they like.
+    // What has lost one of its names ends: a recording is complete, an expectation checked no more.
+    void look_again();
+
+    // Ends everything that has a name: HAL's memory is gone.
+    void lose_names();
 
     // Ends the run at the period that it has reached.
     void stop();
@@ -39,16 +50,20 @@ public:
     // Adds or replaces the recording with this id.
     void record(const std::string& id, std::unique_ptr<Recorder> recorder);
 
-    // Ends a recording. Throws std::runtime_error when there is none, or what is left cannot be written.
+    // Ends a recording. Throws std::runtime_error when there was none, or what is left cannot be written.
     void stop_recording(const std::string& id);
 
     // Begins a replay in place of the one that is there.
     void replay(std::unique_ptr<Replayer> replayer) { replayer_ = std::move(replayer); }
 
+    // Whether names are recorded, checked or replayed.
+    bool watches() const { return replayer_ || !recorders_.empty() || !expectations_.empty(); }
+
     Expectations& expectations() { return expectations_; }
 
 private:
     void finish();
+    void apply_replay(Nanoseconds instant);
     Nanoseconds next_row() const;
 
     bool running_ = false;
@@ -56,6 +71,7 @@ private:
     Nanoseconds began_ = 0;
     Nanoseconds target_ = 0;
     std::map<std::string, std::unique_ptr<Recorder>> recorders_;
+    std::set<std::string> ended_recordings_;  // by look_again()
     std::unique_ptr<Replayer> replayer_;
     Expectations expectations_;
 };

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Lets the clock of user-space programs go as fast as that of the host, by libfaketime.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+namespace plumb::host {
+
+// While it lives, programs that this process starts, and all that they start, see the computer's clock pass
+// `speed` times as fast, and sleep as much shorter.
+class FasterClock {
+public:
+    // Throws std::runtime_error when libfaketime is not installed.
+    explicit FasterClock(double speed);
+    ~FasterClock();
+    FasterClock(const FasterClock&) = delete;
+
+    // Has the keeper remove what libfaketime leaves in /dev/shm; `first` is the first process that began with
+    // it.
+    static void note_leftovers(int first);
+
+private:
+    void set(const char* variable, const std::string& value);
+
+    std::map<const char*, std::optional<std::string>> before_;  // the variables' values
+};
+
+}  // namespace plumb::host

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "hal/host/pace.hpp"
+
+#include <cmath>
+
+namespace plumb::host {
+
+namespace {
+
+constexpr std::chrono::milliseconds most_arrears{100};  // by the computer's clock
+
+}  // namespace
+
+Pace::Pace(double speed) : speed_(speed), origin_(Clock::now()) {}
+
+bool Pace::free() const {
+    return std::isinf(speed_);
+}
+
+Nanoseconds Pace::due(Clock::time_point now, Nanoseconds reached) {
+    if (free()) return never;
+    const auto arrears = -until(reached, now);
+    if (arrears > most_arrears) {
+        origin_ = now - most_arrears;
+        origin_instant_ = reached;
+    }
+    const double passed = std::chrono::duration<double, std::nano>(now - origin_).count();
+    return origin_instant_ + static_cast<Nanoseconds>(passed * speed_);
+}
+
+std::chrono::nanoseconds Pace::until(Nanoseconds instant, Clock::time_point now) const {
+    const double span = static_cast<double>(instant - origin_instant_) / speed_;
+    return origin_ + std::chrono::nanoseconds(static_cast<std::int64_t>(std::ceil(span))) - now;
+}
+
+}  // namespace plumb::host

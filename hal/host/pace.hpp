@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Ties virtual time to the computer's clock: it passes `speed` times as fast. A host that the computer does
+// not let keep up goes through the periods that it owes one after the other; what it owes beyond a limit it
+// gives up, so that user-space programs never see it race through seconds.
+#pragma once
+
+#include <chrono>
+
+#include "hal/host/time.hpp"
+
+namespace plumb::host {
+
+class Pace {
+public:
+    using Clock = std::chrono::steady_clock;
+
+    // `speed` is positive; infinity lets time pass as fast as the host can.
+    explicit Pace(double speed);
+
+    bool free() const;
+
+    // The virtual instant that has been reached by the clock's `now`, when the host stands at `reached`.
+    Nanoseconds due(Clock::time_point now, Nanoseconds reached);
+
+    // How long the clock's `now` is before virtual `instant`; negative when that has passed.
+    std::chrono::nanoseconds until(Nanoseconds instant, Clock::time_point now) const;
+
+private:
+    double speed_;
+    Clock::time_point origin_;
+    Nanoseconds origin_instant_ = 0;
+};
+
+}  // namespace plumb::host

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "hal/host/run_command.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <stdexcept>
+#include <string_view>
+
+#include "hal/host/client.hpp"
+#include "hal/host/decimal.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+constexpr double most_speed = 1000.0;
+
+std::string speed_problem(const std::string& text) {
+    const auto speed = number_of(text);
+    if (speed && *speed > 0.0 && *speed <= most_speed) return "";
+    return text + " is not a speed: a number above 0, at most 1000";
+}
+
+// A display whose name does not begin with a colon is reached through the network.
+void warn_of_remote_display(const RunOptions& options) {
+    const char* const display = std::getenv("DISPLAY");
+    if (display == nullptr || *display == '\0' || *display == ':' || options.network) return;
+    if (std::string_view(display).substr(0, 5) == "unix:") return;
+    std::cerr << "plumb run: DISPLAY=" << display
+              << " is reached through the network, which needs --network\n";
+}
+
+}  // namespace
+
+void declare_run(CLI::App& command, RunOptions& options) {
+    CLI::Option* const speed =
+        command
+            .add_option("--speed", options.speed,
+                        "How many times as fast as the computer's clock time passes, for realtime and, by "
+                        "libfaketime, for user-space programs. The default is 1.")
+            ->check(speed_problem)
+            ->type_name("K");
+    command
+        .add_flag("--free", options.free,
+                  "Lets realtime run as fast as it can. User-space programs keep the computer's clock.")
+        ->excludes(speed);
+    command.add_flag(
+        "--network", options.network,
+        "Leaves the computer's network to the programs. By default they have but a loopback of their own.");
+    command.add_flag(
+        "!--no-namespaces", options.namespaces,
+        "Uses the machine's one HAL, and its /tmp, for systems that forbid namespaces; one host at a time, "
+        "and none beside a running LinuxCNC.");
+    command
+        .add_option("--modules", options.modules,
+                    "Folder of realtime modules to search first. May be given many times.")
+        ->allow_extra_args(false)
+        ->check(CLI::ExistingDirectory)
+        ->type_name("DIR");
+    command.prefix_command();
+}
+
+CommandPage run_page() {
+    return {
+        "plumb-run",
+        "[options] [--] PROGRAM [argument ...]",
+        {{"DESCRIPTION",
+          R"(Runs an unmodified program of LinuxCNC: linuxcnc, halrun, halcmd, or a script that uses them, with the
+virtual-time host in the place of LinuxCNC's realtime. HAL, its modules and all programs are the real ones; the clock
+is not: at --speed 10 a minute of the machine's life takes six seconds. Nothing needs a realtime kernel, and nothing
+reaches hardware.
+
+The program keeps the terminal, its folder, HOME and the X display. HAL's memory, process numbers and the network are the
+run's own, so it neither sees nor disturbs a LinuxCNC on the same computer, nor another run. /tmp shows what is there, but for
+LinuxCNC's lock file; what the program adds to its top level is brought there in the end. The programs' tool table
+in memory (~/.tool.mmap) is the run's own too, which LinuxCNC remarks at its end with "tool_mmap_close(): unlink fail".
+
+Like every start of LinuxCNC, this one writes the parameter file and the tool table of its configuration: run a
+copy of a machine's configuration.
+
+The linuxcnc script asks an AXIS on the same X display to quit when it ends, whichever LinuxCNC that belongs to. Beside a
+machine that runs in AXIS, give the run a display of its own (xvfb-run), or none.
+
+HAL's threads pass through every period, one after the other, in the order of a realtime kernel. Between them and
+user-space programs it is as on a computer with a coarse clock. Up to 10 all of LinuxCNC keeps pace, even beside other
+work; at 20, HAL configurations with halsampler and the like do; where a program alone is waited for, its time-outs set the
+limit. Free running is for what has no user-space program that takes part.
+
+When the computer falls behind by more than 100 ms, time is given up, and passes slower than it was asked for.)"},
+         {"ENVIRONMENT",
+          R"(RTAPI_FIFO_PATH is the host's socket, in the environment of the program. A client can attach to it while time
+passes, to record pins and check statements in every period:
+
+plumb.Host(attach=os.environ["RTAPI_FIFO_PATH"]).record("z.csv", ["joint.2.motor-pos-cmd"], every=0.001)
+
+from Python, for instance in the script that [DISPLAY]DISPLAY of an INI file names. The same socket serves clients
+outside the run.)"},
+         {"EXIT STATUS",
+          "That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when "
+          "it cannot "
+          "be executed. 1 when the host cannot run, 2 for a wrong command line."},
+         {"SIGNALS",
+          "Ctrl-C reaches the program, as always. SIGTERM and SIGHUP ask it to end; after ten seconds it is "
+          "killed. "
+          "Whichever part is killed, the rest ends, and nothing is left behind."}},
+        ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR linuxcnc (1),\n.BR halrun (1)"};
+}
+
+int run(const RunOptions& options, const std::vector<std::string>& program) {
+    if (program.empty()) {
+        std::cerr << "plumb run: no program is given. Run with --help for more information.\n";
+        return 2;
+    }
+    warn_of_remote_display(options);
+    std::vector<std::string> words{find_host()};
+    if (options.free) {
+        words.push_back("--free");
+    } else {
+        words.push_back("--speed");
+        append_number(words.emplace_back(), options.speed);
+    }
+    if (options.network) words.push_back("--network");
+    if (!options.namespaces) words.push_back("--no-namespaces");
+    for (const std::string& folder : options.modules) {
+        words.push_back("--modules");
+        words.push_back(folder);
+    }
+    words.push_back("--");
+    words.insert(words.end(), program.begin(), program.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(argv.front(), argv.data());
+    throw std::runtime_error("cannot start " + words.front() + ": " + std::strerror(errno));
+}
+
+}  // namespace plumb::host
