@@ -426,8 +426,8 @@ def arguments():
         prog="scripts/linuxcnc-tests",
         description="LinuxCNC's own regression tests, with its own realtime side (stock) and with the virtual-time host.",
         epilog="A table tells the seconds that each took, and after + how often it was run again: once more after a "
-        "failure, and after an overrun of a sampler, as LinuxCNC does. The exit status is 1 when the host fails a test that stock "
-        "passes.",
+        "failure, and after an overrun of a sampler, as LinuxCNC does. The exit status is 1 when the host fails a test "
+        "that stock passes.",
     )
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--halrun", action="store_true", help="only the tests that need no more than halrun")
@@ -440,7 +440,8 @@ def arguments():
         type=speed,
         action="append",
         metavar="K",
-        help="of the host, times real time, or `free`; several may be given. Else 1 and 20 with halrun, and 10 for a complete LinuxCNC",
+        help="of the host, times real time, or `free`; several may be given. "
+        "Else it is 1 and 20 with halrun, and 10 for a complete LinuxCNC",
     )
     parser.add_argument("-R", metavar="REGEX", default="", help="only the tests whose names have a match")
     parser.add_argument("--repeat", type=positive, default=1, metavar="N", help="run each N times")
