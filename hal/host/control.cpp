@@ -123,12 +123,20 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
     constexpr auto patience = std::chrono::seconds(10);
     if (settings_.namespaces) files_.emplace();
     start_program(words);
+    constexpr auto alone =
+        std::chrono::seconds(1);  // a shell hears of a signal when its present program has ended
     std::optional<Pace::Clock::time_point> asked;
+    bool asked_all = false;
     while (!programs_.program_status() && !(asked && Pace::Clock::now() - *asked > patience)) {
         attend(asked ? -1 : end_descriptor);
-        if (!end_ || asked) continue;
-        programs_.ask_program_to_end();
-        asked = Pace::Clock::now();
+        if (!end_) continue;
+        if (!asked) {
+            programs_.ask_program_to_end();
+            asked = Pace::Clock::now();
+        } else if (!asked_all && Pace::Clock::now() - *asked > alone) {
+            programs_.ask_all_to_end();
+            asked_all = true;
+        }
     }
     server_.flush();
     return programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
@@ -143,8 +151,7 @@ void Control::start_program(const std::vector<std::string>& words) {
             stderr, "plumb run: %s, so programs see the computer's own clock (apt-get install libfaketime)\n",
             error.what());
     }
-    const pid_t program = programs_.start_program(words);
-    if (clock && !settings_.namespaces) FasterClock::note_leftovers(program);
+    programs_.start_program(words);
 }
 
 void Control::attend(int end_descriptor) {

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
-#include "hal/host/leftovers.hpp"
 
 namespace plumb::host {
 
@@ -50,11 +49,6 @@ void FasterClock::set(const char* variable, const std::string& value) {
     const char* const before = std::getenv(variable);
     before_[variable] = before == nullptr ? std::nullopt : std::optional<std::string>(before);
     setenv(variable, value.c_str(), 1);
-}
-
-void FasterClock::note_leftovers(int first) {
-    for (const char* const name : {"faketime_shm_", "sem.faketime_sem_"})
-        leftovers().add_file("/dev/shm/" + std::string(name) + std::to_string(first));
 }
 
 }  // namespace plumb::host

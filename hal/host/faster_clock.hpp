@@ -17,10 +17,6 @@ public:
     ~FasterClock();
     FasterClock(const FasterClock&) = delete;
 
-    // Has the keeper remove what libfaketime leaves in /dev/shm; `first` is the first process that began with
-    // it.
-    static void note_leftovers(int first);
-
 private:
     void set(const char* variable, const std::string& value);
 

@@ -231,6 +231,18 @@ void kill_orphans() {
     }
 }
 
+// What a terminal sends, or its end, is for the program. A handler, unlike SIG_IGN, is not handed on to it.
+void leave_terminal_signals_to_program() {
+    for (const int signal : {SIGINT, SIGQUIT, SIGHUP}) {
+        struct sigaction action {};
+        sigaction(signal, nullptr, &action);
+        if (action.sa_handler == SIG_IGN) continue;  // as with nohup, and the program is to ignore it, too
+        action.sa_handler = [](int) {};
+        action.sa_flags = SA_RESTART;
+        sigaction(signal, &action, nullptr);
+    }
+}
+
 [[noreturn]] void keep(pid_t host, bool namespaces, const Isolation& wanted) {
     using Clock = std::chrono::steady_clock;
     // For a host that is to end, unless a module keeps it, or the program on the terminal takes its time.
@@ -260,7 +272,8 @@ void kill_orphans() {
         if (end && !give_up) give_up = Clock::now() + patience;
     }
     kill_orphans();
-    leftovers().clear_away(!namespaces);
+    leftovers().clear_away();
+    if (!namespaces) leftovers().clear_machine();
     if (!WIFSIGNALED(status)) _exit(WEXITSTATUS(status));
     // Ends as the host did, so that whoever waits for this process learns the signal.
     const rlimit no_core{0, 0};
@@ -298,7 +311,7 @@ Isolated isolate(const Isolation& wanted) {
     if (host > 0) keep(host, namespaces, wanted);
     // A terminal's Ctrl-C is for the client, or for the program.
     if (wanted.on_terminal)
-        for (const int signal : {SIGINT, SIGQUIT}) ::signal(signal, SIG_IGN);
+        leave_terminal_signals_to_program();
     else
         setsid();
     prctl(PR_SET_CHILD_SUBREAPER, 1);

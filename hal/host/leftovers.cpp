@@ -1,24 +1,68 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/leftovers.hpp"
 
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/shm.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <ctime>
+#include <filesystem>
 #include <stdexcept>
+#include <vector>
 
 namespace plumb::host {
+
+namespace {
+
+struct NamedFiles {
+    const char* folder;
+    const char* beginning;     // of their names
+    bool ends_with_a_process;  // whose number is the rest of the name; while it lives, the file is in use
+};
+
+constexpr NamedFiles machine_files[] = {{"/tmp", "linuxcnc.lock", false},
+                                        {"/tmp", "linuxcnc.debug.", false},
+                                        {"/tmp", "linuxcnc.print.", false},
+                                        {"/dev/shm", "faketime_shm_", true},
+                                        {"/dev/shm", "sem.faketime_sem_", true}};
+
+bool alive(int process) {
+    return process > 0 && (kill(process, 0) == 0 || errno != ESRCH);
+}
+
+void remove_young(const NamedFiles& which, std::time_t since) {
+    std::error_code error;
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(which.folder, error)) {
+        const std::string name = entry.path().filename();
+        if (name.rfind(which.beginning, 0) != 0) continue;
+        struct stat state {};
+        if (lstat(entry.path().c_str(), &state) != 0 || !S_ISREG(state.st_mode) || state.st_ctime < since)
+            continue;
+        if (which.ends_with_a_process && alive(std::atoi(name.c_str() + std::strlen(which.beginning))))
+            continue;
+        found.push_back(entry.path());
+    }
+    for (const auto& file : found) std::filesystem::remove(file, error);
+}
+
+}  // namespace
 
 struct Leftovers::Page {
     static constexpr int most_segments = 512;
     std::atomic<int> segments;
     int segment[most_segments];
     char folder[256];
-    static constexpr int most_files = 4;
-    std::atomic<int> files;
-    char file[most_files][256];
+    char placeholder[512];
+    std::time_t began;
 };
 
 Leftovers& leftovers() {
@@ -30,6 +74,7 @@ void Leftovers::share() {
     void* memory = mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::runtime_error("no memory to share with the host");
     page_ = static_cast<Page*>(memory);
+    page_->began = std::time(nullptr);
 }
 
 void Leftovers::add_segment(int system_id) {
@@ -47,23 +92,53 @@ void Leftovers::set_folder(const std::string& folder) {
     std::strncpy(page_->folder, folder.c_str(), sizeof page_->folder - 1);
 }
 
-void Leftovers::add_file(const std::string& path) {
-    if (page_ == nullptr || page_->files == Page::most_files) return;
-    std::strncpy(page_->file[page_->files], path.c_str(), sizeof page_->file[0] - 1);
-    ++page_->files;
+void Leftovers::set_placeholder(const std::string& file) {
+    if (page_ == nullptr || file.size() >= sizeof page_->placeholder) return;
+    std::strcpy(page_->placeholder, file.c_str());
 }
 
-void Leftovers::clear_away(bool segments) {
+void Leftovers::clear_away() const {
     if (page_ == nullptr) return;
-    for (int i = 0; i < page_->files; ++i) unlink(page_->file[i]);
-    for (int i = 0; segments && i < page_->segments; ++i) {
+    if (page_->placeholder[0] != '\0') Placeholder::remove(page_->placeholder);
+    if (page_->folder[0] == '\0') return;
+    unlink((std::string(page_->folder) + "/" + socket_name).c_str());
+    rmdir(page_->folder);
+}
+
+void Leftovers::clear_machine() const {
+    if (page_ == nullptr) return;
+    for (int i = 0; i < page_->segments; ++i) {
         shmid_ds state{};
         if (shmctl(page_->segment[i], IPC_STAT, &state) == 0 && state.shm_nattch == 0)
             shmctl(page_->segment[i], IPC_RMID, nullptr);
     }
-    if (page_->folder[0] == '\0') return;
-    unlink((std::string(page_->folder) + "/" + socket_name).c_str());
-    rmdir(page_->folder);
+    for (const NamedFiles& files : machine_files) remove_young(files, page_->began);
+}
+
+Placeholder::Placeholder(const std::string& file) : file_(file), descriptor_(-1) {
+    for (;;) {
+        descriptor_ = open(file.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+        if (!held() || flock(descriptor_, LOCK_SH) != 0) return;
+        // Another host may have removed it since it was opened.
+        struct stat state {};
+        if (fstat(descriptor_, &state) == 0 && state.st_nlink > 0) return;
+        close(descriptor_);
+    }
+}
+
+Placeholder::~Placeholder() {
+    if (!held()) return;
+    close(descriptor_);
+    remove(file_);
+}
+
+void Placeholder::remove(const std::string& file) {
+    const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (descriptor < 0) return;
+    struct stat state {};
+    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 && fstat(descriptor, &state) == 0 && state.st_size == 0)
+        unlink(file.c_str());
+    close(descriptor);
 }
 
 }  // namespace plumb::host

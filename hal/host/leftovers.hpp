@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a killed host would leave behind: shared memory segments, files and the folder of its socket. The host
-// notes it on a page that it shares with its keeper process (see isolation.hpp), which clears it away once
-// the host is gone.
+// What a killed host and its programs would leave behind. The host notes on a page that it shares with its
+// keeper process (see isolation.hpp) what it makes; the keeper clears it away once the host is gone.
 #pragma once
 
 #include <string>
@@ -18,13 +17,15 @@ public:
     void share();
 
     void add_segment(int system_id);
-    void set_folder(const std::string& folder);
-    void add_file(const std::string& path);
+    void set_folder(const std::string& folder);  // of the socket
+    void set_placeholder(const std::string& file);
 
-    // Removes the folder with the socket in it, the files, and the segments that nobody has attached. For the
-    // keeper, which must not touch `segments` of a host in an IPC namespace: there the numbers mean others,
-    // and die with it.
-    void clear_away(bool segments);
+    // Removes the folder with the socket in it, and the placeholder. For the keeper.
+    void clear_away() const;
+
+    // Removes what a host in no namespace leaves in the machine: shared memory that nobody has attached, and
+    // files of LinuxCNC and libfaketime that are as young as the host. Call it when its programs are dead.
+    void clear_machine() const;
 
 private:
     struct Page;
@@ -32,5 +33,26 @@ private:
 };
 
 Leftovers& leftovers();
+
+// A placeholder is an empty file that something else is mounted over, in the namespaces of one or more hosts.
+// Each of them holds it.
+class Placeholder {
+public:
+    // Makes the file, unless it is there. Where it cannot, nothing is held.
+    explicit Placeholder(const std::string& file);
+
+    // Removes the file, unless another host holds it or it is empty no more.
+    ~Placeholder();
+    Placeholder(const Placeholder&) = delete;
+
+    bool held() const { return descriptor_ >= 0; }
+
+    // The same for one that a killed host has held.
+    static void remove(const std::string& file);
+
+private:
+    std::string file_;
+    int descriptor_;
+};
 
 }  // namespace plumb::host

@@ -21,6 +21,7 @@
 #include "hal/host/crash.hpp"
 #include "hal/host/guard.hpp"
 #include "hal/host/isolation.hpp"
+#include "hal/host/leftovers.hpp"
 
 namespace {
 
@@ -79,9 +80,10 @@ By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on t
 }  // namespace
 
 int main(int argc, char** argv) {
+    using namespace plumb::host;
     CLI::App options("runs LinuxCNC's HAL in virtual time, in the place of rtapi_app", "plumb-host");
     options.set_help_flag("-h,--help", "Prints the options.");
-    plumb::host::add_manual(options, manual_page);
+    add_manual(options, manual_page);
     int control_descriptor = -1;
     std::vector<std::string> modules;
     bool no_namespaces = false;
@@ -114,24 +116,29 @@ int main(int argc, char** argv) {
     try {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);
         std::vector<std::string> folders = module_folders(std::move(modules));  // before /proc changes
-        plumb::host::Isolation wanted;
-        wanted.namespaces = !no_namespaces;
-        wanted.control_descriptor = control_descriptor;
-        wanted.own_network = !program.empty() && !network;
-        wanted.on_terminal = !program.empty();
-        const plumb::host::Isolated isolated = plumb::host::isolate(wanted);
-        plumb::host::explain_crashes();
+        const bool runs_program = !program.empty();
+        const Isolated isolated =
+            isolate({!no_namespaces, control_descriptor, runs_program && !network, runs_program});
+        explain_crashes();
         name_user_for_rtapi_app();
-        if (guard) plumb::host::enable_guard();
+        if (guard) enable_guard();
         signal(SIGPIPE, SIG_IGN);
-        end_on_termination(program.empty() ? 3 : 14);
-        plumb::host::Control control(
-            {std::move(folders), isolated.namespaces, isolated.process, control_descriptor, speed});
-        if (!program.empty()) return control.run_program(program, end_event);
-        if (control_descriptor < 0) std::printf("RTAPI_FIFO_PATH=%s\n", std::getenv("RTAPI_FIFO_PATH"));
-        control.serve(end_event);
-        return 0;
-    } catch (const plumb::host::ProgramNotFound& error) {
+        end_on_termination(runs_program ? 14 : 3);
+        int status = 0;
+        {
+            Control control(
+                {std::move(folders), isolated.namespaces, isolated.process, control_descriptor, speed});
+            if (runs_program) {
+                status = control.run_program(program, end_event);
+            } else {
+                if (control_descriptor < 0)
+                    std::printf("RTAPI_FIFO_PATH=%s\n", std::getenv("RTAPI_FIFO_PATH"));
+                control.serve(end_event);
+            }
+        }
+        if (!isolated.namespaces) leftovers().clear_machine();  // the keeper may be dead
+        return status;
+    } catch (const ProgramNotFound& error) {
         std::fprintf(stderr, "plumb run: %s\n", error.what());
         return error.status;
     } catch (const std::exception& error) {

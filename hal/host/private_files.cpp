@@ -56,12 +56,7 @@ PrivateFiles::~PrivateFiles() {
     bring_back();
     umount2(tmp, MNT_DETACH);
     close(real_tmp_);
-    if (tool_table_.empty()) return;
-    umount2(tool_table_.c_str(), MNT_DETACH);
-    // One that is not empty any more belongs to a LinuxCNC that has started meanwhile.
-    struct stat state {};
-    if (tool_table_is_new_ && stat(tool_table_.c_str(), &state) == 0 && state.st_size == 0)
-        unlink(tool_table_.c_str());
+    if (placeholder_) umount2(tool_table_.c_str(), MNT_DETACH);
 }
 
 void PrivateFiles::furnish_tmp() {
@@ -89,16 +84,14 @@ void PrivateFiles::furnish_tmp() {
 void PrivateFiles::hide_tool_table() {
     const char* const home = std::getenv("HOME");
     if (home == nullptr || *home != '/') return;
-    const std::string table = std::string(home) + "/.tool.mmap";
-    const int created = open(table.c_str(), O_CREAT | O_EXCL | O_CLOEXEC | O_WRONLY, 0600);
-    if (created < 0 && errno != EEXIST) return;  // LinuxCNC cannot make one there either
-    tool_table_is_new_ = created >= 0;
-    if (created >= 0) close(created);
+    tool_table_ = std::string(home) + "/.tool.mmap";
+    leftovers().set_placeholder(tool_table_);
+    placeholder_.emplace(tool_table_);
+    if (!placeholder_->held()) return placeholder_.reset();  // LinuxCNC cannot make one there either
     const std::string cover = std::string(shared_memory_folder) + "/tool.mmap";
     close(open(cover.c_str(), O_CREAT | O_CLOEXEC | O_WRONLY, 0600));
-    bind(cover, table);
+    bind(cover, tool_table_);
     unlink(cover.c_str());
-    tool_table_ = table;
 }
 
 void PrivateFiles::bring_back() const {

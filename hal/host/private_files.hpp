@@ -7,8 +7,11 @@
 // empty, and ~/.tool.mmap, the tool table that LinuxCNC's programs share, is the run's own.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "hal/host/leftovers.hpp"
 
 namespace plumb::host {
 
@@ -26,10 +29,10 @@ private:
     void hide_tool_table();
     void bring_back() const;
 
-    int real_tmp_;                    // descriptor of the real /tmp
-    std::vector<std::string> seen_;   // names in /tmp that come from the real one
-    std::string tool_table_;          // "" when it needed no cover
-    bool tool_table_is_new_ = false;  // it was not there before
+    int real_tmp_;                   // descriptor of the real /tmp
+    std::vector<std::string> seen_;  // names in /tmp that come from the real one
+    std::string tool_table_;
+    std::optional<Placeholder> placeholder_;  // under the cover of the tool table
 };
 
 }  // namespace plumb::host

@@ -76,7 +76,7 @@ std::string without_greeting(const std::string& text) {
     return rest;
 }
 
-// Lets programs begin with no signal blocked or ignored, whatever the host does.
+// Lets programs begin with no signal blocked, nor ignored because of the host.
 class SpawnSettings {
 public:
     SpawnSettings() {
@@ -84,7 +84,7 @@ public:
         sigset_t signals;
         sigemptyset(&signals);
         posix_spawnattr_setsigmask(&attributes_, &signals);
-        for (const int signal : {SIGINT, SIGQUIT, SIGPIPE}) sigaddset(&signals, signal);
+        sigaddset(&signals, SIGPIPE);
         posix_spawnattr_setsigdefault(&attributes_, &signals);
         posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
     }
@@ -139,16 +139,20 @@ Programs::~Programs() {
     close(child_events_);
 }
 
-pid_t Programs::start_program(const std::vector<std::string>& words) {
+void Programs::start_program(const std::vector<std::string>& words) {
     const SpawnSettings settings;
     const int error = settings.spawn(program_, words, nullptr);
-    if (error == 0) return program_;
+    if (error == 0) return;
     throw ProgramNotFound("cannot start " + words.front() + ": " + std::strerror(error),
                           error == ENOENT ? 127 : 126);
 }
 
 void Programs::ask_program_to_end() const {
     if (program_runs()) kill(program_, SIGTERM);
+}
+
+void Programs::ask_all_to_end() const {
+    for (const pid_t process : others()) kill(process, SIGTERM);
 }
 
 pid_t Programs::spawn_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
@@ -322,7 +326,7 @@ std::vector<std::string> Programs::alive() {
 void Programs::end_all() {
     constexpr auto patience = std::chrono::seconds(1);
     const auto begin = Clock::now();
-    for (const pid_t process : others()) kill(process, SIGTERM);
+    ask_all_to_end();
     for (Command& command : commands_) {
         command.done = {};
         if (command.process != 0) kill(command.process, SIGTERM);

@@ -35,7 +35,7 @@ public:
 
     // Starts the program that the host is there for, on the host's own terminal, standard input and output,
     // in its folder. Throws ProgramNotFound when there is none that could be started. Returns its number.
-    pid_t start_program(const std::vector<std::string>& words);
+    void start_program(const std::vector<std::string>& words);
 
     // Exit status of that program, 128 + the signal when it was killed; nothing while it runs or when there
     // is none.
@@ -45,6 +45,9 @@ public:
 
     // Asks that program to end, if it runs.
     void ask_program_to_end() const;
+
+    // Asks everything to end but the halcmds that the host runs.
+    void ask_all_to_end() const;
 
     // Starts a halcmd in folder `directory` ("" for the host's own). `done` is called from attend(), once it
     // has ended. Throws std::runtime_error when there is no halcmd.
