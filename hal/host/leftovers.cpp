@@ -113,6 +113,7 @@ void Leftovers::clear_machine() const {
             shmctl(page_->segment[i], IPC_RMID, nullptr);
     }
     for (const NamedFiles& files : machine_files) remove_young(files, page_->began);
+    if (const char* const home = std::getenv("HOME")) remove_young({home, ".tool.mmap", false}, page_->began);
 }
 
 Placeholder::Placeholder(const std::string& file) : file_(file), descriptor_(-1) {
