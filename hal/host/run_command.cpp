@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 #include <string_view>
@@ -32,6 +33,16 @@ void warn_of_remote_display(const RunOptions& options) {
     if (std::string_view(display).substr(0, 5) == "unix:") return;
     std::cerr << "plumb run: DISPLAY=" << display
               << " is reached through the network, which needs --network\n";
+}
+
+// Python programs of the run find the modules that are built beside the host; installed ones they find
+// anyway.
+void show_python_modules(const std::filesystem::path& host) {
+    const std::filesystem::path modules = host.parent_path().parent_path() / "python";
+    if (!std::filesystem::exists(modules / "plumb.py")) return;
+    const char* const present = std::getenv("PYTHONPATH");
+    const std::string first = present != nullptr && *present != '\0' ? std::string(present) + ":" : "";
+    setenv("PYTHONPATH", (first + modules.string()).c_str(), 1);
 }
 
 }  // namespace
@@ -117,6 +128,7 @@ int run(const RunOptions& options, const std::vector<std::string>& program) {
     }
     warn_of_remote_display(options);
     std::vector<std::string> words{find_host()};
+    show_python_modules(words.front());
     if (options.free) {
         words.push_back("--free");
     } else {
