@@ -62,9 +62,13 @@ protected:
 };
 
 TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
-    std::vector<std::string> wanted{
-        "/usr/bin/plumb", "/usr/bin/plumb-host", "/usr/share/man/man1/plumb-bench.1",
-        "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal", "/usr/lib/python3/dist-packages/plumb.py"};
+    std::vector<std::string> wanted{"/usr/bin/plumb",
+                                    "/usr/bin/plumb-host",
+                                    "/usr/share/man/man1/plumb-bench.1",
+                                    "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
+                                    "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
+                                    "/usr/lib/python3/dist-packages/plumb.py",
+                                    "/usr/lib/python3/dist-packages/plumb_linuxcnc.py"};
     for (const std::string& module : names_in(MODULES)) {
         wanted.push_back(STOCK_MODULE_DIR "/" + module + ".so");
         wanted.push_back("/usr/share/man/man9/" + module + ".9");
@@ -80,6 +84,12 @@ TEST_F(Installed, NothingOfTheTestsIsInstalled) {
         EXPECT_THAT(file, Not(HasSubstr("specimen"))) << file;
         EXPECT_THAT(file, Not(HasSubstr("test"))) << file;
     }
+}
+
+TEST_F(Installed, ConfigurationReachesWhatItHasInCommon) {
+    const fs::path common = configs / "three_axis/common";
+    EXPECT_TRUE(fs::exists(common / "hal.inc"));
+    EXPECT_NE(fs::status(common / "headless.py").permissions() & fs::perms::others_exec, fs::perms::none);
 }
 
 TEST_F(Installed, PagesAreFoundByMan) {

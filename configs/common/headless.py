@@ -1,0 +1,53 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A DISPLAY without a screen: turns the machine on, homes it, runs G-code files, and ends.
+
+The files are those behind the INI file in linuxcnc's command line; without any, [DISPLAY]OPEN_FILE. Its exit
+status, which is linuxcnc's, is 1 where LinuxCNC told the operator of an error. With `--record FILE` the
+virtual-time host writes a row of the axes' positions for each servo cycle.
+"""
+
+import argparse
+import sys
+
+import linuxcnc
+from plumb_linuxcnc import Machine, OperatorError
+
+PINS = ["axis.%s.pos-cmd" % letter for letter in "xyz"] + ["motion.current-vel", "motion.program-line"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-ini", required=True, help=argparse.SUPPRESS)  # linuxcnc gives it to every DISPLAY
+    parser.add_argument("programs", nargs="*", metavar="FILE.ngc")
+    parser.add_argument("--record", metavar="FILE", help="CSV file for a row of each servo cycle")
+    parser.add_argument("--pins", type=lambda text: text.split(","), default=PINS, help="what to record instead")
+    arguments = parser.parse_args()
+    programs = arguments.programs or [linuxcnc.ini(arguments.ini).find("DISPLAY", "OPEN_FILE")]
+
+    with Machine() as machine:
+        try:
+            machine.turn_on()
+            machine.home()
+            if arguments.record:
+                with machine.recording(arguments.record, arguments.pins):
+                    run(machine, programs)
+            else:
+                run(machine, programs)
+        except OperatorError as error:
+            print(error, file=sys.stderr)
+            return 1
+        finally:
+            for message in machine.messages:
+                print(message)
+    return 0
+
+
+def run(machine, programs):
+    for program in programs:
+        machine.run(program)
+        print("%s is done" % program, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
