@@ -172,6 +172,41 @@ TEST_F(PlumbBench, TheReplayedFileIsNotOverwritten) {
     }
 }
 
+TEST_F(PlumbBench, StatementsThatHoldAreSaidToHold) {
+    const Outcome outcome = bench({"lag.hal", "--for", "5", "--set", "lag.in=1", "--expect",
+                                   "{lag.out} < {lag.in} && {lag.out}_rate <= 1 && {lag.in}_rate == 0"});
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_EQ(outcome.errors, "");
+    EXPECT_THAT(outcome.output, HasSubstr("\nthe statement held in every period\n"));
+}
+
+TEST_F(PlumbBench, StatementsThatDoNotHoldAreReportedAndFailIt) {
+    // 1 - exp(-t) is above a half from ln 2 = 0.6931 s on.
+    const Outcome outcome = bench({"lag.hal", "--for", "5", "--set", "lag.in=1", "--expect",
+                                   "{lag.out} <= 0.5", "--expect", "{lag.in} == 1"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.output,
+                HasSubstr("did not hold: {lag.out} <= 0.5\n"
+                          "    in 4307 periods, first at 0.694 s, when lag.out was 0.500426"));
+    EXPECT_THAT(outcome.output, Not(HasSubstr("{lag.in}")));
+}
+
+TEST_F(PlumbBench, StatementsThatCannotBeReadAreRefusedWithTheReason) {
+    const auto expect = [this](const std::string& statement) {
+        return bench({"lag.hal", "--for", "5", "--expect", statement});
+    };
+    EXPECT_THAT(expect("lag.out < 1").errors, HasSubstr("'lag.out < 1' names no pin"));
+    EXPECT_THAT(expect("{lag.out < 1").errors, HasSubstr("has a { without a }"));
+    EXPECT_THAT(expect("{} < 1").errors, HasSubstr("has no name between { and }"));
+    EXPECT_EQ(expect("{} < 1").status, 2);
+    EXPECT_THAT(
+        expect("{lag.oot} < 1").errors,
+        HasSubstr("--expect: there is no pin, parameter or signal 'lag.oot'; did you mean 'lag.out'?"));
+    EXPECT_THAT(expect("{lag.out} <").errors,
+                HasSubstr("--expect: '{lag.out} <', read as 'v0 <': Unexpected end"));
+    EXPECT_EQ(expect("{lag.out} <").status, 1);
+}
+
 TEST_F(PlumbBench, ReplaysARecordingUpToItsEnd) {
     folder.write("ramp.csv", "time,lag.in\n0,0\n2,4\n");
     folder.write("direct.hal", std::string(lag) + "setp lag.gain 1\n");
@@ -271,7 +306,7 @@ TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
 }
 
 TEST(PlumbProgram, ManualPagesAreWithoutFault) {
-    for (const char* command : {"plumb", "plumb bench", "plumb-host"}) {
+    for (const char* command : {"plumb", "plumb bench", "plumb run", "plumb-host"}) {
         const Folder folder;
         const std::string page = (folder / "page.1").string();
         ASSERT_EQ(std::system((BUILD_DIR "/bin/" + std::string(command) + " --man > " + page).c_str()), 0);
@@ -290,7 +325,7 @@ TEST(PlumbProgram, HelpAndManualNameEveryOption) {
     EXPECT_EQ(help.status, 0);
     EXPECT_EQ(man.status, 0);
     for (const char* option : {"ini", "for", "set", "replay", "columns", "sample-period", "override",
-                               "record", "every", "output", "modules", "no-namespaces"}) {
+                               "expect", "record", "every", "output", "modules", "no-namespaces"}) {
         EXPECT_THAT(help.output, HasSubstr(std::string("--") + option));
         EXPECT_THAT(man.output,
                     HasSubstr(std::regex_replace("--" + std::string(option), std::regex("-"), "\\-")));

@@ -16,7 +16,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "hal/host/arguments.hpp"
+#include "hal/host/decimal.hpp"
 #include "hal/host/duration.hpp"
+#include "hal/host/statement.hpp"
 
 namespace plumb::host {
 namespace {
@@ -152,6 +155,40 @@ void load(Client& host, const BenchOptions& options) {
         host.set(name, value);
     }
     for (const std::string& name : options.record) require_known(host, name, "--record");
+    for (const std::string& text : options.expect) {
+        const Statement statement = parse_statement(text);
+        for (const auto& [variable, name] : statement.variables) require_known(host, name, "--expect");
+        try {
+            host.expect(text, statement.expression, statement.variables);
+        } catch (const HostDied&) {
+            throw;
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error("--expect: '" + text + "', read as " + error.what());
+        }
+    }
+}
+
+// Prints which statements did not hold. Returns whether all did.
+bool report_expectations(Client& host, const std::vector<std::string>& statements) {
+    const std::vector<Violation> violations = host.violations();
+    for (const Violation& violation : violations) {
+        std::cout << "did not hold: " << violation.id << "\n    in " << violation.count
+                  << (violation.count == 1 ? " period, at " : " periods, first at ")
+                  << in_seconds(violation.first_time) << " s, when ";
+        const Statement statement = parse_statement(violation.id);
+        const char* separator = "";
+        for (const auto& [variable, value] : violation.values) {
+            std::string number;
+            append_number(number, value);
+            std::cout << std::exchange(separator, ", ") << statement.variables.at(variable) << " was "
+                      << number;
+        }
+        std::cout << '\n';
+    }
+    if (!statements.empty() && violations.empty())
+        std::cout << (statements.size() == 1 ? "the statement" : "all statements")
+                  << " held in every period\n";
+    return violations.empty();
 }
 
 std::string times_real_time(Time simulated, double real_seconds) {
@@ -182,15 +219,6 @@ double parse_value(const std::string& text) {
     const double value = std::strtod(text.c_str(), &end);
     if (text.empty() || *end) throw CLI::ValidationError("--set", "'" + text + "' is not a value");
     return value;
-}
-
-// CLI11's checks, without their words in the help.
-CLI::Validator existing_file() {
-    return CLI::Validator(CLI::ExistingFile).description("");
-}
-
-CLI::Validator existing_folder() {
-    return CLI::Validator(CLI::ExistingDirectory).description("");
 }
 
 // An option whose value is a time.
@@ -265,6 +293,24 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
                   "Replays into pins that are netted as well, against their writers.")
         ->needs(replay);
 
+    command
+        .add_option(
+            "--expect", options.expect,
+            "A statement that must hold after every period, about names in braces and their changes per "
+            "second: "
+            "abs({pid.out}) <= 10 && abs({pid.out}_rate) < 100. Also finite({pid.out}). May be given many "
+            "times.")
+        ->allow_extra_args(false)
+        ->check([](const std::string& text) {
+            try {
+                parse_statement(text);
+                return std::string();
+            } catch (const std::invalid_argument& error) {
+                return std::string(error.what());
+            }
+        })
+        ->type_name("STATEMENT");
+
     CLI::Option* const record =
         command.add_option("--record", options.record, "Pins, parameters and signals to record.")
             ->delimiter(',')
@@ -322,7 +368,8 @@ another bench.
 A TIME is a number with a unit, ns, us, ms, s, min, h or d; without a unit it is in seconds: 600, 250ms,
 10min, 4h.)"},
          {"EXIT STATUS",
-          R"(0 when the whole time was simulated, 1 after an error, 2 for a wrong command line. Ctrl-C ends the
+          R"(0 when the whole time was simulated and every statement held, 1 when one did not or after an error, 2 for
+a wrong command line. Ctrl-C ends the
 run cleanly, keeps what was recorded and gives 130.)"},
          {"EXAMPLES",
           R"(Four hours of a filter, one row a second:
@@ -330,12 +377,17 @@ run cleanly, keeps what was recorded and gives 130.)"},
   plumb bench filter.hal --for 4h \
     --record filter.in,filter.out --every 1s --output filter.csv
 
+An hour that passes a test, or says when it first did not:
+
+  plumb bench filter.hal --for 1h --expect 'abs({filter.out}) <= 1' \
+    --expect 'abs({filter.out}_rate) <= 20'
+
 A recording of the machine, made with halsampler at 1 kHz, put through a component:
 
   plumb bench component.hal \
     --replay load.txt --columns it.load --sample-period 1ms \
     --record it.contact --every 1ms --output contact.csv)"}},
-        ".BR plumb (1),\n.BR halcmd (1),\n.BR halsampler (1)"};
+        ".BR plumb (1),\n.BR plumb\\-run (1),\n.BR halcmd (1),\n.BR halsampler (1)"};
 }
 
 int bench(const BenchOptions& options) {
@@ -366,7 +418,9 @@ int bench(const BenchOptions& options) {
     if (!options.record.empty())
         std::cout << "recorded " << joined(options.record) << " every " << describe_duration(options.every)
                   << " in " << options.output << '\n';
-    return interruption.number() ? 128 + interruption.number() : 0;
+    const bool held = report_expectations(host, options.expect);
+    if (interruption.number()) return 128 + interruption.number();
+    return held ? 0 : 1;
 }
 
 }  // namespace plumb::host

@@ -20,6 +20,7 @@ struct BenchOptions {
     std::optional<Time> duration;  // of the run; without one, that of the replay
     std::vector<std::pair<std::string, double>> settings;
     Replay replay;                    // of no file: none
+    std::vector<std::string> expect;  // statements
     std::vector<std::string> record;  // names
     Time every{};
     std::string output;

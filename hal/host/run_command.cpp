@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "hal/host/arguments.hpp"
 #include "hal/host/client.hpp"
 #include "hal/host/decimal.hpp"
 
@@ -62,15 +63,15 @@ void declare_run(CLI::App& command, RunOptions& options) {
     command.add_flag(
         "--network", options.network,
         "Leaves the computer's network to the programs. By default they have but a loopback of their own.");
-    command.add_flag(
-        "!--no-namespaces", options.namespaces,
+    command.add_flag_callback(
+        "--no-namespaces", [&] { options.namespaces = false; },
         "Uses the machine's one HAL, and its /tmp, for systems that forbid namespaces; one host at a time, "
         "and none beside a running LinuxCNC.");
     command
         .add_option("--modules", options.modules,
                     "Folder of realtime modules to search first. May be given many times.")
         ->allow_extra_args(false)
-        ->check(CLI::ExistingDirectory)
+        ->check(existing_folder())
         ->type_name("DIR");
     command.prefix_command();
 }
@@ -103,13 +104,24 @@ limit. Free running is for what has no user-space program that takes part.
 
 When the computer falls behind by more than 100 ms, time is given up, and passes slower than it was asked for.)"},
          {"ENVIRONMENT",
-          R"(RTAPI_FIFO_PATH is the host's socket, in the environment of the program. A client can attach to it while time
-passes, to record pins and check statements in every period:
+          R"(RTAPI_FIFO_PATH is the host's socket, in the environment of the program. A client can attach to it while
+time passes, to record pins and check statements in every period; in Python, for instance in the script that
+[DISPLAY]DISPLAY of an INI file names:
 
-plumb.Host(attach=os.environ["RTAPI_FIFO_PATH"]).record("z.csv", ["joint.2.motor-pos-cmd"], every=0.001)
+  import os, plumb
+  host = plumb.Host(attach=os.environ["RTAPI_FIFO_PATH"])
+  host.record("z.csv", ["joint.2.motor-pos-cmd"], every=0.001)
+  host.expect("abs(v) <= 50", v="joint.2.vel-cmd")
 
-from Python, for instance in the script that [DISPLAY]DISPLAY of an INI file names. The same socket serves clients
-outside the run.)"},
+The same socket serves clients outside the run.)"},
+         {"EXAMPLES",
+          R"(A minute of a machine in six seconds:
+
+  plumb run --speed 10 -- linuxcnc mill.ini
+
+A HAL configuration at twenty times the clock's speed, with its user-space programs:
+
+  plumb run --speed 20 -- halrun -f filter.hal)"},
          {"EXIT STATUS",
           "That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when "
           "it cannot "
@@ -118,7 +130,8 @@ outside the run.)"},
           "Ctrl-C reaches the program, as always. SIGTERM and SIGHUP ask it to end; after ten seconds it is "
           "killed. "
           "Whichever part is killed, the rest ends, and nothing is left behind."}},
-        ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR linuxcnc (1),\n.BR halrun (1)"};
+        ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR halcmd (1),\n.BR halrun "
+        "(1),\n.BR linuxcnc (1)"};
 }
 
 int run(const RunOptions& options, const std::vector<std::string>& program) {
