@@ -189,6 +189,11 @@ TEST_F(PlumbBench, StatementsThatDoNotHoldAreReportedAndFailIt) {
                 HasSubstr("did not hold: {lag.out} <= 0.5\n"
                           "    in 4307 periods, first at 0.694 s, when lag.out was 0.500426"));
     EXPECT_THAT(outcome.output, Not(HasSubstr("{lag.in}")));
+
+    const Outcome rate =
+        bench({"lag.hal", "--for", "5", "--set", "lag.in=1", "--expect", "{lag.out}_rate <= 0.5"});
+    EXPECT_THAT(rate.output, HasSubstr("first at 0.001 s, when lag.out was 0.00099950"));
+    EXPECT_THAT(rate.output, HasSubstr(" and changed by 0.9995"));
 }
 
 TEST_F(PlumbBench, StatementsThatCannotBeReadAreRefusedWithTheReason) {

@@ -168,6 +168,12 @@ void load(Client& host, const BenchOptions& options) {
     }
 }
 
+std::string decimal(double number) {
+    std::string text;
+    append_number(text, number);
+    return text;
+}
+
 // Prints which statements did not hold. Returns whether all did.
 bool report_expectations(Client& host, const std::vector<std::string>& statements) {
     const std::vector<Violation> violations = host.violations();
@@ -177,11 +183,12 @@ bool report_expectations(Client& host, const std::vector<std::string>& statement
                   << in_seconds(violation.first_time) << " s, when ";
         const Statement statement = parse_statement(violation.id);
         const char* separator = "";
-        for (const auto& [variable, value] : violation.values) {
-            std::string number;
-            append_number(number, value);
-            std::cout << std::exchange(separator, ", ") << statement.variables.at(variable) << " was "
-                      << number;
+        for (const auto& [variable, name] : statement.variables) {
+            std::cout << std::exchange(separator, ", ") << name << " was "
+                      << decimal(violation.values.at(variable));
+            const auto rate = violation.values.find(variable + "_rate");
+            if (rate != violation.values.end())
+                std::cout << " and changed by " << decimal(rate->second) << " a second";
         }
         std::cout << '\n';
     }

@@ -87,7 +87,7 @@ struct Violation {
     std::string id;
     std::int64_t count;  // periods in which the expectation did not hold
     Time first_time;
-    std::map<std::string, double> values;  // of its variables, then
+    std::map<std::string, double> values;  // of its variables, then; and of x_rate, if it uses that
 };
 
 // An allocation or a system call in a realtime function.

@@ -103,8 +103,11 @@ void Expectations::check(Nanoseconds instant) {
         Violation& violation = statement->violation;
         if (violation.count++ == 0) {
             violation.first_time = instant;
-            for (const Variable& variable : statement->variables)
+            for (const Variable& variable : statement->variables) {
                 violation.values[variable.name] = variable.value;
+                const std::string rate = variable.name + "_rate";
+                if (statement->parser.GetUsedVar().count(rate) > 0) violation.values[rate] = variable.rate;
+            }
         }
     }
 }

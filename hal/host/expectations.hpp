@@ -20,7 +20,7 @@ struct Violation {
     std::string id;
     long count;
     Nanoseconds first_time;
-    std::map<std::string, double> values;  // by variable
+    std::map<std::string, double> values;  // by variable; x_rate is there if the statement uses it
 };
 
 class Expectations {
