@@ -3,7 +3,9 @@
 
 import os
 import re
+import subprocess
 import sys
+import tempfile
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -14,6 +16,12 @@ import simulations  # for the way to plumb.py
 def read(name):
     with open(os.path.join(ROOT, name), encoding="utf-8") as file:
         return file.read()
+
+
+def block(language, with_word):
+    """The README's block in this language that has a word in it."""
+    blocks = re.findall(r"```%s\n(.*?)```" % language, read("README.md"), re.S)
+    return next(text for text in blocks if with_word in text)
 
 
 class Links(unittest.TestCase):
@@ -54,7 +62,7 @@ net spindle-load siggen.0.cosine
     def test_lines_of_the_readme_load_beside_motmod(self):
         import plumb
 
-        lines = re.search(r"```hal\n(.*?)```", read("README.md"), re.S)[1]
+        lines = block("hal", "thermal_displacement")
         user_space = [line for line in lines.splitlines() if "iocontrol" in line]
         self.assertEqual(len(user_space), 1)
         with plumb.Host() as host:
@@ -67,6 +75,53 @@ net spindle-load siggen.0.cosine
             self.assertTrue(host.get("z-growth.enable") and host.get("z-growth.dry-run"))
             self.assertGreater(host.get("z-growth.load-noise"), 0)  # it runs, and hears the load
             self.assertEqual(host.get("z-growth.fault-code"), 0)
+
+
+class OwnConfiguration(unittest.TestCase):
+    """The worked example for those who have a HAL configuration of their own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.write(block("hal", "limit3"))
+
+    def write(self, lines):
+        with open(os.path.join(self.folder, "limit.hal"), "w", encoding="utf-8") as file:
+            file.write(lines)
+
+    def run_command_of_readme(self):
+        command = re.search(r"^    build/bin/(plumb bench limit.hal .*)$", read("README.md"), re.M)[1]
+        path = os.path.join(os.environ["PLUMB_BUILD"], "bin") + ":" + os.environ["PATH"]
+        return subprocess.run(
+            command, shell=True, cwd=self.folder, env=dict(os.environ, PATH=path), capture_output=True, text=True
+        )
+
+    def printed_in_readme(self, line):
+        return "\n    " + line + "\n" in read("README.md")
+
+    def test_good_configuration_passes_as_printed(self):
+        outcome = self.run_command_of_readme()
+        self.assertEqual((outcome.returncode, outcome.stderr), (0, ""))
+        self.assertTrue(self.printed_in_readme(outcome.stdout.splitlines()[1]), outcome.stdout)
+
+    def test_planted_fault_is_found_as_printed(self):
+        fault = re.search(r"`setp limit.maxv \d+`", read("README.md"))[0].strip("`")
+        self.write(re.sub(r"setp limit.maxv \d+", fault, block("hal", "limit3")))
+        outcome = self.run_command_of_readme()
+        self.assertEqual((outcome.returncode, outcome.stderr), (1, ""))
+        self.assertEqual(len(outcome.stdout.splitlines()), 3)
+        for line in outcome.stdout.splitlines()[1:]:
+            self.assertTrue(self.printed_in_readme(line), line)
+
+    def test_same_in_python(self):
+        folder = os.getcwd()
+        os.chdir(self.folder)
+        self.addCleanup(os.chdir, folder)
+        exec(block("python", "limit.hal").replace("3600", "60"), {})  # pylint: disable=exec-used
+        self.write(block("hal", "limit3").replace("maxv 20", "maxv 1200"))
+        with self.assertRaises(AssertionError):
+            exec(block("python", "limit.hal").replace("3600", "60"), {})  # pylint: disable=exec-used
 
 
 if __name__ == "__main__":
