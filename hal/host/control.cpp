@@ -120,25 +120,28 @@ void Control::serve(int end_descriptor) {
 }
 
 int Control::run_program(const std::vector<std::string>& words, int end_descriptor) {
+    using Clock = Pace::Clock;
     constexpr auto patience = std::chrono::seconds(10);
+    constexpr auto alone =
+        std::chrono::seconds(1);  // a shell hears of a signal only once its own child has ended
     if (settings_.namespaces) files_.emplace();
     start_program(words);
-    constexpr auto alone =
-        std::chrono::seconds(1);  // a shell hears of a signal when its present program has ended
-    std::optional<Pace::Clock::time_point> asked;
+    const auto began = Clock::now();
+    std::optional<Clock::time_point> asked;
     bool asked_all = false;
-    while (!programs_.program_status() && !(asked && Pace::Clock::now() - *asked > patience)) {
+    while (!programs_.program_status() && !(asked && Clock::now() - *asked > patience)) {
         attend(asked ? -1 : end_descriptor);
         if (!end_) continue;
         if (!asked) {
             programs_.ask_program_to_end();
-            asked = Pace::Clock::now();
-        } else if (!asked_all && Pace::Clock::now() - *asked > alone) {
+            asked = Clock::now();
+        } else if (!asked_all && Clock::now() - *asked > alone) {
             programs_.ask_all_to_end();
             asked_all = true;
         }
     }
     server_.flush();
+    report_lost_pace(Clock::now() - began);
     return programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
 }
 
@@ -152,6 +155,16 @@ void Control::start_program(const std::vector<std::string>& words) {
             error.what());
     }
     programs_.start_program(words);
+}
+
+void Control::report_lost_pace(std::chrono::nanoseconds real) const {
+    constexpr double negligible = 0.05;
+    const double lost =
+        std::chrono::duration<double>(pace_->given_up()) / std::chrono::duration<double>(real);
+    if (lost < negligible) return;
+    std::fprintf(stderr,
+                 "plumb run: the computer did not keep up: %.3g times its clock's speed instead of %g\n",
+                 settings_.speed * (1.0 - lost), settings_.speed);
 }
 
 void Control::attend(int end_descriptor) {

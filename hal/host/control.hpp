@@ -74,6 +74,7 @@ private:
     std::string writer_of(const std::string& signal);
     void need_hal();
     void start_program(const std::vector<std::string>& words);
+    void report_lost_pace(std::chrono::nanoseconds real) const;
     void attend(int end_descriptor);
     std::chrono::nanoseconds idle_time() const;
     void let_time_pass();

@@ -21,6 +21,7 @@ Nanoseconds Pace::due(Clock::time_point now, Nanoseconds reached) {
     if (free()) return never;
     const auto arrears = -until(reached, now);
     if (arrears > most_arrears) {
+        given_up_ += arrears - most_arrears;
         origin_ = now - most_arrears;
         origin_instant_ = reached;
     }

@@ -22,6 +22,9 @@ public:
     // The virtual instant that has been reached by the clock's `now`, when the host stands at `reached`.
     Nanoseconds due(Clock::time_point now, Nanoseconds reached);
 
+    // How much of the computer's time has been given up so far.
+    std::chrono::nanoseconds given_up() const { return given_up_; }
+
     // How long the clock's `now` is before virtual `instant`; negative when that has passed.
     std::chrono::nanoseconds until(Nanoseconds instant, Clock::time_point now) const;
 
@@ -29,6 +32,7 @@ private:
     double speed_;
     Clock::time_point origin_;
     Nanoseconds origin_instant_ = 0;
+    std::chrono::nanoseconds given_up_{0};
 };
 
 }  // namespace plumb::host
