@@ -263,8 +263,11 @@ int Control::rtapi_command(const std::vector<std::string>& words) {
             end_ = true;
         return 0;
     }
-    if (command == "load" && words.size() >= 2)
-        return modules_.load(words[1], {words.begin() + 2, words.end()});
+    if (command == "load" && words.size() >= 2) {
+        const int result = modules_.load(words[1], {words.begin() + 2, words.end()});
+        lose_hal_memory();
+        return result;
+    }
     if (command == "unload" && words.size() == 2) {
         const int result = modules_.unload(words[1]);
         lose_hal_memory();

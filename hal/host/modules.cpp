@@ -134,7 +134,9 @@ int Modules::load(const std::string& name, const std::vector<std::string>& param
         return -1;
     }
     if (!need_hal_library()) return -1;
-    return load_file(name, parameters);
+    const int result = load_file(name, parameters);
+    end_without_modules();
+    return result;
 }
 
 int Modules::load_file(const std::string& name, const std::vector<std::string>& parameters) {
@@ -181,9 +183,13 @@ int Modules::unload(const std::string& name) {
     Module unloaded = std::move(*module);
     modules_.erase(modules_.begin() + (module - modules_.data()));
     unload(std::move(unloaded));
-    // The stock rtapi_app ends here, and so do HAL's threads.
-    if (modules_.size() == 1) unload_all();
+    end_without_modules();
     return 0;
+}
+
+// The stock rtapi_app ends here, and so do HAL's threads and what is left of a module that failed.
+void Modules::end_without_modules() {
+    if (modules_.size() == 1) unload_all();
 }
 
 void Modules::unload(Module module) {

@@ -18,7 +18,8 @@ public:
     ~Modules();  // unloads everything
     Modules(const Modules&) = delete;
 
-    // Loads a module; `parameters` are NAME=VALUE. Returns 0, or a negative number after a message.
+    // Loads a module; `parameters` are NAME=VALUE. Returns 0, or a negative number after a message; when
+    // nothing else is loaded, hal_lib is not either then.
     int load(const std::string& name, const std::vector<std::string>& parameters);
 
     // Unloads a module, and with the last one hal_lib: the next load begins with a new HAL. Returns 0, or a
@@ -54,6 +55,7 @@ private:
     Module* find(const std::string& name);
     std::string file_of(const std::string& name) const;
     void unload(Module module);
+    void end_without_modules();
     int load_file(const std::string& name, const std::vector<std::string>& parameters);
 
     std::vector<std::string> folders_;
