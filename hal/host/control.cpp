@@ -15,6 +15,7 @@
 #include "hal/host/guard.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
+#include "hal/host/output_of.hpp"
 #include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
@@ -252,7 +253,8 @@ void Control::lose_hal_memory() {
     if (timeline_.running() && !modules_.hal_library_loaded()) timeline_.lose_names();
 }
 
-int Control::rtapi_command(const std::vector<std::string>& words) {
+int Control::rtapi_command(const std::vector<std::string>& words, pid_t process) {
+    const OutputOf output(process);
     if (words.empty()) return 0;
     const std::string& command = words[0];
     if (command == "exit" && words.size() == 1) {

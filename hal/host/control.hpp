@@ -47,7 +47,7 @@ public:
     // be had.
     int run_program(const std::vector<std::string>& words, int end_descriptor);
 
-    int rtapi_command(const std::vector<std::string>& words) override;
+    int rtapi_command(const std::vector<std::string>& words, pid_t process) override;
     void control_request(Server::Connection from, const std::string& line) override;
     void control_request_waits(const std::string& line) override;
     void closed(Server::Connection connection) override;

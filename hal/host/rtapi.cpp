@@ -6,6 +6,7 @@
 #include <rtapi_parport.h>
 #include <rtapi_string.h>
 #include <spawn.h>
+#include <unistd.h>
 
 #include <cctype>
 #include <cerrno>
@@ -31,6 +32,7 @@ namespace plumb::host {
 namespace {
 
 MessageSink message_sink;
+int message_files[] = {STDOUT_FILENO, STDERR_FILENO};
 int message_level = RTAPI_MSG_ERR;
 long clock_period = 0;  // ns, 0 until a module has set it
 
@@ -66,14 +68,18 @@ void set_message_sink(MessageSink sink) {
     message_sink = std::move(sink);
 }
 
+void set_message_files(int output, int error) {
+    message_files[0] = output < 0 ? STDOUT_FILENO : output;
+    message_files[1] = error < 0 ? STDERR_FILENO : error;
+}
+
 void print_message(std::string_view text, bool error) {
-    if (message_sink) {
-        message_sink(text, error);
-        return;
+    if (message_sink && message_sink(text, error)) return;
+    while (!text.empty()) {
+        const ssize_t count = write(message_files[error], text.data(), text.size());
+        if (count < 0 && errno != EINTR) return;  // nobody listens
+        if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
     }
-    std::FILE* const stream = error ? stderr : stdout;
-    std::fwrite(text.data(), 1, text.size(), stream);
-    std::fflush(stream);
 }
 
 }  // namespace plumb::host

@@ -57,12 +57,18 @@ std::optional<std::vector<std::string>> words_of(const std::string& text) {
     return words;
 }
 
+// The process at the other end; user and process are -1 when the system does not say.
+ucred process_at(int descriptor) {
+    ucred peer{-1, static_cast<uid_t>(-1), static_cast<gid_t>(-1)};
+    socklen_t size = sizeof peer;
+    getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size);
+    return peer;
+}
+
 // Whether the other end is the same user's or root's, as is LinuxCNC's set-uid rtapi_app.
 bool trusted(int descriptor) {
-    ucred peer{};
-    socklen_t size = sizeof peer;
-    return getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
-           (peer.uid == geteuid() || peer.uid == 0);
+    const uid_t user = process_at(descriptor).uid;
+    return user == geteuid() || user == 0;
 }
 
 }  // namespace
@@ -204,7 +210,7 @@ bool Server::take_text_request(Peer& peer) {
         const auto words = words_of(peer.received);
         if (!words || peer.finish) return true;
         peer.finish = true;
-        peer.unsent = std::to_string(service_.rtapi_command(*words)) + " ";
+        peer.unsent = std::to_string(service_.rtapi_command(*words, process_at(peer.descriptor).pid)) + " ";
         return true;
     } catch (const std::runtime_error&) {
         return false;

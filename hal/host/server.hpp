@@ -20,8 +20,8 @@ public:
     // Who answers.
     class Service {
     public:
-        // Carries out a command of rtapi_app; returns its result.
-        virtual int rtapi_command(const std::vector<std::string>& words) = 0;
+        // Carries out a command of rtapi_app for a process; returns its result.
+        virtual int rtapi_command(const std::vector<std::string>& words, pid_t process) = 0;
 
         // Takes a request. The answer may come later, by Server::answer().
         virtual void control_request(Connection from, const std::string& line) = 0;
