@@ -211,9 +211,10 @@ void Control::let_time_pass() {
         if (modules_.hal_library_loaded()) timeline_.look_again();
     }
     Scheduler& tasks = scheduler();
-    const Nanoseconds due = pace_->due(now, tasks.time());
-    timeline_.go_on(slice, due);
-    if (tasks.next_release() == never && due != never) tasks.advance(std::max(tasks.time(), due));
+    const bool idle = tasks.next_release() == never;  // no period is owed
+    const Nanoseconds limit = idle ? pace_->instant(now) : pace_->due(now, tasks.time());
+    timeline_.go_on(slice, limit);
+    if (idle && limit != never) tasks.advance(std::max(tasks.time(), limit));
 }
 
 void Control::show_progress() {

@@ -17,6 +17,12 @@ bool Pace::free() const {
     return std::isinf(speed_);
 }
 
+Nanoseconds Pace::instant(Clock::time_point now) const {
+    if (free()) return never;
+    const double passed = std::chrono::duration<double, std::nano>(now - origin_).count();
+    return origin_instant_ + static_cast<Nanoseconds>(passed * speed_);
+}
+
 Nanoseconds Pace::due(Clock::time_point now, Nanoseconds reached) {
     if (free()) return never;
     const auto arrears = -until(reached, now);
@@ -25,8 +31,7 @@ Nanoseconds Pace::due(Clock::time_point now, Nanoseconds reached) {
         origin_ = now - most_arrears;
         origin_instant_ = reached;
     }
-    const double passed = std::chrono::duration<double, std::nano>(now - origin_).count();
-    return origin_instant_ + static_cast<Nanoseconds>(passed * speed_);
+    return instant(now);
 }
 
 std::chrono::nanoseconds Pace::until(Nanoseconds instant, Clock::time_point now) const {

@@ -19,7 +19,11 @@ public:
 
     bool free() const;
 
-    // The virtual instant that has been reached by the clock's `now`, when the host stands at `reached`.
+    // The virtual instant at the clock's `now`; `never` when free.
+    Nanoseconds instant(Clock::time_point now) const;
+
+    // The same for a host that stands at `reached` and owes all periods since: gives up what it owes beyond
+    // the limit.
     Nanoseconds due(Clock::time_point now, Nanoseconds reached);
 
     // How much of the computer's time has been given up so far.
