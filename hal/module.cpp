@@ -8,6 +8,7 @@
 
 #include "hal/background.hpp"
 #include "hal/hal_registrar.hpp"
+#include "hal/identity.hpp"
 
 #include <rtapi.h>
 #include <rtapi_app.h>

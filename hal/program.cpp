@@ -7,6 +7,7 @@
 
 #include "hal/background.hpp"
 #include "hal/hal_registrar.hpp"
+#include "hal/identity.hpp"
 #include "hal/manual.hpp"
 
 #include <signal.h>

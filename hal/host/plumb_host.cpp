@@ -22,6 +22,7 @@
 #include "hal/host/guard.hpp"
 #include "hal/host/isolation.hpp"
 #include "hal/host/leftovers.hpp"
+#include "hal/identity.hpp"
 
 namespace {
 
@@ -83,6 +84,7 @@ int main(int argc, char** argv) {
     using namespace plumb::host;
     CLI::App options("runs LinuxCNC's HAL in virtual time, in the place of rtapi_app", "plumb-host");
     options.set_help_flag("-h,--help", "Prints the options.");
+    options.set_version_flag("--version", "plumb-host " PLUMB_VERSION, "Prints the version.");
     add_manual(options, manual_page);
     int control_descriptor = -1;
     std::vector<std::string> modules;
