@@ -311,7 +311,7 @@ TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
 }
 
 TEST(PlumbProgram, ManualPagesAreWithoutFault) {
-    for (const char* command : {"plumb", "plumb bench", "plumb run", "plumb-host"}) {
+    for (const char* command : {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb-host"}) {
         const Folder folder;
         const std::string page = (folder / "page.1").string();
         ASSERT_EQ(std::system((BUILD_DIR "/bin/" + std::string(command) + " --man > " + page).c_str()), 0);
@@ -338,6 +338,8 @@ TEST(PlumbProgram, HelpAndManualNameEveryOption) {
     EXPECT_EQ(run_program({plumb_program, "--help"}, "/").status, 0);
     EXPECT_THAT(run_program({BUILD_DIR "/bin/plumb-host", "--help"}, "/").output, Not(HasSubstr(BUILD_DIR)));
     EXPECT_THAT(run_program({plumb_program, "--version"}, "/").output, ContainsRegex("^plumb [0-9]"));
+    EXPECT_THAT(run_program({BUILD_DIR "/bin/plumb-host", "--version"}, "/").output,
+                ContainsRegex("^plumb-host [0-9]"));
     EXPECT_EQ(run_program({plumb_program}, "/").status, 2);
     EXPECT_EQ(run_program({plumb_program, "dance"}, "/").status, 2);
 }

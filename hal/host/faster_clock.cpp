@@ -2,33 +2,16 @@
 #include "hal/host/faster_clock.hpp"
 
 #include <cstdlib>
-#include <filesystem>
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
+#include "hal/host/faketime_library.hpp"
 
 namespace plumb::host {
 
-namespace {
-
-namespace files = std::filesystem;
-
-// Debian keeps it in a folder that is named for the architecture.
-std::string find_library() {
-    const files::path name = "faketime/libfaketimeMT.so.1";
-    std::error_code error;
-    for (const files::path folder : {"/usr/lib", "/usr/local/lib"}) {
-        if (files::exists(folder / name, error)) return folder / name;
-        for (const files::directory_entry& entry : files::directory_iterator(folder, error))
-            if (files::exists(entry.path() / name, error)) return entry.path() / name;
-    }
-    throw std::runtime_error("libfaketime is not installed");
-}
-
-}  // namespace
-
 FasterClock::FasterClock(double speed) {
-    const std::string library = find_library();
+    const std::string library = faketime_library();
+    if (library.empty()) throw std::runtime_error("libfaketime is not installed");
     const char* const others = std::getenv("LD_PRELOAD");
     std::string factor = "+0 x";
     append_number(factor, speed);

@@ -13,7 +13,9 @@
 
 #include "hal/host/bench_command.hpp"
 #include "hal/host/command_manual.hpp"
+#include "hal/host/doctor_command.hpp"
 #include "hal/host/run_command.hpp"
+#include "hal/identity.hpp"
 
 namespace plumb::host {
 namespace {
@@ -27,7 +29,7 @@ CommandPage plumb_page() {
 HAL in virtual time. This program is the way to the host: it tries a HAL configuration out over hours of
 machine life in seconds, and runs the complete LinuxCNC faster than the clock.)"},
          {"EXIT STATUS", "0 after success, 1 after an error, 2 for a wrong command line."}},
-        ".BR plumb\\-bench (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
+        ".BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
 }
 
 // The words of the program that plumb run is to run: what the command did not know, and what follows the
@@ -51,6 +53,10 @@ int carry_out(int argc, char** argv) {
     declare_bench(bench_command, bench_options);
     add_manual(bench_command, bench_page);
 
+    CLI::App& doctor_command =
+        *plumb.add_subcommand("doctor", "says what is missing on this computer, and how to mend it");
+    add_manual(doctor_command, doctor_page);
+
     CLI::App& run_command =
         *plumb.add_subcommand("run", "runs linuxcnc, halrun or halcmd faster than the clock");
     RunOptions run_options;
@@ -67,9 +73,9 @@ int carry_out(int argc, char** argv) {
     }
     const CLI::App& command = *plumb.get_subcommands().front();
     try {
-        return &command == &run_command
-                   ? run(run_options, program_of(run_command.remaining(), mark, argv + argc))
-                   : bench(bench_options);
+        if (&command == &run_command)
+            return run(run_options, program_of(run_command.remaining(), mark, argv + argc));
+        return &command == &doctor_command ? doctor() : bench(bench_options);
     } catch (const std::exception& error) {
         std::cerr << "plumb " << command.get_name() << ": " << error.what() << '\n';
         return 1;
