@@ -15,7 +15,10 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace plumb::host {
@@ -52,6 +55,29 @@ void remove_young(const NamedFiles& which, std::time_t since) {
         found.push_back(entry.path());
     }
     for (const auto& file : found) std::filesystem::remove(file, error);
+}
+
+void remove_if_unattached(int segment) {
+    shmid_ds state{};
+    if (shmctl(segment, IPC_STAT, &state) == 0 && state.shm_nattch == 0) shmctl(segment, IPC_RMID, nullptr);
+}
+
+// Of this user's dead programs: those of a killed LinuxCNC leave the memory that they talk over.
+void remove_young_segments(std::time_t since) {
+    std::vector<int> found;
+    std::ifstream table("/proc/sysvipc/shm");
+    std::string line;
+    std::getline(table, line);  // the headings
+    while (std::getline(table, line)) {
+        std::istringstream words(line);
+        long key = 0;
+        int segment = 0;
+        shmid_ds state{};
+        if (words >> key >> segment && shmctl(segment, IPC_STAT, &state) == 0 &&
+            state.shm_perm.uid == geteuid() && state.shm_ctime >= since && !alive(state.shm_cpid))
+            found.push_back(segment);
+    }
+    for (const int segment : found) remove_if_unattached(segment);
 }
 
 }  // namespace
@@ -107,11 +133,8 @@ void Leftovers::clear_away() const {
 
 void Leftovers::clear_machine() const {
     if (page_ == nullptr) return;
-    for (int i = 0; i < page_->segments; ++i) {
-        shmid_ds state{};
-        if (shmctl(page_->segment[i], IPC_STAT, &state) == 0 && state.shm_nattch == 0)
-            shmctl(page_->segment[i], IPC_RMID, nullptr);
-    }
+    for (int i = 0; i < page_->segments; ++i) remove_if_unattached(page_->segment[i]);
+    remove_young_segments(page_->began);
     for (const NamedFiles& files : machine_files) remove_young(files, page_->began);
     if (const char* const home = std::getenv("HOME")) remove_young({home, ".tool.mmap", false}, page_->began);
 }

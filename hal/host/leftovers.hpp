@@ -23,8 +23,9 @@ public:
     // Removes the folder with the socket in it, and the placeholder. For the keeper.
     void clear_away() const;
 
-    // Removes what a host in no namespace leaves in the machine: shared memory that nobody has attached, and
-    // files of LinuxCNC and libfaketime that are as young as the host. Call it when its programs are dead.
+    // Removes what a host in no namespace and its programs leave in the machine: shared memory that nobody
+    // has attached, and files of LinuxCNC and libfaketime, all as young as the host. Call it when they are
+    // dead.
     void clear_machine() const;
 
 private:
