@@ -22,7 +22,6 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-enum class Role { root, user, no_namespaces };
 enum class Moment { idle, running, loading };
 
 constexpr auto at_once = 2s;  // on a busy machine; a stock halcmd waits 3 s before it becomes a master
@@ -32,12 +31,6 @@ host::Start start_as(Role role) {
     start.executable = host_of_machine;
     start.namespaces = role != Role::no_namespaces;
     return start;
-}
-
-MachineOptions machine_of(Role role) {
-    MachineOptions options;
-    options.as_root = role != Role::user;
-    return options;
 }
 
 void make_thread(host::Client& host) {
@@ -86,16 +79,8 @@ void expect_machine_works(Role role) {
     child.await_success();
 }
 
-std::string name_of(Role role) {
-    return role == Role::root ? "AsRoot" : role == Role::user ? "AsUser" : "WithoutNamespaces";
-}
-
 std::string name_of(Moment moment) {
     return moment == Moment::idle ? "Idle" : moment == Moment::running ? "Running" : "Loading";
-}
-
-void PrintTo(Role role, std::ostream* out) {
-    *out << name_of(role);
 }
 
 void PrintTo(Moment moment, std::ostream* out) {
@@ -137,7 +122,7 @@ TEST_P(LifeCycle, KilledHalcmdIsAnAnswerAndTheHostGoesOn) {
     on_own_machine(
         [role] {
             write_slow_hal_file();
-            const auto before = files_in_tmp();
+            const auto before = files();
             Child child(role != Role::user, [role](Child& self) {
                 host::Client host(start_as(role));
                 make_thread(host);
@@ -177,7 +162,7 @@ TEST_P(SuddenDeath, OfTheHostFailsItsClientAtOnce) {
     on_own_machine(
         [this] {
             write_slow_hal_file();
-            const auto before = files_in_tmp();
+            const auto before = files();
             Child child(role != Role::user, [this](Child& self) {
                 host::Client host(start_as(role));
                 try {
@@ -208,7 +193,7 @@ TEST_P(SuddenDeath, OfTheHostsKeeperFailsTheClientAtOnce) {
     on_own_machine(
         [this] {
             write_slow_hal_file();
-            const auto before = files_in_tmp();
+            const auto before = files();
             Child child(role != Role::user, [this](Child& self) {
                 host::Client host(start_as(role));
                 EXPECT_THROW(be_in(moment, host, self), host::HostDied);
@@ -235,7 +220,7 @@ TEST_P(SuddenDeath, OfTheClientLeavesNothing) {
     on_own_machine(
         [this] {
             write_slow_hal_file();
-            const auto before = files_in_tmp();
+            const auto before = files();
             Child child(role != Role::user, [this](Child& self) {
                 host::Client host(start_as(role));
                 be_in(moment, host, self);

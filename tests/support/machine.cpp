@@ -22,6 +22,7 @@
 #include <exception>
 #include <fstream>
 #include <iterator>
+#include <ostream>
 #include <stdexcept>
 #include <thread>
 
@@ -34,6 +35,8 @@ using Clock = std::chrono::steady_clock;
 constexpr auto patience = 20s;
 constexpr uid_t nobody = 65534;
 constexpr int not_furnished = 77;  // exit status
+constexpr const char* home = "/var/tmp";
+constexpr const char* shared_memory_folder = "/dev/shm";
 
 void need(bool done, const std::string& what) {
     if (!done) throw std::runtime_error(what + ": " + std::strerror(errno));
@@ -68,7 +71,7 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
         const std::string layers = "lowerdir=" + options.modules.string() + ":" STOCK_MODULE_DIR;
         need(mount("overlay", STOCK_MODULE_DIR, "overlay", 0, layers.c_str()) == 0, layers);
     }
-    for (const char* folder : {"/tmp", "/run/lock"})
+    for (const char* folder : {"/tmp", "/run/lock", shared_memory_folder, home})
         if (std::filesystem::is_directory(folder))
             need(mount("tmpfs", folder, "tmpfs", 0, "mode=1777") == 0, folder);
     std::filesystem::create_directory("/tmp/bin");
@@ -78,7 +81,7 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
         std::filesystem::permissions(copy, static_cast<std::filesystem::perms>(0755));
     }
     unsetenv("TMPDIR");
-    setenv("HOME", "/tmp", 1);
+    setenv("HOME", home, 1);
     need(chdir("/tmp") == 0, "/tmp");
 }
 
@@ -116,6 +119,20 @@ std::string line_of(const std::vector<std::string>& words) {
 }
 
 }  // namespace
+
+std::string name_of(Role role) {
+    return role == Role::root ? "AsRoot" : role == Role::user ? "AsUser" : "WithoutNamespaces";
+}
+
+void PrintTo(Role role, std::ostream* out) {
+    *out << name_of(role);
+}
+
+MachineOptions machine_of(Role role) {
+    MachineOptions options;
+    options.as_root = role != Role::user;
+    return options;
+}
 
 void on_own_machine(const std::function<void()>& body, const MachineOptions& options) {
     std::fflush(nullptr);
@@ -158,8 +175,9 @@ std::vector<pid_t> Processes::all() {
 }
 
 std::string Processes::name(pid_t process) {
-    std::string name = read_file("/proc/" + std::to_string(process) + "/comm");
-    if (!name.empty()) name.pop_back();
+    std::ifstream file("/proc/" + std::to_string(process) + "/comm");
+    std::string name;
+    std::getline(file, name);  // which fails when the process has just gone
     return name;
 }
 
@@ -179,17 +197,18 @@ int shared_memory_segments() {
     return lines - 1;
 }
 
-std::vector<std::string> files_in_tmp() {
-    std::vector<std::string> files;
-    for (const auto& entry : std::filesystem::directory_iterator("/tmp"))
-        if (entry.path() != "/tmp/bin") files.push_back(entry.path());
-    return files;
+std::vector<std::string> files() {
+    std::vector<std::string> found;
+    for (const char* folder : {"/tmp", home, shared_memory_folder})
+        for (const auto& entry : std::filesystem::directory_iterator(folder))
+            if (entry.path() != "/tmp/bin") found.push_back(entry.path());
+    return found;
 }
 
 void expect_nothing_left(const std::vector<std::string>& files_before) {
-    const auto deadline = Clock::now() + 10s;
+    const auto deadline = Clock::now() + patience;
     std::vector<std::string> processes;
-    std::vector<std::string> files;
+    std::vector<std::string> left;
     int segments = 0;
     do {
         std::this_thread::sleep_for(5ms);
@@ -197,13 +216,13 @@ void expect_nothing_left(const std::vector<std::string>& files_before) {
         processes.clear();
         for (const pid_t process : Processes::all()) processes.push_back(Processes::name(process));
         segments = shared_memory_segments();
-        files = files_in_tmp();
+        left = files();
         for (const std::string& before : files_before)
-            files.erase(std::remove(files.begin(), files.end(), before), files.end());
-    } while (Clock::now() < deadline && (!processes.empty() || segments || !files.empty()));
+            left.erase(std::remove(left.begin(), left.end(), before), left.end());
+    } while (Clock::now() < deadline && (!processes.empty() || segments || !left.empty()));
     EXPECT_EQ(line_of(processes), "") << "processes are left";
     EXPECT_EQ(segments, 0) << "shared memory is left";
-    EXPECT_EQ(line_of(files), "") << "files are left";
+    EXPECT_EQ(line_of(left), "") << "files are left";
 }
 
 Child::Child(bool root, const std::function<void(Child& self)>& body) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A machine of a test's own: processes, shared memory and /tmp that nobody else has, so that what a host
-// leaves behind is there to be counted, and a stock LinuxCNC can run whatever else does.
+// A machine of a test's own: processes, shared memory, HOME and /tmp that nobody else has, so that what a
+// host leaves behind is there to be counted, and a stock LinuxCNC can run whatever else does.
 #pragma once
 
 #include <sys/types.h>
@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,14 @@ struct MachineOptions {
     bool own_users = false;          // with users of its own, so that it may change what the kernel allows it
     std::chrono::seconds limit{60};  // after which all its processes are killed
 };
+
+// Whom a host meets on the machine: root, an ordinary user, or root where namespaces are not used.
+enum class Role { root, user, no_namespaces };
+std::string name_of(Role role);
+void PrintTo(Role role, std::ostream* out);
+
+// For hosts of this role.
+MachineOptions machine_of(Role role);
 
 // Runs `body` as the first process of such a machine; failed expectations in it fail this test. It finds
 // plumb-host as host_of_machine(). Skips the test, with the reason, where the kernel gives no namespaces.
@@ -34,9 +43,9 @@ struct Processes {
     static std::string name(pid_t process);
 };
 int shared_memory_segments();
-std::vector<std::string> files_in_tmp();  // but the programs
+std::vector<std::string> files();  // in /tmp, but the programs, in HOME and in /dev/shm
 
-// Waits until no process, no segment and no file is left, for 10 s; fails the test if any is.
+// Waits until no process, no segment and no file is left, for 20 s; fails the test if any is.
 void expect_nothing_left(const std::vector<std::string>& files_before);
 
 // A process of the machine. Its failed expectations and exceptions fail the test as soon as it is awaited.

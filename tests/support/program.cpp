@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <pty.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -57,7 +58,13 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
     }
     close(output);
     close(errors);
-    if (meanwhile) meanwhile(process);
+    try {
+        if (meanwhile) meanwhile(process);
+    } catch (...) {
+        kill(process, SIGTERM);
+        await_status(process);
+        throw;
+    }
     const int status = await_status(process);
     return {status, read_file(folder / "output"), read_file(folder / "errors")};
 }

@@ -17,7 +17,8 @@ struct Outcome {
     std::string errors;
 };
 
-// Runs a program to its end; arguments.front() is its path. `meanwhile` is told its number once it runs.
+// Runs a program to its end; arguments.front() is its path. `meanwhile` is told its number once it runs;
+// when that throws, the program is asked to end.
 Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
                     const std::function<void(pid_t)>& meanwhile = {});
 
