@@ -68,6 +68,9 @@ int carry_out(int argc, char** argv) {
     char** const mark = runs ? std::find(argv, argv + argc, std::string_view("--")) : argv + argc;
     try {
         plumb.parse(static_cast<int>(mark - argv), argv);
+        const auto unknown = run_command.remaining();
+        if (!unknown.empty() && unknown.front()[0] == '-')
+            throw CLI::ExtrasError(run_command.get_name(), {unknown.front()});
     } catch (const CLI::ParseError& error) {
         return plumb.exit(error) == 0 ? 0 : 2;
     }
