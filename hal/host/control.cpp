@@ -247,11 +247,15 @@ void Control::stop() {
 
 void Control::unload_all() {
     modules_.unload_all();
-    lose_hal_memory();
+    let_unloaded_go();
 }
 
-void Control::lose_hal_memory() {
-    if (timeline_.running() && !modules_.hal_library_loaded()) timeline_.lose_names();
+void Control::let_unloaded_go() {
+    if (!timeline_.running()) return;
+    if (!modules_.hal_library_loaded())
+        timeline_.lose_names();
+    else if (pace_ && timeline_.watches())
+        timeline_.look_again();  // at once: HAL has something else in that memory now
 }
 
 int Control::rtapi_command(const std::vector<std::string>& words, pid_t process) {
@@ -268,12 +272,12 @@ int Control::rtapi_command(const std::vector<std::string>& words, pid_t process)
     }
     if (command == "load" && words.size() >= 2) {
         const int result = modules_.load(words[1], {words.begin() + 2, words.end()});
-        lose_hal_memory();
+        let_unloaded_go();
         return result;
     }
     if (command == "unload" && words.size() == 2) {
         const int result = modules_.unload(words[1]);
-        lose_hal_memory();
+        let_unloaded_go();
         return result;
     }
     if (command == "newinst" && (words.size() == 3 || words.size() == 4))

@@ -79,7 +79,7 @@ private:
     std::chrono::nanoseconds idle_time() const;
     void let_time_pass();
     void unload_all();
-    void lose_hal_memory();
+    void let_unloaded_go();
     void show_progress();
     void move(const std::function<void()>& timeline_action);  // answers the runner when the run has ended
     void stop();
