@@ -200,7 +200,7 @@ class Outcome:
 
     failure: str = ""  # what is wrong, with the folder to look at
     seconds: float = 0.0
-    retries: int = 0
+    tries_before: list = dataclasses.field(default_factory=list)  # what was wrong then
 
 
 async def end(process, end_signal):
@@ -304,7 +304,8 @@ class Runner:
             outcome = Outcome()
             failures = 0
             for attempt in range(MOST_OVERRUNS):
-                outcome.retries = attempt
+                if attempt:
+                    outcome.tries_before.append(outcome.failure)
                 outcome.failure, overrun = await self._attempt(test, side, outcome)
                 failures += bool(outcome.failure) and not overrun
                 if not (outcome.failure and failures < 2 or overrun):
@@ -342,14 +343,14 @@ def cell(outcomes):
     verdict = "pass" if passed == len(outcomes) else "FAIL"
     if len(outcomes) > 1:
         verdict += f" {passed}/{len(outcomes)}"
-    retries = sum(outcome.retries for outcome in outcomes)
+    retries = sum(len(outcome.tries_before) for outcome in outcomes)
     seconds = sum(outcome.seconds for outcome in outcomes) / len(outcomes)
     return f"{verdict} {seconds:6.1f} s" + (f" +{retries}" if retries else "")
 
 
 def total(outcomes):
     ran = [outcome for outcome in outcomes if outcome]
-    retries = sum(outcome.retries for outcome in ran)
+    retries = sum(len(outcome.tries_before) for outcome in ran)
     text = f"{sum(not outcome.failure for outcome in ran)}/{len(ran)} {sum(outcome.seconds for outcome in ran):6.1f} s"
     return text + (f" +{retries}" if retries else "")
 
@@ -393,9 +394,10 @@ def fails(outcomes):
 def tell_failures(outcomes):
     for side, tests in outcomes.items():
         for test, tried in tests.items():
-            for outcome in tried:
-                if outcome and outcome.failure:
-                    print(f"\n{test.name}, {side.name}: {outcome.failure}")
+            for outcome in filter(None, tried):
+                for number, failure in enumerate([*outcome.tries_before, outcome.failure], 1):
+                    if failure:
+                        print(f"\n{test.name}, {side.name}, try {number}: {failure}")
 
 
 def host_is_worse(outcomes):

@@ -122,7 +122,7 @@ class Verdict(Source):
             self.write("family/it/test.sh", f"echo >>{count}; [ $(wc -l <{count}) = {succeeds} ]")
             self.write("family/it/expected")
             outcome = self.run_test()
-            self.assertEqual((bool(outcome.failure), outcome.retries), (failure, 1))
+            self.assertEqual((bool(outcome.failure), len(outcome.tries_before)), (failure, 1))
             os.remove(count)
 
     def test_overrun_is_tried_again_up_to_ten_times(self):
@@ -130,11 +130,11 @@ class Verdict(Source):
         count = os.path.join(self.folder, "count")
         self.write("family/it/test.hal", f"echo >>{count}; [ $(wc -l <{count}) = 4 ] || echo overrun; echo one")
         outcome = self.run_test("test.hal")
-        self.assertEqual((outcome.failure, outcome.retries), ("", 3))
+        self.assertEqual((outcome.failure, len(outcome.tries_before)), ("", 3))
         self.write("family/it/test.hal", "echo overrun")
         outcome = self.run_test("test.hal")
         self.assertIn("overran", outcome.failure)
-        self.assertEqual(outcome.retries, 9)
+        self.assertEqual(len(outcome.tries_before), 9)
 
     def test_test_has_its_own_copy_with_what_its_family_shares(self):
         self.write("family/shared", "one")
@@ -169,7 +169,7 @@ class Closed(Source):
 class Comparison(unittest.TestCase):
     test = linuxcnc_tests.Test("it", "test.sh", "halrun")
     good = [linuxcnc_tests.Outcome(seconds=1.25)]
-    bad = [linuxcnc_tests.Outcome(failure="wrong", retries=1)]
+    bad = [linuxcnc_tests.Outcome(failure="wrong", tries_before=["wrong, too"])]
 
     def worse(self, **sides):
         named = {"stock": linuxcnc_tests.STOCK, "host": linuxcnc_tests.host("20")}
@@ -204,7 +204,7 @@ class Comparison(unittest.TestCase):
                 asyncio.run(run())
         lines = said.getvalue().splitlines()
         self.assertEqual([" ".join(line.split()[:n]) for line, n in zip(lines[1:3], (3, 2))], ["it FAIL 0/2", "passed 0/2"])
-        self.assertEqual(lines.count("it, as it is: printed something else than expected"), 2)
+        self.assertEqual(lines.count("it, as it is, try 2: printed something else than expected"), 2)
 
 
 class Package(Source):
