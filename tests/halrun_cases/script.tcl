@@ -9,7 +9,7 @@ for {set i 0} {$i < 3} {incr i} {
 }
 net out-0 => or2.1.in1
 start
-hal loadusr -w sleep 0.05
+hal loadusr -w ./wait_for.py or2.1.out 1 60
 puts [hal getp or2.1.out]
 puts [hal gets out-2]
 puts [hal list sig]
