@@ -143,7 +143,7 @@ class Shift(unittest.TestCase):
         }
 
     def test_every_servo_cycle_is_recorded(self):
-        self.assertEqual(len(self.scenes), 13)
+        self.assertEqual(len(self.scenes), 14)
         for name, scene in self.scenes.items():
             with self.subTest(name):
                 time = scene["time"]
@@ -168,6 +168,11 @@ class Shift(unittest.TestCase):
         self.assertLess(homed[2], homed[1])
         for joint in range(3):
             self.assertEqual(np.ptp(scene["joint.%d.motor-pos-fb" % joint]), 0)
+
+    def test_homing_anew_loses_home_first(self):
+        for joint in range(3):
+            homed = self.scenes["home_again"]["joint.%d.homed" % joint]
+            self.assertEqual([homed[row] for row in (0, *changes(homed))], [1, 0, 1])
 
     def test_long_rapid_takes_the_time_of_a_trapezoid(self):
         x = self.scenes["rapid"]["joint.0.motor-pos-cmd"]

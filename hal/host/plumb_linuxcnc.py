@@ -132,9 +132,12 @@ class Machine:
         self._state(linuxcnc.STATE_ESTOP, lambda status: status.task_state == linuxcnc.STATE_ESTOP)
 
     def home(self, timeout=300):
-        """Homes all joints."""
+        """Homes all joints, those that are homed anew."""
         self.mode(linuxcnc.MODE_MANUAL)
         self.joint_mode()
+        if any(self.status.homed):
+            self.command.unhome(-1)
+            self.wait_for(lambda status: not any(status.homed), "unhoming", _ANSWER)
         self.command.home(-1)
         self.wait_for(lambda status: all(status.homed[: status.joints]), "homing", timeout)
 

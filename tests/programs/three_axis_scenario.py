@@ -36,6 +36,8 @@ class Shift:
             machine.turn_on()
             machine.home()
             self.rest()
+        with self.scene("home_again"):
+            machine.home()
         with self.scene("rapid"):
             machine.mdi("G61 G0 X100")  # blended paths have but half the acceleration
             self.rest()
