@@ -22,10 +22,13 @@ PLUMB = os.path.join(os.environ["PLUMB_BUILD"], "bin", "plumb")
 NOBODY = 65534
 LIMIT = 60  # s; a case takes about one in real time
 
-# What depends on the machine and its load: rtapi_app's words on its timers and on its user, and halcmd's on its
-# patience, a dot at a time.
-REMARKS = re.compile(r"Note: Using POSIX.*\n|Running with fallback_uid.*\n|Waiting for component '\S+' to become ready")
-DOTS = re.compile(r"^\.*\n", re.MULTILINE)
+# What depends on the machine and its load: rtapi_app's words on its timers and on its user, plumb's on its speed, and
+# halcmd's on its patience, a dot at a time.
+REMARKS = re.compile(
+    r"Note: Using POSIX.*\n|Running with fallback_uid.*\n|plumb run: the computer did not keep up.*\n"
+    r"|Waiting for component '\S+' to become ready"
+)
+DOTS = re.compile(r"^\.+\n?|^\n", re.MULTILINE)
 
 
 class Cases:
