@@ -20,6 +20,7 @@
 #include <iterator>
 #include <map>
 #include <regex>
+#include <sstream>
 
 namespace plumb {
 namespace {
@@ -31,8 +32,9 @@ using testing::HasSubstr;
 using testing::Not;
 
 std::string contents(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    std::ostringstream bytes;
+    bytes << std::ifstream(file, std::ios::binary).rdbuf();
+    return bytes.str();
 }
 
 void write(const fs::path& file, const std::string& text) {
@@ -52,7 +54,10 @@ Files built_modules() {
 }
 
 std::string of_release(std::string bytes, const std::string& release) {
-    return std::regex_replace(bytes, std::regex("(@\\(#\\)Plumb )[0-9]\\.[0-9]\\.[0-9]"), "$01" + release);
+    const std::string line = "@(#)Plumb ";
+    const std::size_t at = bytes.find(line + PLUMB_VERSION);
+    EXPECT_NE(at, std::string::npos);
+    return bytes.replace(at + line.size(), std::string(PLUMB_VERSION).size(), release);
 }
 
 std::string of_another_build(std::string bytes) {
