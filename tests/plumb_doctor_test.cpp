@@ -143,7 +143,10 @@ TEST_F(PlumbDoctor, SaysThatAllIsWell) {
         EXPECT_EQ(outcome.status, 0);
         EXPECT_EQ(outcome.errors, "");
         EXPECT_THAT(outcome.output, Finds("ok", "LinuxCNC 2.9.*", ""));
-        EXPECT_THAT(outcome.output, Finds("ok", "Tried: its halcmd, HAL library and modules work *", ""));
+        EXPECT_THAT(
+            outcome.output,
+            Finds("ok", "Tried: its halcmd, HAL library and modules work * version of HAL's memory is 16.",
+                  ""));
         EXPECT_THAT(outcome.output, Finds("ok", "Linux *", ""));
         EXPECT_THAT(outcome.output, Finds("ok", "Namespaces: every host has a HAL of its own*", ""));
         EXPECT_THAT(outcome.output,

@@ -368,6 +368,10 @@ pid_t Client::process() const {
     return connection_->host;
 }
 
+int Client::hal_version() {
+    return connection_->request({{"do", "hello"}}).at("hal-version");
+}
+
 Time Client::time() {
     return to_time(connection_->request({{"do", "hello"}}).at("time"));
 }

@@ -111,6 +111,8 @@ public:
     const std::vector<std::string>& modules() const;  // the folders it searches
     pid_t process() const;                            // the host's number, as seen from here
     Time time();
+    // Of the layout of HAL's memory, HAL_VER in LinuxCNC's source; 0 before the first module is loaded.
+    int hal_version();
 
     // Runs the real halcmd beside the host, in this process's working directory.
     Halcmd halcmd(const std::vector<std::string>& arguments);

@@ -13,6 +13,7 @@
 #include "hal/host/decimal.hpp"
 #include "hal/host/faster_clock.hpp"
 #include "hal/host/guard.hpp"
+#include "hal/host/hal_memory.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
 #include "hal/host/output_of.hpp"
@@ -353,6 +354,7 @@ Json Control::hello() const {
             {"pid", settings_.process},
             {"time", scheduler().time()},
             {"paced", pace_.has_value()},
+            {"hal-version", hal_memory() == nullptr ? 0 : hal_memory()->version},
             {"namespaces", settings_.namespaces},
             {"socket", server_.path()},
             {"modules", modules_.folders()}};

@@ -117,6 +117,7 @@ struct Trial {
     std::string not_started;  // why
     bool given_up = false;    // waiting for it
     bool namespaces = false;
+    int hal_version = 0;
     std::string stock_failed;  // with LinuxCNC's own modules: why
     std::string own_failed;    // with one of Plumb's: why
 };
@@ -142,6 +143,7 @@ Trial try_hal() try {
                    {"loadrt threads name1=thread period1=1000000", "loadrt lowpass names=stock",
                     "addf stock thread", "setp stock.gain 0.5", "setp stock.in 1024", "start"},
                    "stock.out", 1023);  // ten periods, and half of the way is left after each
+    trial.hal_version = host.hal_version();
     if (trial.stock_failed.empty())
         trial.own_failed = failure_of(host,
                                       {"loadrt sim_drive_load names=own", "addf own.update thread",
@@ -193,7 +195,8 @@ Findings linuxcnc(const Trial& trial) {
     else if (trial.not_started.empty())
         findings.push_back({Mark::ok,
                             "Tried: its halcmd, HAL library and modules work in virtual time, through the "
-                            "realtime interface of 2.9."});
+                            "realtime interface of 2.9; the version of HAL's memory is " +
+                                std::to_string(trial.hal_version) + '.'});
     const std::string realtime = running_realtime();
     if (!realtime.empty()) findings.push_back({Mark::ok, "It is running now: " + realtime + '.'});
     return findings;

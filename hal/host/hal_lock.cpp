@@ -6,10 +6,9 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdint>
 #include <cstdio>
 
-#include "hal/host/shared_memory.hpp"
+#include "hal/host/hal_memory.hpp"
 
 namespace plumb::host {
 
@@ -20,19 +19,12 @@ using Clock = std::chrono::steady_clock;
 constexpr auto patience = std::chrono::seconds(1);
 constexpr auto between_looks = std::chrono::milliseconds(500);  // longer than that, and nobody has looked on
 
-// The beginning of HAL's memory, the same in all LinuxCNC 2.x. The lowest bit of the lock says that it is
-// held.
-struct HalMemory {
-    std::int32_t version;
-    alignas(8) unsigned long lock;
-};
-
 }  // namespace
 
 void watch_hal_lock() {
     static Clock::time_point held_since{};
     static Clock::time_point last_look{};
-    auto* const memory = static_cast<HalMemory*>(shared_memory().address_of_key(hal_memory_key));
+    HalMemory* const memory = hal_memory();
     if (memory == nullptr) return;
     const auto now = Clock::now();
     const bool held = (__atomic_load_n(&memory->lock, __ATOMIC_ACQUIRE) & 1UL) != 0;
