@@ -21,8 +21,8 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
-#include <iterator>
 #include <ostream>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -49,8 +49,9 @@ void write_file(const std::string& path, const std::string& text) {
 }
 
 std::string read_file(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    std::ostringstream text;  // which takes whole blocks
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
 }
 
 void furnish(const MachineOptions& options, uid_t user, gid_t group) {
