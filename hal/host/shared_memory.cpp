@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <new>
 
 #include "hal/host/leftovers.hpp"
 
@@ -32,7 +33,9 @@ struct SharedMemory::Segment {
 };
 
 SharedMemory& shared_memory() {
-    static auto& the_memory = *new SharedMemory;  // never destroyed: sched_yield() may be called ever so late
+    // Never destroyed, and not on the heap: sched_yield() may be called ever so late, and by the allocator.
+    alignas(SharedMemory) static char place[sizeof(SharedMemory)];
+    static auto& the_memory = *new (place) SharedMemory;
     return the_memory;
 }
 
