@@ -8,6 +8,7 @@
 
 #include <signal.h>
 #include <sys/mount.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -391,8 +392,66 @@ while [ ! -e inside ]; do sleep 0.02; done
         EXPECT_EQ(contents("/tmp/folder/deep/file"), "deep\n");
         EXPECT_EQ(std::filesystem::read_symlink("/tmp/link"), "new");
         EXPECT_EQ(contents("/tmp/new"), "of another\n");
-        EXPECT_EQ(outcome.errors, "plumb run: /tmp/new is lost: File exists\n");
-        EXPECT_EQ(files().size(), before.size() + 3) << "new, folder and link";
+        EXPECT_EQ(contents("/tmp/new.plumb-1"), "new\n");
+        EXPECT_EQ(outcome.errors,
+                  "plumb run: /tmp/new is another's meanwhile; the program's is /tmp/new.plumb-1\n");
+        EXPECT_EQ(files().size(), before.size() + 4) << "both new, folder and link";
+    });
+}
+
+TEST_P(PlumbRunFiles, WhatIsNewInTmpKeepsItsRightsAndItsTime) {
+    on_machine([] {
+        std::filesystem::create_directory("/tmp/inner");
+        const Outcome outcome = run_on_machine(R"(
+mkdir /tmp/folder; mkfifo /tmp/folder/b; for name in a c; do echo $name > /tmp/folder/$name; done; chmod 750 /tmp/folder
+echo log > /tmp/linuxcnc.report; echo x > /tmp/.Xresources; echo lock > /tmp/.X3-lock; echo log > /tmp/linuxcnc.print.x
+chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.report
+)");
+        EXPECT_EQ(outcome.status, 0);
+        EXPECT_EQ(outcome.errors, "");
+        EXPECT_EQ(contents("/tmp/folder/a") + contents("/tmp/folder/c"), "a\nc\n");
+        EXPECT_FALSE(std::filesystem::exists("/tmp/folder/b"));
+        struct stat state {};
+        EXPECT_EQ(stat("/tmp/folder", &state), 0);
+        EXPECT_EQ(state.st_mode & 07777, 0750u);
+        EXPECT_EQ(stat("/tmp/.Xresources", &state), 0);
+        EXPECT_EQ(state.st_mode & 07777, 0640u);
+        EXPECT_EQ(stat("/tmp/linuxcnc.report", &state), 0);
+        EXPECT_EQ(state.st_mtime, 1577934245);
+        EXPECT_FALSE(std::filesystem::exists("/tmp/.X3-lock"));
+        EXPECT_FALSE(std::filesystem::exists("/tmp/linuxcnc.print.x"));
+    });
+}
+
+TEST_P(PlumbRunFiles, DevicesAreHarmlessUnlessTheyAreAskedFor) {
+    on_machine([] {
+        std::filesystem::create_directory("/tmp/inner");
+        const std::string script =
+            "echo x > /dev/null; head -c 3 /dev/zero | wc -c; find /dev/ -maxdepth 1 -type b -o "
+            "-maxdepth 1 -name 'tty[A-Z0-9]*' | head -1";
+        EXPECT_EQ(run_on_machine(script).output, "3\n");
+        const std::string devices = run_program({"/bin/ls", "/dev"}, "/").output;
+        EXPECT_EQ(run_program({"/tmp/bin/plumb", "run", "--devices", "ls", "/dev"}, "/").output, devices);
+    });
+}
+
+TEST_P(PlumbRunFiles, ARunInsideARunHasItsOwnHalAndTheComputersClock) {
+    on_machine([] {
+        std::filesystem::create_directory("/tmp/inner");
+        std::ofstream("/tmp/inner/time.hal")
+            << "loadrt integ\nloadrt threads name1=t period1=1000000\naddf integ.0 t\n"
+               "setp integ.0.in 1\nstart\nloadusr -w sleep 5\ngetp integ.0.out\n";
+        const std::string run = "/tmp/bin/plumb run --speed 10 -- ";
+        const Outcome outcome = run_on_machine("halcmd loadrt threads name1=t period1=1000000; " + run + run +
+                                               "halrun -f time.hal; halcmd -s show thread");
+        EXPECT_EQ(outcome.status, 0) << outcome.errors;
+        std::istringstream output(outcome.output);
+        double seconds = 0;
+        std::string thread;
+        EXPECT_TRUE(output >> seconds);
+        EXPECT_GT(seconds, 4.5);  // at least what the sleep took, and far from ten times it
+        EXPECT_LT(seconds, 25);
+        EXPECT_THAT(outcome.output, HasSubstr(" t "));
     });
 }
 

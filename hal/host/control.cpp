@@ -126,7 +126,7 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
     constexpr auto patience = std::chrono::seconds(10);
     constexpr auto alone =
         std::chrono::seconds(1);  // a shell hears of a signal only once its own child has ended
-    if (settings_.namespaces) files_.emplace();
+    if (settings_.namespaces) files_.emplace(settings_.devices);
     start_program(words);
     const auto began = Clock::now();
     std::optional<Clock::time_point> asked;

@@ -29,7 +29,8 @@ public:
         bool namespaces;
         int process;  // number of this process as its client sees it
         int control_descriptor;
-        double speed = 0.0;  // of virtual time; 0: it moves when a client lets it run
+        bool devices = false;  // leave those of the computer to the program
+        double speed = 0.0;    // of virtual time; 0: it moves when a client lets it run
     };
 
     explicit Control(Settings settings);

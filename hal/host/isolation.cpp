@@ -203,7 +203,7 @@ void take_machine_hal(int control_descriptor) {
     if (const pid_t process = realtime_master())
         throw std::runtime_error("LinuxCNC's realtime runs on this machine (rtapi_app, process " +
                                  std::to_string(process) +
-                                 "), and the kernel gives no namespace to stay apart from it");
+                                 "), and this host has no namespace to stay apart from it");
     for (const int key : {hal_memory_key, identity_memory_key}) {
         const int segment = shmget(key, 0, 0);
         if (segment < 0 && errno == ENOENT) continue;
@@ -211,7 +211,7 @@ void take_machine_hal(int control_descriptor) {
         if (segment < 0 || shmctl(segment, IPC_STAT, &state) != 0 || state.shm_nattch > 0 ||
             shmctl(segment, IPC_RMID, nullptr) != 0)
             throw std::runtime_error(
-                "HAL is in use on this machine, and the kernel gives no namespace to stay apart from it");
+                "HAL is in use on this machine, and this host has no namespace to stay apart from it");
     }
 }
 

@@ -25,36 +25,41 @@ namespace plumb::host {
 
 namespace {
 
-struct NamedFiles {
-    const char* folder;
-    const char* beginning;     // of their names
-    bool ends_with_a_process;  // whose number is the rest of the name; while it lives, the file is in use
-};
-
-constexpr NamedFiles machine_files[] = {{"/tmp", "linuxcnc.lock", false},
-                                        {"/tmp", "linuxcnc.debug.", false},
-                                        {"/tmp", "linuxcnc.print.", false},
-                                        {"/dev/shm", "faketime_shm_", true},
-                                        {"/dev/shm", "sem.faketime_sem_", true}};
+bool begins_with(const std::string& text, const char* beginning) {
+    return text.rfind(beginning, 0) == 0;
+}
 
 bool alive(int process) {
     return process > 0 && (kill(process, 0) == 0 || errno != ESRCH);
 }
 
-void remove_young(const NamedFiles& which, std::time_t since) {
+// libfaketime names its memory for the process that makes it, and does not remove it when that ends.
+bool is_dead_faketimes(const std::string& name) {
+    for (const char* const beginning : {"faketime_shm_", "sem.faketime_sem_"})
+        if (begins_with(name, beginning)) return !alive(std::atoi(name.c_str() + std::strlen(beginning)));
+    return false;
+}
+
+bool is_tool_table(const std::string& name) {
+    return name == ".tool.mmap";
+}
+
+void remove_young(const char* folder, bool (*belongs)(const std::string& name), std::time_t since) {
     std::error_code error;
     std::vector<std::filesystem::path> found;
-    for (const auto& entry : std::filesystem::directory_iterator(which.folder, error)) {
-        const std::string name = entry.path().filename();
-        if (name.rfind(which.beginning, 0) != 0) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
         struct stat state {};
-        if (lstat(entry.path().c_str(), &state) != 0 || !S_ISREG(state.st_mode) || state.st_ctime < since)
-            continue;
-        if (which.ends_with_a_process && alive(std::atoi(name.c_str() + std::strlen(which.beginning))))
-            continue;
-        found.push_back(entry.path());
+        if (belongs(entry.path().filename()) && lstat(entry.path().c_str(), &state) == 0 &&
+            S_ISREG(state.st_mode) && state.st_uid == geteuid() && state.st_ctime >= since)
+            found.push_back(entry.path());
     }
     for (const auto& file : found) std::filesystem::remove(file, error);
+}
+
+// Keys of shared memory as LinuxCNC has them: of motion and its like, of the buffers in linuxcnc.nml, of
+// halscope, and HAL's own, which are four letters that begin with H.
+bool is_linuxcncs_key(unsigned long key) {
+    return (key >= 100 && key < 200) || (key > 1000 && key <= 1010) || key == 0x130CF406 || key >> 24 == 'H';
 }
 
 void remove_if_unattached(int segment) {
@@ -70,17 +75,23 @@ void remove_young_segments(std::time_t since) {
     std::getline(table, line);  // the headings
     while (std::getline(table, line)) {
         std::istringstream words(line);
-        long key = 0;
+        unsigned long key = 0;
         int segment = 0;
         shmid_ds state{};
-        if (words >> key >> segment && shmctl(segment, IPC_STAT, &state) == 0 &&
-            state.shm_perm.uid == geteuid() && state.shm_ctime >= since && !alive(state.shm_cpid))
+        if (words >> key >> segment && is_linuxcncs_key(key & 0xffffffff) &&
+            shmctl(segment, IPC_STAT, &state) == 0 && state.shm_perm.uid == geteuid() &&
+            state.shm_ctime >= since && !alive(state.shm_cpid))
             found.push_back(segment);
     }
     for (const int segment : found) remove_if_unattached(segment);
 }
 
 }  // namespace
+
+bool is_linuxcncs_in_tmp(const std::string& name) {
+    return name == linuxcnc_lock_file || begins_with(name, "linuxcnc.debug.") ||
+           begins_with(name, "linuxcnc.print.");
+}
 
 struct Leftovers::Page {
     static constexpr int most_segments = 512;
@@ -135,17 +146,23 @@ void Leftovers::clear_machine() const {
     if (page_ == nullptr) return;
     for (int i = 0; i < page_->segments; ++i) remove_if_unattached(page_->segment[i]);
     remove_young_segments(page_->began);
-    for (const NamedFiles& files : machine_files) remove_young(files, page_->began);
-    if (const char* const home = std::getenv("HOME")) remove_young({home, ".tool.mmap", false}, page_->began);
+    remove_young("/tmp", is_linuxcncs_in_tmp, page_->began);
+    remove_young("/dev/shm", is_dead_faketimes, page_->began);
+    if (const char* const home = std::getenv("HOME")) remove_young(home, is_tool_table, page_->began);
 }
 
 Placeholder::Placeholder(const std::string& file) : file_(file), descriptor_(-1) {
     for (;;) {
         descriptor_ = open(file.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
         if (!held() || flock(descriptor_, LOCK_SH) != 0) return;
-        // Another host may have removed it since it was opened.
-        struct stat state {};
-        if (fstat(descriptor_, &state) == 0 && state.st_nlink > 0) return;
+        // Another host may have removed it since it was opened. What has no name and yet is there has been
+        // mounted over it, by a host around this one.
+        struct stat opened {};
+        struct stat named {};
+        if (fstat(descriptor_, &opened) != 0 || opened.st_nlink > 0) return;
+        if (lstat(file.c_str(), &named) == 0 && named.st_ino == opened.st_ino &&
+            named.st_dev == opened.st_dev)
+            return;
         close(descriptor_);
     }
 }

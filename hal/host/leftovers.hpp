@@ -10,6 +10,10 @@ namespace plumb::host {
 // Name of the socket in its folder.
 inline constexpr const char* socket_name = "rtapi";
 
+// LinuxCNC's files in /tmp: there is one lock file on a computer, and two logs of each start.
+inline constexpr const char* linuxcnc_lock_file = "linuxcnc.lock";
+bool is_linuxcncs_in_tmp(const std::string& name);
+
 class Leftovers {
 public:
     // Maps the shared page; call it before the host is forked off its keeper.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/pace.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb::host {
@@ -35,7 +36,7 @@ Nanoseconds Pace::due(Clock::time_point now, Nanoseconds reached) {
 }
 
 std::chrono::nanoseconds Pace::until(Nanoseconds instant, Clock::time_point now) const {
-    const double span = static_cast<double>(instant - origin_instant_) / speed_;
+    const double span = std::min(static_cast<double>(instant - origin_instant_) / speed_, 1e18);  // 30 years
     return origin_ + std::chrono::nanoseconds(static_cast<std::int64_t>(std::ceil(span))) - now;
 }
 

@@ -10,11 +10,14 @@
 
 namespace plumb::host {
 
+inline constexpr double least_speed = 0.01;
+inline constexpr double most_speed = 1000.0;
+
 class Pace {
 public:
     using Clock = std::chrono::steady_clock;
 
-    // `speed` is positive; infinity lets time pass as fast as the host can.
+    // `speed` lies between the two; infinity lets time pass as fast as the host can.
     explicit Pace(double speed);
 
     bool free() const;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // plumb-host: LinuxCNC's HAL with a virtual clock, in the place of rtapi_app.
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -16,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/host/arguments.hpp"
 #include "hal/host/command_manual.hpp"
 #include "hal/host/control.hpp"
 #include "hal/host/crash.hpp"
@@ -66,7 +68,7 @@ void name_user_for_rtapi_app() {
 
 plumb::host::CommandPage manual_page() {
     return {"plumb-host",
-            "[options]",
+            "[options] [PROGRAM [argument ...]]",
             {{"DESCRIPTION",
               R"(Takes the place of LinuxCNC's rtapi_app: halcmd talks to it over the socket that the variable
 RTAPI_FIFO_PATH names, and the real modules run in it. Time stands still but when a client lets it run.
@@ -93,6 +95,7 @@ int main(int argc, char** argv) {
     double speed = 0.0;
     bool free = false;
     bool network = false;
+    bool devices = false;
     std::vector<std::string> program;
     options
         .add_option("--control-fd", control_descriptor,
@@ -107,14 +110,18 @@ int main(int argc, char** argv) {
         "Runs in the machine's one HAL, for systems that forbid namespaces; one host at a time.");
     options.add_flag("--guard", guard, "Watches realtime functions for allocations and system calls.");
     const std::string see = "With PROGRAM; see plumb-run(1).";
-    options.add_option("--speed", speed, see)->type_name("K");
+    options.add_option("--speed", speed, see)->check(speed_problem)->type_name("K");
     options.add_flag("--free", free, see);
     options.add_flag("--network", network, see);
+    options.add_flag("--devices", devices, see);
     options.add_option("PROGRAM", program, "What the host runs, ending with it; what plumb run does.");
     CLI11_PARSE(options, argc, argv);
     if (!program.empty() && speed == 0.0) speed = free ? std::numeric_limits<double>::infinity() : 1.0;
     for (std::string& folder : modules) folder = std::filesystem::absolute(folder).string();
 
+    // Nothing that is opened below may take the place of a closed standard stream.
+    for (int stream = open("/dev/null", O_RDWR); stream >= 0 && stream <= STDERR_FILENO;)
+        stream = dup(stream);
     try {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);
         std::vector<std::string> folders = module_folders(std::move(modules));  // before /proc changes
@@ -128,8 +135,8 @@ int main(int argc, char** argv) {
         end_on_termination(runs_program ? 14 : 3);
         int status = 0;
         {
-            Control control(
-                {std::move(folders), isolated.namespaces, isolated.process, control_descriptor, speed});
+            Control control({std::move(folders), isolated.namespaces, isolated.process, control_descriptor,
+                             devices, speed});
             if (runs_program) {
                 status = control.run_program(program, end_event);
             } else {

@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <stdexcept>
 
 namespace plumb::host {
@@ -20,33 +19,96 @@ namespace {
 
 namespace files = std::filesystem;
 
-constexpr const char* tmp = "/tmp";
-constexpr const char* shared_memory_folder = "/dev/shm";
-constexpr const char* lock_file = "linuxcnc.lock";
+const files::path tmp = "/tmp";
+const files::path device_folder = "/dev";
+const files::path shared_memory_folder = "/dev/shm";
+
+// What a program may need that drives nothing.
+constexpr const char* harmless_devices[] = {"null", "zero",    "full",  "random", "urandom",
+                                            "tty",  "console", "ptmx",  "pts",    "mqueue",
+                                            "dri",  "fd",      "stdin", "stdout", "stderr"};
 
 [[noreturn]] void fail(const std::string& what) {
     throw std::runtime_error(what + ": " + std::strerror(errno));
 }
 
-void bind(const std::string& from, const std::string& to) {
-    if (mount(from.c_str(), to.c_str(), nullptr, MS_BIND | MS_REC, nullptr) != 0)
-        fail("cannot show " + to + " to the program");
+void mount_empty(const files::path& folder, const char* options) {
+    if (mount("plumb", folder.c_str(), "tmpfs", MS_NOSUID, options) != 0)
+        fail("cannot give the program a " + folder.string() + " of its own");
 }
 
-void mount_empty(const std::string& folder) {
-    if (mount("plumb", folder.c_str(), "tmpfs", MS_NOSUID | MS_NODEV, "mode=1777") != 0)
-        fail("cannot give the program a " + folder + " of its own");
+// Makes `there` appear as `here`, in a folder of the run's own. What has just gone, or is another user's, the
+// program could not have used either.
+void show(const files::path& there, const files::path& here) {
+    std::error_code error;
+    if (files::is_symlink(there, error)) {
+        files::copy_symlink(there, here, error);
+        return;
+    }
+    if (files::is_directory(there, error))
+        files::create_directory(here, error);
+    else if (const int file = open(here.c_str(), O_CREAT | O_CLOEXEC | O_WRONLY, 0600); file >= 0)
+        close(file);
+    mount(there.c_str(), here.c_str(), nullptr, MS_BIND | MS_REC, nullptr);
+}
+
+void complain(const files::path& file, const std::string& reason) {
+    std::fprintf(stderr, "plumb run: %s is lost: %s\n", file.c_str(), reason.c_str());
+}
+
+// Owner, rights and time; without its owner's name a file gets no more than its owner's rights.
+void copy_attributes(const struct stat& from, const files::path& to) {
+    const bool owned = lchown(to.c_str(), from.st_uid, from.st_gid) == 0;
+    if (S_ISLNK(from.st_mode)) return;
+    chmod(to.c_str(), from.st_mode & (owned ? 07777 : 0777));
+    const timespec times[] = {from.st_atim, from.st_mtim};
+    utimensat(AT_FDCWD, to.c_str(), times, 0);
+}
+
+// Copies a file, a link or a folder with all that is in it. Sockets and the like are nothing to keep.
+void copy_tree(const files::path& from, const files::path& to) {
+    struct stat state {};
+    if (lstat(from.c_str(), &state) != 0) return;
+    std::error_code error;
+    if (S_ISLNK(state.st_mode)) {
+        files::copy_symlink(from, to, error);
+    } else if (S_ISREG(state.st_mode)) {
+        files::copy_file(from, to, error);
+    } else if (S_ISDIR(state.st_mode)) {
+        files::create_directory(to, error);
+        std::error_code unreadable;
+        for (const files::directory_entry& entry : files::directory_iterator(from, unreadable))
+            copy_tree(entry.path(), to / entry.path().filename());
+        if (unreadable) complain(from, unreadable.message());
+    } else {
+        return;
+    }
+    if (error)
+        complain(from, error.message());
+    else
+        copy_attributes(state, to);
+}
+
+bool belongs_to_the_run(const std::string& name) {
+    const bool display =
+        name.rfind(".X", 0) == 0 && name.size() > 7 && name.substr(name.size() - 5) == "-lock";
+    const bool hosts_own = name.rfind("plumb-", 0) == 0 && name.size() == std::strlen("plumb-XXXXXX");
+    return display || hosts_own || is_linuxcncs_in_tmp(name);
 }
 
 }  // namespace
 
-PrivateFiles::PrivateFiles() {
+PrivateFiles::PrivateFiles(bool devices) {
     std::error_code error;
     const files::path working_folder = files::current_path(error);
-    real_tmp_ = open(tmp, O_PATH | O_DIRECTORY | O_CLOEXEC);
-    if (real_tmp_ < 0) fail(tmp);
+    real_tmp_ = open(tmp.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (real_tmp_ < 0) real_tmp_ = open(tmp.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (real_tmp_ < 0) fail(tmp.string());
     furnish_tmp();
-    if (files::is_directory(shared_memory_folder, error)) mount_empty(shared_memory_folder);
+    if (!devices)
+        furnish_devices();
+    else if (files::is_directory(shared_memory_folder, error))
+        mount_empty(shared_memory_folder, "mode=1777");
     hide_tool_table();
     // The working folder may lie in /tmp, and is then another one now.
     if (!working_folder.empty()) files::current_path(working_folder, error);
@@ -54,31 +116,41 @@ PrivateFiles::PrivateFiles() {
 
 PrivateFiles::~PrivateFiles() {
     bring_back();
-    umount2(tmp, MNT_DETACH);
+    umount2(tmp.c_str(), MNT_DETACH);
     close(real_tmp_);
     if (placeholder_) umount2(tool_table_.c_str(), MNT_DETACH);
 }
 
-void PrivateFiles::furnish_tmp() {
-    mount_empty(tmp);
-    const std::string real = "/proc/self/fd/" + std::to_string(real_tmp_);
-    for (const files::directory_entry& entry : files::directory_iterator(real)) {
-        const std::string name = entry.path().filename();
-        if (name == lock_file) continue;
-        const files::path here = files::path(tmp) / name;
+files::path PrivateFiles::real_tmp() const {
+    return "/proc/self/fd/" + std::to_string(real_tmp_);
+}
+
+void PrivateFiles::furnish_devices() {
+    const int real = open(device_folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (real < 0) fail(device_folder.string());
+    mount_empty(device_folder, "mode=0755");
+    for (const char* const device : harmless_devices) {
+        const files::path there = files::path("/proc/self/fd") / std::to_string(real) / device;
         std::error_code error;
-        seen_.push_back(name);
-        if (entry.is_symlink(error)) {
-            files::copy_symlink(entry.path(), here, error);
-            continue;
-        }
-        if (entry.is_directory(error))
-            files::create_directory(here, error);
-        else
-            close(open(here.c_str(), O_CREAT | O_CLOEXEC | O_WRONLY, 0600));
-        // What has just gone, or is another user's, the program could not have used either.
-        mount(entry.path().c_str(), here.c_str(), nullptr, MS_BIND | MS_REC, nullptr);
+        if (files::exists(files::symlink_status(there, error))) show(there, device_folder / device);
     }
+    close(real);
+    std::error_code error;
+    files::create_directory(shared_memory_folder, error);
+    mount_empty(shared_memory_folder, "mode=1777");
+}
+
+void PrivateFiles::furnish_tmp() {
+    mount_empty(tmp, "mode=1777");
+    std::error_code error;
+    for (const files::directory_entry& entry : files::directory_iterator(real_tmp(), error)) {
+        const std::string name = entry.path().filename();
+        if (name == linuxcnc_lock_file) continue;
+        seen_.push_back(name);
+        show(entry.path(), tmp / name);
+    }
+    if (error)
+        std::fprintf(stderr, "plumb run: the program sees an empty /tmp: %s\n", error.message().c_str());
 }
 
 void PrivateFiles::hide_tool_table() {
@@ -87,27 +159,35 @@ void PrivateFiles::hide_tool_table() {
     tool_table_ = std::string(home) + "/.tool.mmap";
     leftovers().set_placeholder(tool_table_);
     placeholder_.emplace(tool_table_);
-    if (!placeholder_->held()) return placeholder_.reset();  // LinuxCNC cannot make one there either
-    const std::string cover = std::string(shared_memory_folder) + "/tool.mmap";
-    close(open(cover.c_str(), O_CREAT | O_CLOEXEC | O_WRONLY, 0600));
-    bind(cover, tool_table_);
-    unlink(cover.c_str());
+    if (!placeholder_->held()) {
+        // Where there is no such folder LinuxCNC cannot make one either.
+        std::error_code error;
+        if (files::exists(files::symlink_status(tool_table_, error)))
+            std::fprintf(stderr, "plumb run: %s cannot be kept apart from that of another LinuxCNC\n",
+                         tool_table_.c_str());
+        placeholder_.reset();
+        return;
+    }
+    // It keeps its name: a run inside this one could mount nothing over a file that has none.
+    std::string cover = (tmp / "plumb-XXXXXX").string();
+    const int file = mkostemp(cover.data(), O_CLOEXEC);
+    if (file < 0 || mount(cover.c_str(), tool_table_.c_str(), nullptr, MS_BIND, nullptr) != 0)
+        fail("cannot give the program a " + tool_table_ + " of its own");
+    close(file);
 }
 
 void PrivateFiles::bring_back() const {
     std::error_code error;
     for (const files::directory_entry& entry : files::directory_iterator(tmp, error)) {
         const std::string name = entry.path().filename();
-        const bool file =
-            entry.is_regular_file(error) || entry.is_directory(error) || entry.is_symlink(error);
-        if (!file || name.rfind("linuxcnc.", 0) == 0 || name.rfind(".X", 0) == 0 ||
-            std::find(seen_.begin(), seen_.end(), name) != seen_.end())
-            continue;
-        const files::path real = files::path("/proc/self/fd") / std::to_string(real_tmp_) / name;
-        files::copy(entry.path(), real, files::copy_options::recursive | files::copy_options::copy_symlinks,
-                    error);
-        if (error)
-            std::fprintf(stderr, "plumb run: /tmp/%s is lost: %s\n", name.c_str(), error.message().c_str());
+        if (belongs_to_the_run(name) || std::find(seen_.begin(), seen_.end(), name) != seen_.end()) continue;
+        std::string new_name = name;
+        for (int n = 1; files::exists(files::symlink_status(real_tmp() / new_name, error)); ++n)
+            new_name = name + ".plumb-" + std::to_string(n);
+        if (new_name != name)
+            std::fprintf(stderr, "plumb run: /tmp/%s is another's meanwhile; the program's is /tmp/%s\n",
+                         name.c_str(), new_name.c_str());
+        copy_tree(entry.path(), real_tmp() / new_name);
     }
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Files that LinuxCNC has under fixed names, one of each on a computer, for a host in a mount namespace of
-// its own: so the LinuxCNC that runs on this host meets no file of another one.
+// Keeps the programs of a host in a mount namespace of its own away from hardware, and from the files that
+// LinuxCNC has under fixed names, one of each on a computer.
 //
-// /tmp becomes a folder of its own in which everything that is in the real /tmp can be seen, but no lock file
-// of LinuxCNC. What programs add to its top level is brought to the real /tmp at the end. /dev/shm begins
-// empty, and ~/.tool.mmap, the tool table that LinuxCNC's programs share, is the run's own.
+// /dev has only what is no hardware: null, zero, random numbers, terminals, the graphics card. /dev/shm
+// begins empty. /tmp becomes a folder of the run's own in which everything is seen that is in the real /tmp
+// at the start, but no lock file of LinuxCNC; what programs add to its top level is brought to the real /tmp
+// at the end. ~/.tool.mmap, the tool table that LinuxCNC's programs share, is the run's own.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,19 +19,22 @@ namespace plumb::host {
 
 class PrivateFiles {
 public:
-    // Throws std::runtime_error when the namespace allows no mounts.
-    PrivateFiles();
+    // With `devices`, /dev stays the computer's. Throws std::runtime_error when the namespace allows no
+    // mounts.
+    explicit PrivateFiles(bool devices);
 
     // Brings new files to the real /tmp, and makes it visible again.
     ~PrivateFiles();
     PrivateFiles(const PrivateFiles&) = delete;
 
 private:
+    void furnish_devices();
     void furnish_tmp();
     void hide_tool_table();
     void bring_back() const;
+    std::filesystem::path real_tmp() const;
 
-    int real_tmp_;                   // descriptor of the real /tmp
+    int real_tmp_;                   // a descriptor
     std::vector<std::string> seen_;  // names in /tmp that come from the real one
     std::string tool_table_;
     std::optional<Placeholder> placeholder_;  // under the cover of the tool table

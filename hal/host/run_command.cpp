@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -19,12 +20,19 @@ namespace plumb::host {
 
 namespace {
 
-constexpr double most_speed = 1000.0;
-
-std::string speed_problem(const std::string& text) {
-    const auto speed = number_of(text);
-    if (speed && *speed > 0.0 && *speed <= most_speed) return "";
-    return text + " is not a speed: a number above 0, at most 1000";
+// The clock of this process and of its programs is the computer's, also where this one was started under
+// libfaketime, as in another run: speeds do not multiply.
+void take_off_faked_clock() {
+    std::string kept;
+    const char* const preloaded = std::getenv("LD_PRELOAD");
+    std::istringstream libraries(preloaded == nullptr ? "" : preloaded);
+    for (std::string library; std::getline(libraries, library, ':');)
+        if (library.find("libfaketime") == std::string::npos) kept += (kept.empty() ? "" : ":") + library;
+    if (kept.empty())
+        unsetenv("LD_PRELOAD");
+    else
+        setenv("LD_PRELOAD", kept.c_str(), 1);
+    for (const char* const variable : {"FAKETIME", "FAKETIME_SHARED"}) unsetenv(variable);
 }
 
 // A display whose name does not begin with a colon is reached through the network.
@@ -63,6 +71,10 @@ void declare_run(CLI::App& command, RunOptions& options) {
     command.add_flag(
         "--network", options.network,
         "Leaves the computer's network to the programs. By default they have but a loopback of their own.");
+    command.add_flag("--devices", options.devices,
+                     "Leaves the computer's devices in /dev to the programs, serial ports and all. By "
+                     "default they see none "
+                     "that drives anything.");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Uses the machine's one HAL, and its /tmp, for systems that forbid namespaces; one host at a time, "
@@ -84,12 +96,16 @@ CommandPage run_page() {
           R"(Runs an unmodified program of LinuxCNC: linuxcnc, halrun, halcmd, or a script that uses them, with the
 virtual-time host in the place of LinuxCNC's realtime. HAL, its modules and all programs are the real ones; the clock
 is not: at --speed 10 a minute of the machine's life takes six seconds. Nothing needs a realtime kernel, and nothing
-reaches hardware.
+reaches hardware: parallel ports and PCI cards are refused, /dev has no device that drives anything, and there is no network,
+unless --devices or --network give them. Do not give them beside a machine that runs.
 
-The program keeps the terminal, its folder, HOME and the X display. HAL's memory, process numbers and the network are the
-run's own, so it neither sees nor disturbs a LinuxCNC on the same computer, nor another run. /tmp shows what is there, but for
-LinuxCNC's lock file; what the program adds to its top level is brought there in the end. The programs' tool table
+The program keeps the terminal, its folder, HOME and the X display. HAL's memory, process numbers, /dev and the network are
+the run's own, so it neither sees nor disturbs a LinuxCNC on the same computer, nor another run. The programs' tool table
 in memory (~/.tool.mmap) is the run's own too, which LinuxCNC remarks at its end with "tool_mmap_close(): unlink fail".
+
+In /tmp the program sees what is there at the start, but no lock file of LinuxCNC: it may read and write that, not remove or
+replace it. What it adds to the top level is in memory, and is brought to the real /tmp when the run ends in order; where
+there is something of that name by then, under another name. What is long or of worth belongs elsewhere.
 
 Like every start of LinuxCNC, this one writes the parameter file and the tool table of its configuration: run a
 copy of a machine's configuration.
@@ -102,7 +118,8 @@ user-space programs it is as on a computer with a coarse clock. Up to 10 all of 
 work; at 20, HAL configurations with halsampler and the like do; where a program alone is waited for, its time-outs set the
 limit. Free running is for what has no user-space program that takes part.
 
-When the computer falls behind by more than 100 ms, time is given up, and passes slower than it was asked for.)"},
+Speeds are those of the computer's own clock, also inside another run or under libfaketime. When the computer falls behind by
+more than 100 ms, time is given up, and passes slower than it was asked for; a run says so at its end.)"},
          {"ENVIRONMENT",
           R"(RTAPI_FIFO_PATH is the host's socket, in the environment of the program. A client can attach to it while
 time passes, to record pins and check statements in every period; in Python, for instance in the script that
@@ -127,7 +144,8 @@ A HAL configuration at twenty times the clock's speed, with its user-space progr
           "it cannot "
           "be executed. 1 when the host cannot run, 2 for a wrong command line."},
          {"SIGNALS",
-          "Ctrl-C reaches the program, as always. SIGTERM and SIGHUP ask it to end; after ten seconds it is "
+          "Ctrl-C and Ctrl-Z reach the program, as always; time goes on while it is stopped. SIGTERM and "
+          "SIGHUP ask it to end; after ten seconds it is "
           "killed. "
           "Whichever part is killed, the rest ends, and nothing is left behind."}},
         ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR halcmd (1),\n.BR halrun "
@@ -140,6 +158,7 @@ int run(const RunOptions& options, const std::vector<std::string>& program) {
         return 2;
     }
     warn_of_remote_display(options);
+    take_off_faked_clock();
     std::vector<std::string> words{find_host()};
     show_python_modules(words.front());
     if (options.free) {
@@ -149,6 +168,7 @@ int run(const RunOptions& options, const std::vector<std::string>& program) {
         append_number(words.emplace_back(), options.speed);
     }
     if (options.network) words.push_back("--network");
+    if (options.devices) words.push_back("--devices");
     if (!options.namespaces) words.push_back("--no-namespaces");
     for (const std::string& folder : options.modules) {
         words.push_back("--modules");

@@ -15,6 +15,7 @@ struct RunOptions {
     double speed = 1.0;
     bool free = false;
     bool network = false;
+    bool devices = false;
     bool namespaces = true;
     std::vector<std::string> modules;
 };

@@ -90,7 +90,10 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
     folder_ = std::string(base != nullptr && *base == '/' ? base : "/tmp") + "/plumb-XXXXXX";
     if (folder_.size() + 1 + std::strlen(socket_name) >= sizeof sockaddr_un::sun_path)
         folder_ = "/tmp/plumb-XXXXXX";  // a socket's path must be short
-    if (mkdtemp(folder_.data()) == nullptr) fail("cannot create " + folder_);
+    if (mkdtemp(folder_.data()) == nullptr) {
+        folder_ = "/tmp/plumb-XXXXXX";  // TMPDIR may not be there
+        if (mkdtemp(folder_.data()) == nullptr) fail("cannot create " + folder_);
+    }
     leftovers().set_folder(folder_);
     path_ = folder_ + "/" + socket_name;
 
