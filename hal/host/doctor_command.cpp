@@ -445,7 +445,7 @@ CommandPage doctor_page() {
           R"(Looks at this computer and says what Plumb finds here: LinuxCNC and whether its HAL works in Plumb's
 host, which is tried; the kernel; whether a host can have a HAL of its own; what the user may do in realtime; whether
 the modules and programs of Plumb are there and of one build, beside this program and where LinuxCNC looks for them;
-and what is good to have besides. It changes nothing.
+and what is good to have besides. It installs and configures nothing.
 
 Each finding is marked ok, note or WRONG. A note is something that one can do without. Under a finding stands the
 command that mends it; PLUMB in it is the folder of Plumb's sources. What sysctl sets
