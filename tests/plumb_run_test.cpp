@@ -94,9 +94,9 @@ TEST_F(PlumbRun, ExitStatusIsThatOfTheProgram) {
 }
 
 TEST_F(PlumbRun, ProgramsThatCannotBeStartedAreASentence) {
-    const Outcome missing = run({"no-such-program"});
+    const Outcome missing = run({"./no-such-program"});
     EXPECT_EQ(missing.status, 127);
-    EXPECT_EQ(missing.errors, "plumb run: cannot start no-such-program: No such file or directory\n");
+    EXPECT_EQ(missing.errors, "plumb run: cannot start ./no-such-program: No such file or directory\n");
     const std::string plain = folder.write("plain", "no program");
     const Outcome refused = run({plain});
     EXPECT_EQ(refused.status, 126);
