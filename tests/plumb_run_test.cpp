@@ -430,6 +430,7 @@ TEST_P(PlumbRunFiles, DevicesAreHarmlessUnlessTheyAreAskedFor) {
             "echo x > /dev/null; head -c 3 /dev/zero | wc -c; find /dev/ -maxdepth 1 -type b -o "
             "-maxdepth 1 -name 'tty[A-Z0-9]*' | head -1";
         EXPECT_EQ(run_on_machine(script).output, "3\n");
+        EXPECT_THAT(run_on_machine("script -qec tty /dev/null").output, HasSubstr("/dev/pts/"));
         const std::string devices = run_program({"/bin/ls", "/dev"}, "/").output;
         EXPECT_EQ(run_program({"/tmp/bin/plumb", "run", "--devices", "ls", "/dev"}, "/").output, devices);
     });

@@ -92,7 +92,9 @@ class Machine:
         with contextlib.suppress(linuxcnc.error):  # while there is no status yet
             self.status.poll()
         while True:
-            told = self._channel.poll()
+            told = None
+            with contextlib.suppress(linuxcnc.error):  # likewise
+                told = self._channel.poll()
             if not told:
                 return self.status
             kind, text = told
@@ -132,14 +134,22 @@ class Machine:
         self._state(linuxcnc.STATE_ESTOP, lambda status: status.task_state == linuxcnc.STATE_ESTOP)
 
     def home(self, timeout=300):
-        """Homes all joints, those that are homed anew."""
+        """Homes all joints, those that are homed anew: by HOME_SEQUENCE, then those that have none, one by one."""
         self.mode(linuxcnc.MODE_MANUAL)
         self.joint_mode()
         if any(self.status.homed):
             self.command.unhome(-1)
             self.wait_for(lambda status: not any(status.homed), "unhoming", _ANSWER)
-        self.command.home(-1)
-        self.wait_for(lambda status: all(status.homed[: status.joints]), "homing", timeout)
+        ini = linuxcnc.ini(self.status.ini_filename)
+        joints = range(self.status.joints)
+        in_sequence = [joint for joint in joints if ini.find("JOINT_%d" % joint, "HOME_SEQUENCE") is not None]
+        if in_sequence:
+            self.command.home(-1)
+            self._await_home(in_sequence, timeout)
+        for joint in joints:
+            if joint not in in_sequence:
+                self.command.home(joint)
+                self._await_home([joint], timeout)
 
     def mode(self, mode):
         """Changes to linuxcnc.MODE_MANUAL, MODE_MDI or MODE_AUTO."""
@@ -209,6 +219,10 @@ class Machine:
             "standstill",
             timeout,
         )
+
+    def _await_home(self, joints, timeout):
+        what = "the home of joint " + ", ".join(map(str, joints))
+        self.wait_for(lambda status: all(status.homed[joint] for joint in joints), what, timeout)
 
     def _state(self, state, is_reached):
         self.command.state(state)

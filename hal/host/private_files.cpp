@@ -24,9 +24,9 @@ const files::path device_folder = "/dev";
 const files::path shared_memory_folder = "/dev/shm";
 
 // What a program may need that drives nothing.
-constexpr const char* harmless_devices[] = {"null", "zero",    "full",  "random", "urandom",
-                                            "tty",  "console", "ptmx",  "pts",    "mqueue",
-                                            "dri",  "fd",      "stdin", "stdout", "stderr"};
+constexpr const char* harmless_devices[] = {"null", "zero",    "full",   "random", "urandom",
+                                            "tty",  "console", "pts",    "mqueue", "dri",
+                                            "fd",   "stdin",   "stdout", "stderr"};
 
 [[noreturn]] void fail(const std::string& what) {
     throw std::runtime_error(what + ": " + std::strerror(errno));
@@ -135,9 +135,21 @@ void PrivateFiles::furnish_devices() {
         if (files::exists(files::symlink_status(there, error))) show(there, device_folder / device);
     }
     close(real);
+    furnish_terminals();
     std::error_code error;
     files::create_directory(shared_memory_folder, error);
     mount_empty(shared_memory_folder, "mode=1777");
+}
+
+// New terminals come from /dev/ptmx, which belongs to the folder of terminals beside it. Where only the
+// system's own may be opened, and not the one in that folder, the run gets a folder of its own.
+void PrivateFiles::furnish_terminals() {
+    const files::path folder = device_folder / "pts";
+    std::error_code error;
+    files::create_symlink("pts/ptmx", device_folder / "ptmx", error);
+    if (access((folder / "ptmx").c_str(), R_OK | W_OK) == 0) return;
+    files::create_directory(folder, error);
+    mount("devpts", folder.c_str(), "devpts", MS_NOSUID | MS_NOEXEC, "newinstance,ptmxmode=0666,mode=0620");
 }
 
 void PrivateFiles::furnish_tmp() {

@@ -29,6 +29,7 @@ public:
 
 private:
     void furnish_devices();
+    void furnish_terminals();
     void furnish_tmp();
     void hide_tool_table();
     void bring_back() const;

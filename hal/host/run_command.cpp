@@ -140,9 +140,10 @@ A HAL configuration at twenty times the clock's speed, with its user-space progr
 
   plumb run --speed 20 -- halrun -f filter.hal)"},
          {"EXIT STATUS",
-          "That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when "
-          "it cannot "
-          "be executed. 1 when the host cannot run, 2 for a wrong command line."},
+          R"(That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when it cannot
+be executed. 1 when the host cannot run, 2 for a wrong command line. The linuxcnc script ends with 0 when it is asked to end by a
+signal. Without a terminal it keeps its errors in files, or in a window on DISPLAY that waits for somebody: in CI, start
+linuxcnc -r without DISPLAY, and under timeout(1).)"},
          {"SIGNALS",
           "Ctrl-C and Ctrl-Z reach the program, as always; time goes on while it is stopped. SIGTERM and "
           "SIGHUP ask it to end; after ten seconds it is "
