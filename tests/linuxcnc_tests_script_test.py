@@ -137,8 +137,8 @@ class Verdict(Source):
         self.assertEqual(len(outcome.tries_before), 9)
 
     def test_test_has_its_own_copy_with_what_its_family_shares(self):
-        self.write("family/shared", "one")
-        self.write("family/it/test.sh", 'cat ../shared; echo two >../shared; [ "$PWD" = "$TEST_DIR" ]')
+        self.write("family/common", "one")
+        self.write("family/it/test.sh", 'cat ../common; echo two >../common; [ "$PWD" = "$TEST_DIR" ]')
         self.write("family/it/expected", "one")
         for _ in range(2):
             self.assertEqual(self.run_test().failure, "")
@@ -156,9 +156,9 @@ class Closed(Source):
             linuxcnc_tests.need_spaces(self.source)
         except linuxcnc_tests.Trouble as trouble:
             self.skipTest(str(trouble))
-        self.write("family/shared", "shared\n")
+        self.write("family/common", "shared\n")
         ours = [os.readlink(f"/proc/self/ns/{kind}") for kind in ("ipc", "mnt", "net", "pid", "user")]
-        script = "cat ../shared; ls $HOME; ps ax | wc -l; id -u; ip -brief link | cut -d ' ' -f 1"
+        script = "cat ../common; ls $HOME; ps ax | wc -l; id -u; ip -brief link | cut -d ' ' -f 1"
         script += f"; readlink /proc/self/ns/* | grep -cxFe {' -e '.join(ours)}"
         self.write("family/it/test.sh", f"{script}; touch {self.folder}.mine")
         self.write("family/it/expected", "shared\n4\n1000\nlo\n0\n")

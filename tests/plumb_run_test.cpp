@@ -404,7 +404,7 @@ TEST_P(PlumbRunFiles, WhatIsNewInTmpKeepsItsRightsAndItsTime) {
         std::filesystem::create_directory("/tmp/inner");
         const Outcome outcome = run_on_machine(R"(
 mkdir /tmp/folder; mkfifo /tmp/folder/b; for name in a c; do echo $name > /tmp/folder/$name; done; chmod 750 /tmp/folder
-echo log > /tmp/linuxcnc.report; echo x > /tmp/.Xresources; echo lock > /tmp/.X3-lock; echo log > /tmp/linuxcnc.print.x
+echo log > /tmp/linuxcnc.report; echo six > /tmp/plumb-report; echo x > /tmp/.Xresources; echo lock > /tmp/.X3-lock; echo log > /tmp/linuxcnc.print.x
 chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.report
 )");
         EXPECT_EQ(outcome.status, 0);
@@ -418,6 +418,7 @@ chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.rep
         EXPECT_EQ(state.st_mode & 07777, 0640u);
         EXPECT_EQ(stat("/tmp/linuxcnc.report", &state), 0);
         EXPECT_EQ(state.st_mtime, 1577934245);
+        EXPECT_EQ(contents("/tmp/plumb-report"), "six\n");
         EXPECT_FALSE(std::filesystem::exists("/tmp/.X3-lock"));
         EXPECT_FALSE(std::filesystem::exists("/tmp/linuxcnc.print.x"));
     });

@@ -214,7 +214,7 @@ private:
         const Descriptor hosts_output(output[1]);
         fcntl(*output_, F_SETFL, O_NONBLOCK);
 
-        // In a session of its own, so that Ctrl-C reaches only the client, which ends the host in order.
+        // Apart from the terminal, so that Ctrl-C reaches only the client, which ends the host in order.
         posix_spawnattr_t attributes;
         posix_spawnattr_init(&attributes);
         sigset_t none;

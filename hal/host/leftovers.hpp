@@ -7,6 +7,10 @@
 
 namespace plumb::host {
 
+// What a host makes in a temporary folder is named like this, by mkdtemp() and its like.
+inline constexpr const char* host_file_beginning = "plumb-host-";
+inline constexpr const char* host_file_template = "plumb-host-XXXXXX";
+
 // Name of the socket in its folder.
 inline constexpr const char* socket_name = "rtapi";
 

@@ -240,7 +240,7 @@ class Host:
         arguments += ["--guard"] if guard else []
         with theirs, contextlib.ExitStack() as on_failure:
             on_failure.callback(self._control.close)
-            # In a session of its own, so that Ctrl-C reaches only this program.
+            # Apart from the terminal, so that Ctrl-C reaches only this program.
             self._started = subprocess.Popen(
                 arguments,
                 stdin=subprocess.DEVNULL,

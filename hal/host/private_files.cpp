@@ -92,7 +92,7 @@ void copy_tree(const files::path& from, const files::path& to) {
 bool belongs_to_the_run(const std::string& name) {
     const bool display =
         name.rfind(".X", 0) == 0 && name.size() > 7 && name.substr(name.size() - 5) == "-lock";
-    const bool hosts_own = name.rfind("plumb-", 0) == 0 && name.size() == std::strlen("plumb-XXXXXX");
+    const bool hosts_own = name.rfind(host_file_beginning, 0) == 0;
     return display || hosts_own || is_linuxcncs_in_tmp(name);
 }
 
@@ -181,7 +181,7 @@ void PrivateFiles::hide_tool_table() {
         return;
     }
     // It keeps its name: a run inside this one could mount nothing over a file that has none.
-    std::string cover = (tmp / "plumb-XXXXXX").string();
+    std::string cover = (tmp / host_file_template).string();
     const int file = mkostemp(cover.data(), O_CLOEXEC);
     if (file < 0 || mount(cover.c_str(), tool_table_.c_str(), nullptr, MS_BIND, nullptr) != 0)
         fail("cannot give the program a " + tool_table_ + " of its own");

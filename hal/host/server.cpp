@@ -87,11 +87,12 @@ struct Server::Peer {
 
 Server::Server(Service& service, int control_descriptor) : service_(service) {
     const char* const base = std::getenv("TMPDIR");
-    folder_ = std::string(base != nullptr && *base == '/' ? base : "/tmp") + "/plumb-XXXXXX";
-    if (folder_.size() + 1 + std::strlen(socket_name) >= sizeof sockaddr_un::sun_path)
-        folder_ = "/tmp/plumb-XXXXXX";  // a socket's path must be short
-    if (mkdtemp(folder_.data()) == nullptr) {
-        folder_ = "/tmp/plumb-XXXXXX";  // TMPDIR may not be there
+    const std::string in_tmp = std::string("/tmp/") + host_file_template;
+    folder_ = base != nullptr && *base == '/' ? std::string(base) + "/" + host_file_template : in_tmp;
+    // A socket's path must be short, and TMPDIR may not be there.
+    if (folder_.size() + 1 + std::strlen(socket_name) >= sizeof sockaddr_un::sun_path ||
+        mkdtemp(folder_.data()) == nullptr) {
+        folder_ = in_tmp;
         if (mkdtemp(folder_.data()) == nullptr) fail("cannot create " + folder_);
     }
     leftovers().set_folder(folder_);
