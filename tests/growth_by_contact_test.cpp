@@ -70,7 +70,7 @@ TEST(GrowthByContact, MeasuresGrowthByEitherMethodAtAnyPeriod) {
             shop.mill.dt = dt;
             shop.used = settings(method);
             shop.learn();
-            ASSERT_TRUE(shop.measured.cycle().valid_for(7));
+            ASSERT_TRUE(shop.measured.cycle().references().made_with(shop.mill.setup));
             for (int n = 0; n < 3; ++n) shop.cycle(12 * um);
             ASSERT_EQ(shop.accepted.size(), 12u);
             for (const double g : shop.accepted) EXPECT_NEAR(g, 12 * um, 0.5 * um) << dt;
@@ -312,10 +312,10 @@ TEST(GrowthByContact, AnAbortedLearningCycleLeavesNoReference) {
     abort.abort = true;
     shop.cycle(0, {{1, abort}});
     EXPECT_TRUE(shop.measured.learning_failed());
-    EXPECT_FALSE(shop.measured.cycle().valid_for(7));
+    EXPECT_FALSE(shop.measured.cycle().references().made_with(shop.mill.setup));
     shop.learn();
     EXPECT_FALSE(shop.measured.learning_failed());
-    EXPECT_TRUE(shop.measured.cycle().valid_for(7));
+    EXPECT_TRUE(shop.measured.cycle().references().made_with(shop.mill.setup));
 }
 
 TEST(GrowthByContact, ALearningCycleThatLosesASignalLeavesNoReference) {
@@ -351,7 +351,7 @@ TEST(GrowthByContact, ACycleIsNotJoinedInItsMiddle) {
     shop.tamper = [&](Milling::Sample& s) { s.enable = ++periods > 4000; };
     shop.learn();
     EXPECT_EQ(shop.counts().contacts, 0);
-    EXPECT_FALSE(shop.measured.cycle().valid_for(7));
+    EXPECT_FALSE(shop.measured.cycle().references().made_with(shop.mill.setup));
 }
 
 TEST(GrowthByContact, DisablingEndsTheCycle) {
@@ -363,15 +363,164 @@ TEST(GrowthByContact, DisablingEndsTheCycle) {
     EXPECT_EQ(shop.counts().missed, 0);
 }
 
-TEST(GrowthByContact, AnotherProgramHasNoReference) {
+TEST(GrowthByContact, AReferenceOfAnotherProgramOrOtherToolsIsRefusedUntilAcknowledged) {
+    for (const Refusal reason : {Refusal::program, Refusal::tool_set}) {
+        Shop shop = learnt();
+        std::int32_t& id = reason == Refusal::program ? shop.mill.setup.program : shop.mill.setup.tool_set;
+        ++id;
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.measured.refusal().reason(), reason);
+        EXPECT_FALSE(shop.measured.applicable());
+        EXPECT_EQ(shop.counts().rejected, 4);
+        EXPECT_EQ(shop.counts().missed, 0) << "nothing was compared";
+        EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+        --id;
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.measured.refusal().reason(), reason) << "what the operator was told stays";
+        EXPECT_EQ(shop.counts().accepted, 0);
+        shop.measured.acknowledge();
+        EXPECT_TRUE(shop.measured.applicable());
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, 4);
+        ++id;
+        for (int n = 0; n < 2; ++n) {
+            shop.measured.acknowledge();
+            shop.cycle(10 * um);
+            EXPECT_EQ(shop.measured.refusal().reason(), reason) << "each start is judged anew";
+        }
+        shop.target = 0;
+        shop.learn();
+        EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, 8);
+    }
+}
+
+TEST(GrowthByContact, WhatIsAcknowledgedInACycleIsNotComparedBeforeTheNext) {
     Shop shop = learnt();
-    shop.mill.program_id = 8;
+    ++shop.mill.setup.program;
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) {
+        if (++periods == 5000) shop.measured.acknowledge();
+        if (periods > 5000) --s.setup.program;
+        if (periods > 5001 && s.cycle_running) {
+            EXPECT_FALSE(shop.measured.applicable());
+        }
+    };
     shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
     EXPECT_EQ(shop.counts().accepted, 0);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
-    shop.mill.program_id = 7;
+}
+
+TEST(GrowthByContact, AToolSetThatChangesInACycleEndsItsComparisons) {
+    Shop shop = learnt();
+    shop.tamper = [&](Milling::Sample& s) { s.setup.tool_set += shop.counts().accepted > 0; };
     shop.cycle(10 * um);
-    EXPECT_EQ(shop.counts().accepted, 4);
+    EXPECT_EQ(shop.counts().accepted, 1);
+    EXPECT_EQ(shop.counts().rejected, 3);
+}
+
+TEST(GrowthByContact, ACycleAtAnotherFeedOrOverrideRefusesTheReference) {
+    Milling::Upset slow;
+    slow.feed_override = 0.8;
+    Shop overridden = learnt();
+    overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}});
+    EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::none) << "the last contact agreed";
+    overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}, {3, slow}});
+    EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::feed_override);
+    EXPECT_EQ(overridden.counts().accepted, 1);
+    overridden.measured.acknowledge();
+    overridden.cycle(10 * um);
+    EXPECT_EQ(overridden.counts().accepted, 5);
+
+    Shop edited = learnt();
+    edited.mill.feed = 1.6;
+    edited.cycle(10 * um);
+    EXPECT_EQ(edited.measured.refusal().reason(), Refusal::feed);
+
+    Shop aborted = learnt();
+    Milling::Upset abort = slow;
+    abort.abort = true;
+    aborted.cycle(10 * um, {{0, slow}, {1, abort}});
+    EXPECT_EQ(aborted.measured.refusal().reason(), Refusal::none) << "how it would have gone on is not known";
+}
+
+TEST(GrowthByContact, WithoutAReferenceNothingIsRefused) {
+    Shop shop;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+    EXPECT_EQ(shop.counts().rejected, 4);
+    Shop forgotten = learnt();
+    ++forgotten.mill.setup.program;
+    forgotten.cycle(10 * um);
+    forgotten.measured.forget();
+    forgotten.cycle(10 * um);
+    EXPECT_EQ(forgotten.measured.refusal().reason(), Refusal::none);
+}
+
+TEST(GrowthByContact, SeveralColdCyclesAreAveragedAndTellTheirScatter) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.used = settings(method);
+        shop.used.reference_cycles = 3;
+        shop.mill.learn = true;
+        for (const double growth : {0 * um, 6 * um, 12 * um}) {  // it warms
+            EXPECT_EQ(shop.measured.cycle().references().size(), 0);
+            shop.cycle(growth);
+            EXPECT_EQ(shop.target, 0);
+        }
+        shop.mill.learn = false;
+        const ContactReferences& references = shop.measured.cycle().references();
+        ASSERT_EQ(references.size(), 4);
+        for (std::int32_t i = 0; i < 4; ++i) {
+            EXPECT_EQ(references[i].cycles, 3);
+            EXPECT_NEAR(references[i].scatter, 6 * um, 0.3 * um);
+        }
+        shop.cycle(16 * um);
+        ASSERT_EQ(shop.accepted.size(), 4u);
+        for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um) << "from their middle";
+        EXPECT_GT(shop.measured.sigma(), 6 * um);
+        EXPECT_LT(shop.measured.sigma(), 9 * um);
+    }
+}
+
+TEST(GrowthByContact, AChipInOneOfSeveralColdCyclesSpoilsNoMean) {
+    Shop shop;
+    shop.used.reference_cycles = 3;
+    shop.mill.learn = true;
+    Milling::Upset chip;
+    chip.height = 0.2;
+    shop.cycle(0);
+    shop.cycle(0, {{1, chip}});
+    EXPECT_EQ(shop.measured.rejection(), Rejection::too_large);
+    shop.cycle(0);
+    EXPECT_EQ(shop.measured.cycle().references().size(), 3) << "without that contact";
+    const GrowthByContact::Counts& n = shop.counts();
+    EXPECT_EQ(n.contacts, 12);
+    EXPECT_EQ(n.rejected, 1);
+    shop.mill.learn = false;
+    shop.cycle(10 * um);
+    EXPECT_EQ(n.accepted, 3);
+    EXPECT_EQ(n.unexpected, 2) << "in the third learning cycle, and now";
+    for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, ReferencesRememberWhatMadeThem) {
+    Shop shop;
+    shop.tamper = [&](Milling::Sample& s) {
+        s.temperature = 17.5;
+        s.date = 20261121;
+        if (s.z < -30) s.temperature = std::numeric_limits<double>::quiet_NaN();
+    };
+    shop.learn();
+    for (std::int32_t i = 0; i < 4; ++i) {
+        const ContactReference& r = shop.measured.cycle().references()[i];
+        EXPECT_EQ(r.temperature, 17.5);
+        EXPECT_EQ(r.date, 20261121);
+        EXPECT_EQ(r.setup, shop.mill.setup);
+        EXPECT_TRUE(r.valid());
+    }
 }
 
 TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
@@ -432,8 +581,7 @@ TEST(GrowthByContact, EveryContactIsCountedInOneWay) {
 TEST(GrowthByContact, ReferencesOutliveARestart) {
     const Shop before = learnt();
     Shop after;
-    for (int i = 0; i < 4; ++i)
-        EXPECT_TRUE(after.measured.restore(before.measured.cycle().references()[i], 7));
+    for (int i = 0; i < 4; ++i) EXPECT_TRUE(after.measured.restore(before.measured.cycle().references()[i]));
     after.cycle(50 * um);
     EXPECT_EQ(after.counts().accepted, 4) << "the gate is at its cap";
     EXPECT_NEAR(after.target, 50 * um, 0.5 * um);

@@ -37,7 +37,7 @@ struct Milling {
 
     std::vector<Cut> program{{10, 1, -20}, {20, 2, -40, 4000}, {30, 1, -20}, {30, 1, -25}};
     std::map<int, Upset> upsets{};  // by index of the cut
-    std::int32_t program_id = 7;
+    MachiningSetup setup{7, 3};
     bool learn = false;
     double growth = 0;       // mm, of the spindle
     double dt = 0.001;       // s
@@ -55,7 +55,7 @@ struct Milling {
         now_.cycle_running = true;
         now_.cycle_complete = false;
         now_.learn = learn;
-        now_.program = program_id;
+        now_.setup = setup;
         rest(0.1);
         bool aborted = false;
         for (int i = 0; i < static_cast<int>(program.size()) && !aborted; ++i)

@@ -16,6 +16,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 void bring_to_life(Bench& bench) {
     bench.source(SOURCE_DIR "/configs/mill/bench.hal");
     bench.set("program.cycle-interval", 60);
+    bench.command("net refused thermal.reference-refused => thermal.acknowledge");  // as an operator does
     bench.command("start");
     bench.run(71);
 }
@@ -54,17 +55,18 @@ struct Mill {
         csv.precision(15);
         csv << "time";
         for (const char* pin :
-             {"enable", "learn", "cycle-running", "cycle-complete", "program-id", "motion-type",
-              "tool-number", "operation", "load", "spindle-speed-cmd", "z-position", "z-velocity-cmd",
-              "feed-override", "start-height", "applied-offset"})
+             {"enable", "learn", "cycle-running", "cycle-complete", "program-id", "tool-set-id",
+              "motion-type", "tool-number", "operation", "load", "spindle-speed-cmd", "z-position",
+              "z-velocity-cmd", "feed-override", "start-height", "applied-offset"})
             csv << ",z." << pin;
         csv << '\n';
         double time = 0;
         milling.cycle([&](const Milling::Sample& s) {
             csv << time << ',' << s.enable << ',' << s.learn << ',' << s.cycle_running << ','
-                << s.cycle_complete << ',' << s.program << ',' << s.motion << ',' << s.tool << ','
-                << s.operation << ',' << s.load << ',' << s.speed << ',' << s.z << ',' << s.velocity << ','
-                << s.feed_override << ',' << s.start_height << ',' << s.applied_offset << '\n';
+                << s.cycle_complete << ',' << s.setup.program << ',' << s.setup.tool_set << ',' << s.motion
+                << ',' << s.tool << ',' << s.operation << ',' << s.load << ',' << s.speed << ',' << s.z << ','
+                << s.velocity << ',' << s.feed_override << ',' << s.start_height << ',' << s.applied_offset
+                << '\n';
             cutting.push_back(milling.cutting && s.velocity <= 0);
             time += milling.dt;
             return milling.unit * milling.offset;
@@ -361,14 +363,28 @@ TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
 }
 
 TEST(ThermalDisplacement, ReferencesAreWalkedRestoredAndRefused) {
-    const std::vector<std::string> fields{"operation",      "tool",      "occurrence",    "coordinate",
-                                          "time",           "lost-time", "feed",          "feed-override",
-                                          "applied-offset", "sigma",     "speed-history", "program-id"};
+    const std::vector<std::string> fields{
+        "operation",   "tool",           "occurrence", "coordinate",    "time",       "lost-time",
+        "feed",        "feed-override",  "sigma",      "speed-history", "program-id", "tool-set-id",
+        "temperature", "applied-offset", "date",       "cycles",        "scatter"};
     Mill before;
+    before.set("temperature", 21.5);
+    before.set("date", 20261121);
+    before.set("reference-cycles", 2);
     before.learn();
+    EXPECT_EQ(before.get("cycles-learnt"), 1);
+    EXPECT_FALSE(before.get("reference-valid"));
+    before.milling.learn = true;
+    before.cycle(4 * um);
     ASSERT_EQ(before.get("rows"), 4);
-    Mill after;
-    after.set("program-id", 7);
+    EXPECT_EQ(before.get("cycles-learnt"), 0);
+    before.bench.run(0.01);
+    EXPECT_EQ(before.get("row-cycles"), 2);
+    EXPECT_NEAR(before.get("row-scatter"), 4 * um / std::sqrt(2), 0.2 * um);
+    EXPECT_EQ(before.get("row-temperature"), 21.5);
+    EXPECT_EQ(before.get("row-date"), 20261121);
+    EXPECT_EQ(before.get("row-tool-set-id"), 3);
+    Mill after;  // which no program has been loaded into yet
     const auto restore = [&](int row) {
         before.set("row", row);
         before.bench.run(0.01);
@@ -379,29 +395,89 @@ TEST(ThermalDisplacement, ReferencesAreWalkedRestoredAndRefused) {
         after.set("restore", 0);
         after.bench.run(0.01);
     };
-    for (int row = 0; row < 4; ++row) restore(row);
+    for (int row = 0; row < 4; ++row) {
+        restore(row);
+        after.set("row", row);
+        after.bench.run(0.01);
+        for (const std::string& field : fields)
+            EXPECT_EQ(after.get("row-" + field), before.get("row-" + field)) << field;
+    }
     EXPECT_EQ(after.get("restores"), 4);
+    EXPECT_FALSE(after.get("reference-valid"));
+    after.cycle(32 * um);
     EXPECT_TRUE(after.get("reference-valid"));
-    after.cycle(30 * um);
+    EXPECT_FALSE(after.get("reference-refused"));
     EXPECT_NEAR(after.offset(), 30 * um, 1 * um);
     restore(0);
     EXPECT_EQ(after.get("restores-refused"), 1) << "twice";
+    before.milling.setup.program = 8;
+    before.set("reference-cycles", 1);
+    before.cycle(0);
+    restore(0);
+    EXPECT_EQ(after.get("restores-refused"), 2) << "of another program than the others";
     after.set("forget", 1);
     after.bench.run(0.01);
     EXPECT_FALSE(after.get("reference-valid"));
-    after.set("program-id", 8);
     restore(0);
-    EXPECT_EQ(after.get("restores-refused"), 2) << "of another program";
+    EXPECT_EQ(after.get("restores"), 5);
 }
 
-TEST(ThermalDisplacement, SaysWhenTheReferenceIsOfAnotherProgram) {
+TEST(ThermalDisplacement, AReferenceOfAnotherProgramIsRefusedAndTheOffsetReturns) {
     Mill mill;
     mill.learn();
-    mill.milling.program_id = 8;
     mill.cycle(12 * um);
+    mill.milling.setup.program = 8;
+    mill.bench.expect("abs(offset_rate) <= 0.01 * (1 + 1e-6)", {{"offset", "z.z-offset"}});
+    mill.cycle(12 * um);
+    EXPECT_TRUE(mill.get("reference-refused"));
+    EXPECT_EQ(mill.get("refusal-code"), 1);
     EXPECT_FALSE(mill.get("reference-valid"));
     EXPECT_EQ(mill.get("rejection-code"), 2);
     EXPECT_EQ(mill.get("z-offset"), 0);
+    EXPECT_EQ(mill.get("fault-code"), 0);
+    mill.milling.setup = {7, 4};
+    mill.set("acknowledge", 1);
+    mill.bench.run(0.01);
+    EXPECT_FALSE(mill.get("reference-refused"));
+    EXPECT_EQ(mill.get("refusal-code"), 0);
+    mill.cycle(12 * um);
+    EXPECT_TRUE(mill.get("reference-refused")) << "only the edge acknowledges";
+    EXPECT_EQ(mill.get("refusal-code"), 2);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.learn();
+    EXPECT_FALSE(mill.get("reference-refused"));
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+// Where nobody is to acknowledge, the refusal acknowledges itself and yet applies nothing.
+TEST(ThermalDisplacement, ARefusalThatIsNettedToAcknowledgeIsJudgedAtEachStart) {
+    Mill mill;
+    mill.bench.command("net refused z.reference-refused => z.acknowledge");
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.milling.setup.program = 8;
+    mill.cycle(12 * um);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.milling.setup.program = 7;
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, SaysWhenNothingWasAcceptedForThreeCycles) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    const double before = mill.offset();
+    for (int n = 0; n < 3; ++n) {
+        EXPECT_EQ(mill.get("fault-code"), 0);
+        mill.cycle(-90 * um);
+    }
+    EXPECT_EQ(mill.get("fault-code"), 7);
+    EXPECT_TRUE(mill.get("fault"));
+    EXPECT_EQ(mill.offset(), before);
+    mill.cycle(12 * um);
+    EXPECT_EQ(mill.get("fault-code"), 0);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace plumb {
 struct ContactReport {
     explicit ContactReport(hal::Component* component) : owner(component) {}
 
-    void show(const GrowthByContact& measured, GrowthByContact::Event event, std::int32_t program,
+    void show(const GrowthByContact& measured, GrowthByContact::Event event, const MachiningSetup& setup,
               const GrowthByContact::Settings& settings) noexcept {
         const GrowthByContact::Counts& counts = measured.counts();
         displacement = measured.growth();
@@ -28,7 +28,11 @@ struct ContactReport {
         load_noise = measured.detector().noise();
         learning = measured.cycle().learning();
         learning_failed = measured.learning_failed();
-        reference_valid = measured.cycle().valid_for(program);
+        cycles_learnt = measured.cycle().learnt();
+        const Refusal refusal = measured.refusal().reason();
+        reference_refused = refusal != Refusal::none;
+        refusal_code = static_cast<std::int32_t>(refusal);
+        reference_valid = refusal == Refusal::none && measured.cycle().references().made_with(setup);
         growth_uncertain = measured.uncertain();
     }
 
@@ -56,7 +60,14 @@ struct ContactReport {
                                 "Standard deviation of the smoothed load about its baseline."};
     hal::Out<bool> learning{owner, "learning", "This cycle is learnt from."};
     hal::Out<bool> learning_failed{owner, "learning-failed", "The last learning cycle left no reference."};
-    hal::Out<bool> reference_valid{owner, "reference-valid", "There is a reference for this program."};
+    hal::Out<std::int32_t> cycles_learnt{owner, "cycles-learnt",
+                                         "Cycles learnt from for the reference that is being made."};
+    hal::Out<bool> reference_valid{owner, "reference-valid",
+                                   "There is a reference for this program and these tools."};
+    hal::Out<bool> reference_refused{owner, "reference-refused",
+                                     "The reference is not used, as refusal-code says, until acknowledged."};
+    hal::Out<std::int32_t> refusal_code{owner, "refusal-code",
+                                        "Why the reference is refused, as listed above; 0 if it is not."};
     hal::Out<bool> growth_uncertain{owner, "growth-uncertain",
                                     "No contact was believed since the spindle speed changed last."};
 };

@@ -18,6 +18,7 @@ struct ContactSettings {
         s.program_clock = clock_from_program;
         std::copy(exclude.begin(), exclude.end(), s.excluded.begin());
         s.load_latency = load_latency;
+        s.reference_cycles = reference_cycles;
         s.contact = {threshold, release, smoothing, debounce, baseline_time, blanking_time};
         s.limits = {window, feed_tolerance, lost_time_tolerance, max_correction};
         s.gate = {max_growth_rate, gate_floor, gate_cap, confirm_contacts};
@@ -37,6 +38,8 @@ struct ContactSettings {
     hal::In<double> blanking_time{owner, "blanking-time", 2.5, "s",
                                   "How long the load is disturbed by a change of spindle speed."};
     hal::In<double> load_latency{owner, "load-latency", 0, "s", "Age of the load, as of a serial line."};
+    hal::In<std::int32_t> reference_cycles{owner, "reference-cycles", 1,
+                                           "Number of cycles of which a reference is the mean."};
     hal::In<double> window{owner, "window", 0.5, "mu",
                            "Farthest that a contact may lie from its reference, in this operation."};
     hal::In<double> feed_tolerance{owner, "feed-tolerance", 0.02, "1",

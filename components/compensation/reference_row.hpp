@@ -22,15 +22,24 @@ struct ReferenceRow {
         applied_offset.row = r.contact.applied_offset;
         sigma.row = r.contact.sigma;
         speed_history.row = r.speed_history;
-        program.row = r.program;
+        program.row = r.setup.program;
+        tool_set.row = r.setup.tool_set;
+        temperature.row = r.temperature;
+        date.row = r.date;
+        cycles.row = r.cycles;
+        scatter.row = r.scatter;
     }
 
     ContactReference given() const noexcept {
         return {{operation.restore, tool.restore, occurrence.restore},
                 {coordinate.restore, time.restore, lost_time.restore, feed.restore, feed_override.restore,
                  applied_offset.restore, sigma.restore},
-                program.restore,
-                speed_history.restore};
+                {program.restore, tool_set.restore},
+                speed_history.restore,
+                temperature.restore,
+                date.restore,
+                cycles.restore,
+                scatter.restore};
     }
 
     hal::Component* const owner;
@@ -48,6 +57,12 @@ struct ReferenceRow {
     hal::Field<double> speed_history{owner, "speed-history", "rpm",
                                      "Spindle speed over the ten minutes before."};
     hal::Field<std::int32_t> program{owner, "program-id", "", "Program that the contact belongs to."};
+    hal::Field<std::int32_t> tool_set{owner, "tool-set-id", "", "Set of tools that it was made with."};
+    hal::Field<double> temperature{owner, "temperature", "degC", "Temperature at the contact."};
+    hal::Field<std::int32_t> date{owner, "date", "", "YYYYMMDD of the contact; 0 when not known."};
+    hal::Field<std::int32_t> cycles{owner, "cycles", "", "Number of cycles that this is the mean of."};
+    hal::Field<double> scatter{owner, "scatter", "mu",
+                               "Standard deviation of the contact from cycle to cycle; 0 of one cycle."};
 };
 
 }  // namespace plumb

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/contact_report.hpp"
 #include "components/compensation/contact_settings.hpp"
+#include "components/compensation/reference_conditions.hpp"
 #include "components/compensation/reference_row.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/slew_limit.hpp"
@@ -34,10 +35,31 @@ axis_offset, the drive's own feedback when through joint_offset.  applied-offset
 z-velocity-cmd is joint.N.vel-cmd, motion-type motion.motion-type, operation motion.program-line or a number that the
 program sets by M68.  load may be that of the spindle or of the Z motor.
 
-Learning: with learn true at the start of a cycle, z-offset returns to 0 and stays there.  The reference is taken over
+Learning: with learn true at the start of a cycle, z-offset returns to 0 and stays there.  The cycle is learnt from
 when cycle-running falls while cycle-complete is true: let the program set it as its last act (M64) and take it back as
-its first.  A cycle that was aborted, that had a fault, or whose offset was not 0, leaves the reference that was there.
-The reference, of 64 contacts at most, belongs to its program-id and can be read and restored row by row.
+its first.  A cycle that was aborted, that had a fault, or whose offset was not 0, counts for nothing and sets
+learning-failed.  The reference is the mean of reference-cycles consecutive ones, and takes over with the last of them;
+until then the one before stays.  It keeps the contacts, 64 at most, that all of them had and that agreed in feed,
+override, window and gate.  A cycle none of which agrees, another program-id or tool-set-id, begins anew; a cycle with
+learn false ends the attempt.
+
+row-scatter is the standard deviation of one contact from cycle to cycle: what blanks, the seat of the tool and a
+machine that warmed meanwhile make of it, beyond the noise of the load that row-sigma has.  It counts in
+displacement-sigma.  Scatter well above row-sigma that grows with the number of cycles means that the machine warmed:
+the reference lies in the middle of that, and fewer cycles, or a rest between them, are better.
+
+The reference belongs to its program-id and tool-set-id, and can be read and restored row by row; of another program
+than the one before it in the list, a row is not restored.  It is refused, with the reason in refusal-code, when a
+cycle begins with another one of either, and when all contacts of a complete cycle came with another feed or override:
+
+    1 another program           3 all contacts with another feed
+    2 another set of tools      4 all contacts with another override
+
+No contact is compared then, and z-offset returns to 0.  A rising edge of acknowledge ends it, and the next start of a
+cycle is judged anew; learning ends it too, which is the way out after an edit or a change of tools.
+
+There is no setting for wear at a tool change because no wear is kept: each contact sets the offset anew, so a fresh
+edge of the same tool shows at its first contact, within the gate.  A tool measured anew is another tool-set-id.
 
 A contact is a rise of the smoothed load by threshold over its running baseline while Z feeds towards the work, one
 per approach, that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.
@@ -64,7 +86,7 @@ batch of odd blanks that confirms itself can cause one.
 rejection-code:
 
     1 blanked           4 feed or override differs              7 larger than max-correction
-    2 no reference      5 time: no clock, hold, dwell           8 beyond the gate
+    2 none, or refused  5 time: no clock, hold, dwell           8 beyond the gate
     3 unexpected        6 outside the window
 
 fault-code; inputs that are not numbers, or beyond 1e6, count as lost.  While one is, contacts are not seen and z-offset
@@ -86,7 +108,6 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
     hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};
-    hal::In<std::int32_t> program_id{this, "program-id", 0, "Tells programs, and versions of one, apart."};
     hal::In<double> load{this, "load", 0, "%", "Load of the spindle or Z motor, of its rating."};
     hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
     hal::In<double> z_position{this, "z-position", 0, "mu", "Z by its encoder, offset included."};
@@ -98,6 +119,7 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
     hal::In<double> start_height{this, "start-height", 0, "mu", "Where the clock of this operation starts."};
     hal::In<double> applied_offset{this, "applied-offset", 0, "mu", "What the stage adds to the Z origin."};
 
+    ReferenceConditions conditions{this};
     ContactSettings contact_settings{this};
     hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied."};
     hal::In<double> time_tolerance{this, "time-tolerance", 0, "s", "By time: likewise, as a time."};
@@ -122,10 +144,11 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
         const Settings wanted = settings();
         if (wanted.valid()) settings_ = wanted;
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
-        const bool applying = now.enable && !dry_run && !now.learn && !measured_.cycle().learning();
+        const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
         const bool frozen = applying && lost != GrowthByContact::Lost::nothing;
 
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
+        if (conditions.acknowledges()) measured_.acknowledge();
         if (event == GrowthByContact::Event::accepted && differs()) target_ = measured_.growth();
         if (!applying) target_ = 0;
         const double offset = bounded(target_, settings_.max_offset);
@@ -139,8 +162,8 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
                                                                          : 0;
         fault_code = code;
         fault = code != 0;
-        report.show(measured_, event, now.program, settings_.contact);
-        walk(now.program);
+        report.show(measured_, event, now.setup, settings_.contact);
+        walk();
     }
 
 private:
@@ -163,9 +186,23 @@ private:
     }
 
     Sample sample() const noexcept {
-        return {enable,      learn,          cycle_running, cycle_complete, program_id,
-                motion_type, tool_number,    operation,     load,           spindle_speed_cmd,
-                z_position,  z_velocity_cmd, feed_override, start_height,   applied_offset};
+        return {enable,
+                learn,
+                cycle_running,
+                cycle_complete,
+                conditions.setup(),
+                motion_type,
+                tool_number,
+                operation,
+                load,
+                spindle_speed_cmd,
+                z_position,
+                z_velocity_cmd,
+                feed_override,
+                start_height,
+                applied_offset,
+                conditions.temperature,
+                conditions.date};
     }
 
     // The growth is not what is applied, by more than the tolerances.
@@ -175,9 +212,9 @@ private:
         return std::abs(measured_.growth() - target_) > std::max(settings_.tolerance, least);
     }
 
-    void walk(std::int32_t program) noexcept {
+    void walk() noexcept {
         if (records.wants_forget()) measured_.forget();
-        if (records.wants_restore()) records.restored(measured_.restore(row.given(), program));
+        if (records.wants_restore()) records.restored(measured_.restore(row.given()));
         const ContactReferences& references = measured_.cycle().references();
         records.show(references.size(), [&](std::int32_t i) noexcept { row.show(references[i]); });
     }

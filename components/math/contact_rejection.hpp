@@ -12,7 +12,7 @@ namespace plumb {
 enum class Rejection : std::int32_t {
     none = 0,
     blanked = 1,         // within the blanking time after a change of spindle speed
-    no_reference = 2,    // nothing was learnt for this program
+    no_reference = 2,    // nothing was learnt for this program and these tools, or it is refused
     unexpected = 3,      // the reference has no contact of this operation, tool and occurrence
     feed_differs = 4,    // from the feed or the override of the reference
     time_differs = 5,    // time method: no clock, or a feed hold, dwell, tool change or override on the way
@@ -34,13 +34,18 @@ struct ContactLimits {
     }
 };
 
+// Whether two feeds, or overrides, are the same: b that of a.
+inline bool alike(double b, double a, double tolerance) noexcept {
+    return std::abs(b - a) <= tolerance * std::abs(a);
+}
+
 // Whether contact b can be compared with its reference a.  A different feed is rejected and not scaled away:
 // a delay of the load shifts the contact by feed × delay, and by time nothing is known of where the rest was
 // lost.
 inline Rejection comparison(Method method, const Contact& b, const Contact& a,
                             const ContactLimits& limits) noexcept {
-    if (!(std::abs(b.feed - a.feed) <= limits.feed_tolerance * std::abs(a.feed)) ||
-        !(std::abs(b.feed_override - a.feed_override) <= limits.feed_tolerance * std::abs(a.feed_override)))
+    if (!alike(b.feed, a.feed, limits.feed_tolerance) ||
+        !alike(b.feed_override, a.feed_override, limits.feed_tolerance))
         return Rejection::feed_differs;
     if (method == Method::time &&
         !(a.time > 0 && b.time > 0 && std::abs(b.lost_time - a.lost_time) <= limits.lost_time_tolerance))

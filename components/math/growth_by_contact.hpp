@@ -3,11 +3,13 @@
 
 #include "components/math/approach_clock.hpp"
 #include "components/math/blocks/first_order_lag.hpp"
+#include "components/math/blocks/usable.hpp"
 #include "components/math/contact_cycle.hpp"
 #include "components/math/contact_rejection.hpp"
 #include "components/math/displacement_law.hpp"
 #include "components/math/load_contact.hpp"
 #include "components/math/plausibility_gate.hpp"
+#include "components/math/reference_refusal.hpp"
 
 #include <algorithm>
 #include <array>
@@ -26,13 +28,14 @@ public:
         bool program_clock = false;              // the clock starts with the cycle, not at the start height
         std::array<std::int32_t, 8> excluded{};  // keys of operations that say nothing about Z; 0 for none
         double load_latency = 0;                 // s, age of the load
+        std::int32_t reference_cycles = 1;       // of which a reference is the mean
         LoadContact::Settings contact;
         ContactLimits limits;
         PlausibilityGate::Settings gate;
 
         bool valid() const noexcept {
-            return load_latency >= 0 && load_latency <= 10 && contact.valid() && limits.valid() &&
-                   gate.valid();
+            return load_latency >= 0 && load_latency <= 10 && reference_cycles >= 1 && contact.valid() &&
+                   limits.valid() && gate.valid();
         }
     };
 
@@ -42,7 +45,7 @@ public:
         bool learn = false;
         bool cycle_running = false;
         bool cycle_complete = false;  // as the cycle ends: it was not aborted
-        std::int32_t program = 0;
+        MachiningSetup setup;
         std::int32_t motion = 0;  // as LinuxCNC's motion.motion-type
         std::int32_t tool = 0;
         std::int32_t operation = 0;  // key; 0 for none
@@ -53,6 +56,8 @@ public:
         double feed_override = 1;    // ratio
         double start_height = 0;     // mu, without offset
         double applied_offset = 0;   // mu
+        double temperature = 20;     // degC, to remember only; the last good one stays
+        std::int32_t date = 0;       // YYYYMMDD, likewise
     };
 
     // What a sample lacks; it is not used then.
@@ -74,8 +79,8 @@ public:
     // The settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         const bool complete_sample = lost(s) == Lost::nothing;
-        follow_cycle(s, settings.program_clock);
-        if (!complete_sample || !s.learn || !at_zero || s.program != program_) cycle_.spoil();
+        follow_cycle(s, settings);
+        if (!complete_sample || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
         gate_.step(dt);
         if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
         follow_clock(s, complete_sample, settings.program_clock, dt);
@@ -93,6 +98,7 @@ public:
     }
 
     const ContactCycle& cycle() const noexcept { return cycle_; }
+    const ReferenceRefusal& refusal() const noexcept { return refusal_; }
     const LoadContact& detector() const noexcept { return detector_; }
     double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
 
@@ -102,6 +108,12 @@ public:
     // The speed has changed since a contact was last believed, or none was.
     bool uncertain() const noexcept { return uncertain_; }
     bool learning_failed() const noexcept { return learning_failed_; }  // in the last cycle learnt from
+
+    // The growth may be applied: nothing is being learnt, and the reference is not refused.
+    bool applicable() const noexcept {
+        return !cycle_.learning() && refusal_.reason() == Refusal::none &&
+               (refusal_.compares() || !cycle_.running());
+    }
 
     // In the last cycles, three at least, contacts were compared and none believed: what is believed is no
     // longer so, and the gate keeps out what is.  Ends with a contact that is believed.
@@ -124,9 +136,12 @@ public:
     };
     const Counts& counts() const noexcept { return counts_; }
 
+    // See ReferenceRefusal.
+    void acknowledge() noexcept { refusal_.acknowledge(); }
+
     // See ContactCycle.  Nothing is known of the growth then.
-    bool restore(const ContactReference& reference, std::int32_t program) noexcept {
-        if (!cycle_.restore(reference, program)) return false;
+    bool restore(const ContactReference& reference) noexcept {
+        if (!cycle_.restore(reference)) return false;
         gate_.forget();
         return true;
     }
@@ -139,21 +154,26 @@ private:
     static constexpr double history_time = 600;  // s
 
     // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
-    void follow_cycle(const Sample& s, bool program_clock) noexcept {
+    void follow_cycle(const Sample& s, const Settings& settings) noexcept {
         if (cycle_.running() && !(s.enable && s.cycle_running)) {
-            const bool learnt_from = cycle_.learning();
-            const ContactCycle::Ended ended = cycle_.end(s.enable && s.cycle_complete);
-            counts_.missed += ended.missed;
+            const bool learnt_from = cycle_.learning(), compared = refusal_.compares();
+            const bool complete = s.enable && s.cycle_complete;
+            const ContactCycle::Ended ended =
+                cycle_.end(complete, settings.method, settings.reference_cycles);
+            refusal_.end(complete && !learnt_from);
+            if (compared) counts_.missed += ended.missed;
             if (learnt_from) learning_failed_ = !ended.learnt;
-            if (s.cycle_complete && counts_.rejected > rejected_before_) ++barren_cycles_;
+            if (compared && !learnt_from && s.cycle_complete && counts_.rejected > rejected_before_)
+                ++barren_cycles_;
             clock_.stop();
         }
         if (s.enable && s.cycle_running && !was_running_) {
-            cycle_.begin(s.learn);
+            cycle_.begin(s.learn, s.setup);
+            refusal_.begin(cycle_.references(), s.setup, s.learn);
             approaching_ = false;
             rejected_before_ = counts_.rejected;
-            program_ = s.program;
-            if (program_clock) clock_.start();
+            setup_ = s.setup;
+            if (settings.program_clock) clock_.start();
         }
         was_running_ = s.cycle_running;
     }
@@ -205,34 +225,47 @@ private:
         note_.contact.feed = s.velocity;
         note_.contact.feed_override = s.feed_override;
         note_.contact.applied_offset = s.applied_offset;
-        note_.program = s.program;
+        note_.setup = s.setup;
         note_.speed_history = speed_history_.value();
+        note_.temperature = usable(s.temperature, 1e3, note_.temperature);
+        note_.date = std::max(s.date, 0);
     }
 
     // What the rise that was noted turns out to be.
     Event judge(bool blanked, const Settings& settings) noexcept {
         ++counts_.contacts;
         note_.contact.sigma = -note_.contact.feed * detector_.sigma();
-        const ContactReference* partner = cycle_.learning() ? nullptr : cycle_.partner(note_.key);
+        const bool learning = cycle_.learning();
+        const bool fresh = learning && cycle_.learnt() == 0;  // there is nothing to compare with yet
+        if (!learning && !comparable(note_.setup)) return reject(Rejection::no_reference);
+        const ContactReference* partner = cycle_.partner(note_.key);
         if (blanked) return reject(Rejection::blanked);
-        if (cycle_.learning()) {
-            cycle_.learn(note_);
-            return believe(0);
-        }
-        if (!cycle_.valid_for(note_.program)) return reject(Rejection::no_reference);
-        if (!partner) return reject(Rejection::unexpected);
-        const Contact& reference = partner->contact;
-        const Rejection reason = comparison(settings.method, note_.contact, reference, settings.limits);
+        const Rejection reason = fresh      ? Rejection::none
+                                 : !partner ? Rejection::unexpected
+                                            : compare(*partner, settings);
+        if (learning) cycle_.learn(note_, !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
-        growth_ = plumb::growth(settings.method, note_.contact, reference);
-        sigma_ = std::hypot(note_.contact.sigma, reference.sigma);
-        if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
-            return reject(Rejection::too_large);
-        if (!gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate))
-            return reject(Rejection::beyond_gate);
+        if (learning) return believe(fresh ? 0 : growth_);
         ++counts_.accepted;
         believe(growth_);
         return Event::accepted;
+    }
+
+    bool comparable(const MachiningSetup& setup) const noexcept {
+        return refusal_.compares() && cycle_.references().made_with(setup);
+    }
+
+    Rejection compare(const ContactReference& partner, const Settings& settings) noexcept {
+        const Contact& now = note_.contact;
+        const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
+        refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
+        if (reason != Rejection::none) return reason;
+        growth_ = plumb::growth(settings.method, now, partner.contact);
+        sigma_ = displacement_sigma(now, partner);
+        if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
+            return Rejection::too_large;
+        return gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate) ? Rejection::none
+                                                                                     : Rejection::beyond_gate;
     }
 
     Event believe(double growth) noexcept {
@@ -259,7 +292,8 @@ private:
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
-    std::int32_t program_ = 0;    // as the cycle began
+    MachiningSetup setup_;        // as the cycle began
+    ReferenceRefusal refusal_;
 
     ContactReference note_;  // the last rise
     Counts counts_;
