@@ -170,9 +170,19 @@ void thermal_displacement_beside_pid(benchmark::State& state) {
                        "contacts"});
 }
 
+// Taking an offset back, which is all that it does when it is armed, too.
+void axis_offset_beside_pid(benchmark::State& state) {
+    beside_pid(state, {"axis_offset",
+                       "update",
+                       {{"motion-enabled", "1"}, {"all-homed", "1"}, {"clear", "1"}},
+                       {{"offset", "steps"}},
+                       "uncompensated"});
+}
+
 BENCHMARK(empty_thread)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(control_loop)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(thermal_displacement_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
 
 }  // namespace
 }  // namespace plumb

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace plumb {
+
+// Turns a wanted offset into the counts of LinuxCNC's external offsets.  LinuxCNC adds each step of the
+// counts, times the scale, to the offset it is asked for (the request), and loses steps for good while it
+// does not listen.  So the loop is closed on the request:
+//
+//     counts += round((wanted - request) / scale)
+//
+// and a step is sent only after the request has shown the one before.  What is lost can neither add up nor
+// wind up.
+class OffsetCounter {
+public:
+    // Nothing is under way any more, and the request is taken as it is.
+    void start(double request) noexcept {
+        expected_ = request;
+        silence_ = 0;
+    }
+
+    // Whether the request shows what was sent.  Once in each period: it counts those without an answer.
+    bool answered(double request, double scale) noexcept {
+        const bool heard = std::abs(request - expected_) <= scale / 2;
+        silence_ = heard ? 0 : silence_ + 1;
+        return heard;
+    }
+
+    // Sends the step that brings the request to the wanted offset; only after answered().  Both finite, scale
+    // > 0.
+    void ask(double wanted, double request, double scale) noexcept {
+        const double step = std::round((wanted - request) / scale);
+        const double counts = counts_ + step;
+        used_up_ = std::abs(counts) > std::numeric_limits<std::int32_t>::max();
+        if (used_up_) return;
+        counts_ = static_cast<std::int32_t>(counts);
+        expected_ = request + step * scale;
+    }
+
+    std::int32_t counts() const noexcept { return counts_; }
+    bool silent() const noexcept { return silence_ > patience; }  // LinuxCNC does not take the steps
+    bool used_up() const noexcept { return used_up_; }            // the step does not fit into 32 bits
+
+private:
+    static constexpr int patience = 10;  // periods
+
+    std::int32_t counts_ = 0;
+    double expected_ = 0;
+    int silence_ = 0;
+    bool used_up_ = false;
+};
+
+}  // namespace plumb
