@@ -19,7 +19,7 @@ GrowthByContact::Settings settings(Method method = Method::coordinate, double un
     GrowthByContact::Settings s;
     s.method = method;
     s.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
-    s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1};
+    s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1, 0.2};
     s.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
     return s;
 }
@@ -253,6 +253,37 @@ TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
     placed.cycle(10 * um, {{0, held}});
     EXPECT_EQ(placed.counts().accepted, 4) << "the coordinate does not care";
     EXPECT_NEAR(placed.accepted[0], 10 * um, 0.5 * um);
+}
+
+// Held just after it has met the work, before the load shows it, the tool seems to meet it where it goes on.
+TEST(GrowthByContact, AFeedHoldInTheContactIsNotBelieved) {
+    Milling::Upset held;
+    held.hold = 3;
+    double worst = 0;  // of what would be believed
+    const Shop before = learnt();
+    for (double height = 0.2; height > -0.2; height -= 0.01) {
+        held.hold_height = height;
+        for (const double steady_time : {0.0, 0.2}) {
+            Shop shop = before;
+            shop.used.limits.steady_time = steady_time;
+            shop.cycle(10 * um, {{0, held}});
+            ASSERT_GE(shop.accepted.size(), steady_time == 0 ? 1u : 3u);
+            const double error = std::abs(shop.accepted[0] - 10 * um);
+            if (steady_time == 0)
+                worst = std::max(worst, error);
+            else
+                EXPECT_LT(error, 0.5 * um) << height;
+        }
+    }
+    EXPECT_GT(worst, 10 * um) << "as far as the gate lets it";
+    held.hold_height = 0.45;
+    Shop above = learnt();
+    above.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(above.counts().accepted, 4) << "0.2 s at 2 mm/s before the contact";
+    held.hold_height = 0.35;
+    above.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(above.measured.rejection(), Rejection::unsteady_feed);
+    EXPECT_EQ(above.counts().accepted, 7);
 }
 
 TEST(GrowthByContact, AClockThatMissedItsStartIsNotBelieved) {

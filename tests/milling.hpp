@@ -30,7 +30,8 @@ struct Milling {
         bool air = false;           // no work
         double height = 0;          // mm that the contact comes early: a chip, odd stock, a longer tool
         double feed_override = 1;   // of this plunge
-        double hold = 0;            // s of feed hold, 1 mm above the work
+        double hold = 0;            // s of feed hold
+        double hold_height = 1;     // mm above the work where it begins
         bool speed_change = false;  // commanded 0.5 mm above the work
         bool abort = false;         // 0.3 mm below the top
     };
@@ -91,10 +92,16 @@ private:
         travel(cut.top + 3, 50, rapid);
         now_.feed_override = upset.feed_override;
         const double speed = feed * upset.feed_override;
-        travel(cut.top + 1, speed, feeding);
-        rest(upset.hold);
-        travel(cut.top + 0.5, speed, feeding);
-        if (upset.speed_change) now_.speed += 100;
+        if (upset.hold > 0) {
+            travel(cut.top + upset.hold_height, speed, feeding);
+            holding_ = true;
+            rest(upset.hold);
+            holding_ = false;
+        }
+        if (upset.speed_change) {
+            travel(cut.top + 0.5, speed, feeding);
+            now_.speed += 100;
+        }
         travel(cut.top - 0.3, speed, feeding);
         if (!upset.abort) {
             travel(cut.top - 1, speed, feeding);
@@ -129,7 +136,8 @@ private:
         const double z = command_ + offset;
         const double depth = top_ - (z - growth);
         const double part = velocity != 0 ? depth / (std::abs(velocity) * dt) : depth * 1e9;  // of the period
-        cut_load_ += (step * std::clamp(part, 0.0, 1.0) - cut_load_) * -std::expm1(-dt / 0.03);
+        const double cut = holding_ ? 0 : step * std::clamp(part, 0.0, 1.0);
+        cut_load_ += (cut - cut_load_) * -std::expm1(-dt / 0.03);
         cutting = depth > 0;
         past_.push_back(4 + now_.speed / 1000 + cut_load_);
         const auto age = static_cast<std::size_t>(std::lround(latency / dt));
@@ -148,6 +156,7 @@ private:
     double command_ = home;  // mm
     double top_ = -1e9;      // mm, where the work begins in this cut
     double cut_load_ = 0;
+    bool holding_ = false;  // the feed: no chip is cut
     std::vector<double> past_{};
     std::mt19937 generator_{1};
 };

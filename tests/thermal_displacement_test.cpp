@@ -343,7 +343,9 @@ TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
                                                           {"time-tolerance", -1},
                                                           {"load-latency", 1e308},
                                                           {"feed-tolerance", 2},
-                                                          {"max-correction", -1}};
+                                                          {"max-correction", -1},
+                                                          {"steady-time", not_a_number},
+                                                          {"reference-cycles", 0}};
     Mill mill;
     mill.bench.expect("abs(offset_rate) <= 0.01 * (1 + 1e-6)", {{"offset", "z.z-offset"}});
     mill.learn();
@@ -462,6 +464,23 @@ TEST(ThermalDisplacement, ARefusalThatIsNettedToAcknowledgeIsJudgedAtEachStart) 
     mill.milling.setup.program = 7;
     mill.cycle(12 * um);
     EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+// The simulated mill begins its first part from rest, and the later ones where it has milled the sides.
+TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
+    for (const int learning_cycles : {1, 2}) {
+        Bench bench(Bench::Thread::none);
+        bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+        bench.set("thermal.by-time", 1);
+        bench.set("thermal.clock-from-program", 1);
+        bench.set("program.cycle-interval", 60);
+        bench.set("program.learning-cycles", learning_cycles);
+        bench.command("start");
+        bench.run(60 * (learning_cycles + 2));
+        EXPECT_EQ(bench.get("thermal.contacts-accepted"), learning_cycles == 1 ? 0 : 4);
+        EXPECT_EQ(bench.get("thermal.contacts-rejected"), learning_cycles == 1 ? 4 : 0);
+        EXPECT_EQ(bench.get("thermal.rejection-code"), learning_cycles == 1 ? 5 : 0);
+    }
 }
 
 TEST(ThermalDisplacement, SaysWhenNothingWasAcceptedForThreeCycles) {

@@ -20,7 +20,7 @@ struct ContactSettings {
         s.load_latency = load_latency;
         s.reference_cycles = reference_cycles;
         s.contact = {threshold, release, smoothing, debounce, baseline_time, blanking_time};
-        s.limits = {window, feed_tolerance, lost_time_tolerance, max_correction};
+        s.limits = {window, feed_tolerance, lost_time_tolerance, max_correction, steady_time};
         s.gate = {max_growth_rate, gate_floor, gate_cap, confirm_contacts};
         return s;
     }
@@ -46,6 +46,8 @@ struct ContactSettings {
                                    "Part by which feed and override may differ from the reference."};
     hal::In<double> lost_time_tolerance{owner, "lost-time-tolerance", 0.002, "s",
                                         "By time: how much longer than in the reference Z may have stood."};
+    hal::In<double> steady_time{owner, "steady-time", 0.2, "s",
+                                "How long Z must feed steadily before a contact after a hold."};
     hal::In<double> max_growth_rate{owner, "max-growth-rate", 0.0002, "mu/s",
                                     "Fastest growth to expect; the gate opens with it."};
     hal::In<double> gate_floor{owner, "gate-floor", 0.015, "mu", "Narrowest gate."};

@@ -27,8 +27,11 @@ what is to be added to the Z origin:
     by time:        d = v (tB - tA)      z-offset = applied-offset + d      v < 0: signed feed in the plunge
 
 The clock of the time method starts when z-position - applied-offset comes down to start-height, or with the cycle
-(clock-from-program).  z-offset changes where g differs from it by more than tolerance, only while the tool is out of
-the work, by max-rate at most, and stays within max-offset.
+(clock-from-program).  Then every cycle, and the one that is learnt from too, must begin with the same tool in the same
+place: the first one after switching on often does not, and all contacts of the later ones are rejected.
+
+z-offset changes where g differs from it by more than tolerance, only while the tool is out of the work, by max-rate at
+most, and stays within max-offset.
 
 The signal to net to z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through
 axis_offset, the drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.
@@ -72,7 +75,9 @@ displacement-sigma tells by how much.
 Pairing goes by operation, tool and occurrence: the first, second, ... approach of that tool in that operation.  A
 drill, whose load rises over its point, and an entry from the side say nothing about Z: name their keys in
 exclude-operation-N.  start-height and window may be set by operation, as
-operation itself.  A different feed or override is rejected, not scaled away, by either method.
+operation itself.  A different feed or override is rejected, not scaled away, by either method; so is a contact within
+steady-time after a feed hold, a stop or a turn of the override: a tool that was held in the work, before the load
+showed it, seems to meet it where it goes on.
 
 The gate: growth can have come no further than max-growth-rate times the time since the last accepted contact, at
 least gate-floor, at most gate-cap.  What lies beyond is rejected, or, with confirm-contacts above 0, believed once so
@@ -87,7 +92,7 @@ rejection-code:
 
     1 blanked           4 feed or override differs              7 larger than max-correction
     2 none, or refused  5 time: no clock, hold, dwell           8 beyond the gate
-    3 unexpected        6 outside the window
+    3 unexpected        6 outside the window                    9 after a hold, within steady-time
 
 fault-code; inputs that are not numbers, or beyond 1e6, count as lost.  While one is, contacts are not seen and z-offset
 holds; afterwards the load is blanked as after a change of speed:

@@ -19,6 +19,7 @@ enum class Rejection : std::int32_t {
     outside_window = 6,  // too far from the coordinate of the reference
     too_large = 7,       // a larger single correction than allowed
     beyond_gate = 8,     // larger than growth can be since the last accepted contact
+    unsteady_feed = 9,   // a feed hold, a stop or another override came just before it
 };
 
 struct ContactLimits {
@@ -26,11 +27,12 @@ struct ContactLimits {
     double feed_tolerance = 0;       // part of the feed of the reference
     double lost_time_tolerance = 0;  // s
     double max_correction = 0;       // mu, from the last accepted growth
+    double steady_time = 0;          // s of steady feed before the contact
 
     bool valid() const noexcept {
         return window >= 0 && window <= 1e3 && feed_tolerance >= 0 && feed_tolerance <= 1 &&
                lost_time_tolerance >= 0 && lost_time_tolerance <= 1e3 && max_correction >= 0 &&
-               max_correction <= 1e3;
+               max_correction <= 1e3 && steady_time >= 0 && steady_time <= 1e3;
     }
 };
 

@@ -10,6 +10,7 @@
 #include "components/math/load_contact.hpp"
 #include "components/math/plausibility_gate.hpp"
 #include "components/math/reference_refusal.hpp"
+#include "components/math/steady_feed.hpp"
 
 #include <algorithm>
 #include <array>
@@ -87,7 +88,10 @@ public:
 
         const Travel way = travel(s, settings);
         follow_approach(s, way);
-        if (complete_sample) follow_depth(s, way);
+        if (complete_sample) {
+            feed_.step(s.velocity, settings.limits.feed_tolerance, dt);
+            follow_depth(s, way);
+        }
 
         const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
         const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
@@ -202,6 +206,7 @@ private:
         if (way != Travel::towards_work || (approaching_ && same_task(s, approach_))) return;
         approaching_ = true;
         approach_ = cycle_.approach(s.operation, s.tool);
+        feed_.begin();
     }
 
     // Above where it last met the work the tool is out of it; and on its way to another one.
@@ -225,6 +230,7 @@ private:
         note_.contact.feed = s.velocity;
         note_.contact.feed_override = s.feed_override;
         note_.contact.applied_offset = s.applied_offset;
+        steady_time_ = feed_.time() - ago;
         note_.setup = s.setup;
         note_.speed_history = speed_history_.value();
         note_.temperature = usable(s.temperature, 1e3, note_.temperature);
@@ -240,6 +246,7 @@ private:
         if (!learning && !comparable(note_.setup)) return reject(Rejection::no_reference);
         const ContactReference* partner = cycle_.partner(note_.key);
         if (blanked) return reject(Rejection::blanked);
+        if (steady_time_ < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
         const Rejection reason = fresh      ? Rejection::none
                                  : !partner ? Rejection::unexpected
                                             : compare(*partner, settings);
@@ -295,7 +302,9 @@ private:
     MachiningSetup setup_;        // as the cycle began
     ReferenceRefusal refusal_;
 
-    ContactReference note_;  // the last rise
+    ContactReference note_;   // the last rise
+    SteadyFeed feed_;         // of the approach
+    double steady_time_ = 0;  // s before that rise
     Counts counts_;
     Rejection rejection_ = Rejection::none;
     double growth_ = 0;
