@@ -1,0 +1,565 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Says what compensation would have done on a machine, from what record.hal has recorded there.
+
+    ./report.py load.txt                             with the settings of settings.hal
+    ./report.py load.txt --set threshold=0.7         ... and another threshold
+    ./report.py load.txt --chart report.png          and draws it
+
+It looks at the load, suggests settings, replays the recording into thermal_displacement, and prints each contact,
+what became of it, the offset of each cycle, and what to do next. Where no cycle of the recording was one to learn
+from, the first complete one is. The exit status is 0 when contacts were compared and nothing hinders compensation.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+
+import numpy as np
+import plumb
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+
+# The columns of record.hal, and where replay.hal takes them.
+COLUMNS = {
+    "load": "thermal.load",
+    "z": "thermal.z-position",
+    "velocity": "thermal.z-velocity-cmd",
+    "speed": "thermal.spindle-speed-cmd",
+    "override": "thermal.feed-override",
+    "applied": "thermal.applied-offset",
+    "operation": "thermal.operation",
+    "motion": "thermal.motion-type",
+    "tool": "thermal.tool-number",
+    "running": "thermal.cycle-running",
+    "complete": "thermal.cycle-complete",
+    "learn": "learn.in0",
+}
+LEARN_TOO = "learn.in1"  # of replay.hal: learn from this cycle, whatever was recorded
+
+RAPID, FEED = 1, 2  # LinuxCNC's motion.motion-type
+
+VERDICTS = {
+    1: "blanked: too soon after a change of speed",
+    2: "there is no reference",
+    3: "the reference has no such contact",
+    4: "feed or override differs",
+    5: "time: no clock, a hold or a dwell",
+    6: "outside the window",
+    7: "larger than max-correction",
+    8: "beyond the gate",
+}
+
+OUTPUTS = [
+    "contacts",
+    "contacts-accepted",
+    "contacts-rejected",
+    "contacts-unexpected",
+    "contacts-missed",
+    "rejection-code",
+    "contact-coordinate",
+    "displacement",
+    "displacement-sigma",
+    "z-offset",
+    "learning",
+    "reference-valid",
+    "fault-code",
+]
+SETTINGS = ["threshold", "release", "smoothing", "debounce", "blanking-time", "max-rate", "tolerance", "gate-floor"]
+LOOK = 0.01  # seconds from one look at the outputs to the next
+BASELINE = 0.5  # seconds of the load before a contact that it is measured from
+
+
+class Unusable(RuntimeError):
+    """A recording that says nothing."""
+
+
+class Recording:
+    """What record.hal has written: a column of numbers for each name in COLUMNS."""
+
+    def __init__(self, file, period):
+        self.file, self.period = file, period
+        try:
+            rows = np.loadtxt(file, ndmin=2)
+        except ValueError as error:
+            raise Unusable("%s: %s" % (file, self._complaint(error))) from None
+        if rows.size == 0 or rows.shape[1] not in (len(COLUMNS), len(COLUMNS) + 1):
+            raise Unusable(
+                "%s: %d columns instead of the %d of record.hal, and the number of the sample"
+                % (file, rows.shape[1] if rows.size else 0, len(COLUMNS))
+            )
+        if rows.shape[1] > len(COLUMNS):
+            lost = np.flatnonzero(np.diff(rows[:, 0]) != 1)
+            if len(lost):
+                raise Unusable("%s: samples are missing after sample %d" % (file, rows[lost[0], 0]))
+            rows = rows[:, 1:]
+        for column, name in enumerate(COLUMNS):
+            setattr(self, name, rows[:, column])
+        self.operation = np.rint(self.operation).astype(int)
+        self.tool = self.tool.astype(int)
+        self.duration = len(rows) * period
+        self.cycles = self._cycles()
+        self.approaches = self._approaches()
+
+    def _complaint(self, error):
+        with open(self.file) as lines:
+            if any(line.startswith("overrun") for line in lines):
+                return "halsampler lost samples ('overrun'): record again, with a larger depth in record.hal"
+        return "is not what record.hal writes: %s" % error
+
+    def _cycles(self):
+        running = np.concatenate(([0], self.running, [0])) > 0
+        edges = np.flatnonzero(running[1:] != running[:-1])
+        cycles = []
+        for number, (begin, end) in enumerate(zip(edges[::2], edges[1::2]), 1):
+            ended = end < len(self.running)
+            complete = bool(ended and self.complete[end])
+            cycles.append(Cycle(number, begin, end, ended, complete, bool(self.learn[begin])))
+        return cycles
+
+    def _approaches(self):
+        """The descents to the work, each with its cycle and occurrence, as thermal_displacement counts them."""
+        clear = (self.motion == RAPID) | (self.velocity > 0)
+        towards = (self.motion == FEED) & (self.velocity < 0) & (self.operation != 0)
+        approaches = []
+        for cycle in self.cycles:
+            counted = {}
+            at = cycle.begin
+            while True:
+                found = np.flatnonzero(towards[at : cycle.end])
+                if not len(found):
+                    break
+                begin = at + found[0]
+                ends = np.flatnonzero(clear[begin : cycle.end])
+                end = begin + (ends[0] if len(ends) else cycle.end - begin)
+                key = (self.operation[begin], self.tool[begin])
+                counted[key] = counted.get(key, 0) + 1
+                approaches.append(Approach(self, cycle, begin, end, *key, counted[key]))
+                at = end
+        return approaches
+
+
+class Cycle:
+    def __init__(self, number, begin, end, ended, complete, learn):
+        self.number, self.begin, self.end = number, begin, end  # rows
+        self.ended, self.complete, self.learn = ended, complete, learn
+
+
+class Approach:
+    """A descent, and the step of the load in it: where a step divides it best into two levels."""
+
+    def __init__(self, recording, cycle, begin, end, operation, tool, occurrence):
+        self.cycle, self.begin, self.end = cycle, begin, end
+        self.operation, self.tool, self.occurrence = operation, tool, occurrence
+        self.period = recording.period
+        load = recording.load[begin:end]
+        changed = np.flatnonzero(np.abs(np.diff(recording.speed[:begin])) > 1)
+        self.speed_changed = changed[-1] + 1 if len(changed) else None
+        settled = max(0, int(0.5 / self.period) - (begin - self.speed_changed)) if len(changed) else 0
+        self.onset = None
+        least = int(0.1 / self.period)
+        if len(load) - settled < 3 * least:
+            return
+        count = np.arange(1, len(load) - settled)
+        sums = np.cumsum(load[settled:])
+        before, after = sums[:-1] / count, (sums[-1] - sums[:-1]) / (count[-1] + 1 - count)
+        gain = count * (count[-1] + 1 - count) * (after - before) ** 2
+        best = least + int(np.argmax(gain[least:-least]))
+        self.onset = begin + settled + best
+        self.air = slice(max(begin + settled, self.onset - int(1 / self.period)), self.onset - least // 2)
+        self.cut = slice(self.onset + least, max(end, self.onset + 2 * least))
+        self.noise = detrended(recording.load[self.air]).std()
+        self.base = np.median(recording.load[self.air])
+        self.rise = recording.load[self.cut].mean() - self.base
+
+    def meets_work(self):
+        return self.onset is not None and self.rise > 4 * self.noise
+
+    def name(self):
+        return "operation %d, tool %d" % (self.operation, self.tool)
+
+
+def detrended(values):
+    if len(values) < 3:
+        return values - values.mean()
+    time = np.linspace(-1, 1, len(values))
+    return values - np.polyval(np.polyfit(time, values, 1), time)
+
+
+def smoothed(values, time_constant, period):
+    """What the component's filter makes of values."""
+    if not time_constant:
+        return values
+    share = 1 - np.exp(-period / time_constant)
+    result = np.empty(len(values))
+    level = values[0]
+    for i, value in enumerate(values):
+        level += share * (value - level)
+        result[i] = level
+    return result
+
+
+class Load:
+    """What the recorded load is worth."""
+
+    smoothings = (0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
+
+    def __init__(self, recording, excluded):
+        period = recording.period
+        if np.ptp(recording.load) == 0:
+            raise Unusable("the load is %g %% all the time: it is not wired" % recording.load[0])
+        levels = np.unique(recording.load)
+        self.quantum = np.diff(levels).min()
+        changes = np.flatnonzero(np.diff(recording.load))
+        self.interval = max(1, np.percentile(np.diff(changes), 10)) * period if len(changes) > 10 else np.inf
+        self.met = [a for a in recording.approaches if a.meets_work() and a.operation not in excluded]
+        if not self.met:
+            raise Unusable("in none of %d descents does the load rise" % len(recording.approaches))
+        airs = [recording.load[a.air] for a in self.met]
+        self.noises = {
+            tau: np.median([detrended(smoothed(air, tau, period)).std() for air in airs]) for tau in self.smoothings
+        }
+        self.noise = self.noises[0]
+        self.rises = {}
+        for approach in self.met:
+            self.rises.setdefault(approach.name(), []).append(approach.rise)
+        self.lightest = min(self.rises, key=lambda name: np.median(self.rises[name]))
+        self.least = np.median(self.rises[self.lightest])
+        self.spread = max(np.ptp(rises) / np.mean(rises) for rises in self.rises.values())
+        self.rise_time = self._rise_time(recording)
+        self.settling = self._settling(recording)
+
+    def _rise_time(self, recording):
+        """From 10 to 90 % of the rise, in the mean over all contacts."""
+        period, reach = recording.period, int(0.3 / recording.period)
+        curves = []
+        for a in self.met:
+            if a.onset - reach >= 0 and a.onset + reach <= min(a.end, len(recording.load)):
+                curves.append((recording.load[a.onset - reach : a.onset + reach] - a.base) / a.rise)
+        if not curves:
+            return np.nan
+        curve = np.mean(curves, axis=0)
+        above = np.flatnonzero(curve > 0.9)
+        below = np.flatnonzero(curve[: above[0]] < 0.1) if len(above) else []
+        return (above[0] - below[-1]) * period if len(below) else np.nan
+
+    def _settling(self, recording):
+        """The longest time for which a change of speed disturbs the load before a contact."""
+        longest = 0
+        window = max(1, int(0.02 / recording.period))
+        for a in self.met:
+            if a.speed_changed is None or any(a.speed_changed < b.begin < a.begin for b in recording.approaches):
+                continue  # another cut lies between
+            stretch = recording.load[a.speed_changed : a.air.stop]
+            if len(stretch) <= window:
+                continue
+            mean = np.convolve(stretch, np.ones(window) / window, "valid")
+            off = np.flatnonzero(np.abs(mean - a.base) > max(5 * self.noise / np.sqrt(window / 4), self.quantum))
+            if len(off):
+                longest = max(longest, (off[-1] + window) * recording.period)
+        return longest
+
+    def suggestions(self):
+        """Settings and why."""
+        enough = self.least / 4
+        smoothing = next((tau for tau in self.smoothings if 5 * self.noises[tau] <= enough), self.smoothings[-1])
+        noise = self.noises[smoothing]
+        wanted = max(5 * noise, self.least / 8, 1.5 * self.quantum)
+        threshold = round_up(min(wanted, self.least / 3))
+        debounce = max(0.02, 2 * (smoothing + self.interval))
+        return [
+            ("smoothing", smoothing, "leaves %.2g %% of noise" % noise),
+            (
+                "threshold",
+                threshold,
+                "%.1f times that noise, a %s of the lightest cut" % (threshold / noise, part(self.least / threshold)),
+            ),
+            ("release", threshold / 2, "half of it"),
+            ("debounce", round_up(debounce), "longer than noise lasts, two values of the load at least"),
+            ("blanking-time", round_up(self.settling + 0.2), "the load was disturbed for %.2g s" % self.settling),
+        ]
+
+    def warnings(self):
+        step = self.quantum
+        if step > self.least / 4:
+            yield "The load comes in steps of %.3g %%, more than a quarter of the lightest cut: ask the drive for a finer value." % step
+        if self.interval > 0.02:
+            yield "The load changes every %.0f ms only: at 100 mm/min Z moves %.0f um meanwhile. Read it faster, or feed slower." % (
+                self.interval * 1e3,
+                self.interval * 100 / 60 * 1e3,
+            )
+        if self.rise_time > 0.25:
+            yield "The load takes %.2f s to rise. Let the drive filter it less." % self.rise_time
+        if 5 * self.noises[self.smoothings[-1]] > self.least / 3:
+            yield "The load is too noisy for %s: no smoothing makes its rise of %.2g %% stand out. Exclude that operation." % (
+                self.lightest,
+                self.least,
+            )
+
+
+def round_up(value):
+    """To two digits."""
+    if value <= 0:
+        return 0.0
+    step = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.ceil(value / step - 1e-9) * step)
+
+
+def part(ratio):
+    names = {2: "half", 3: "third", 4: "quarter", 5: "fifth", 6: "sixth", 7: "seventh", 8: "eighth"}
+    return names.get(int(round(ratio)), "%.0fth" % ratio)
+
+
+class Replay:
+    """What thermal_displacement makes of a recording."""
+
+    def __init__(self, recording, files, settings):
+        learnt = [c for c in recording.cycles if c.learn]
+        self.chosen = None if learnt else next((c for c in recording.cycles if c.complete), None)
+        with tempfile.TemporaryDirectory(prefix="plumb-report-") as folder, plumb.Host() as host:
+            for file in files:
+                host.load(file)
+            host.command("start")
+            for name, value in settings:
+                host.set("thermal." + name, value)
+            self.settings = {name: host.get("thermal." + name) for name in SETTINGS}
+            self.excluded = [host.get("thermal.exclude-operation-%d" % i) for i in range(8)]
+            host.replay(recording.file, list(COLUMNS.values()), recording.period)
+            outputs = os.path.join(folder, "outputs.csv")
+            host.record(outputs, ["thermal." + name for name in OUTPUTS], LOOK)
+            done = 0
+            if self.chosen:
+                for row, value in ((self.chosen.begin - 1, True), (self.chosen.end + 2, False)):
+                    done += host.run(max(0, row * recording.period - done)).ran
+                    host.set(LEARN_TOO, value)
+            host.run(recording.duration)
+            table = np.loadtxt(outputs, delimiter=",", skiprows=1, converters=None, dtype=float, ndmin=2)
+        self.time = table[:, 0]
+        for column, name in enumerate(OUTPUTS, 1):
+            setattr(self, name.replace("-", "_"), table[:, column])
+        self.found = [self._contact(row, recording) for row in np.flatnonzero(np.diff(self.contacts)) + 1]
+
+    def _contact(self, row, recording):
+        contact = Contact()
+        contact.time = self.time[row]
+        contact.coordinate = self.contact_coordinate[row]
+        contact.growth, contact.sigma = self.displacement[row], self.displacement_sigma[row]
+        contact.learnt = bool(self.learning[row])
+        contact.believed = self.contacts_accepted[row] > self.contacts_accepted[row - 1]
+        code = int(self.rejection_code[row])
+        refused = (self.contacts_rejected + self.contacts_unexpected)[[row - 1, row]]
+        contact.code = code if refused[1] > refused[0] else 0
+        contact.compared = not contact.learnt and (contact.believed or contact.code in (7, 8))
+        at = contact.time / recording.period
+        contact.approach = max(
+            (a for a in recording.approaches if a.begin <= at), key=lambda a: a.begin, default=None
+        )
+        return contact
+
+    def offset_at(self, row, period):
+        return self.z_offset[min(int(row * period / LOOK) + 1, len(self.z_offset) - 1)]
+
+
+class Contact:
+    def verdict(self):
+        if self.code:
+            return "rejected: " + VERDICTS.get(self.code, "code %d" % self.code)
+        return "learnt" if self.learnt else "believed" if self.believed else "seen"
+
+
+def table(header, rows):
+    widths = [max(len(row[i]) for row in [header] + rows) for i in range(len(header))]
+    for row in [header] + rows:
+        cells = [cell.rjust(width) for cell, width in zip(row[:-1], widths)]
+        print("  " + "  ".join(cells + [row[-1]]).rstrip())
+
+
+def show_recording(recording):
+    descents = len(recording.approaches)
+    print(
+        "%s: %.1f s, %d cycles, %d descents to the work"
+        % (os.path.basename(recording.file), recording.duration, len(recording.cycles), descents)
+    )
+
+
+def show_load(load, recording):
+    print("\nThe load")
+    print("  new value every   %.3g ms, in steps of %.2g %%" % (load.interval * 1e3, load.quantum))
+    print("  noise             %.2g %%, standard deviation as the tool feeds through air" % load.noise)
+    for name, rises in load.rises.items():
+        print("  rise of the cut   %.2g %% in %s, %d times" % (np.median(rises), name, len(rises)))
+    print("  10 to 90 %% of it  in %.0f ms" % (load.rise_time * 1e3))
+    print("  change of speed   disturbs it for %.2g s" % load.settling)
+
+
+def show_suggestions(load, settings):
+    print("\nSuggested for settings.hal")
+    for name, value, reason in load.suggestions():
+        now = settings[name]
+        print("  setp thermal.%-14s %-6.4g # %s; it was replayed with %.4g" % (name, value, reason, now))
+
+
+def show_contacts(replay):
+    print("\nContacts, in mm")
+    rows = []
+    for c in replay.found:
+        a = c.approach
+        keys = [a.cycle.number, a.operation, a.tool, a.occurrence] if a else ["-"] * 4
+        growth = ["%+.4f" % c.growth, "%.4f" % c.sigma] if c.compared else ["", ""]
+        cells = ["%.2f" % c.time] + [str(key) for key in keys] + ["%.4f" % c.coordinate] + growth
+        rows.append(cells + [c.verdict()])
+    table(["time", "cycle", "operation", "tool", "occurrence", "coordinate", "growth", "sigma", "verdict"], rows)
+
+
+def show_cycles(recording, replay):
+    print("\nCycles: the offset that compensation would have applied, in mm")
+    rows = []
+    for cycle in recording.cycles:
+        begin, end = (replay.offset_at(row, recording.period) for row in (cycle.begin, cycle.end))
+        recorded = recording.applied[min(cycle.end, len(recording.applied) - 1)]
+        inside = [c for c in replay.found if c.approach and c.approach.cycle is cycle]
+        believed = sum(c.believed and not c.learnt for c in inside)
+        kind = "learnt from" if cycle.learn or cycle is replay.chosen else "" if cycle.complete else "not complete"
+        rows.append(
+            [
+                str(cycle.number),
+                "%.2f" % (cycle.begin * recording.period),
+                "%d" % len(inside),
+                "%d" % believed,
+                "%+.4f" % begin,
+                "%+.4f" % end,
+                "%+.4f" % recorded,
+                kind,
+            ]
+        )
+    table(["cycle", "from", "contacts", "believed", "at its start", "at its end", "recorded", ""], rows)
+
+
+def show_summary(replay):
+    """Returns how many contacts were compared and believed."""
+    refused = {}
+    for contact in replay.found:
+        if contact.code:
+            refused[contact.code] = refused.get(contact.code, 0) + 1
+    believed = sum(c.believed and not c.learnt for c in replay.found)
+    learnt = sum(c.learnt for c in replay.found)
+    print("\nContacts: %d learnt, %d believed, %d missed" % (learnt, believed, replay.contacts_missed[-1]))
+    for code in sorted(refused):
+        print("  %d rejected: %s" % (refused[code], VERDICTS.get(code, "code %d" % code)))
+    print("Largest offset %+.4f mm" % replay.z_offset[np.argmax(abs(replay.z_offset))])
+    return believed
+
+
+def problems(recording, replay, load):
+    """What hinders compensation, and what to do about it."""
+    open_cycles = [c.number for c in recording.cycles if not c.complete]
+    if open_cycles:
+        yield "Not complete: cycle %s. Either it was aborted, or the program does not set M64 P1 before M65 P0." % (
+            ", ".join(map(str, open_cycles))
+        )
+    if not any(c.learnt for c in replay.found):
+        yield "Nothing was learnt: a cycle that is complete, on a settled machine, must come first."
+    yield from load.warnings()
+    codes = [c.code for c in replay.found]
+    if codes.count(1):
+        yield "Contacts come too soon after a change of speed: let the spindle settle (G4), or shorten blanking-time."
+    if codes.count(4):
+        yield "The feed at a contact was not that of the reference: no override while the tool comes down."
+    if codes.count(8) + codes.count(7) > len(codes) / 10:
+        yield "Many contacts were beyond the gate: machine a part more often, or see whether blanks are alike."
+    if replay.contacts_missed[-1]:
+        yield "Contacts of the reference did not come: a threshold that is too high, or an operation to be excluded."
+    scatter = scatter_of(replay)
+    if scatter and scatter > 0.005:
+        yield "Contacts within a cycle scatter by %.4f mm: see the load above, and feed slower." % scatter
+    faults = sorted(set(replay.fault_code[replay.fault_code != 0].astype(int)))
+    if faults:
+        yield "thermal_displacement showed fault-code %s: see its manual page." % ", ".join(map(str, faults))
+
+
+def scatter_of(replay):
+    """Standard deviation of the growth among the believed contacts of a cycle."""
+    groups = {}
+    for contact in replay.found:
+        if contact.believed and not contact.learnt and contact.approach:
+            groups.setdefault(contact.approach.cycle.number, []).append(contact.growth)
+    deviations = [growth - np.mean(group) for group in groups.values() if len(group) > 1 for growth in group]
+    freedom = sum(len(group) - 1 for group in groups.values())
+    return np.sqrt(np.square(deviations).sum() / freedom) if freedom else None
+
+
+def draw(file, recording, replay):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, (loads, offsets) = pyplot.subplots(2, 1, sharex=True, figsize=(10, 7))
+    time = np.arange(len(recording.load)) * recording.period
+    thin = max(1, len(time) // 20000)
+    loads.plot(time[::thin], recording.load[::thin], linewidth=0.5, color="grey")
+    loads.set_ylabel("load, %")
+    loads.set_ylim(*np.percentile(recording.load, [0.1, 95]) + np.array([-2, 10]))
+    offsets.plot(replay.time, replay.z_offset * 1e3, label="offset that would have been applied")
+    for believed, mark, label in ((True, "o", "contact, believed"), (False, "x", "contact, rejected")):
+        shown = [c for c in replay.found if c.compared and c.believed == believed]
+        if shown:
+            growth = [c.growth * 1e3 for c in shown]
+            offsets.errorbar([c.time for c in shown], growth, [c.sigma * 1e3 for c in shown], fmt=mark, label=label)
+    offsets.set_ylabel("growth, µm")
+    offsets.set_xlabel("time, s")
+    offsets.legend()
+    figure.tight_layout()
+    figure.savefig(file)
+
+
+def setting(text):
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError("'%s' is not NAME=VALUE" % text)
+    return name, float(value)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recording", metavar="load.txt", help="what record.hal has written")
+    parser.add_argument("--settings", default=os.path.join(FOLDER, "settings.hal"), metavar="FILE.hal")
+    parser.add_argument("--set", type=setting, action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--period", type=float, default=0.001, help="of the servo thread, in s")
+    parser.add_argument("--chart", metavar="FILE.png")
+    arguments = parser.parse_args()
+    try:
+        recording = Recording(arguments.recording, arguments.period)
+        show_recording(recording)
+        if not recording.cycles:
+            raise Unusable("cycle-running is never true: the program must set M64 P0 at the start of a cycle")
+        if not recording.approaches:
+            raise Unusable("Z never feeds down in an operation: the program must name it by M68 E0")
+        files = [os.path.join(FOLDER, "replay.hal"), arguments.settings]
+        replay = Replay(recording, files, arguments.set)
+        load = Load(recording, replay.excluded)
+    except (Unusable, plumb.Refused, OSError) as error:
+        print("report: %s" % error, file=sys.stderr)
+        return 2
+    show_load(load, recording)
+    show_suggestions(load, replay.settings)
+    show_contacts(replay)
+    show_cycles(recording, replay)
+    believed = show_summary(replay)
+    print("\nNext")
+    found = list(problems(recording, replay, load))
+    for problem in found:
+        print("  - " + problem)
+    if not found and believed:
+        print("  - Nothing hinders compensation. Take the suggested settings over where they differ, replay again, and")
+        print("    let the machine run with them.")
+    elif not found:
+        print("  - Record more parts: nothing was compared yet.")
+    if arguments.chart:
+        draw(arguments.chart, recording, replay)
+    return 0 if believed and not found else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

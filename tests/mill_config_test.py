@@ -1,0 +1,327 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/mill: thermal displacement in a complete LinuxCNC in virtual time, twenty times faster than the clock."""
+
+import csv
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
+CONFIGURATION = os.path.join(ROOT, "configs", "mill")
+PATIENCE = 200  # seconds, for what takes a few
+SPEED = 20
+
+um = 1e-3
+PERIOD = 0.001
+GROWTH = 10 * um  # that grow.ngc adds
+TOLERANCE = 15 * um  # of the cuts: 2 um that are not applied, and what the load leaves uncertain
+OPERATIONS = [10, 10, 10, 20, 20, 30]
+RAPID, FEED = 1, 2
+
+
+def own_folder(test):
+    folder = tempfile.TemporaryDirectory(prefix="mill-")
+    (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
+    return folder.name
+
+
+def copy_configuration(folder):
+    """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
+    copy = shutil.copytree(CONFIGURATION, os.path.join(folder, "mill"))
+    for ini in ("mill.ini", "axis.ini"):  # the memory of a run is its own, and needs no disk
+        change(os.path.join(copy, ini), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+    return copy
+
+
+def change(file, old, new):
+    with open(file) as lines:
+        text = lines.read()
+    assert old in text, (file, old)
+    with open(file, "w") as lines:
+        lines.write(text.replace(old, new))
+
+
+def environment(folder, **more):
+    home = os.path.join(folder, "home")
+    os.makedirs(home, exist_ok=True)
+    path = os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin"
+    return {"HOME": home, "PATH": path, "PYTHONPATH": os.path.join(BUILD, "python"), **more}
+
+
+def run(folder, machine, *command, **more):
+    """Exit status and output of a command in the folder of a configuration."""
+    process = subprocess.Popen(
+        command,
+        cwd=machine,
+        env=environment(folder, **more),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        output = process.communicate(timeout=PATIENCE)[0]
+    except subprocess.TimeoutExpired:
+        process.terminate()
+        raise AssertionError("%s did not end:\n%s" % (command, process.communicate()[0])) from None
+    return process.returncode, output
+
+
+def read_recording(file):
+    """Columns of a recording, by name."""
+    with open(file) as lines:
+        names = next(csv.reader(lines))
+        columns = np.loadtxt(lines, delimiter=",", ndmin=2)
+    return {name: columns[:, i] for i, name in enumerate(names)}
+
+
+def changes(values):
+    """The rows in which a value is another than in the row before."""
+    return np.flatnonzero(np.diff(values)) + 1
+
+
+class Shift(unittest.TestCase):
+    """One start of LinuxCNC, in which programs/mill_scenario.py works through all scenes."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        cls.folder, cls.machine = folder, copy_configuration(folder)
+        scenario = os.path.join(ROOT, "tests", "programs", "mill_scenario.py")
+        change(os.path.join(cls.machine, "mill.ini"), "common/headless.py", scenario)
+        with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
+            file.write("HALFILE = record.hal\n")
+        status, output = run(
+            folder, cls.machine, "plumb", "run", "--speed", "%g" % SPEED, "--", "linuxcnc", "-r", "mill.ini"
+        )
+        if status != 42:
+            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+        cls.output = output
+        with open(os.path.join(cls.machine, "facts.json")) as file:
+            cls.facts = json.load(file)
+        cls.scenes = {
+            name[:-4]: read_recording(os.path.join(cls.machine, name))
+            for name in os.listdir(cls.machine)
+            if name.endswith(".csv") and name != "measured_growth.csv"
+        }
+
+    def cuts(self, scene):
+        """Errors of the cuts in a scene."""
+        rows = changes(self.scenes[scene]["mill.truth-cuts"])
+        operations = self.scenes[scene]["mill.truth-cut-operation"][rows]
+        self.assertEqual(list(operations), OPERATIONS)
+        return self.scenes[scene]["mill.truth-cut-error"][rows]
+
+    def test_scenes_are_those_of_the_scenario(self):
+        self.assertEqual(
+            sorted(self.scenes),
+            ["aborted", "aborted_before_learning", "before_probing", "compensated", "grown", "learnt"]
+            + ["probed", "refused", "uncompensated"],
+        )
+
+    def test_parts_are_true_on_the_cold_machine(self):
+        self.assertLess(abs(self.cuts("learnt")).max(), 3 * um)
+
+    def test_without_compensation_growth_goes_into_the_work(self):
+        np.testing.assert_allclose(self.cuts("uncompensated"), -GROWTH, atol=3 * um)
+
+    def test_with_compensation_only_the_first_cut_shows_growth(self):
+        for scene in ("compensated", "grown"):
+            with self.subTest(scene):
+                errors = self.cuts(scene)
+                self.assertLess(errors[0], abs(errors[1:]).max())
+                self.assertLess(abs(errors[1:]).max(), TOLERANCE)
+
+    def test_offset_moves_only_out_of_contact_and_slowly(self):
+        for name, scene in self.scenes.items():
+            with self.subTest(name):
+                moves = np.diff(scene["axis.z.eoffset"])
+                in_work = scene["mill.engagement"][1:] > 0
+                if name != "probed":  # where the probe touches
+                    self.assertEqual(np.count_nonzero(moves[in_work]), 0)
+                self.assertLess(abs(moves).max(initial=0), 5 * um)
+
+    def test_cycle_bits_frame_the_contacts(self):
+        for name in ("learnt", "uncompensated", "compensated", "grown"):
+            with self.subTest(name):
+                scene = self.scenes[name]
+                running, complete = scene["motion.digital-out-00"], scene["motion.digital-out-01"]
+                begin, end = changes(running)
+                self.assertTrue(begin < end and not running[0])
+                cutting = np.flatnonzero(scene["mill.engagement"] > 0)
+                self.assertTrue(begin < cutting[0] and cutting[-1] < end)
+                self.assertTrue(complete[end])
+                self.assertFalse(complete[begin : cutting[-1]].any())
+                learn = scene["motion.digital-out-02"]
+                self.assertEqual(learn[begin : end + 1].all(), name == "learnt")
+                self.assertFalse(learn[-1])
+
+    def test_operations_are_numbered_as_the_tools_feed(self):
+        scene = self.scenes["compensated"]
+        operation = scene["motion.analog-out-00"]
+        self.assertEqual([operation[row] for row in changes(operation)][::2], OPERATIONS)
+        feeding = scene["motion.motion-type"] == FEED
+        self.assertTrue((operation[feeding] != 0).all())
+        tools = scene["iocontrol.0.tool-number"][feeding]
+        self.assertTrue((tools == operation[feeding] / 10).all())
+
+    def test_contacts_are_those_of_the_feeding_end_mills(self):
+        scene = self.scenes["compensated"]
+        contacts = changes(scene["thermal.contacts"])
+        self.assertEqual(len(contacts), 5)  # and not the drill's
+        self.assertTrue((scene["motion.motion-type"][contacts] == FEED).all())
+        self.assertEqual(np.ptp(scene["thermal.contacts-accepted"]), 5)
+
+    def test_program_reads_the_offset_in_force(self):
+        for scene in self.scenes.values():
+            np.testing.assert_allclose(scene["motion.analog-in-00"][3:], scene["axis.z.eoffset"][2:-1], atol=0.1 * um)
+        told = [float(re.search("force (.*) mm", text)[1]) for text in self.facts["messages"] if "force" in text]
+        names = ["learnt", "uncompensated", "compensated", "grown", "before_probing"]
+        for name, offset in zip(names, told):
+            self.assertAlmostEqual(offset, self.scenes[name]["axis.z.eoffset"][-1], delta=0.1 * um)
+        self.assertEqual(len(told), len(names))
+
+    def test_abort_takes_the_bits_back_and_moves_nothing(self):
+        scene = self.scenes["aborted"]
+        self.assertTrue(scene["motion.digital-out-00"].any())
+        for bit in range(4):
+            self.assertFalse(scene["motion.digital-out-%02d" % bit][-1], bit)
+        self.assertEqual(scene["motion.analog-out-00"][-1], 0)
+        begin = changes(scene["motion.digital-out-00"])[0]
+        self.assertFalse(scene["motion.digital-out-01"][begin:].any())
+        self.assertEqual(np.ptp(scene["joint.2.motor-pos-cmd"][-500:]), 0)
+        request = self.scenes["aborted_before_learning"]["motion.digital-out-02"]
+        self.assertEqual([request[0], request[-1]], [1, 0])
+
+    def test_probing_with_an_offset_in_force_is_refused(self):
+        scene = self.scenes["refused"]
+        self.assertGreater(scene["axis.z.eoffset"][0], GROWTH)
+        self.assertLess(np.ptp(scene["joint.2.motor-pos-cmd"]), 10 * um)
+        self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
+        self.assertIn("refusal", self.facts)
+
+    def test_probing_takes_the_offset_back_and_finds_the_work_where_it_was(self):
+        self.assertAlmostEqual(self.facts["work"], -250, delta=2 * um)
+        self.assertAlmostEqual(self.scenes["probed"]["axis.z.eoffset"][-1], 0, delta=0.1 * um)
+        self.assertGreater(self.scenes["probed"]["mill.truth-growth"][-1], 1.5 * GROWTH)
+        self.assertAlmostEqual(self.facts["probed"], -250, delta=TOLERANCE)
+
+    def test_touch_off_comes_out_alike_with_the_offset_in_force_and_without(self):
+        for how in ("with", "without"):
+            self.assertAlmostEqual(
+                self.facts["touched off %s the offset" % how], self.facts["probed"], delta=0.2 * um, msg=how
+            )
+
+    def report(self, recording, *options):
+        """Exit status, output and the table of contacts of the report on a recording."""
+        status, output = run(self.folder, self.machine, "./report.py", recording, *options)
+        contacts = []
+        for line in output.partition("\nContacts, in mm\n")[2].partition("\n\n")[0].splitlines()[1:]:
+            words = line.split()
+            compared = len(words) > 7 and re.fullmatch(r"[+-]\d+\.\d+", words[6])
+            contacts.append(
+                {
+                    "key": tuple(map(int, words[2:5])),
+                    "cycle": int(words[1]),
+                    "coordinate": float(words[5]),
+                    "growth": float(words[6]) if compared else None,
+                    "verdict": " ".join(words[8 if compared else 6 :]),
+                }
+            )
+        return status, output, contacts
+
+    def test_report_says_what_the_machine_said(self):
+        _, output, contacts = self.report("load.txt", "--chart", "chart.png")
+        for cycle, name in ((3, "compensated"), (4, "grown")):
+            with self.subTest(name):
+                scene = self.scenes[name]
+                rows = changes(scene["thermal.contacts"])
+                reported = [c for c in contacts if c["cycle"] == cycle]
+                self.assertEqual(
+                    [c["key"] for c in reported], [(10, 1, 1), (10, 1, 2), (10, 1, 3), (20, 2, 1), (20, 2, 2)]
+                )
+                self.assertEqual({c["verdict"] for c in reported}, {"believed"})
+                for pin, value in (("contact-coordinate", "coordinate"), ("displacement", "growth")):
+                    said = scene["thermal." + pin][rows]
+                    np.testing.assert_allclose([c[value] for c in reported], said, atol=0.2 * um, err_msg=pin)
+        self.assertGreater(os.path.getsize(os.path.join(self.machine, "chart.png")), 10000)
+        self.assertIn("Not complete: cycle 5,", output)
+
+    def test_report_from_a_machine_without_compensation_says_what_it_would_have_done(self):
+        scene = self.scenes["uncompensated"]
+        with open(os.path.join(self.machine, "load.txt")) as file:
+            lines = file.readlines()
+        numbers = [line.split() for line in lines]
+        ends = [i for i in range(1, len(numbers)) if numbers[i - 1][10] == "1" and numbers[i][10] == "0"]
+        with open(os.path.join(self.machine, "first.txt"), "w") as file:
+            for line in lines[: ends[1] + 20]:
+                words = line.split()
+                words[12] = "0"  # and nobody has said which part to learn from
+                file.write(" ".join(words) + "\n")
+        self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
+        status, output, contacts = self.report("first.txt")
+        self.assertEqual(status, 0, output)
+        self.assertEqual([c["verdict"] for c in contacts], 5 * ["learnt"] + 5 * ["believed"])
+        growth = [c["growth"] for c in contacts if c["growth"] is not None]
+        np.testing.assert_allclose(growth, GROWTH, atol=TOLERANCE)
+        self.assertIn("Nothing hinders compensation", output)
+
+    def test_report_names_what_a_recording_lacks(self):
+        with open(os.path.join(self.machine, "load.txt")) as file:
+            lines = file.readlines()[:20000]
+        for name, changed, words in (
+            ("overrun", lines[:10] + ["overrun\n"] + lines[10:], "a larger depth"),
+            ("missing", lines[:10] + lines[11:], "samples are missing after sample 9"),
+            ("columns", [line.partition(" ")[2].partition(" ")[2] for line in lines], "11 columns"),
+            ("cycles", lines[:1000], "M64 P0"),
+        ):
+            with self.subTest(name):
+                file = os.path.join(self.machine, name + ".txt")
+                with open(file, "w") as recording:
+                    recording.writelines(changed)
+                status, output, _ = self.report(file)
+                self.assertEqual(status, 2, output)
+                self.assertIn(words, output)
+                self.assertNotIn("Traceback", output)
+
+
+class Screen(unittest.TestCase):
+    def test_axis_shows_the_panel_and_its_buttons_work(self):
+        folder = own_folder(self)
+        machine = copy_configuration(folder)
+        numbers, answer = os.pipe()
+        screen = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(answer), "-screen", "0", "1280x960x24", "-nolisten", "tcp"],
+            pass_fds=[answer],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(answer)
+        self.addCleanup(screen.wait)
+        self.addCleanup(screen.send_signal, signal.SIGTERM)
+        with os.fdopen(numbers) as line:
+            display = ":" + line.readline().strip()
+        shutil.copy(os.path.join(ROOT, "tests", "programs", "mill_operator.py"), machine)
+        with open(os.path.join(machine, "axis.ini"), "a") as ini:
+            ini.write("[APPLICATIONS]\nAPP = ./mill_operator.py\n")
+        status, output = run(
+            folder, machine, "plumb", "run", "--speed", "5", "--", "linuxcnc", "-r", "axis.ini", DISPLAY=display
+        )
+        self.assertEqual(status, 0, output)
+        with open(os.path.join(machine, "panel.json")) as file:
+            seen = json.load(file)
+        self.assertTrue(seen["compensates"])
+        self.assertNotEqual(seen["load"], 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

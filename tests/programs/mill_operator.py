@@ -1,0 +1,32 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""An [APPLICATIONS]APP of mill_config_test: looks at what the panel beside AXIS is wired to, and ends AXIS."""
+
+import json
+import subprocess
+
+import plumb
+from plumb_linuxcnc import Machine
+
+
+def value(host, pin):
+    """None while there is no such pin."""
+    try:
+        return host.get(pin)
+    except plumb.Refused:
+        return None
+
+
+with Machine() as machine:
+    host = machine.host
+    machine.wait_for(lambda _: value(host, "pyvcp.load"), "the panel")
+    machine.wait_for(lambda _: value(host, "pyvcp.compensate"), "its checkbutton")
+    machine.turn_on()
+    machine.home()
+    seen = {"compensates": host.get("thermal.enable"), "load": host.get("pyvcp.load")}
+    host.halcmd("unlinkp", "halui.mdi-command-00")  # from the button, which this program presses
+    host.set("halui.mdi-command-00", True)
+    machine.wait_for(lambda _: host.get("thermal.learn"), "the request to learn")
+with open("panel.json", "w") as file:
+    json.dump(seen, file)
+subprocess.run(["axis-remote", "--quit"], check=True)

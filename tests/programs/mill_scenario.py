@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of mill_config_test: works configs/mill through a shift, and leaves a record of each scene.
+
+Each scene is a file of servo cycles, NAME.csv in the folder of the INI file; facts.json says what the operator was
+told, and what LinuxCNC knew. The exit status, 42, is no one else's.
+"""
+
+import json
+import sys
+
+from plumb_linuxcnc import Machine, OperatorError
+
+COLUMNS = (
+    ["motion.digital-out-%02d" % i for i in range(4)]
+    + ["motion.analog-out-00", "motion.motion-type", "motion.analog-in-00", "axis.z.eoffset", "joint.2.motor-pos-cmd"]
+    + ["mill.truth-growth", "mill.truth-contacts", "mill.engagement", "iocontrol.0.tool-number"]
+    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "thermal.z-offset", "z-stage.armed"]
+    + ["thermal.contacts", "thermal.contacts-accepted", "thermal.displacement", "thermal.contact-coordinate"]
+)
+
+
+class Shift:
+    def __init__(self, machine):
+        self.machine = machine
+        self.facts = {}
+
+    def scene(self, name):
+        return self.machine.recording(name + ".csv", COLUMNS)
+
+    def part(self, name):
+        with self.scene(name):
+            self.machine.run("part.ngc")
+            self.machine.wait(0.05)
+
+    def work(self):
+        machine = self.machine
+        machine.turn_on()
+        machine.home()
+        machine.run("setup.ngc")
+        self.facts["work"] = self.top()
+        machine.run("learn.ngc")
+        self.part("learnt")
+        machine.run("grow.ngc")
+        machine.host.set("compensate.in1", False)
+        self.part("uncompensated")
+        machine.host.set("compensate.in1", True)
+        self.part("compensated")
+        machine.run("grow.ngc")
+        self.part("grown")
+        self.abort()
+        self.probe()
+
+    def abort(self):
+        """In the second plunge; the request to learn, which came meanwhile, is gone as well."""
+        machine = self.machine
+        with self.scene("aborted"):
+            machine.start("part.ngc")
+            cuts = machine.host.get("mill.truth-cuts")
+            machine.wait_for(
+                lambda _: machine.host.get("mill.truth-cuts") > cuts and machine.host.get("mill.engagement") > 0.5,
+                "the second plunge",
+            )
+            machine.abort()
+            machine.wait(1)
+        machine.run("learn.ngc")
+        with self.scene("aborted_before_learning"):
+            machine.abort()
+            machine.wait(0.2)
+
+    def probe(self):
+        """With an offset in force: refused; and after the offset was taken back."""
+        machine = self.machine
+        self.part("before_probing")
+        machine.mdi("T4 M6 G43")
+        machine.mdi("G0 X0 Y0 Z3")
+        with self.scene("refused"):
+            try:
+                machine.mdi("G38.2 Z-5 F100")
+            except OperatorError as error:
+                self.facts["refusal"] = str(error)
+            machine.abort()
+            machine.wait(0.2)
+        with self.scene("probed"):
+            machine.mdi("O <probe_work> call [20]")
+            machine.wait(0.05)
+        self.facts["probed"] = self.top()
+        # Where the tip is now for a program that wants it at 3: with the offset in force, and without it.
+        offset = machine.host.get("thermal.z-offset")
+        machine.mdi("G0 Z[3 + %.6f]" % offset)
+        machine.mdi("O <touch_off> call [3]")
+        self.facts["touched off without the offset"] = self.top()
+        machine.mdi("M64 P0")
+        machine.mdi("O <compensated> call")
+        machine.mdi("M65 P0")
+        machine.mdi("G0 Z3")
+        machine.mdi("O <touch_off> call [3]")
+        self.facts["touched off with the offset"] = self.top()
+
+    def top(self):
+        """Z of G54."""
+        return self.machine.poll().g5x_offset[2]
+
+
+def main():
+    with Machine() as machine:
+        shift = Shift(machine)
+        shift.work()
+        shift.facts["errors"] = machine.errors
+        shift.facts["messages"] = machine.messages
+    with open("facts.json", "w") as file:
+        json.dump(shift.facts, file)
+    return 42
+
+
+if __name__ == "__main__":
+    sys.exit(main())
