@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cmath>
+
+namespace plumb {
+
+// Least squares of a load that rises behind a first-order lag τ from a moment t0 on,
+//
+//     y = b                                t < t0
+//     y = b + P (1 - exp(-(t - t0) / τ))   t ≥ t0
+//
+// for a given τ, with b, P and t0 free, over evenly spaced samples of weight 0 or 1.  They are taken from the
+// newest to the oldest: then the sums for an onset at each sample follow from those for the sample after it.
+// Between two samples the model is linear in b, P and P exp(t0 / τ), and the best onset has a closed form.
+class OnsetFit {
+public:
+    // Sums over all samples that will be taken.
+    struct Total {
+        double n = 0;  // weights
+        double y = 0;
+    };
+
+    void begin(const Total& total, double spacing, double time_constant) noexcept {
+        *this = OnsetFit();
+        total_ = total;
+        q_ = std::exp(-spacing / time_constant);
+    }
+
+    void take(double weight, double y) noexcept {
+        const Sums later = sums_;
+        sums_ = {later.n + weight, q_ * later.e + weight, q_ * q_ * later.ee + weight, later.y + weight * y,
+                 q_ * later.ey + weight * y};
+        propose(sums_, 1, taken_++);
+        if (first_ == taken_ - 1) later_ = later;
+    }
+
+    // After the oldest sample: the onset may lie on either side of the best sample.
+    void finish() noexcept {
+        const Sums best = best_;
+        const int first = first_;
+        propose(best, best_share(best), first);
+        propose(later_, best_share(later_), first - 1);
+        const Rise r = rise(best_, c_);
+        gain_ = r.fy / r.ff;
+        baseline_ = (total_.y - gain_ * r.f) / total_.n;
+        const double e = c_ * best_.e, ee = c_ * c_ * best_.ee;
+        const double fe = e - ee - r.f * e / total_.n;
+        information_ = ee - e * e / total_.n - fe * fe / r.ff;
+    }
+
+    double q() const noexcept { return q_; }                  // exp(-spacing / τ)
+    double explained() const noexcept { return explained_; }  // part of the sum of squares about the mean
+
+    // Valid after finish(), if found: there is a rise, before which and after which there are samples.
+    bool found() const noexcept { return gain_ > 0 && information_ > 0 && std::isfinite(baseline_); }
+    int first() const noexcept { return first_; }  // number of samples newer than the first after the onset
+    double share() const noexcept { return c_; }   // exp(-(time from the onset to that sample) / τ)
+    double gain() const noexcept { return gain_; }
+    double baseline() const noexcept { return baseline_; }
+    // White noise of variance s² in y gives the onset the variance s² (τ / P)² / information.
+    double information() const noexcept { return information_; }
+
+private:
+    // Over the samples from one on, with e = exp(-(t - that sample's t) / τ).
+    struct Sums {
+        double n = 0, e = 0, ee = 0, y = 0, ey = 0;
+    };
+    // Sums of f = 1 - c e, and of its products with itself and y about their means.
+    struct Rise {
+        double f, ff, fy;
+    };
+
+    Rise rise(const Sums& s, double c) const noexcept {
+        const double f = s.n - c * s.e;
+        return {f, s.n - 2 * c * s.e + c * c * s.ee - f * f / total_.n,
+                s.y - c * s.ey - f * total_.y / total_.n};
+    }
+
+    void propose(const Sums& s, double c, int first) noexcept {
+        if (!(c >= q_ && c <= 1)) return;
+        const Rise r = rise(s, c);
+        if (!(r.fy * r.fy > explained_ * r.ff && r.fy > 0 && r.ff > 0)) return;
+        explained_ = r.fy * r.fy / r.ff;
+        best_ = s;
+        c_ = c;
+        first_ = first;
+    }
+
+    // The c that explains most, wherever it is.
+    double best_share(const Sums& s) const noexcept {
+        const double mean = total_.y / total_.n;
+        const double y = s.y - s.n * mean, ey = s.ey - s.e * mean;
+        const double oo = s.n - s.n * s.n / total_.n, oe = s.e - s.n * s.e / total_.n,
+                     ee = s.ee - s.e * s.e / total_.n;
+        return (ey * oo - y * oe) / (ey * oe - y * ee);
+    }
+
+    Total total_;
+    double q_ = 0;
+    int taken_ = 0;
+    Sums sums_;          // from the sample that was taken last on
+    Sums best_, later_;  // from the best one on, and from the one after it
+    double explained_ = 0;
+    double c_ = 1;
+    int first_ = -1;
+    double gain_ = 0, baseline_ = 0, information_ = 0;
+};
+
+}  // namespace plumb
