@@ -19,6 +19,7 @@ ContactReference reference(const ContactKey& key, double coordinate) {
     r.key = key;
     r.contact.coordinate = coordinate;
     r.contact.feed = -2;
+    r.contact.time_constant = 0.03;
     r.setup = setup;
     return r;
 }
@@ -326,8 +327,12 @@ TEST(ContactCycle, RefusesToRestoreWhatCannotBeRight) {
     bad = reference({20, 1, 1}, -20);
     bad.contact.feed = 2;
     EXPECT_FALSE(cycle.restore(bad)) << "fed away from the work";
-    for (double Contact::*field : {&Contact::coordinate, &Contact::time, &Contact::lost_time, &Contact::feed,
-                                   &Contact::feed_override, &Contact::applied_offset, &Contact::sigma})
+    bad = reference({20, 1, 1}, -20);
+    bad.contact.time_constant = 0;
+    EXPECT_FALSE(cycle.restore(bad)) << "not fitted";
+    for (double Contact::*field :
+         {&Contact::coordinate, &Contact::time, &Contact::lost_time, &Contact::feed, &Contact::feed_override,
+          &Contact::applied_offset, &Contact::sigma, &Contact::time_constant})
         for (const double value : {std::numeric_limits<double>::quiet_NaN(), -1e308}) {
             bad = reference({20, 1, 1}, -20);
             bad.contact.*field = value;

@@ -329,10 +329,10 @@ TEST(GrowthByContact, AnAbortedCycleCountsWhatItHadAndNoMore) {
     Milling::Upset abort;
     abort.abort = true;
     shop.cycle(10 * um, {{1, abort}});
-    EXPECT_EQ(shop.counts().accepted, 2);
+    EXPECT_EQ(shop.counts().accepted, 1) << "the other one was still being fitted";
     EXPECT_EQ(shop.counts().missed, 0);
     shop.cycle(10 * um);
-    EXPECT_EQ(shop.counts().accepted, 6);
+    EXPECT_EQ(shop.counts().accepted, 5);
     EXPECT_EQ(shop.counts().unexpected, 0);
 }
 
@@ -576,11 +576,45 @@ TEST(GrowthByContact, TheAgeOfTheLoadIsTakenOffTheContact) {
     Shop shop;
     shop.mill.latency = 0.05;
     shop.used.load_latency = 0.05;
-    shop.used.contact.smoothing = 0;
     shop.learn();
-    const double delay = 0.03 * std::log(8 / 7.0);  // of the filter, at the threshold
-    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.coordinate, -20 - 2 * delay, 4 * um);
-    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.time, 1 + delay, 0.002);
+    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.coordinate, -20, 1 * um);
+    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.time, 1, 0.0005);
+}
+
+TEST(GrowthByContact, AContactIsFittedByTheTimeConstantOfItsReference) {
+    Shop shop = learnt();
+    const double time_constant = shop.measured.cycle().references()[0].contact.time_constant;
+    EXPECT_NEAR(time_constant, 0.03, 0.002);
+    shop.mill.noise = 0.3;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.contact().time_constant,
+              shop.measured.cycle().references()[3].contact.time_constant);
+}
+
+TEST(GrowthByContact, ASofterPartShiftsNothing) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop = learnt(method);
+        shop.mill.step *= 0.7;
+        shop.cycle(10 * um);
+        ASSERT_EQ(shop.accepted.size(), 4u);
+        for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.2 * um);
+    }
+}
+
+// What lasts for the debounce time and no longer is a contact by its threshold, and not by its shape.
+TEST(GrowthByContact, ARiseThatIsNoneIsRejected) {
+    Shop shop = learnt();
+    shop.mill.upsets = {};
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) {
+        const bool short_pulse =
+            s.operation == 20 && s.velocity < 0 && s.motion == 2 && s.z > -39.7 && s.z < -39.6;
+        if (short_pulse) s.load += 6, ++periods;
+    };
+    shop.cycle(10 * um, {{1, {true}}});
+    EXPECT_GT(periods, 20);
+    EXPECT_EQ(shop.counts().rejected, 1);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_onset);
 }
 
 TEST(GrowthByContact, GrowthIsUncertainFromAChangeOfSpeedToTheNextContact) {

@@ -306,23 +306,6 @@ TEST(LoadContact, ALoadThatIsLostInTheWorkLeavesTheToolThere) {
     EXPECT_FALSE(drive.detector.in_work());
 }
 
-TEST(LoadContact, SigmaTellsTheScatterOfItsMoment) {
-    std::vector<double> delays;
-    double sigma = 0;
-    for (unsigned seed = 1; seed <= 60; ++seed) {
-        Drive drive;
-        drive.noise = 0.2;
-        drive.generator.seed(seed);
-        delays.push_back(drive.delay(8));
-        sigma += drive.detector.sigma() / 60;
-    }
-    double mean = 0, variance = 0;
-    for (const double delay : delays) mean += delay / 60;
-    for (const double delay : delays) variance += (delay - mean) * (delay - mean) / 59;
-    EXPECT_GT(sigma, 0.5 * std::sqrt(variance));
-    EXPECT_LT(sigma, 3 * std::sqrt(variance));
-}
-
 TEST(LoadContact, SettingsThatContradictThemselvesAreNotValid) {
     EXPECT_TRUE(settings().valid());
     auto s = settings();

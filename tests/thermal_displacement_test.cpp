@@ -368,7 +368,7 @@ TEST(ThermalDisplacement, ReferencesAreWalkedRestoredAndRefused) {
     const std::vector<std::string> fields{
         "operation",   "tool",           "occurrence", "coordinate",    "time",       "lost-time",
         "feed",        "feed-override",  "sigma",      "speed-history", "program-id", "tool-set-id",
-        "temperature", "applied-offset", "date",       "cycles",        "scatter"};
+        "temperature", "applied-offset", "date",       "cycles",        "scatter",    "time-constant"};
     Mill before;
     before.set("temperature", 21.5);
     before.set("date", 20261121);

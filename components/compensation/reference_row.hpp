@@ -21,6 +21,7 @@ struct ReferenceRow {
         feed_override.row = r.contact.feed_override;
         applied_offset.row = r.contact.applied_offset;
         sigma.row = r.contact.sigma;
+        time_constant.row = r.contact.time_constant;
         speed_history.row = r.speed_history;
         program.row = r.setup.program;
         tool_set.row = r.setup.tool_set;
@@ -33,7 +34,7 @@ struct ReferenceRow {
     ContactReference given() const noexcept {
         return {{operation.restore, tool.restore, occurrence.restore},
                 {coordinate.restore, time.restore, lost_time.restore, feed.restore, feed_override.restore,
-                 applied_offset.restore, sigma.restore},
+                 applied_offset.restore, sigma.restore, time_constant.restore},
                 {program.restore, tool_set.restore},
                 speed_history.restore,
                 temperature.restore,
@@ -54,6 +55,7 @@ struct ReferenceRow {
     hal::Field<double> feed_override{owner, "feed-override", "1", "Override at the contact."};
     hal::Field<double> applied_offset{owner, "applied-offset", "mu", "Offset at the contact."};
     hal::Field<double> sigma{owner, "sigma", "mu", "Standard deviation of the contact by noise."};
+    hal::Field<double> time_constant{owner, "time-constant", "s", "Of the load's rise at the contact."};
     hal::Field<double> speed_history{owner, "speed-history", "rpm",
                                      "Spindle speed over the ten minutes before."};
     hal::Field<std::int32_t> program{owner, "program-id", "", "Program that the contact belongs to."};

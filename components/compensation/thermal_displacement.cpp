@@ -67,10 +67,21 @@ edge of the same tool shows at its first contact, within the gate.  A tool measu
 A contact is a rise of the smoothed load by threshold over its running baseline while Z feeds towards the work, one
 per approach, that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.
 Choose threshold low: four or five times load-noise as shown while the tool feeds through air (it is never taken below
-four times), and a third of the step of the lightest cut at most.  With a threshold h, a load step P and a filter time
-constant tau the contact is seen tau ln(P / (P - h)) late, so a step that is softer by 20 percent moves it by 14 um at
-100 mm/min and 30 ms at half height, by 2 um at an eighth.  A coarse or noisy load scatters the contacts;
-displacement-sigma tells by how much.
+four times), and a third of the step of the lightest cut at most.
+
+The threshold only finds the contact.  Where it was comes out of a fit, by least squares, to the load of up to 0.3 s
+before and 0.3 s after, or less where the approach begins later or the feed ends earlier:
+
+    y = b,  from t0 on  b + P (1 - exp(-(t - t0) / tau))        b, P, t0 free; z-position interpolated at t0
+
+so that a softer part or a worn tool, whose step P is another one, moves nothing.  tau, mostly the drive's filter, is
+fitted in the learning cycle, kept with the reference, and used for all contacts that are compared with it: what the
+exponential does not describe shifts both alike.  A load that the drive samples and holds counts once per sample.  The
+work is spread, and the contact told up to 0.5 s after it was found (0.35 s when tau is known); until then the cycle
+must not end.  White noise s, sampled each T, gives the moment at best, and nearly so, a standard deviation of
+(s / P) sqrt(2 tau T): 0.3 ms for 0.3 percent, P 8 percent, tau 30 ms and 1 ms, which is 0.5 um at 100 mm/min.
+displacement-sigma is estimated from the residuals of both fits, seen through the same exponential, so that ripple and
+1/f noise count as well.  A rise that does not stand out from them by five standard deviations is rejected.
 
 Pairing goes by operation, tool and occurrence: the first, second, ... approach of that tool in that operation.  A
 drill, whose load rises over its point, and an entry from the side say nothing about Z: name their keys in
@@ -93,6 +104,7 @@ rejection-code:
     1 blanked           4 feed or override differs              7 larger than max-correction
     2 none, or refused  5 time: no clock, hold, dwell           8 beyond the gate
     3 unexpected        6 outside the window                    9 after a hold, within steady-time
+                                                           10 no clear rise
 
 fault-code; inputs that are not numbers, or beyond 1e6, count as lost.  While one is, contacts are not seen and z-offset
 holds; afterwards the load is blanked as after a change of speed:

@@ -84,6 +84,12 @@ public:
         return &partners()[i];
     }
 
+    // Likewise, for a contact that may come.
+    const ContactReference* expected(const ContactKey& key) const noexcept {
+        const std::int32_t i = partners().find(key);
+        return i < 0 ? nullptr : &partners()[i];
+    }
+
     // While learning; `agrees` tells that it could be compared with its partner.
     void learn(const ContactReference& reference, bool agrees) noexcept {
         spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);

@@ -50,8 +50,8 @@ struct ContactReference {
         return key.occurrence >= 1 && plausible(c.coordinate) && plausible(c.time) && c.time >= 0 &&
                plausible(c.lost_time) && plausible(c.feed) && c.feed < 0 && plausible(c.feed_override) &&
                plausible(c.applied_offset) && plausible(c.sigma) && c.sigma >= 0 &&
-               plausible(speed_history) && plausible(temperature) && date >= 0 && cycles >= 1 &&
-               plausible(scatter) && scatter >= 0;
+               plausible(c.time_constant) && c.time_constant > 0 && plausible(speed_history) &&
+               plausible(temperature) && date >= 0 && cycles >= 1 && plausible(scatter) && scatter >= 0;
     }
 };
 
@@ -64,8 +64,9 @@ inline void take_in(Method method, ContactReference& mean, const ContactReferenc
     const double squares = (before - 1) * mean.scatter * mean.scatter + before * part * away * away;
     mean.scatter = std::sqrt(squares / before);
     mean.contact.sigma = part * std::hypot(before * mean.contact.sigma, next.contact.sigma);
-    for (double Contact::*value : {&Contact::coordinate, &Contact::time, &Contact::lost_time, &Contact::feed,
-                                   &Contact::feed_override, &Contact::applied_offset})
+    for (double Contact::*value :
+         {&Contact::coordinate, &Contact::time, &Contact::lost_time, &Contact::feed, &Contact::feed_override,
+          &Contact::applied_offset, &Contact::time_constant})
         mean.contact.*value += part * (next.contact.*value - mean.contact.*value);
     mean.speed_history += part * (next.speed_history - mean.speed_history);
     mean.temperature += part * (next.temperature - mean.temperature);

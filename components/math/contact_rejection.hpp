@@ -20,6 +20,7 @@ enum class Rejection : std::int32_t {
     too_large = 7,       // a larger single correction than allowed
     beyond_gate = 8,     // larger than growth can be since the last accepted contact
     unsteady_feed = 9,   // a feed hold, a stop or another override came just before it
+    no_onset = 10,       // the load has no clear rise that could be fitted
 };
 
 struct ContactLimits {

@@ -12,6 +12,7 @@ struct Contact {
     double feed_override = 1;   // ratio
     double applied_offset = 0;  // mu, that the stage added to the Z origin
     double sigma = 0;           // mu, standard deviation of the contact by noise
+    double time_constant = 0;   // s, of the rise of the load; a contact is fitted by that of its reference
 };
 
 enum class Method { coordinate, time };

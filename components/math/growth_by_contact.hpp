@@ -5,6 +5,7 @@
 #include "components/math/blocks/first_order_lag.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/contact_cycle.hpp"
+#include "components/math/contact_onset.hpp"
 #include "components/math/contact_rejection.hpp"
 #include "components/math/displacement_law.hpp"
 #include "components/math/load_contact.hpp"
@@ -96,9 +97,13 @@ public:
         const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
         const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
         uncertain_ |= detector_.blanked();
+        const bool approach = complete_sample && way == Travel::towards_work && !detector_.blanked();
+        note_age_ += dt;
         if (event == LoadContact::Event::rise) note(s, settings.load_latency);
-        if (event != LoadContact::Event::contact && event != LoadContact::Event::blanked) return Event::none;
-        return judge(event == LoadContact::Event::blanked, settings);
+        if (event == LoadContact::Event::contact) onset_.start(known_time_constant());
+        const bool fitted = onset_.step(approach, s.load, s.z, dt);
+        if (event == LoadContact::Event::blanked) return judge(Rejection::blanked, settings);
+        return fitted ? judge(fit(settings.load_latency), settings) : Event::none;
     }
 
     const ContactCycle& cycle() const noexcept { return cycle_; }
@@ -162,6 +167,8 @@ private:
         if (cycle_.running() && !(s.enable && s.cycle_running)) {
             const bool learnt_from = cycle_.learning(), compared = refusal_.compares();
             const bool complete = s.enable && s.cycle_complete;
+            if (onset_.busy()) cycle_.spoil();
+            onset_.cancel();
             const ContactCycle::Ended ended =
                 cycle_.end(complete, settings.method, settings.reference_cycles);
             refusal_.end(complete && !learnt_from);
@@ -223,9 +230,12 @@ private:
     void note(const Sample& s, double load_latency) noexcept {
         const double ago = detector_.since_rise() + load_latency;
         below_contact_ = true;
+        note_age_ = 0;
+        onset_.cancel();
         note_.key = approach_;
         note_.contact.coordinate = s.z - s.velocity * ago;
-        note_.contact.time = std::max(0.0, clock_.time() - ago);
+        note_time_ = clock_.time();
+        note_.contact.time = std::max(0.0, note_time_ - ago);
         note_.contact.lost_time = clock_.lost_time(s.velocity);
         note_.contact.feed = s.velocity;
         note_.contact.feed_override = s.feed_override;
@@ -237,15 +247,31 @@ private:
         note_.date = std::max(s.date, 0);
     }
 
-    // What the rise that was noted turns out to be.
-    Event judge(bool blanked, const Settings& settings) noexcept {
+    // That of what the contact is to be compared with; 0 where there is nothing.
+    double known_time_constant() const noexcept {
+        const ContactReference* partner = cycle_.expected(note_.key);
+        return partner ? partner->contact.time_constant : 0;
+    }
+
+    // The fit puts the contact that was noted where it was.
+    Rejection fit(double load_latency) noexcept {
+        if (!onset_.found()) return Rejection::no_onset;
+        note_.contact.coordinate = onset_.coordinate() - note_.contact.feed * load_latency;
+        if (note_time_ > 0)  // a clock ran
+            note_.contact.time = std::max(0.0, note_time_ + note_age_ - onset_.ago() - load_latency);
+        note_.contact.sigma = -note_.contact.feed * onset_.sigma();
+        note_.contact.time_constant = onset_.time_constant();
+        return Rejection::none;
+    }
+
+    // What becomes of the contact that was noted, unless it is rejected already.
+    Event judge(Rejection rejection, const Settings& settings) noexcept {
         ++counts_.contacts;
-        note_.contact.sigma = -note_.contact.feed * detector_.sigma();
         const bool learning = cycle_.learning();
         const bool fresh = learning && cycle_.learnt() == 0;  // there is nothing to compare with yet
         if (!learning && !comparable(note_.setup)) return reject(Rejection::no_reference);
         const ContactReference* partner = cycle_.partner(note_.key);
-        if (blanked) return reject(Rejection::blanked);
+        if (rejection != Rejection::none) return reject(rejection);
         if (steady_time_ < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
         const Rejection reason = fresh      ? Rejection::none
                                  : !partner ? Rejection::unexpected
@@ -291,6 +317,7 @@ private:
 
     ApproachClock clock_;
     LoadContact detector_;
+    ContactOnset onset_;
     ContactCycle cycle_;
     PlausibilityGate gate_;
     FirstOrderLag speed_history_;
@@ -303,6 +330,8 @@ private:
     ReferenceRefusal refusal_;
 
     ContactReference note_;   // the last rise
+    double note_age_ = 0;     // s
+    double note_time_ = 0;    // s, of the clock then
     SteadyFeed feed_;         // of the approach
     double steady_time_ = 0;  // s before that rise
     Counts counts_;

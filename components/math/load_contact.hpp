@@ -17,9 +17,9 @@ enum class Travel { towards_work, other, clear };
 //  - Only while Z feeds towards the work, and not while a change of spindle speed still disturbs the load.
 //  - A rise must last for the debounce time without falling below the release level.  Its moment is that
 //    at which it crossed the threshold, interpolated between samples.
-//  - The threshold is low, because the load step P differs from part to part, and behind a lag τ a
-//    threshold h is crossed -τ ln(1 - h/P) late.  It is never below four standard deviations of the noise
-//    that the smoothing has left.
+//    That moment is a first guess: behind a lag τ a threshold h is crossed -τ ln(1 - h/P) late, and the step
+//    P differs from part to part.
+//  - The threshold is never below four standard deviations of the noise that the smoothing has left.
 //  - The baseline stands still while the load is high, and follows ten times faster while Z is clear,
 //    after a change of speed, and when the load has fallen.
 class LoadContact {
@@ -77,7 +77,6 @@ public:
 
     // Of the rise that was last reported.
     double since_rise() const noexcept { return since_rise_; }  // s from its crossing to the present sample
-    double sigma() const noexcept { return sigma_; }  // s, standard deviation of its moment by noise
 
     double noise() const noexcept { return noise_; }  // %, standard deviation about the baseline
     bool high() const noexcept { return high_; }  // above the threshold, and not yet below the release level
@@ -106,9 +105,6 @@ private:
             rise_blanked_ |= blanked();
             if (since_rise_ < debounce) return Event::none;
             rising_ = armed_ = false;
-            const double slope =
-                (rise - threshold) / since_rise_;  // % per s, less than at the crossing itself
-            sigma_ = slope > 0 ? std::min(noise_ / slope, since_rise_) : since_rise_;
             return rise_blanked_ ? Event::blanked : Event::contact;
         }
         return Event::none;
@@ -154,7 +150,6 @@ private:
     bool rise_blanked_ = false;  // in part while blanked
     double rise_ = 0;            // % over the baseline, in the last period
     double since_rise_ = 0;
-    double sigma_ = 0;
     bool in_work_ = false;
     bool end_unseen_ = false;  // the baseline cannot tell the end of this cut
 };
