@@ -176,6 +176,7 @@ TEST_F(HostCore, SamplesThatAreNotConsecutiveAreRefusedWithBothNumbers) {
         return bench_.client().replay({file, {"sum2.0.in0", "sum2.0.in1"}, 1ms});
     };
     EXPECT_EQ(replay("7 1 2\n8 1 2\n\n9 1 2\n"), 2ms);
+    EXPECT_EQ(replay("7 1 2\n8 1 2\n9 1"), 1ms);  // where halsampler was killed
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"0 1 2\n1 1 2\n\n5 1 2\n", "in.txt: line 4: sample 5 follows 1: samples are missing"},
         {"0 1 2\n0 1 2\n", "line 2: sample 0 follows 0"},

@@ -49,6 +49,8 @@ VERDICTS = {
     6: "outside the window",
     7: "larger than max-correction",
     8: "beyond the gate",
+    9: "too soon after a hold",
+    10: "no clear rise of the load",
 }
 
 OUTPUTS = [
@@ -67,12 +69,18 @@ OUTPUTS = [
     "fault-code",
 ]
 SETTINGS = ["threshold", "release", "smoothing", "debounce", "blanking-time", "max-rate", "tolerance", "gate-floor"]
+LARGE_SIGMA = 0.003  # mm
 LOOK = 0.01  # seconds from one look at the outputs to the next
-BASELINE = 0.5  # seconds of the load before a contact that it is measured from
 
 
 class Unusable(RuntimeError):
     """A recording that says nothing."""
+
+
+def complete_lines(file):
+    """The last one may break off, where halsampler was killed."""
+    with open(file) as lines:
+        yield from (line for line in lines if line.endswith("\n"))
 
 
 class Recording:
@@ -81,7 +89,7 @@ class Recording:
     def __init__(self, file, period):
         self.file, self.period = file, period
         try:
-            rows = np.loadtxt(file, ndmin=2)
+            rows = np.loadtxt(complete_lines(file), ndmin=2)
         except ValueError as error:
             raise Unusable("%s: %s" % (file, self._complaint(error))) from None
         if rows.size == 0 or rows.shape[1] not in (len(COLUMNS), len(COLUMNS) + 1):
@@ -351,10 +359,10 @@ class Replay:
         refused = (self.contacts_rejected + self.contacts_unexpected)[[row - 1, row]]
         contact.code = code if refused[1] > refused[0] else 0
         contact.compared = not contact.learnt and (contact.believed or contact.code in (7, 8))
+        # It is told when it has been fitted, half a second late: perhaps in the next descent, but not yet in its cut.
         at = contact.time / recording.period
-        contact.approach = max(
-            (a for a in recording.approaches if a.begin <= at), key=lambda a: a.begin, default=None
-        )
+        met = [a for a in recording.approaches if (a.begin if a.onset is None else a.onset) < at]
+        contact.approach = met[-1] if met else None
         return contact
 
     def offset_at(self, row, period):
@@ -470,12 +478,25 @@ def problems(recording, replay, load):
         yield "Many contacts were beyond the gate: machine a part more often, or see whether blanks are alike."
     if replay.contacts_missed[-1]:
         yield "Contacts of the reference did not come: a threshold that is too high, or an operation to be excluded."
+    for name, found in by_operation(replay).items():
+        sigma = np.median([c.sigma for c in found])
+        if sigma > LARGE_SIGMA:
+            yield "The load leaves %s uncertain by %.4f mm: a finer or quicker load, a wider tool, or exclude it." % (name, sigma)
     scatter = scatter_of(replay)
-    if scatter and scatter > 0.005:
-        yield "Contacts within a cycle scatter by %.4f mm: see the load above, and feed slower." % scatter
+    if scatter and scatter > 2 * LARGE_SIGMA:
+        yield "Contacts within a cycle scatter by %.4f mm: blanks, seats of the tools, or chips?" % scatter
     faults = sorted(set(replay.fault_code[replay.fault_code != 0].astype(int)))
     if faults:
         yield "thermal_displacement showed fault-code %s: see its manual page." % ", ".join(map(str, faults))
+
+
+def by_operation(replay):
+    """The contacts that were compared, by the name of their operation."""
+    groups = {}
+    for contact in replay.found:
+        if contact.compared and contact.approach:
+            groups.setdefault(contact.approach.name(), []).append(contact)
+    return groups
 
 
 def scatter_of(replay):

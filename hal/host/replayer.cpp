@@ -151,6 +151,8 @@ void Replayer::read_samples() {
     for (std::size_t line = 1; std::getline(file, text); ++line) {
         std::vector<std::string_view> fields = split_at_blanks(text);
         if (fields.empty()) continue;
+        const std::size_t whole = columns_.size() + (numbered ? 1 : 0);
+        if (file.eof() && fields.size() < whole && !times_.empty()) break;  // halsampler was killed in it
         if (fields[0] == "overrun")
             throw std::runtime_error(at_line(settings_.file, line) +
                                      "halsampler lost samples here ('overrun')");

@@ -20,7 +20,7 @@ public:
 
         // Empty: a CSV file, whose header names the time (in s) and the pins. Otherwise the pins of
         // halsampler's output: no header, blanks between the values, and perhaps a sample number before
-        // them, which must rise by 1 from row to row.
+        // them, which must rise by 1 from row to row; a last line that breaks off is left out.
         std::vector<std::string> columns;
         Nanoseconds sample_period;  // with `columns`: the time from one row to the next
     };
