@@ -158,6 +158,20 @@ TEST(AxisOffset, ArmThatIsTrueAlreadyIsNoStart) {
     EXPECT_FALSE(machine.get("armed"));
 }
 
+TEST(AxisOffset, LoadedWhileACycleRunsItWaitsForTheNext) {
+    Bench bench(Bench::Thread::servo, with_specimens());
+    bench.command("loadrt axis_offset names=z-stage");
+    bench.command("loadrt external_offset names=z-axis");
+    bench.set("z-axis.on", 1);
+    bench.set("z-stage.arm", 1);
+    wire(bench, "z");
+    bench.set("zhomed", 1);
+    bench.set("z-stage.offset", 0.05);
+    bench.run(1);
+    EXPECT_FALSE(bench.get("z-stage.armed"));
+    EXPECT_EQ(bench.get("z-axis.offset"), 0);
+}
+
 TEST(AxisOffset, MachineOffDisarmsAndTurningOnMovesNothing) {
     Machine machine;
     machine.apply(50 * um);

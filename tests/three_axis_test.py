@@ -7,34 +7,23 @@
 goes through the shift of the tests twenty times beside three busy loops, and counts what fails.
 """
 
-import argparse
-import csv
-import io
 import json
 import math
 import os
 import re
 import shutil
 import subprocess
-import sys
-import tempfile
-import time
 import unittest
 
+import linuxcnc_runs
 import numpy as np
+from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, change, changes, finish, nm, own_folder, read_recording, start
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
 CONFIGURATION = os.path.join(ROOT, "configs", "three_axis")
-PATIENCE = 100  # seconds, for what takes a few
 
-PERIOD = 0.001
 RAPID = 200  # mm/s
 ACCELERATION = 2000  # mm/s2
 LAG = 0.003  # of the drives, seconds
-nm = 1e-6  # mm
-
-speed = 10
 
 # Mounts a /tmp and a /dev/shm of its own, starts a program, and lists what is there before and afterwards.
 ALONE = r"""
@@ -54,69 +43,11 @@ exit $status
 """
 
 
-def own_folder(test):
-    folder = tempfile.TemporaryDirectory(prefix="three-axis-")
-    (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
-    return folder.name
-
-
 def copy_configuration(folder, name="machine"):
-    """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
-    copy = shutil.copytree(CONFIGURATION, os.path.join(folder, name))
+    copy = linuxcnc_runs.copy_configuration("three_axis", folder, name)
     # LinuxCNC waits until the parameters are on the disk, for seconds on a busy one; the memory of a run is its own.
     change(os.path.join(copy, "three_axis.ini"), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
     return copy
-
-
-def change(file, old, new):
-    with open(file) as lines:
-        text = lines.read()
-    with open(file, "w") as lines:
-        lines.write(text.replace(old, new))
-
-
-def start(folder, ini, *arguments, prefix=()):
-    home = os.path.join(folder, "home")
-    os.makedirs(home, exist_ok=True)
-    environment = {
-        "HOME": home,
-        "PATH": "/usr/bin:/bin:/usr/sbin:/sbin",
-        "ROOT": ROOT,
-        "BUILD": BUILD,
-        "FOLDER": folder,
-    }
-    plumb = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "%g" % speed, "--"]
-    return subprocess.Popen(
-        [*prefix, *plumb, "linuxcnc", "-r", ini, *arguments],
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-
-
-def finish(process):
-    """Exit status and output of what start() has started."""
-    try:
-        output = process.communicate(timeout=PATIENCE)[0]
-    except subprocess.TimeoutExpired:
-        process.terminate()
-        raise AssertionError("linuxcnc did not end:\n" + process.communicate()[0]) from None
-    return process.returncode, output
-
-
-def read_recording(file):
-    """Columns of a recording, by name."""
-    with open(file) as lines:
-        names, *rows = csv.reader(lines)
-    table = np.array(rows, dtype=float)
-    return {name: table[:, column] for column, name in enumerate(names)}
-
-
-def changes(values):
-    """The rows in which a value is another than in the row before."""
-    return np.flatnonzero(np.diff(values)) + 1
 
 
 class Shift(unittest.TestCase):
@@ -126,11 +57,10 @@ class Shift(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = copy_configuration(folder)
-        programs = os.path.join(ROOT, "tests", "programs")
         for name in ("three_axis_path.ngc", "three_axis_line.ngc"):
-            shutil.copy(os.path.join(programs, name), machine)
+            shutil.copy(os.path.join(PROGRAMS, name), machine)
         ini = os.path.join(machine, "three_axis.ini")
-        change(ini, "common/headless.py", os.path.join(programs, "three_axis_scenario.py"))
+        change(ini, "common/headless.py", os.path.join(PROGRAMS, "three_axis_scenario.py"))
         status, output = finish(start(folder, ini))
         if status != 42:
             raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -400,36 +330,5 @@ class Sample(unittest.TestCase):
         self.assertAlmostEqual(z["z-drive.out"][-1], -9.95, delta=nm)
 
 
-def repeat(times, hogs):
-    """Goes through the shift many times beside busy loops; returns whether all went well."""
-    loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(hogs)]
-    failed = []
-    try:
-        for turn in range(1, times + 1):
-            began = time.monotonic()
-            tests = unittest.defaultTestLoader.loadTestsFromTestCase(Shift)
-            result = unittest.TextTestRunner(stream=io.StringIO()).run(tests)
-            taken = time.monotonic() - began
-            print("%3d  %5.1f s  %s" % (turn, taken, "ok" if result.wasSuccessful() else "FAILED"), flush=True)
-            if not result.wasSuccessful():
-                failed.append(turn)
-            for test, trace in result.errors + result.failures:
-                print(test, trace)
-    finally:
-        for loop in loops:
-            loop.kill()
-            loop.wait()
-    print("%d of %d shifts at %gx beside %d busy loops" % (times - len(failed), times, speed, hogs))
-    return not failed
-
-
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeat", type=int, default=0, help="go through the shift that often")
-    parser.add_argument("--hogs", type=int, default=0, help="busy loops beside it")
-    parser.add_argument("--speed", type=float, default=speed, help="times real time")
-    options, others = parser.parse_known_args()
-    speed = options.speed
-    if options.repeat:
-        sys.exit(0 if repeat(options.repeat, options.hogs) else 1)
-    unittest.main(argv=sys.argv[:1] + others)
+    linuxcnc_runs.main(Shift, __doc__)

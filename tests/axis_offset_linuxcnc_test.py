@@ -1,0 +1,212 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""axis_offset in a complete LinuxCNC, wired as its manual page says, and judged by the servo cycles of a shift.
+
+    PLUMB_BUILD=build tests/axis_offset_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
+
+goes through the shift twenty times beside two busy loops, and counts what fails.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import unittest
+
+import linuxcnc_runs
+import numpy as np
+from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, change, changes, finish, nm, own_folder, read_recording, start, um
+
+MAX_RATE = 0.1  # mm/s, the default
+COUNT = 0.1 * um
+
+
+def wiring_of_the_manual():
+    """The lines of the manual page, but for the source of the offset, which here is the scenario."""
+    page = subprocess.run(
+        ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", "axis_offset.9")], capture_output=True, text=True, check=True
+    )
+    lines = re.findall(r"^\s+((?:net|addf z-stage).*)$", re.sub(".\b", "", page.stdout), re.M)
+    return [line for line in lines if "source." not in line]
+
+
+class Shift(unittest.TestCase):
+    """One start of LinuxCNC, in which programs/axis_offset_scenario.py works through all scenes."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("three_axis", folder)
+        shutil.copy(os.path.join(PROGRAMS, "axis_offset_part.ngc"), machine)
+        ini = os.path.join(machine, "three_axis.ini")
+        change(ini, "common/headless.py", os.path.join(PROGRAMS, "axis_offset_scenario.py"))
+        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+        change(ini, "z_axis.inc\n", "z_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
+        change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
+        with open(os.path.join(machine, "stage.hal"), "w") as file:
+            probe = ["loadrt comp names=probe", "addf probe servo-thread", "setp probe.in1 -20"]
+            probe += ["net z-motor-fb => probe.in0", "net probe probe.out => motion.probe-input"]
+            stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
+            file.write("\n".join(["newsig scene s32", *stage, *probe]) + "\n")
+        status, output = finish(start(folder, ini))
+        if status != 42:
+            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+        with open(os.path.join(machine, "facts.json")) as file:
+            told = json.load(file)
+        cls.facts, cls.errors = told["facts"], told["errors"]
+        cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.rows = {
+            name: np.flatnonzero(cls.shift["scene"] == number) for number, name in enumerate(told["scenes"], start=1)
+        }
+
+    def column(self, scene, name):
+        return self.shift[name][self.rows[scene]]
+
+    def z(self, scene):
+        """The commands that the motor got."""
+        return self.column(scene, "joint.2.motor-pos-cmd")
+
+    def offset(self, scene):
+        return self.column(scene, "axis.z.eoffset")
+
+    def standing(self):
+        """Servo cycles at whose end the program has not moved Z for as long as the interpolation takes."""
+        moves = np.diff(self.shift["axis.z.pos-cmd"], prepend=0) != 0
+        return np.convolve(moves, np.ones(10))[: len(moves)] == 0
+
+    def test_every_servo_cycle_is_recorded(self):
+        np.testing.assert_allclose(np.diff(self.shift["time"]), PERIOD, rtol=0, atol=1e-9)
+        self.assertGreater(len(self.shift["time"]), 20000)
+
+    def test_nothing_moves_but_by_a_program_an_armed_stage_or_clear(self):
+        moved = abs(np.diff(self.shift["joint.2.motor-pos-cmd"], prepend=0)) > 1e-3 * nm
+        may = np.convolve(self.shift["z-stage.armed"] + self.shift["z-stage.clear"], np.ones(10))[: len(moved)] > 0
+        self.assertEqual(np.count_nonzero(moved & self.standing() & ~may), 0)
+        self.assertGreater(np.count_nonzero(moved & self.standing()), 1000)
+
+    def test_offset_moves_the_axis_by_max_rate_at_most(self):
+        velocity = abs(np.diff(self.shift["joint.2.motor-pos-cmd"], prepend=0)) / PERIOD
+        velocity[~self.standing()] = 0
+        fast = np.flatnonzero(velocity > MAX_RATE * 1.001)
+        # After joint mode LinuxCNC catches up with what the stage has asked for meanwhile.
+        fast = fast[~np.isin(fast, self.rows["out_of_joint_mode"])]
+        self.assertEqual(len(fast), 0)
+        caught_up = velocity[self.rows["out_of_joint_mode"]]
+        self.assertLess(np.sum(caught_up[caught_up > MAX_RATE * 1.001]) * PERIOD, 3 * um)
+
+    def test_axis_stands_at_program_and_offset(self):
+        standing = self.standing() & (self.shift["motion.motion-enabled"] == 1)
+        standing[self.rows["out_of_joint_mode"]] = False  # where LinuxCNC catches up
+        standing[self.rows["home_anew"][0] :] = False  # since then the motor has another origin
+        shift = {name: values[standing] for name, values in self.shift.items()}
+        where = shift["joint.2.motor-pos-cmd"] - shift["axis.z.pos-cmd"]
+        self.assertLess(abs(where - shift["z-stage.applied-offset"]).max(), 1 * um)  # it lags three cycles
+        self.assertLess(abs(shift["axis.z.eoffset"] - shift["z-stage.applied-offset"]).max(), 1e-9)
+
+    def test_on_and_homed_nothing_moves_and_the_operator_is_told(self):
+        self.assertEqual(np.ptp(self.z("turn_on")), 0)
+        self.assertEqual(self.column("turn_on", "z-stage.counts").max(), 0)
+        self.assertEqual(self.column("turn_on", "z-stage.uncompensated")[-1], 1)
+
+    def test_cycle_start_brings_the_offset(self):
+        z = self.z("start_a_cycle")
+        self.assertAlmostEqual(z[-1], 50 * um, delta=COUNT)
+        self.assertTrue((np.diff(z) >= 0).all())
+        self.assertAlmostEqual(len(changes(z)) * PERIOD, 50 * um / MAX_RATE, delta=0.01)
+        self.assertEqual(self.column("start_a_cycle", "z-stage.uncompensated")[-1], 0)
+
+    def test_change_of_mode_moves_nothing(self):
+        self.assertEqual(np.ptp(self.z("change_modes")), 0)
+
+    def test_offset_follows_within_a_program(self):
+        cutting = self.column("run_a_program", "motion.current-vel") == 20
+        self.assertAlmostEqual(np.count_nonzero(cutting) * PERIOD, 100 / 20, delta=0.1)  # which it does not disturb
+        self.assertGreater(np.ptp(self.offset("run_a_program")[cutting]), 10 * COUNT)
+        self.assertAlmostEqual(self.offset("run_a_program")[-1], 80 * um, delta=COUNT)
+
+    def test_offset_of_a_paused_program_moves_that_axis_alone(self):
+        self.assertAlmostEqual(np.ptp(self.z("paused")), 60 * um, delta=COUNT)
+        self.assertEqual(np.ptp(self.column("paused", "joint.0.motor-pos-cmd")), 0)
+        self.assertAlmostEqual(self.z("resumed").min(), -10 + 20 * um, delta=COUNT)
+
+    def test_abort_keeps_the_offset(self):
+        self.assertEqual(np.ptp(self.offset("abort")), 0)
+        self.assertTrue(self.column("abort", "z-stage.armed").all())
+
+    def test_soft_limit_holds_the_axis_and_winds_nothing_up(self):
+        self.assertEqual(self.z("soft_limit").max(), 50)
+        self.assertEqual(np.ptp(self.z("at_the_limit")), 0)
+        self.assertEqual(np.ptp(self.column("at_the_limit", "z-stage.counts")), 0)
+        self.assertTrue(self.column("at_the_limit", "z-stage.uncompensated")[-1])
+        self.assertAlmostEqual(self.z("behind_the_limit")[-1], 40 + 50 * um, delta=COUNT)
+        self.assertFalse(self.column("behind_the_limit", "z-stage.limited")[-1])
+
+    def test_touch_off_takes_the_position_without_the_offset(self):
+        self.assertAlmostEqual(self.facts["touched_off"], 15 + 50 * um, delta=COUNT)
+
+    def test_probing_with_an_offset_in_force_is_refused(self):
+        scene = "refused_probing"
+        probing = self.column(scene, "motion.motion-type") == 5
+        refused = self.column(scene, "z-stage.probing-refused") == 1
+        self.assertLess(np.argmax(refused) - np.argmax(probing), 3)  # servo cycles
+        self.assertLess(np.ptp(self.z(scene)), 0.2)
+        self.assertFalse(refused[-1])
+        self.assertEqual(np.ptp(self.offset(scene)), 0)
+
+    def test_clear_takes_the_offset_back(self):
+        self.assertAlmostEqual(self.offset("clear")[-1], 0, delta=nm)
+        self.assertFalse(self.column("clear", "z-stage.armed")[-1])
+        self.assertTrue(self.column("clear", "z-stage.uncompensated")[-1])
+
+    def test_probing_result_contains_the_offset_that_was_allowed(self):
+        scene = "allowed_probing"
+        probing = self.column(scene, "motion.motion-type") == 5
+        self.assertLess(np.ptp(self.offset(scene)[probing]), COUNT)  # though its source had changed
+        self.assertAlmostEqual(self.offset(scene)[probing][-1], 50 * um, delta=COUNT)
+        self.assertAlmostEqual(self.facts["probed_with_offset"], self.facts["probed"], delta=0.1 * um)
+        self.assertAlmostEqual(self.offset(scene)[-1], 90 * um, delta=COUNT)
+
+    def test_joint_mode_lets_the_offset_wait(self):
+        self.assertEqual(np.ptp(self.z("in_joint_mode")), 0)
+        self.assertTrue(self.column("in_joint_mode", "z-stage.uncompensated")[-1])
+        self.assertAlmostEqual(self.offset("out_of_joint_mode")[-1], 30 * um, delta=COUNT)
+
+    def test_off_and_on_moves_nothing_until_the_next_cycle(self):
+        self.assertLess(np.ptp(self.z("off_and_on")), nm)
+        self.assertEqual(self.offset("off_and_on")[-1], 0)
+        self.assertFalse(self.column("off_and_on", "z-stage.armed")[-1])
+        self.assertTrue(self.column("off_and_on", "z-stage.uncompensated")[-1])
+        self.assertAlmostEqual(self.z("after_off_and_on").min(), 0, delta=nm)  # by G0 Z0
+        self.assertAlmostEqual(self.z("after_off_and_on")[-1], 30 * um, delta=COUNT)
+
+    def test_emergency_stop_amid_a_change_moves_nothing_afterwards(self):
+        stopped = changes(self.column("emergency_stop", "motion.motion-enabled"))
+        moving = self.offset("emergency_stop")[stopped]
+        self.assertTrue(30 * um < moving < 80 * um)
+        self.assertLess(np.ptp(self.z("after_emergency_stop")), 1 * um)  # falls back to where the drive is
+        self.assertLess(np.ptp(self.z("after_emergency_stop")[-1000:]), nm)
+        self.assertEqual(self.offset("after_emergency_stop")[-1], 0)
+        self.assertAlmostEqual(self.z("after_all_that")[-1], 80 * um, delta=COUNT)
+
+    def test_homed_with_an_offset_in_force_it_cannot_be_armed(self):
+        self.assertLess(np.ptp(self.z("home_anew")), nm)
+        self.assertEqual(self.column("home_anew", "z-stage.fault-code")[-1], 6)
+        self.assertFalse(self.column("home_anew", "z-stage.armed")[-1])
+        self.assertLess(np.ptp(self.z("homed_right")), nm)
+        self.assertEqual(self.column("homed_right", "z-stage.fault-code")[-1], 0)
+
+    def test_homing_disarms(self):
+        homed = self.column("unhome", "motion.is-all-homed")
+        lost = np.flatnonzero(homed == 0)
+        self.assertFalse(self.column("unhome", "z-stage.armed")[lost[0] :].any())
+        self.assertLess(np.ptp(self.z("unhome")[lost[0] :]), nm)
+        self.assertAlmostEqual(np.ptp(self.z("cycle_after_homing")), 80 * um, delta=COUNT)
+
+    def test_operator_is_told_of_nothing_else(self):
+        for error in self.errors:
+            self.assertIn("G38.2", error)
+
+
+if __name__ == "__main__":
+    linuxcnc_runs.main(Shift, __doc__)
