@@ -39,6 +39,7 @@ struct Mill {
                                     "max-correction", "max-offset", "max-rate"})
                 set(pin, unit * get(pin));
         set("enable", 1);
+        set("follow-speed", 0);  // it grows in steps, which says nothing about its speed
     }
 
     void set(const std::string& pin, double value) { bench.set("z." + pin, value); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/contact_report.hpp"
 #include "components/compensation/contact_settings.hpp"
+#include "components/compensation/growth_settings.hpp"
 #include "components/compensation/reference_conditions.hpp"
 #include "components/compensation/reference_row.hpp"
 #include "components/math/blocks/bounded.hpp"
@@ -30,8 +31,8 @@ The clock of the time method starts when z-position - applied-offset comes down 
 (clock-from-program).  Then every cycle, and the one that is learnt from too, must begin with the same tool in the same
 place: the first one after switching on often does not, and all contacts of the later ones are rejected.
 
-z-offset changes where g differs from it by more than tolerance, only while the tool is out of the work, by max-rate at
-most, and stays within max-offset.
+z-offset changes where growth-estimate differs from it by more than tolerance, only while the tool is out of the work,
+by max-rate at most, and stays within max-offset.
 
 The signal to net to z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through
 axis_offset, the drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.
@@ -62,7 +63,7 @@ No contact is compared then, and z-offset returns to 0.  A rising edge of acknow
 cycle is judged anew; learning ends it too, which is the way out after an edit or a change of tools.
 
 There is no setting for wear at a tool change because no wear is kept: each contact sets the offset anew, so a fresh
-edge of the same tool shows at its first contact, within the gate.  A tool measured anew is another tool-set-id.
+edge of the same tool shows at its first contacts, within the gate.  A tool measured anew is another tool-set-id.
 
 A contact is a rise of the smoothed load by threshold over its running baseline while Z feeds towards the work, one
 per approach, that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.
@@ -93,6 +94,23 @@ showed it, seems to meet it where it goes on.
 The gate: growth can have come no further than max-growth-rate times the time since the last accepted contact, at
 least gate-floor, at most gate-cap.  What lies beyond is rejected, or, with confirm-contacts above 0, believed once so
 many further contacts agree with it within gate-floor, each of another tool and in another cycle than the one before.
+
+Between contacts (follow-speed) the growth goes on by a model of what the speed n of the spindle makes of it, each part
+learnt from the contacts, and weighed by its doubt:
+
+    growth = b + K x + A d + c T     tau x' = (n / 5000 rpm)^1.7 - x      tau d' = -d, from 1 at the start
+
+b is a slow bias, K x what the speed makes, A d the unknown heat at the start, c T what the temperature makes while
+temperature-valid is true and temperature-age not above max-temperature-age.  Three such Kalman filters with tau 5, 10
+and 20 min, four times that at rest, have the weight that their predictions earned.  Nothing is predicted before the
+first accepted contact, also not after a restart.  The prediction stays within the gate about the last accepted contact;
+a contact that the gate would let in but that lies beyond the gate about the prediction is rejected, and the prediction
+given up for the last accepted contact until the next.  A lost speed holds; after a minute of it, and after three cycles
+of which nothing was accepted, the last accepted contact does.  A lost temperature holds, and returns by 0.01 K/s.  With follow-speed false the last accepted
+contact holds.  expected-growth says where learning starts; contact-repeatability is what seat and blank add to the
+noise of the load, unexplained-growth how fast b may wander: the larger, the more a contact counts.  A fresh edge, a new
+batch of blanks or another tool looks like a step of b, of which the first contact takes a part, those after it the
+rest.  growth-uncertain stays true after a change of speed until a contact, whatever is predicted.
 
 A contact measures tool, spindle, work and wear together, wear as a shorter spindle: a chip, odd stock or a longer tool
 within the gate cannot be told from growth by any means and shifts the work by what it is, the gate at most.  A
@@ -138,6 +156,7 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
     ReferenceConditions conditions{this};
     ContactSettings contact_settings{this};
+    GrowthSettings growth{this};
     hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied."};
     hal::In<double> time_tolerance{this, "time-tolerance", 0, "s", "By time: likewise, as a time."};
     hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way."};
@@ -166,7 +185,10 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
         if (conditions.acknowledges()) measured_.acknowledge();
-        if (event == GrowthByContact::Event::accepted && differs()) target_ = measured_.growth();
+        const double estimate = measured_.estimate(settings_.contact);
+        following_ =
+            applying && measured_.known() && (following_ || event == GrowthByContact::Event::accepted);
+        if (following_ && differs(estimate)) target_ = estimate;
         if (!applying) target_ = 0;
         const double offset = bounded(target_, settings_.max_offset);
         if (!measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
@@ -177,6 +199,7 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
                                   : !wanted.valid()                      ? bad_settings
                                   : measured_.lost_track()               ? lost_track
                                                                          : 0;
+        growth.show(estimate, measured_.estimate_sigma(settings_.contact));
         fault_code = code;
         fault = code != 0;
         report.show(measured_, event, now.setup, settings_.contact);
@@ -199,10 +222,12 @@ private:
     };
 
     Settings settings() noexcept {
-        return {contact_settings.read(), tolerance, time_tolerance, max_offset, max_rate};
+        Settings s{contact_settings.read(), tolerance, time_tolerance, max_offset, max_rate};
+        s.contact.between = growth.read();
+        return s;
     }
 
-    Sample sample() const noexcept {
+    Sample sample() noexcept {
         return {enable,
                 learn,
                 cycle_running,
@@ -219,14 +244,15 @@ private:
                 start_height,
                 applied_offset,
                 conditions.temperature,
-                conditions.date};
+                conditions.date,
+                growth.temperature_usable()};
     }
 
-    // The growth is not what is applied, by more than the tolerances.
-    bool differs() const noexcept {
+    // A growth is not what is applied, by more than the tolerances.
+    bool differs(double estimate) const noexcept {
         const bool timed = settings_.contact.method == Method::time;
         const double least = timed ? std::abs(measured_.contact().feed) * settings_.time_tolerance : 0;
-        return std::abs(measured_.growth() - target_) > std::max(settings_.tolerance, least);
+        return std::abs(estimate - target_) > std::max(settings_.tolerance, least);
     }
 
     void walk() noexcept {
@@ -237,8 +263,9 @@ private:
     }
 
     GrowthByContact measured_;
-    Settings settings_{};  // the last good ones
-    double target_ = 0;    // mu
+    Settings settings_{};     // the last good ones
+    double target_ = 0;       // mu
+    bool following_ = false;  // a contact was accepted since the offset is applied
     SlewLimit slew_;
 };
 

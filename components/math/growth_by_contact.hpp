@@ -2,12 +2,14 @@
 #pragma once
 
 #include "components/math/approach_clock.hpp"
+#include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/first_order_lag.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/contact_cycle.hpp"
 #include "components/math/contact_onset.hpp"
 #include "components/math/contact_rejection.hpp"
 #include "components/math/displacement_law.hpp"
+#include "components/math/growth_between_contacts.hpp"
 #include "components/math/load_contact.hpp"
 #include "components/math/plausibility_gate.hpp"
 #include "components/math/reference_refusal.hpp"
@@ -34,10 +36,11 @@ public:
         LoadContact::Settings contact;
         ContactLimits limits;
         PlausibilityGate::Settings gate;
+        GrowthBetweenContacts::Settings between;
 
         bool valid() const noexcept {
             return load_latency >= 0 && load_latency <= 10 && reference_cycles >= 1 && contact.valid() &&
-                   limits.valid() && gate.valid();
+                   limits.valid() && gate.valid() && between.valid();
         }
     };
 
@@ -50,16 +53,17 @@ public:
         MachiningSetup setup;
         std::int32_t motion = 0;  // as LinuxCNC's motion.motion-type
         std::int32_t tool = 0;
-        std::int32_t operation = 0;  // key; 0 for none
-        double load = 0;             // %
-        double speed = 0;            // rpm
-        double z = 0;                // mu, offset included
-        double velocity = 0;         // mu/s, signed, negative towards the work
-        double feed_override = 1;    // ratio
-        double start_height = 0;     // mu, without offset
-        double applied_offset = 0;   // mu
-        double temperature = 20;     // degC, to remember only; the last good one stays
-        std::int32_t date = 0;       // YYYYMMDD, likewise
+        std::int32_t operation = 0;      // key; 0 for none
+        double load = 0;                 // %
+        double speed = 0;                // rpm
+        double z = 0;                    // mu, offset included
+        double velocity = 0;             // mu/s, signed, negative towards the work
+        double feed_override = 1;        // ratio
+        double start_height = 0;         // mu, without offset
+        double applied_offset = 0;       // mu
+        double temperature = 20;         // degC, to remember; the last good one stays
+        std::int32_t date = 0;           // YYYYMMDD, likewise
+        bool temperature_valid = false;  // the growth may follow it
     };
 
     // What a sample lacks; it is not used then.
@@ -84,6 +88,7 @@ public:
         follow_cycle(s, settings);
         if (!complete_sample || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
         gate_.step(dt);
+        between_.step(s.speed, s.temperature, s.temperature_valid, settings.between, dt);
         if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
         follow_clock(s, complete_sample, settings.program_clock, dt);
 
@@ -136,6 +141,20 @@ public:
     double growth() const noexcept { return growth_; }
     double sigma() const noexcept { return sigma_; }
 
+    // A contact was believed; nothing has been forgotten since.
+    bool known() const noexcept { return gate_.known(); }
+
+    // The growth now, in mu: that of the last contact that was believed and, by the model, what has come
+    // since, as far as the gate lets it be believed.
+    double estimate(const Settings& settings) const noexcept {
+        const double last = gate_.growth();
+        if (!follows_model(settings)) return last;
+        return last + bounded(between_.growth() - last, gate_.spread(settings.gate));
+    }
+    double estimate_sigma(const Settings& settings) const noexcept {
+        return follows_model(settings) ? between_.sigma() : 0;
+    }
+
     struct Counts {
         std::int32_t contacts = 0;  // learnt ones, and the next three
         std::int32_t accepted = 0;
@@ -151,11 +170,11 @@ public:
     // See ContactCycle.  Nothing is known of the growth then.
     bool restore(const ContactReference& reference) noexcept {
         if (!cycle_.restore(reference)) return false;
-        gate_.forget();
+        forget_growth();
         return true;
     }
     void forget() noexcept {
-        gate_.forget();
+        forget_growth();
         cycle_.forget();
     }
 
@@ -278,9 +297,10 @@ private:
                                             : compare(*partner, settings);
         if (learning) cycle_.learn(note_, !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
-        if (learning) return believe(fresh ? 0 : growth_);
+        if (fresh) return believe(0, note_.contact.sigma, false, settings);
+        believe(growth_, sigma_, within_gate(gate_.growth(), settings), settings);
+        if (learning) return Event::contact;
         ++counts_.accepted;
-        believe(growth_);
         return Event::accepted;
     }
 
@@ -297,12 +317,32 @@ private:
         sigma_ = displacement_sigma(now, partner);
         if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
             return Rejection::too_large;
+        if (within_gate(gate_.growth(), settings) && !within_gate(estimate(settings), settings)) {
+            model_doubted_ = true;
+            return Rejection::beyond_gate;
+        }
         return gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate) ? Rejection::none
                                                                                      : Rejection::beyond_gate;
     }
 
-    Event believe(double growth) noexcept {
+    bool within_gate(double from, const Settings& settings) const noexcept {
+        return std::abs(growth_ - from) <= gate_.spread(settings.gate);
+    }
+
+    // Not when it contradicts a contact that the gate would let in: one of the two is wrong.
+    bool follows_model(const Settings& settings) const noexcept {
+        return settings.between.by_speed && between_.known() && !model_doubted_ && !lost_track();
+    }
+
+    void forget_growth() noexcept {
+        gate_.forget();
+        between_.forget();
+    }
+
+    Event believe(double growth, double sigma, bool explained, const Settings& settings) noexcept {
         gate_.accept(growth);
+        between_.correct(growth, sigma, explained, settings.between);
+        model_doubted_ = false;
         uncertain_ = false;
         barren_cycles_ = 0;
         rejected_before_ = counts_.rejected;
@@ -320,6 +360,8 @@ private:
     ContactOnset onset_;
     ContactCycle cycle_;
     PlausibilityGate gate_;
+    GrowthBetweenContacts between_;
+    bool model_doubted_ = false;
     FirstOrderLag speed_history_;
     bool was_running_ = false;
     bool approaching_ = false;

@@ -64,6 +64,7 @@ public:
         agreeing_ = 0;
     }
 
+    bool known() const noexcept { return known_; }      // a contact was accepted
     double growth() const noexcept { return growth_; }  // mu, of the last accepted contact; 0 before
 
     // Nothing is known any more, as after start.
