@@ -41,6 +41,10 @@ public:
     // flag and hands the finished result over by an atomic index.  Bounded work, reported by pins.
     virtual void background() noexcept {}
 
+    // Called once when a program is asked to end, at once, as other components may be unloaded the next
+    // moment; background() may run beside it.  LinuxCNC waits 2 s.  Never called in a module.
+    virtual void finish() noexcept {}
+
 private:
     friend Registrar& registrar(Component*);
     Registrar& registrar_;  // valid during construction only

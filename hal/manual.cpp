@@ -3,6 +3,7 @@
 
 #include "hal/markup.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 namespace plumb::hal {
@@ -60,9 +61,14 @@ std::string manual(const Model& model, int section) {
         for (const Function* function : declared.functions)
             out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
     }
-    out << ".SH PINS\nInputs, each with its default; unit mu is the machine's unit of length:\n";
-    write_pins(out, declared, false);
-    out << ".PP\nOutputs:\n";
+    const auto& pins = declared.pins;
+    out << ".SH PINS\n";
+    if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {
+        out << "Inputs, each with its default; unit mu is the machine's unit of length:\n";
+        write_pins(out, declared, false);
+        out << ".PP\n";
+    }
+    out << "Outputs:\n";
     write_pins(out, declared, true);
     out << ".SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();

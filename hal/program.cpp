@@ -83,6 +83,7 @@ int main(int argc, char** argv) try {
     check(hal_ready(hal.id), "hal_ready");
     do registrar.call_functions(period);
     while (!told_to_end(signals, period));
+    instances.back()->finish();
     background.reset();
     return 0;
 } catch (const std::exception& error) {

@@ -53,6 +53,13 @@ Files built_modules() {
     return files;
 }
 
+std::vector<fs::path> built_programs() {
+    std::vector<fs::path> files;
+    std::istringstream names("plumb " PROGRAMS);
+    for (std::string name; names >> name;) files.push_back(fs::path(BUILD_DIR "/bin") / name);
+    return files;
+}
+
 std::string of_release(std::string bytes, const std::string& release) {
     const std::string line = "@(#)Plumb ";
     const std::size_t at = bytes.find(line + PLUMB_VERSION);
@@ -76,7 +83,7 @@ protected:
         const Files modules = built ? built_modules() : Files();
         const std::string python = contents(BUILD_DIR "/python/plumb.py");
         MachineOptions options;
-        options.programs = {BUILD_DIR "/bin/plumb"};
+        options.programs = built_programs();
         options.as_root = as_root;
         const Folder folder;
         for (const auto& [name, bytes] : installed) folder.write(name, bytes);

@@ -33,6 +33,7 @@ Two functions share a state; a table is chosen at load time; work that is not re
     hal::In<bool> allocate{this, "allocate", false, "Misbehave: allocate in update."};
     hal::In<bool> call_system{this, "call-system", false, "Misbehave: make a system call in update."};
     hal::In<std::int32_t> order{this, "order", 0, "Work to do aside: its square appears in done."};
+    hal::In<std::int32_t> renumber{this, "renumber", 0, "Added to the tools of all records."};
     hal::Out<double> sum{this, "sum", "mu", "Sum of the inputs."};
     hal::Out<double> latched{this, "latched", "mu", "Sum at the last latch."};
     hal::Out<std::int32_t> done{this, "done", "Result of the work done aside."};
@@ -73,7 +74,7 @@ Two functions share a state; a table is chosen at load time; work that is not re
             records.restored(fits);
         }
         records.show(kept_, [&](int i) {
-            tool.row = list_[i].tool;
+            tool.row = list_[i].tool + renumber;
             length.row = list_[i].length;
         });
     }
