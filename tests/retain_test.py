@@ -1,0 +1,664 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""retain, the real program, beside components in the virtual-time host, and on stock LinuxCNC.
+
+    PLUMB_BUILD=build tests/retain_test.py --kills 5000
+
+kills it as often.  PLUMB_BUILD names the build folder.
+"""
+
+import glob
+import math
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import zlib
+
+BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
+sys.path.insert(0, os.path.join(BUILD, "python"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scripts"))
+import plumb  # noqa: E402
+import stock_linuxcnc  # noqa: E402
+
+RETAIN = os.path.join(BUILD, "bin", "retain")
+PATIENCE = 30  # s of real time, for what takes a moment
+EVERY = 0.05  # s between two looks
+
+FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM = range(1, 8)
+
+kills = 200
+
+
+def own_folder(test):
+    folder = tempfile.TemporaryDirectory(prefix="retain-")
+    test.addCleanup(folder.cleanup)
+    return folder.name
+
+
+def processes():
+    """Numbers of the retains that run, by the path of their TOML file."""
+    found = {}
+    for line in glob.glob("/proc/[0-9]*/cmdline"):
+        try:
+            with open(line, "rb") as file:
+                words = file.read().decode().split("\0")
+        except OSError:
+            continue
+        if os.path.basename(words[0]) == "retain" and "--file" in words:
+            found[words[words.index("--file") + 1]] = int(line.split("/")[2])
+    return found
+
+
+def kill(process):
+    """Returns when it is dead: what it was about to do, it may yet do after the signal was sent."""
+    os.kill(process, signal.SIGKILL)
+    while alive(process):
+        time.sleep(0.0005)
+
+
+def alive(process):
+    """One of its threads may yet be in a system call when the first is dead."""
+    try:
+        for task in glob.glob("/proc/%d/task/*/stat" % process):
+            with open(task) as file:
+                if file.read().rpartition(")")[2].split()[0] not in "ZX":
+                    return True
+    except OSError:
+        return alive(process)
+    return False
+
+
+def checksummed(rest, version=1):
+    return "# retain %d, CRC-32 of the rest: %08x\n%s" % (version, zlib.crc32(rest.encode()), rest)
+
+
+def contents(store):
+    """The pins of a store, as text by name, and all records as text; asserts that it is whole."""
+    with open(store) as file:
+        text = file.read()
+    head, rest = text.split("\n", 1)
+    assert text == checksummed(rest), text
+    pins = dict(re.findall(r'^"(\S+)" = (\S+)$', rest.split("[records]")[0], re.MULTILINE))
+    return pins, re.findall(r"^  \{ (.*) \},$", rest, re.MULTILINE)
+
+
+class Machine:
+    """A host with two specimens, it and other, on a servo thread, and retain in a folder."""
+
+    def __init__(self, folder, start=True, load="loadrt specimen names=it,other"):
+        self.folder = folder
+        self.host = plumb.Host(modules=[os.path.join(BUILD, "specimens")])
+        self.host.command("loadrt threads name1=servo-thread period1=1000000")
+        self.host.command(load)
+        for name in load.split("=")[1].split(","):
+            self.host.command("addf %s.update servo-thread" % name)
+        if start:
+            self.host.command("start")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.host.close()
+
+    def retain(self, toml, name="retain", wait=True):
+        """Loads retain with a TOML file of this text, NAME.toml."""
+        path = os.path.join(self.folder, name + ".toml")
+        with open(path, "w") as file:
+            file.write(toml)
+        self.errors = os.path.join(self.folder, name + ".errors")
+        shell = 'trap "" XFSZ; exec "$0" "$@" 2>"%s"' % self.errors
+        self.host.command(
+            "loadusr %s /bin/sh -c '%s' %s %s --file %s --period 0.01"
+            % ("-Wn " + name if wait else "", shell, RETAIN, name, path)
+        )
+
+    def said(self):
+        with open(self.errors) as file:
+            return file.read()
+
+    def get(self, name):
+        return self.host.get(name)
+
+    def until(self, condition, what):
+        """Lets virtual time pass until condition() is true."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > end:
+                raise AssertionError("%s did not come; retain said: %s" % (what, self.said()))
+            self.host.run(0.01)
+            time.sleep(0.001)
+
+    def await_pin(self, pin, value=True):
+        self.until(lambda: self.get(pin) == value, "%s = %s" % (pin, value))
+
+    def go(self, seconds):
+        end = time.monotonic() + seconds
+        self.until(lambda: time.monotonic() > end, "the end")
+
+    def await_saved(self, name, value):
+        """Until the store of `retain` has this text for a pin."""
+        store = os.path.join(self.folder, "retain.retained")
+        self.until(lambda: os.path.exists(store) and contents(store)[0].get(name) == value, "%s = %s" % (name, value))
+
+    def give(self, *records, to="it"):
+        for tool, length in records:
+            self.host.set(to + ".restore-tool", tool)
+            self.host.set(to + ".restore-length", length)
+            self.host.set(to + ".restore", True)
+            self.host.run(0.002)
+            self.host.set(to + ".restore", False)
+            self.host.run(0.002)
+
+    def records(self, of="it"):
+        found = []
+        for row in range(self.get(of + ".rows")):
+            self.host.set(of + ".row", row)
+            self.host.run(0.002)
+            found.append((self.get(of + ".row-tool"), self.get(of + ".row-length")))
+        return found
+
+    def unload(self, name="retain"):
+        """As `halcmd unloadusr` does; waits until it has ended."""
+        self.host.command("unloadusr " + name)
+        toml = os.path.join(self.folder, name + ".toml")
+        self.until(lambda: toml not in processes(), "the end of retain")
+
+
+SETTINGS = """\
+machine = "bench"
+pins = ["it.in", "it.order", "it.call-system"]
+records = ["it"]
+every = %g
+""" % EVERY
+
+
+class Keeping(unittest.TestCase):
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.store = os.path.join(self.folder, "retain.retained")
+
+    def machine(self, **options):
+        machine = Machine(self.folder, **options)
+        self.addCleanup(machine.host.close)
+        return machine
+
+    def write_store(self, text):
+        with open(self.store, "w") as file:
+            file.write(text)
+
+    def read_store(self):
+        with open(self.store) as file:
+            return file.read()
+
+    def test_pins_and_records_outlive_a_restart(self):
+        records = [(3, 0.1 + 0.2), (-2147483648, 5e-324), (2147483647, 1.7976931348623157e308)]
+        with self.machine() as machine:
+            machine.retain(SETTINGS)
+            machine.await_pin("retain.restored")
+            machine.host.set("it.in", 0.1)
+            machine.host.set("it.order", -7)
+            machine.give(*records)
+            machine.await_saved("it.order", "-7")
+            machine.until(lambda: len(contents(self.store)[1]) == 3, "the records")
+        with self.machine() as machine:
+            machine.retain(SETTINGS)
+            machine.await_pin("retain.restored")
+            self.assertEqual(machine.get("it.in"), 0.1)
+            self.assertEqual(machine.get("it.order"), -7)
+            machine.unload()
+            self.assertEqual(machine.records(), records)
+            self.assertEqual(machine.said(), "")
+
+    def test_every_value_of_every_type_comes_back_exactly(self):
+        floats = [0.1, -0.0, 1e-300, 5e-324, 1e22, 123456789.0, 2.5e15, math.inf, -math.inf, math.nan]
+        names = ["a%d" % i for i in range(len(floats))]
+        load = "loadrt lowpass names=" + ",".join(names)
+        toml = 'machine = "m"\npins = ["u.0.in", "s.in", "b.in", %s]\nevery = 0.05\n'
+        toml %= ", ".join('"%s.in"' % name for name in names)
+        values = {"u.0.in": 4294967295, "s.in": -2147483648, "b.in": True}
+        values.update(("%s.in" % name, value) for name, value in zip(names, floats))
+        for first in (True, False):
+            with plumb.Host() as host:
+                machine = Machine.__new__(Machine)
+                machine.host, machine.folder = host, self.folder
+                host.command(load)
+                host.command("loadrt conv_u32_s32 names=u.0")
+                host.command("loadrt conv_s32_u32 names=s")
+                host.command("loadrt not names=b")
+                if first:
+                    for name, value in values.items():
+                        host.set(name, value)
+                machine.retain(toml)
+                machine.await_pin("retain.restored")
+                machine.until(lambda: os.path.exists(self.store), "the store")
+                for name, value in values.items():
+                    self.assertEqual(repr(host.get(name)), repr(value), name)
+
+    def test_waits_for_realtime_and_saves_nothing_before(self):
+        self.write_store(checksummed('machine = "bench"\n\n[pins]\n\n[records]\n"it" = [\n  { length = 1.5, tool = 3 },\n]\n'))
+        kept = self.read_store()
+        machine = self.machine(start=False)
+        machine.retain(SETTINGS)
+        machine.await_pin("retain.waiting")
+        machine.go(0.5)
+        self.assertFalse(machine.get("retain.restored"))
+        self.assertFalse(machine.get("retain.fault"))
+        self.assertEqual(self.read_store(), kept)
+        machine.host.command("start")
+        machine.await_pin("retain.restored")
+        self.assertFalse(machine.get("retain.waiting"))
+        machine.await_saved("it.in", "1.5")
+        self.assertEqual(contents(self.store)[1], ["length = 1.5, tool = 3"])
+
+    def test_what_the_component_has_is_replaced(self):
+        machine = self.machine()
+        machine.give((1, 1), (2, 2))
+        self.write_store(checksummed('machine = "bench"\n\n[pins]\n\n[records]\n"it" = [\n  { length = 1.5, tool = 3 },\n]\n'))
+        machine.retain(SETTINGS)
+        machine.await_pin("retain.restored")
+        machine.unload()
+        self.assertEqual(machine.records(), [(3, 1.5)])
+
+    def refused(self, machine, code, words, name="retain"):
+        """retain has refused what the store holds: it says why, saves nothing, and is not ready for work."""
+        machine.await_pin(name + ".fault-code", code)
+        machine.go(0.1)
+        self.assertTrue(machine.get(name + ".fault"))
+        self.assertFalse(machine.get(name + ".restored"))
+        self.assertEqual(machine.get(name + ".saves"), 0)
+        self.assertRegex(machine.said(), words)
+
+    def test_a_bad_store_is_refused_and_left_as_it_is(self):
+        with self.machine() as machine:
+            machine.retain(SETTINGS)
+            machine.await_pin("retain.restored")
+            machine.give((3, 30.5))
+            machine.until(lambda: os.path.exists(self.store) and contents(self.store)[1], "the record")
+        good = self.read_store()
+        rest = good.split("\n", 1)[1]
+        changed = good.replace("30.5", "30.6")
+        bad = [
+            (FOREIGN, "no file of retain: it begins with 'G0 X10'", "G0 X10\nM2\n"),
+            (FOREIGN, "machine 'other', not of 'bench'", checksummed(rest.replace("bench", "other"))),
+            (VERSION, "is of version 0; this retain reads version 1", checksummed(rest, 0)),
+            (VERSION, "is of version 2; this retain reads version 1", checksummed(rest, 2)),
+            (DAMAGED, "truncated or was changed: .*[0-9a-f]{8}", changed),
+            (DAMAGED, "truncated or was changed", good + "\n"),
+            (DAMAGED, "not what retain writes", checksummed('machine = "bench"\n')),
+            (DAMAGED, "not what retain writes", checksummed('machine = "bench"\npins = 1\n[records]\n')),
+            (DAMAGED, "not what retain writes", checksummed('machine = "bench"\n[pins]\na="b"\n[records]\n')),
+            (DAMAGED, ": Error while parsing", checksummed("machine = \n")),
+        ]
+        bad += [(DAMAGED, "truncated", good[:length]) for length in range(0, len(good), 17)]
+        machine = self.machine()
+        for number, (code, words, text) in enumerate(bad):
+            name = "r%d" % number
+            store = os.path.join(self.folder, name + ".retained")
+            with open(store, "w") as file:
+                file.write(text)
+            with self.subTest(text):
+                machine.retain(SETTINGS, name)
+                self.refused(machine, code, re.escape(store) + ".*" + words, name)
+                with open(store) as file:
+                    self.assertEqual(file.read(), text)
+        self.assertEqual(machine.records(), [])
+
+    def test_a_store_that_cannot_be_is_told(self):
+        machine = self.machine()
+        os.mkdir(os.path.join(self.folder, "folder"))
+        for name, store, words in (
+            ("a", self.folder + "/nowhere/mill.retained", "nowhere.*No such file or directory"),
+            ("b", self.folder + "/folder", "folder: Is a directory"),
+        ):
+            machine.retain(SETTINGS + 'store = "%s"\n' % store, name)
+            self.refused(machine, INACCESSIBLE, words, name)
+
+    def test_a_store_that_can_no_more_be_written_is_told_and_tried_again(self):
+        machine = self.machine()
+        folder = os.path.join(self.folder, "usb")
+        os.mkdir(folder)
+        machine.retain(SETTINGS + 'store = "%s/mill.retained"\n' % folder)
+        machine.await_pin("retain.saves", 1)
+        os.rename(folder, folder + ".away")
+        machine.host.set("it.in", 3)
+        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        self.assertTrue(machine.get("retain.restored"))
+        self.assertRegex(machine.said(), "usb/mill.retained.new: No such file")
+        os.rename(folder + ".away", folder)
+        machine.await_pin("retain.fault", False)
+        self.assertEqual(contents(folder + "/mill.retained")[0]["it.in"], "3.0")
+
+    def test_a_full_disk_leaves_the_store_as_it_was(self):
+        machine = self.machine()
+        machine.retain(SETTINGS)
+        machine.await_pin("retain.saves", 1)
+        kept = self.read_store()
+        process = processes()[os.path.join(self.folder, "retain.toml")]
+        subprocess.run(["prlimit", "--pid", str(process), "--fsize=100"], check=True)
+        machine.host.set("it.in", 3)
+        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        self.assertEqual(self.read_store(), kept)
+        self.assertFalse(os.path.exists(self.store + ".new"))
+        self.assertRegex(machine.said(), "retained.new: File too large")
+
+    def test_what_is_named_has_to_be_there_and_writable(self):
+        machine = self.machine()
+        machine.host.command("net linked other.sum => it.in")
+        machine.host.command("loadrt lowpass names=filter")
+        store = checksummed('machine = "m"\n\n[pins]\n"it.order" = 1.5\n"other.order" = 3000000000\n\n[records]\n')
+        for number, (lines, words) in enumerate(
+            (
+                ('pins = ["it.nothing"]', "r0.toml: there is no pin it.nothing"),
+                ('pins = ["it.sum"]', "r1.toml: it.sum is an output"),
+                ('pins = ["it.in"]', "r2.toml: it.in is linked"),
+                ('pins = ["it.order"]', "r3.toml: it.order, s32, cannot be 1.5"),
+                ('pins = ["other.order"]', "r4.toml: other.order, s32, cannot be 3000000000"),
+                ('records = ["nobody"]', "r5.toml: there are no records: there is no pin nobody.row-..."),
+                ('records = ["filter"]', "r6.toml: there are no records: there is no pin filter.row-..."),
+            )
+        ):
+            name = "r%d" % number
+            with open(os.path.join(self.folder, name + ".retained"), "w") as file:
+                file.write(store)
+            with self.subTest(lines):
+                machine.retain('machine = "m"\n' + lines, name)
+                self.refused(machine, UNFIT, re.escape(words), name)
+
+    def test_it_goes_on_when_what_is_named_comes(self):
+        self.write_store(checksummed('machine = "bench"\n\n[pins]\n"later.in" = 2.5\n\n[records]\n'))
+        machine = self.machine()
+        machine.retain('machine = "bench"\npins = ["later.in"]\n')
+        machine.await_pin("retain.fault-code", UNFIT)
+        machine.host.command("loadrt lowpass names=later")
+        machine.await_pin("retain.restored")
+        self.assertFalse(machine.get("retain.fault"))
+        self.assertEqual(machine.get("later.in"), 2.5)
+
+    def test_records_with_other_fields_are_refused(self):
+        machine = self.machine()
+        for number, (record, words) in enumerate(
+            (
+                ("length = 1.5", "records of it are kept without tool"),
+                ("length = 1.5, tool = 3, colour = 4", "it has no field colour, which is kept"),
+                ("length = 1.5, tool = 0.5", "it.restore-tool, s32, cannot be 0.5"),
+            )
+        ):
+            name = "r%d" % number
+            text = checksummed('machine = "bench"\n\n[pins]\n\n[records]\n"it" = [\n  { %s },\n]\n' % record)
+            with open(os.path.join(self.folder, name + ".retained"), "w") as file:
+                file.write(text)
+            machine.retain(SETTINGS, name)
+            self.refused(machine, UNFIT, words, name)
+        self.assertEqual(machine.records(), [])
+
+    def test_where_one_record_is_refused_all_is_as_before(self):
+        machine = self.machine()
+        machine.give((1, 1))
+        record = "  { length = %s, tool = 3 },\n"
+        text = 'machine = "bench"\n\n[pins]\n"it.in" = 9.0\n"it.order" = 9\n\n[records]\n"it" = [\n%s]\n"other" = [\n%s]\n'
+        self.write_store(checksummed(text % (record % 1.5, record % 2.5 + record % -0.25)))
+        kept = self.read_store()
+        machine.retain(SETTINGS.replace('["it"]', '["it", "other"]'))
+        self.refused(machine, REFUSED, r"retain.toml: other refuses the record \{ length = -0.25, tool = 3 \}")
+        self.assertEqual((machine.get("it.in"), machine.get("it.order")), (1.5, 0))
+        self.assertEqual((machine.get("it.rows"), machine.get("other.rows")), (0, 0))
+        self.assertEqual(self.read_store(), kept)
+
+    def test_the_last_change_is_saved_when_it_is_asked_to_end(self):
+        machine = self.machine()
+        machine.retain(SETTINGS.replace("0.05", "3600"))
+        machine.await_pin("retain.saves", 1)
+        machine.host.set("it.in", 42)
+        machine.unload()
+        self.assertEqual(contents(self.store)[0]["it.in"], "42.0")
+
+    def test_when_the_threads_stand_records_are_kept_as_seen_last(self):
+        machine = self.machine()
+        machine.retain(SETTINGS)
+        machine.await_pin("retain.restored")
+        machine.give((3, 1.5), (4, 2.5))
+        machine.until(lambda: len(contents(self.store)[1]) == 2, "the records")
+        machine.host.command("stop")
+        machine.host.set("it.in", 43)
+        began = time.monotonic()
+        machine.unload()
+        self.assertLess(time.monotonic() - began, 2)
+        pins, records = contents(self.store)
+        self.assertEqual(pins["it.in"], "43.0")
+        self.assertEqual(len(records), 2)
+
+    def test_a_component_that_is_loaded_anew_gets_its_records_again(self):
+        for moment in (0, 0.5):  # before and after retain looks
+            with self.subTest(moment), self.machine() as machine:
+                machine.retain(SETTINGS)
+                machine.await_pin("retain.restored")
+                machine.give((3, 1.5), (4, 2.5))
+                machine.until(lambda: len(contents(self.store)[1]) == 2, "the records")
+                machine.host.command("unloadrt specimen")
+                machine.go(moment) if moment else None
+                machine.host.command("loadrt specimen names=it,other")
+                machine.host.command("addf it.update servo-thread")
+                machine.until(lambda: machine.get("it.rows") == 2, "the records")
+                machine.await_pin("retain.restored")
+                self.assertEqual(len(contents(self.store)[1]), 2)
+
+    def test_records_that_change_while_they_are_read_are_read_again(self):
+        draw = random.Random(1)
+        machine = self.machine()
+        machine.retain(SETTINGS.replace("0.05", "0.01"))
+        machine.give((1, 1), (2, 2), (3, 3))
+        machine.await_pin("retain.saves", 1)
+        both = set()
+        for number in range(60):
+            machine.host.set("it.renumber", 1000 * (number % 2))
+            machine.go(0.06 + 0.02 * draw.random())
+            records = contents(self.store)[1]
+            tools = {int(re.search(r"tool = (\d+)", record)[1]) // 1000 for record in records}
+            self.assertEqual(len(tools), 1, records)
+            both |= tools
+        self.assertEqual(both, {0, 1})
+
+    def test_one_store_is_for_one_retain_at_a_time(self):
+        machine = self.machine()
+        machine.retain(SETTINGS)
+        machine.retain(SETTINGS.replace('["it"]', '["other"]'), "second")
+        machine.await_pin("second.restored")
+        with self.assertRaises(plumb.Refused):
+            machine.retain(SETTINGS + 'store = "%s"\n' % self.store, "third")
+        self.assertRegex(machine.said(), "third.toml: %s is kept by another retain" % re.escape(self.store))
+        machine.unload()
+        machine.retain(SETTINGS + 'store = "%s"\n' % self.store, "fourth")
+        machine.await_pin("fourth.restored")
+
+    def test_wrong_settings_are_told_with_file_and_line(self):
+        machine = self.machine()
+        for number, (lines, words) in enumerate(
+            (
+                ('pins = ["it.in"]', ":1: there is no machine"),
+                ('machine = "a"\n\nmashine = "b"', ":3: unknown key 'mashine'"),
+                ('machine = ""', ":1: machine is empty"),
+                ("machine = 3", ":1: machine is no text"),
+                ('machine = "a"\nmachine = "b"', ":2: "),
+                ('machine = "a\n', ":1: "),
+                ('machine = "a"\npins = "it.in"', ":2: pins is no list"),
+                ('machine = "a"\npins = [\n  "it.in",\n  3]', ":4: pins: an element is no name of a pin"),
+                ('machine = "a"\npins = [\n  "it.in",\n  "it in"]', ":4: pins: 'it in' is no name of a pin"),
+                ('machine = "a"\npins = ["it.in",\n"it.in"]', ":3: pins: 'it.in' is there twice"),
+                ('machine = "a"\nstore = "mill.retained"', ":2: store: 'mill.retained' is no absolute path"),
+                ('machine = "a"\nprogram = ["part.ngc"]', ":2: program: 'part.ngc' is no absolute path"),
+                ('machine = "a"\nevery = "5"', ":2: every is no time"),
+                ('machine = "a"\nevery = nan', ":2: every is no time"),
+                ('machine = "a"\nevery = 0', ":2: every is no time"),
+            )
+        ):
+            name = "r%d" % number
+            with self.subTest(lines):
+                with self.assertRaises(plumb.Refused):
+                    machine.retain(lines, name)
+                self.assertIn("%s.toml%s" % (name, words), machine.said())
+        for option, words in (("", "--file"), ("--file mill.toml", "absolute path"), ("--file /nowhere.toml", "/nowhere.toml")):
+            with self.assertRaisesRegex(plumb.Refused, words):
+                machine.host.command("loadusr -Wn it2 %s it2 %s" % (RETAIN, option))
+
+    def test_the_program_is_known_by_the_checksum_of_its_files(self):
+        machine = self.machine()
+        main, part = os.path.join(self.folder, "main.ngc"), os.path.join(self.folder, "part.ngc")
+        settings = 'machine = "m"\nprogram = ["%s", "%s"]\n' % (main, part)
+
+        def write(path, text):
+            with open(path, "w") as file:
+                file.write(text)
+
+        def identity(text):
+            return zlib.crc32(text.encode()) - (1 << 32) * (zlib.crc32(text.encode()) >> 31)
+
+        write(main, "o100 call\nM2\n")
+        write(part, "o100 sub\n")
+        machine.retain(settings)
+        self.assertEqual(machine.get("retain.program-id"), identity("o100 call\nM2\no100 sub\n"))
+        write(part, "o100 sub\nG0 X0\n")
+        machine.await_pin("retain.program-id", identity("o100 call\nM2\no100 sub\nG0 X0\n"))
+        os.unlink(part)
+        machine.await_pin("retain.fault-code", PROGRAM)
+        self.assertEqual(machine.get("retain.program-id"), 0)
+        self.assertTrue(machine.get("retain.restored"))
+        self.assertRegex(machine.said(), "part.ngc: No such file")
+        write(part, "o100 sub\n")
+        machine.await_pin("retain.program-id", identity("o100 call\nM2\no100 sub\n"))
+        self.assertFalse(machine.get("retain.fault"))
+
+    def test_the_date_is_the_local_one(self):
+        machine = self.machine()
+        before = int(time.strftime("%Y%m%d"))
+        machine.retain('machine = "m"\n')
+        self.assertIn(machine.get("retain.date"), (before, int(time.strftime("%Y%m%d"))))
+
+    def test_stock_watchdog_sees_that_it_has_died(self):
+        machine = self.machine()
+        machine.retain('machine = "m"\n')
+        for line in (
+            "loadrt watchdog num_inputs=1",
+            "net alive retain.heartbeat => watchdog.input-0",
+            "setp watchdog.timeout-0 5",
+            "addf watchdog.set-timeouts servo-thread",
+            "addf watchdog.process servo-thread",
+            "setp watchdog.enable-in 1",
+        ):
+            machine.host.command(line)
+        machine.go(0.1)
+        end = machine.host.time + 20
+        while machine.host.time < end:
+            machine.go(0.01)
+            self.assertTrue(machine.get("watchdog.ok-out"))
+        process = processes()[os.path.join(self.folder, "retain.toml")]
+        kill(process)
+        machine.await_pin("watchdog.ok-out", False)
+
+
+class Kill(unittest.TestCase):
+    """kill -9 at any moment."""
+
+    INSTANCES = 20
+
+    def test_loses_at_most_the_last_change(self):
+        draw = random.Random(1)
+        folder = own_folder(self)
+        names = ["it%d" % i for i in range(self.INSTANCES)]
+        left = {name: (0, 0) for name in names}  # what the last round has left in the store: value, and records
+        value = 0
+        for _ in range(math.ceil(kills / self.INSTANCES)):
+            with Machine(folder, load="loadrt specimen names=" + ",".join(names)) as machine:
+                for name in names:
+                    pins = ", ".join('"%s.%s"' % (name, pin) for pin in ("in", "order", "call-system", "renumber"))
+                    toml = 'machine = "%s"\npins = [%s]\nrecords = ["%s"]\nevery = 0.02\n' % (name, pins, name)
+                    machine.retain(toml, "r" + name, wait=False)
+                for name in names:
+                    machine.until(lambda: self.is_restored(machine, name), "r%s.restored" % name)
+                    if left[name] != (0, 0):
+                        self.assertEqual((machine.get(name + ".in"), machine.get(name + ".rows")), left[name])
+                running = processes()
+                processes_left = {name: running["%s/r%s.toml" % (folder, name)] for name in names}
+                safe = {name: left[name][0] for name in names}
+                written = {name: [] for name in names}  # values, and how many saves there had been before
+                while processes_left:
+                    value += 1
+                    for name in names:
+                        machine.host.set(name + ".in", value)
+                    # Of the saves from now on the second one begins when the value is there.
+                    saves = machine.host.get(["r%s.saves" % name for name in names])
+                    for name, now in zip(names, saves):
+                        safe[name] = max([safe[name]] + [old for old, before in written[name] if now >= before + 2])
+                        written[name] = [pair for pair in written[name] if now < pair[1] + 2] + [(value, now)]
+                    name = draw.choice(names)
+                    machine.host.set(name + ".forget", machine.get(name + ".rows") == 3)
+                    machine.give((value, value), to=name)
+                    if draw.random() < 0.5:
+                        name = draw.choice(list(processes_left))
+                        time.sleep(0.01 * draw.random())
+                        kill(processes_left.pop(name))
+                        pins, records = contents("%s/r%s.retained" % (folder, name))
+                        left[name] = (float(pins[name + ".in"]), len(records))
+                        self.assertGreaterEqual(left[name][0], safe[name])
+
+    def is_restored(self, machine, name):
+        try:
+            return machine.get("r%s.restored" % name)
+        except plumb.Refused:
+            return False
+
+
+class Stock(unittest.TestCase):
+    """On LinuxCNC's own realtime side, by halrun."""
+
+    HAL = """\
+loadrt threads name1=servo-thread period1=1000000
+loadrt lowpass names=filter
+setp filter.in 1.5
+loadusr -W {retain} --file {folder}/mill.toml
+start
+loadusr -w sh until_restored
+loadusr -w halcmd getp filter.in
+setp filter.in {value}
+loadusr -w sh until_saved {value}
+"""
+
+    def test_values_outlive_halrun(self):
+        folder = own_folder(self)
+        with open(folder + "/mill.toml", "w") as file:
+            file.write('machine = "m"\npins = ["filter.in"]\nevery = 0.05\n')
+        with open(folder + "/until_restored", "w") as file:
+            file.write("until halcmd getp retain.restored | grep -q TRUE; do sleep 0.02; done\n")
+        with open(folder + "/until_saved", "w") as file:
+            file.write('until grep -q "filter.in.*$1" mill.retained; do sleep 0.02; done\n')
+        retain = shutil.copy(RETAIN, folder)
+        seen = []
+        for value in (2.5, 3.5, 4.5):
+            with open(folder + "/mill.hal", "w") as file:
+                file.write(self.HAL.format(retain=retain, folder=folder, value=value))
+            done = subprocess.run(
+                stock_linuxcnc.closed_in(["halrun", "-f", "mill.hal"], folder),
+                cwd=folder,
+                env=stock_linuxcnc.ENVIRONMENT,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=PATIENCE,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            seen.append(done.stdout.strip())
+        self.assertEqual(seen, ["1.5", "2.5", "3.5"])
+
+
+if __name__ == "__main__":
+    if "--kills" in sys.argv:
+        at = sys.argv.index("--kills")
+        kills = int(sys.argv[at + 1])
+        del sys.argv[at : at + 2]
+    unittest.main()
