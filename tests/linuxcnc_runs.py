@@ -17,7 +17,7 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
-PATIENCE = 100  # seconds, for what takes a few
+PATIENCE = 200  # seconds, for what takes a few
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm
 um = 1e-3  # mm
@@ -79,8 +79,8 @@ def finish(process):
 def read_recording(file):
     """Columns of a recording, by name."""
     with open(file) as lines:
-        names, *rows = csv.reader(lines)
-    table = np.array(rows, dtype=float)
+        names = next(csv.reader(lines))
+        table = np.loadtxt(lines, delimiter=",", ndmin=2)
     return {name: table[:, column] for column, name in enumerate(names)}
 
 

@@ -1,0 +1,181 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/mill on days with disturbances: the depth of each cut, and that nothing moves by itself.
+
+    PLUMB_BUILD=build tests/mill_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
+
+goes through these days twenty times beside two busy loops, and counts what fails.
+"""
+
+import json
+import os
+import unittest
+
+import linuxcnc_runs
+import numpy as np
+from linuxcnc_runs import PERIOD, PROGRAMS, change, changes, finish, nm, own_folder, read_recording, start, um
+
+linuxcnc_runs.speed = 20
+
+TOLERANCE = 6 * um  # of the cuts
+MAX_RATE = 0.1  # mm/s, of the stage
+OPERATIONS = [10, 10, 10, 20, 20, 30]
+# Parts made with compensation: what was before them is in their names.
+COMPENSATED = {
+    "first": ["compensated", "compensated_again", "after_abort", "after_stop", "after_off_and_on", "after_homing"],
+}
+
+# Growth that comes while parts are made, and a load that is as good as a load can be.
+GROWTH = """
+newsig scene s32
+setp drive.white-noise   0.1
+setp drive.flicker-noise 0.05
+setp drive.quantum       0.1
+loadrt limit3 names=growth
+setp growth.maxv 0.0003
+unlinkp mill.growth-replay
+net grown growth.out => mill.growth-replay
+addf growth servo-thread
+"""
+
+
+class Days(unittest.TestCase):
+    """Starts of LinuxCNC, in each of which programs/mill_disturbances.py works through a day."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("mill", folder)
+        ini = os.path.join(machine, "mill.ini")
+        change(ini, "common/headless.py", os.path.join(PROGRAMS, "mill_disturbances.py"))
+        with open(os.path.join(machine, "growth.hal"), "w") as file:
+            file.write(GROWTH)
+        with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
+            file.write("HALFILE = growth.hal\n")
+        cls.days, cls.told = {}, {}
+        for day in ("first", "forgotten"):
+            status, output = finish(start(folder, ini, day))
+            if status != 42:
+                raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+            with open(os.path.join(machine, day + ".json")) as file:
+                cls.told[day] = json.load(file)
+            cls.days[day] = read_recording(os.path.join(machine, day + ".csv"))
+
+    def rows(self, day, scene):
+        return np.flatnonzero(self.days[day]["scene"] == self.told[day]["scenes"].index(scene) + 1)
+
+    def cuts(self, day, scene):
+        """Rows after those in which a cut of this scene has ended."""
+        rows = self.rows(day, scene)
+        ends = changes(self.days[day]["mill.truth-cuts"])
+        return ends[(ends >= rows[0]) & (ends <= rows[-1])]
+
+    def errors(self, day, scene):
+        rows = self.cuts(day, scene)
+        self.assertEqual(list(self.days[day]["mill.truth-cut-operation"][rows]), OPERATIONS, scene)
+        return self.days[day]["mill.truth-cut-error"][rows]
+
+    def recent(self, happens, rows=10):
+        """Whether something happens now, or did in some rows before: as many as LinuxCNC's interpolation takes."""
+        return np.convolve(happens, np.ones(rows))[: len(happens)] > 0
+
+    def test_every_servo_cycle_is_recorded(self):
+        for day in self.days.values():
+            np.testing.assert_allclose(np.diff(day["time"]), PERIOD, rtol=0, atol=1e-9)
+
+    def test_parts_are_true_on_the_cold_machine(self):
+        self.assertLess(abs(self.errors("first", "learnt")).max(), 3 * um)
+
+    def test_without_compensation_growth_goes_into_the_work(self):
+        growth = self.days["first"]["mill.truth-growth"][self.cuts("first", "uncompensated")]
+        self.assertGreater(growth[-1], 7 * um)
+        np.testing.assert_allclose(self.errors("first", "uncompensated"), -growth, atol=3 * um)
+
+    def test_restart_without_what_was_learnt_leaves_growth_in_the_work(self):
+        growth = self.days["forgotten"]["mill.truth-growth"][self.cuts("forgotten", "after_restart")]
+        self.assertGreater(growth[0], 30 * um)
+        np.testing.assert_allclose(self.errors("forgotten", "after_restart"), -growth, atol=3 * um)
+
+    def test_with_compensation_cuts_are_true_from_the_second_contact_on(self):
+        for day, scenes in COMPENSATED.items():
+            for scene in scenes:
+                with self.subTest(scene):
+                    self.assertLess(abs(self.errors(day, scene)[1:]).max(), TOLERANCE)
+        self.assertGreater(self.days["first"]["mill.truth-growth"][-1], 30 * um)
+
+    def test_cut_that_is_broken_off_is_true_as_well(self):
+        for scene in ("aborted", "stopped"):
+            with self.subTest(scene):
+                rows = self.cuts("first", scene)
+                self.assertEqual(len(rows), 2)
+                self.assertLess(abs(self.days["first"]["mill.truth-cut-error"][rows[1]]), TOLERANCE)
+
+    def test_nothing_moves_but_by_a_program_or_an_armed_stage(self):
+        for name, day in self.days.items():
+            with self.subTest(name):
+                moved = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) > 1e-3 * nm
+                programmed = self.recent(abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > 1e-3 * nm)
+                armed = self.recent(day["z-stage.armed"] + day["z-stage.clear"])
+                on = day["motion.motion-enabled"] == 1
+                self.assertEqual(list(np.flatnonzero(moved & ~programmed & ~armed & on)), [])
+                rate = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) / PERIOD
+                self.assertLess(rate[~programmed & on].max(), MAX_RATE * 1.001)
+
+    def test_program_moves_z_only_while_a_move_is_carried_out(self):
+        for name, day in self.days.items():
+            with self.subTest(name):
+                moved = abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > 1e-3 * nm
+                moving = self.recent(np.append(day["motion.motion-type"][1:], 0) != 0)  # tells it a cycle later
+                turned_on = self.recent(np.diff(day["motion.motion-enabled"], prepend=0) != 0)
+                on = day["motion.motion-enabled"] == 1
+                self.assertEqual(list(np.flatnonzero(moved & on & ~moving & ~turned_on)), [])
+
+    def test_stop_off_and_on_let_the_axis_where_it_is(self):
+        day = self.days["first"]
+        switched = changes(day["motion.motion-enabled"])
+        offs, ons = switched[1::2], switched[2::2]
+        self.assertEqual(len(ons), 2)
+        for off, on in zip(offs, ons):
+            until = on + 500  # which is before the next command
+            for pin in ("joint.2.motor-pos-cmd", "mill.z-position"):
+                self.assertLess(np.ptp(day[pin][off + 100 : until]), 1 * um, pin)
+            self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][on:until]), nm)
+            self.assertGreater(day["axis.z.eoffset"][off], 15 * um)
+            self.assertEqual(day["axis.z.eoffset"][until], 0)
+            self.assertTrue(day["z-stage.uncompensated"][until])
+
+    def test_stage_is_armed_by_the_start_of_a_part_alone(self):
+        for name, day in self.days.items():
+            with self.subTest(name):
+                armed = np.flatnonzero(np.diff(day["z-stage.armed"], prepend=0) == 1)
+                scenes = [self.told[name]["scenes"][int(day["scene"][row]) - 1] for row in armed]
+                first = ["learnt", "after_stop", "after_off_and_on", "after_homing"]
+                self.assertEqual(scenes, first if name == "first" else ["after_restart"])
+
+    def test_offset_stands_while_the_tool_is_in_the_work(self):
+        for name, day in self.days.items():
+            with self.subTest(name):
+                # That of a cut in which the machine was turned off is forgotten, and so is no motion.
+                on = day["motion.motion-enabled"] == 1
+                cutting = (np.convolve(day["mill.engagement"] > 0, np.ones(5))[: len(on)] == 5) & on
+                moved = np.diff(day["axis.z.eoffset"], prepend=0) != 0
+                turned_on = self.recent(np.diff(day["motion.motion-enabled"], prepend=0) != 0)
+                self.assertGreater(np.count_nonzero(cutting), 5000)
+                self.assertEqual(list(np.flatnonzero(moved & cutting & ~turned_on)), [])
+
+    def test_homing_without_an_offset_moves_nothing(self):
+        day, rows = self.days["first"], self.rows("first", "homed_anew")
+        self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
+        self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][rows[-400:]]), nm)
+
+    def test_probing_with_an_offset_in_force_is_refused(self):
+        day, rows = self.days["first"], self.rows("first", "probing")
+        probing = rows[day["motion.motion-type"][rows] == 5]
+        self.assertGreater(day["axis.z.eoffset"][probing[0]], 15 * um)
+        self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][probing]), 0.1)
+        self.assertEqual(len(self.told["first"]["errors"]), 1)
+        self.assertIn("G38.2", self.told["first"]["errors"][0])
+
+
+if __name__ == "__main__":
+    linuxcnc_runs.main(Days, __doc__)

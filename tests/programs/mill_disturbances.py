@@ -1,0 +1,160 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of mill_linuxcnc_test: works configs/mill through a day, which is named in the command line.
+
+On the first much goes wrong; any other begins where the first has ended, and one part is made. DAY.csv has a row for each
+servo cycle, with the number of the scene; DAY.json has the names of the scenes, and what the operator was told. The exit
+status, 42, is no one else's.
+"""
+
+import contextlib
+import json
+import sys
+
+import linuxcnc
+from plumb_linuxcnc import Machine, OperatorError
+
+COLUMNS = [
+    "scene",
+    "joint.2.motor-pos-cmd",
+    "axis.z.pos-cmd",
+    "axis.z.eoffset",
+    "motion.motion-enabled",
+    "motion.motion-type",
+    "z-stage.armed",
+    "z-stage.clear",
+    "z-stage.uncompensated",
+    "z-stage.counts",
+    "mill.z-position",
+    "mill.truth-growth",
+    "mill.engagement",
+    "mill.truth-cuts",
+    "mill.truth-cut-error",
+    "mill.truth-cut-operation",
+    "thermal.contacts",
+    "thermal.contacts-accepted",
+]
+um = 1e-3
+
+
+class Day:
+    def __init__(self, machine):
+        self.machine = machine
+        self.host = machine.host
+        self.scenes = []
+        self.growth = 0
+
+    def first(self):
+        machine = self.machine
+        self.begin("setup")
+        machine.turn_on()
+        machine.home()
+        machine.run("setup.ngc")
+        machine.run("learn.ngc")
+        self.part("learnt")
+
+        self.grow()
+        self.host.set("compensate.in1", False)
+        self.part("uncompensated")
+        self.host.set("compensate.in1", True)
+        self.part("compensated")
+        self.grow()
+        self.part("compensated_again")
+
+        self.begin("aborted")
+        self.amid_a_cut()
+        machine.abort()
+        self.grow()
+        self.part("after_abort")
+
+        self.begin("stopped")
+        self.amid_a_cut()
+        machine.emergency_stop()
+        machine.wait(0.5)
+        self.begin("on_after_stop")
+        self.turn_on()
+        machine.mdi("G53 G0 Z0")
+        self.grow()
+        self.part("after_stop")
+
+        self.begin("off_and_on")
+        machine.turn_off()
+        machine.wait(0.5)
+        self.turn_on()
+        self.part("after_off_and_on")
+
+        self.begin("homed_anew")
+        machine.mdi("O <take_back> call")
+        machine.mdi("G53 G0 X0 Y0 Z0")  # where this machine is at home
+        machine.home()
+        machine.wait(0.5)
+        self.part("after_homing")
+
+        self.begin("probing")
+        machine.mdi("T4 M6 G43")
+        machine.mdi("G0 X0 Y0 Z3")
+        with contextlib.suppress(OperatorError):
+            machine.mdi("G38.2 Z-5 F100")
+        machine.abort()
+        machine.mdi("G53 G0 Z0")
+        machine.turn_off()
+
+    def other(self, growth):
+        machine = self.machine
+        self.begin("morning")
+        self.host.set("growth.in", growth)
+        self.host.set("growth.load", True)
+        machine.turn_on()
+        machine.home()
+        self.host.set("growth.load", False)
+        self.growth = growth
+        self.part("after_restart")
+        machine.turn_off()
+
+    def begin(self, scene):
+        self.scenes.append(scene)
+        self.host.set("scene", len(self.scenes))
+
+    def part(self, scene):
+        self.begin(scene)
+        self.machine.run("part.ngc")
+        self.machine.wait(0.1)
+        self.begin("after " + scene)
+
+    def grow(self):
+        """Slowly, while the next part is made."""
+        self.growth += 8 * um
+        self.host.set("growth.in", self.growth)
+
+    def amid_a_cut(self):
+        """In the second cut of a part."""
+        cuts = self.host.get("mill.truth-cuts")
+        self.machine.start("part.ngc")
+        self.machine.wait_for(
+            lambda _: self.host.get("mill.truth-cuts") > cuts and self.host.get("mill.engagement") > 0.5, "the second cut"
+        )
+
+    def turn_on(self):
+        self.machine.turn_on()
+        self.machine.wait(0.5)
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+
+
+def main():
+    name = sys.argv[-1]
+    with Machine() as machine:
+        day = Day(machine)
+        with machine.recording(name + ".csv", COLUMNS):
+            if name == "first":
+                day.first()
+            else:
+                with open("first.json") as file:
+                    day.other(json.load(file)["growth"])
+    told = {"scenes": day.scenes, "growth": day.growth, "errors": machine.errors, "messages": machine.messages}
+    with open(name + ".json", "w") as file:
+        json.dump(told, file)
+    return 42
+
+
+if __name__ == "__main__":
+    sys.exit(main())
