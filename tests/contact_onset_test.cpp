@@ -129,7 +129,7 @@ TEST(ContactOnset, ScattersAsTheBoundForWhiteNoise) {
     EXPECT_NEAR(pairs.sigma, pairs.rms, 0.25 * pairs.rms);
 }
 
-TEST(ContactOnset, CountsASampleThatIsHeldOnce) {
+TEST(ContactOnset, ScattersAsTheBoundForALoadThatIsHeldAndCoarse) {
     Approach approach;
     approach.noise = 0.3;
     approach.hold = 0.008;
@@ -137,6 +137,18 @@ TEST(ContactOnset, CountsASampleThatIsHeldOnce) {
     const Scatter pairs = scatter_of_pairs(approach, 300, 0.8);
     EXPECT_LT(1000 * feed * pairs.rms, 3.2) << "um; 2.75 in the long run";
     EXPECT_NEAR(pairs.sigma, pairs.rms, 0.25 * pairs.rms);
+}
+
+// Counting each period that a sample is held puts the rise anywhere between two samples: 4.8 um.
+TEST(ContactOnset, CountsASampleThatIsHeldOnce) {
+    Approach approach;
+    approach.lag = 0.01;
+    approach.noise = 0.1;
+    approach.hold = 0.016;
+    const Scatter pairs = scatter_of_pairs(approach, 300, 0.8);
+    EXPECT_LT(1000 * feed * pairs.rms, 3) << "um";
+    EXPECT_GT(pairs.sigma, 0.9 * pairs.rms);
+    EXPECT_LT(pairs.sigma, 2 * pairs.rms);
 }
 
 TEST(ContactOnset, LooksThroughPeriodsShorterThanItHasRoomFor) {

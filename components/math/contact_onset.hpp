@@ -195,12 +195,18 @@ private:
         return white + std::max(seen - white, 0.0) * slow_lost / white_lost;
     }
 
+    // Of the onset, because the drive samples at moments that are known to a slot only; and what comes to it,
+    // by simulation, where the load rises faster than the drive samples.
+    double sampling() const noexcept {
+        if (hold_ == 1) return 0;
+        const double interval = hold_ * spacing_;
+        return (spacing_ + interval * std::exp(-3 * time_constant_ / interval)) / std::sqrt(12);
+    }
+
     void conclude() noexcept {
         const double tau = time_constant_, disturbance = variance();
         const double noise = tau / fit_.gain() * std::sqrt(disturbance / fit_.information());
-        const double drawn =
-            hold_ > 1 ? spacing_ / std::sqrt(12) : 0;  // when within a slot the drive samples
-        sigma_ = std::hypot(noise, drawn);
+        sigma_ = std::hypot(noise, sampling());
         found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;
         if (found_) {
             const double between = -tau * std::log(fit_.share());
