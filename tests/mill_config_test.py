@@ -2,91 +2,51 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """configs/mill: thermal displacement in a complete LinuxCNC in virtual time, twenty times faster than the clock."""
 
-import csv
 import json
 import os
 import re
 import shutil
 import signal
 import subprocess
-import tempfile
+import sys
 import unittest
 
 import numpy as np
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
-CONFIGURATION = os.path.join(ROOT, "configs", "mill")
-PATIENCE = 200  # seconds, for what takes a few
+import linuxcnc_runs
+from linuxcnc_runs import BUILD, PROGRAMS, ROOT, change, changes, finish, own_folder, read_recording, um
+
+README = os.path.join(ROOT, "configs", "mill", "README.md")
 SPEED = 20
 
-um = 1e-3
-PERIOD = 0.001
 GROWTH = 10 * um  # that grow.ngc adds
-TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, and what the load leaves uncertain
+TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and what the load leaves uncertain
 OPERATIONS = [10, 10, 10, 20, 20, 30]
 RAPID, FEED = 1, 2
 
 
-def own_folder(test):
-    folder = tempfile.TemporaryDirectory(prefix="mill-")
-    (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
-    return folder.name
-
-
 def copy_configuration(folder):
-    """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
-    copy = shutil.copytree(CONFIGURATION, os.path.join(folder, "mill"))
+    machine = linuxcnc_runs.copy_configuration("mill", folder)
     for ini in ("mill.ini", "axis.ini"):  # the memory of a run is its own, and needs no disk
-        change(os.path.join(copy, ini), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
-    return copy
-
-
-def change(file, old, new):
-    with open(file) as lines:
-        text = lines.read()
-    assert old in text, (file, old)
-    with open(file, "w") as lines:
-        lines.write(text.replace(old, new))
-
-
-def environment(folder, **more):
-    home = os.path.join(folder, "home")
-    os.makedirs(home, exist_ok=True)
-    path = os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin"
-    return {"HOME": home, "PATH": path, "PYTHONPATH": os.path.join(BUILD, "python"), **more}
+        change(os.path.join(machine, ini), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+    return machine
 
 
 def run(folder, machine, *command, **more):
     """Exit status and output of a command in the folder of a configuration."""
+    home = os.path.join(folder, "home")
+    os.makedirs(home, exist_ok=True)
+    path = os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin"
     process = subprocess.Popen(
         command,
         cwd=machine,
-        env=environment(folder, **more),
+        env={"HOME": home, "PATH": path, "PYTHONPATH": os.path.join(BUILD, "python"), **more},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
     )
-    try:
-        output = process.communicate(timeout=PATIENCE)[0]
-    except subprocess.TimeoutExpired:
-        process.terminate()
-        raise AssertionError("%s did not end:\n%s" % (command, process.communicate()[0])) from None
-    return process.returncode, output
-
-
-def read_recording(file):
-    """Columns of a recording, by name."""
-    with open(file) as lines:
-        names = next(csv.reader(lines))
-        columns = np.loadtxt(lines, delimiter=",", ndmin=2)
-    return {name: columns[:, i] for i, name in enumerate(names)}
-
-
-def changes(values):
-    """The rows in which a value is another than in the row before."""
-    return np.flatnonzero(np.diff(values)) + 1
+    return finish(process)
 
 
 class Shift(unittest.TestCase):
@@ -96,7 +56,7 @@ class Shift(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         cls.folder, cls.machine = folder, copy_configuration(folder)
-        scenario = os.path.join(ROOT, "tests", "programs", "mill_scenario.py")
+        scenario = os.path.join(PROGRAMS, "mill_scenario.py")
         change(os.path.join(cls.machine, "mill.ini"), "common/headless.py", scenario)
         with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = record.hal\n")
@@ -310,7 +270,7 @@ class Screen(unittest.TestCase):
         self.addCleanup(screen.send_signal, signal.SIGTERM)
         with os.fdopen(numbers) as line:
             display = ":" + line.readline().strip()
-        shutil.copy(os.path.join(ROOT, "tests", "programs", "mill_operator.py"), machine)
+        shutil.copy(os.path.join(PROGRAMS, "mill_operator.py"), machine)
         with open(os.path.join(machine, "axis.ini"), "a") as ini:
             ini.write("[APPLICATIONS]\nAPP = ./mill_operator.py\n")
         status, output = run(
@@ -323,5 +283,84 @@ class Screen(unittest.TestCase):
         self.assertNotEqual(seen["load"], 0)
 
 
+class Readme(unittest.TestCase):
+    """Who follows the page gets what it says, but for the figures that differ from run to run."""
+
+    @classmethod
+    def setUpClass(cls):
+        with open(README) as page:
+            cls.page = page.read()
+        cls.folder = own_folder(cls)
+        cls.machine = copy_configuration(cls.folder)
+
+    def shown(self, before):
+        """What stands, indented, behind these words."""
+        return re.search(re.escape(before) + r"\n\n((?:    .*\n|\n)+)", self.page)[1]
+
+    def command(self, pattern):
+        return re.search(r"^    (%s.*?)(?: +#.*)?$" % pattern, self.page, re.M)[1]
+
+    def follow(self, command):
+        command = re.sub(r"--speed \d+", "--speed %d" % SPEED, command).replace("linuxcnc mill", "linuxcnc -r mill")
+        return run(self.folder, self.machine, "sh", "-c", command)
+
+    @staticmethod
+    def skeletons(text):
+        """Lines without their figures, and without what varies with them."""
+        lines = (re.sub(r"[+-]?\d+(\.\d+)?", "0", " ".join(line.split())) for line in text.splitlines())
+        return [re.sub(r" #.*", "", line) for line in lines if line]
+
+    def test_commissioning_is_as_it_says(self):
+        machining = self.command(r"plumb run .* part.ngc grow.ngc part.ngc grow.ngc part.ngc grow.ngc part.ngc")
+        first = self.command("plumb run --speed 10 -- linuxcnc mill.ini setup.ngc learn.ngc")
+        self.assertTrue(machining.startswith(first), "the example is the beginning of the recording")
+        self.assertEqual(self.follow(self.command("echo"))[0], 0)
+        status, output = self.follow(machining)
+        self.assertEqual(status, 0, output)
+        printed = [line for line in output.splitlines() if re.match(" the work| operation|.* is done", line)]
+        shown = [line[4:] for line in self.shown("would find at its floor:").splitlines() if line]
+        self.assertEqual(self.skeletons("\n".join(printed[: len(shown)])), self.skeletons("\n".join(shown)))
+        cold = shown.index("grow.ngc is done")  # on the cold machine even the figures are the same
+        self.assertEqual(printed[:cold], shown[:cold])
+
+        status, output = self.follow(self.command(r"./report.py load.txt"))
+        self.assertEqual(status, 0, output)
+        said, shown = self.skeletons(output), self.skeletons(self.shown("says of the recording from step 2"))
+        self.assertEqual([line for line in shown if line not in said + ["..."]], [])
+        self.assertEqual([line for line in said if line not in shown], [])
+        self.assertIn("Nothing hinders compensation", output)
+
+        status, output = self.follow(self.command(r"./report.py load.txt --set"))
+        self.assertEqual(status, 0, output)
+        self.assertTrue(os.path.exists(os.path.join(self.machine, "report.png")))
+        status, output = self.follow(self.command("plumb bench"))
+        self.assertEqual(status, 0, output)
+        offsets = read_recording(os.path.join(self.machine, "offset.csv"))
+        self.assertGreater(offsets["thermal.z-offset"].max(), GROWTH)
+
+    def test_load_comes_by_what_it_shows(self):
+        """As far as it goes without the interface cards."""
+        import plumb
+
+        blocks = re.findall(r"```hal\n(.*?)```", self.page, re.S)
+        self.assertEqual(len(blocks), 3)
+        with open(os.path.join(self.machine, "load.ini"), "w") as file:
+            file.write(next(block for block in re.findall(r"```ini\n(.*?)```", self.page, re.S) if "MB2HAL" in block))
+        for block in blocks:
+            with plumb.Host() as host:
+                host.command("loadrt threads name1=servo-thread period1=1000000")
+                for line in block.splitlines():
+                    if re.search("YOUR-CARD|lcec", line):
+                        line = re.sub("(YOUR-CARD|lcec)[^ ]*", "", line)
+                    if line.startswith("loadusr"):
+                        line = line.replace("load.ini", os.path.join(self.machine, "load.ini"))
+                    if line:
+                        host.command(line)
+                host.command("start")
+                host.run(0.01)
+                self.assertEqual(host.get("spindle-load"), 0)
+
+
 if __name__ == "__main__":
+    sys.path.insert(0, os.path.join(BUILD, "python"))
     unittest.main()

@@ -270,8 +270,8 @@ class Load:
 
     def suggestions(self):
         """Settings and why."""
-        enough = self.least / 4
-        smoothing = next((tau for tau in self.smoothings if 5 * self.noises[tau] <= enough), self.smoothings[-1])
+        quiet = [tau for share in (8, 3) for tau in self.smoothings if 5 * self.noises[tau] <= self.least / share]
+        smoothing = quiet[0] if quiet else self.smoothings[-1]
         noise = self.noises[smoothing]
         wanted = max(5 * noise, self.least / 8, 1.5 * self.quantum)
         threshold = round_up(min(wanted, self.least / 3))
@@ -281,7 +281,7 @@ class Load:
             (
                 "threshold",
                 threshold,
-                "%.1f times that noise, a %s of the lightest cut" % (threshold / noise, part(self.least / threshold)),
+                "%.1f times that noise, %.0f %% of the lightest cut" % (threshold / noise, 100 * threshold / self.least),
             ),
             ("release", threshold / 2, "half of it"),
             ("debounce", round_up(debounce), "longer than noise lasts, two values of the load at least"),
@@ -312,11 +312,6 @@ def round_up(value):
         return 0.0
     step = 10.0 ** (np.floor(np.log10(value)) - 1)
     return float(np.ceil(value / step - 1e-9) * step)
-
-
-def part(ratio):
-    names = {2: "half", 3: "third", 4: "quarter", 5: "fifth", 6: "sixth", 7: "seventh", 8: "eighth"}
-    return names.get(int(round(ratio)), "%.0fth" % ratio)
 
 
 class Replay:
@@ -376,6 +371,10 @@ class Contact:
         return "learnt" if self.learnt else "believed" if self.believed else "seen"
 
 
+def counted(number, thing):
+    return "%d %s%s" % (number, thing, "" if number == 1 else "s")
+
+
 def table(header, rows):
     widths = [max(len(row[i]) for row in [header] + rows) for i in range(len(header))]
     for row in [header] + rows:
@@ -384,10 +383,14 @@ def table(header, rows):
 
 
 def show_recording(recording):
-    descents = len(recording.approaches)
     print(
-        "%s: %.1f s, %d cycles, %d descents to the work"
-        % (os.path.basename(recording.file), recording.duration, len(recording.cycles), descents)
+        "%s: %.1f s, %s, %s to the work"
+        % (
+            os.path.basename(recording.file),
+            recording.duration,
+            counted(len(recording.cycles), "cycle"),
+            counted(len(recording.approaches), "descent"),
+        )
     )
 
 
