@@ -151,6 +151,20 @@ TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
     EXPECT_FALSE(shop.measured.in_work());
 }
 
+TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDown) {
+    Shop shop = learnt();
+    int periods = 0, free = 0;
+    shop.mill.cycle([&](const Milling::Sample& sample) {
+        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        const bool down = sample.cycle_running && sample.motion == 2 && sample.velocity < 0;
+        periods += down;
+        free += down && !shop.measured.in_work();
+        return 0.0;
+    });
+    EXPECT_GT(periods, 1000);
+    EXPECT_EQ(free, 0);
+}
+
 TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {
     const std::pair<double, Rejection> cases[]{{5, Rejection::outside_window},
                                                {-5, Rejection::outside_window},

@@ -31,8 +31,8 @@ The clock of the time method starts when z-position - applied-offset comes down 
 (clock-from-program).  Then every cycle, and the one that is learnt from too, must begin with the same tool in the same
 place: the first one after switching on often does not, and all contacts of the later ones are rejected.
 
-z-offset changes where growth-estimate differs from it by more than tolerance, only while the tool is out of the work,
-by max-rate at most, and stays within max-offset.
+z-offset changes where growth-estimate differs from it by more than tolerance, only while the tool is out of the work and
+does not feed down to it, by max-rate at most, and stays within max-offset.
 
 The signal to net to z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through
 axis_offset, the drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.

@@ -116,8 +116,9 @@ public:
     const LoadContact& detector() const noexcept { return detector_; }
     double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
 
-    // The tool may be cutting, or is still lower than where it met the work.
-    bool in_work() const noexcept { return detector_.in_work() || below_contact_; }
+    // The tool may be cutting, is still lower than where it met the work, or feeds down to it: an offset that
+    // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
+    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || approaching_; }
 
     // The speed has changed since a contact was last believed, or none was.
     bool uncertain() const noexcept { return uncertain_; }
