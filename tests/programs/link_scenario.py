@@ -1,0 +1,113 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What linuxcnc_link_test.py looks at in a complete LinuxCNC with linuxcnc_link.py and retain.
+
+The facts are left in facts.json.
+"""
+
+import json
+import os
+import sys
+import zlib
+
+from plumb_linuxcnc import Machine, OperatorError
+
+FIELDS = {"operation": 10, "tool": 1, "occurrence": 1, "coordinate": -1.25, "feed": -2.0, "feed-override": 1.0}
+FIELDS.update({"applied-offset": 0.0, "program-id": 4711, "cycles": 1, "time-constant": 0.1 + 0.2})
+
+
+class Day:
+    def __init__(self, machine):
+        self.machine = machine
+        self.host = machine.host
+        self.facts = {}
+
+    def until(self, condition, what):
+        self.machine.wait_for(lambda _: condition(), what)
+
+    def expect_identity(self, *files):
+        """Waits until program-id is that of these files."""
+        content = b"".join(open(file, "rb").read() for file in files)
+        crc = zlib.crc32(content)
+        wanted = crc - (1 << 32) * (crc >> 31)
+        self.until(lambda: self.host.get("linuxcnc-link.program-id") == wanted, "the identity of %s" % ", ".join(files))
+
+    def work(self):
+        self.until(lambda: self.host.get("linuxcnc-link.connected"), "the link")
+        self.facts["without a program"] = self.host.get("linuxcnc-link.program-id")
+        self.until(lambda: self.host.get("retain.restored"), "what was kept")
+        pins = ["growth.window", "growth.rows", "retain.fault-code"]
+        self.facts["in force"] = self.host.get(pins)
+        if self.host.get("growth.rows") > 0:
+            return  # the second day
+        self.machine.turn_on()
+        self.machine.home()
+        self.programs()
+        self.tools()
+        self.messages()
+        self.keep()
+
+    def programs(self):
+        self.machine.run("main.ngc")
+        self.expect_identity("main.ngc", "first.ngc", "second.ngc")
+        with open("second.ngc", "a") as file:
+            file.write("(changed)\n")
+        self.expect_identity("main.ngc", "first.ngc", "second.ngc")
+        self.machine.run("alone.ngc")
+        self.expect_identity("alone.ngc")
+
+    def tools(self):
+        known = self.host.get("linuxcnc-link.tool-set-id")
+        self.facts["tools"] = [known]
+        self.machine.mdi("T1 M6")
+        self.machine.wait(1)
+        self.facts["tools"].append(self.host.get("linuxcnc-link.tool-set-id"))
+        self.machine.mdi("G10 L1 P1 Z12.5")
+        self.until(lambda: self.host.get("linuxcnc-link.tool-set-id") != known, "the other tool set")
+
+    def message(self, *pins):
+        """What LinuxCNC tells when these pins are set."""
+        told = len(self.machine.errors), len(self.machine.messages)
+        try:
+            for pin, value in pins:
+                self.host.set("linuxcnc-link." + pin, value)
+            self.machine.wait(0.3)
+            self.until(lambda: (len(self.machine.errors), len(self.machine.messages)) != told, "the message")
+        except OperatorError:
+            pass
+        return self.machine.errors[told[0] :] + self.machine.messages[told[1] :]
+
+    def messages(self):
+        self.facts["messages"] = [
+            self.message(("refused-code", 1), ("refused", True)),
+            self.message(("refused-code", 2)),
+            self.message(("refused-code", 9)),
+            self.message(("hint", True)),
+            self.message(("refused", False), ("hint", False), ("shown", True)),
+        ]
+
+    def keep(self):
+        """A setting of today, and a record that growth has learnt, as it were."""
+        self.host.set("growth.window", 0.125)
+        for name, value in FIELDS.items():
+            self.host.set("growth.restore-" + name, value)
+        self.host.set("growth.restore", True)
+        self.until(lambda: self.host.get("growth.rows") == 1, "the record")
+        saves = self.host.get("retain.saves")
+        self.until(lambda: self.host.get("retain.saves") > saves, "the save")
+        self.host.set("growth.restore", False)
+
+
+def main():
+    with Machine() as machine:
+        day = Day(machine)
+        try:
+            day.work()
+        finally:
+            with open("facts.json", "w") as file:
+                json.dump(day.facts, file)
+    return 42
+
+
+if __name__ == "__main__":
+    sys.exit(main())
