@@ -9,7 +9,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -170,6 +174,87 @@ void thermal_displacement_beside_pid(benchmark::State& state) {
                        "contacts"});
 }
 
+// A cycle to learn from, of two seconds, in which a tool meets the work: all that a contact takes.
+std::filesystem::path write_cycle(int periods) {
+    const auto path = std::filesystem::temp_directory_path() / "plumb_speed_benchmark.csv";
+    std::ofstream file(path);
+    file << "time,running,complete,motion,velocity,height,load\n";
+    for (int i = 0; i <= periods; ++i) {
+        const double time = i * period;
+        const double cut = time - 1;
+        const bool running = time > 0.1 && time < 1.9;
+        const bool feeds = running && time < 1.5;
+        const double rise = feeds && cut > 0 ? -8 * std::expm1(-cut / 0.03) : 0;
+        file << time << ',' << running << ',' << !running << ',' << (feeds ? 2 : 1) << ',' << (feeds ? -2 : 0)
+             << ',' << (feeds ? -2 * cut : 5) << ',' << 5 + rise + 0.2 * std::sin(1000 * time) << '\n';
+    }
+    return path;
+}
+
+// The least that each stretch of the cycle took, over many repeats of it, in ns a period.  A single period
+// would be lost in what it takes to ask the host for it; the fit lasts for more than a hundred.
+std::vector<double> least_of_each_stretch(host::Client& client, const std::filesystem::path& cycle,
+                                          int periods) {
+    constexpr int repeats = 40;
+    constexpr int stretch = 20;
+    std::vector<double> least(static_cast<std::size_t>(periods / stretch),
+                              std::numeric_limits<double>::infinity());
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+        client.replay({cycle.string()});
+        for (double& its_least : least)
+            its_least = std::min(its_least, nanoseconds_per_period(client, stretch * period));
+    }
+    return least;
+}
+
+// The most that one update() takes, as a multiple of one of pid: of the same stretches of many cycles the
+// fastest, which nothing else on the computer disturbed, and of these the slowest.
+void slowest_thermal_displacement_beside_pid(benchmark::State& state) try {
+    constexpr int periods = 2000;
+    const auto cycle = write_cycle(periods);
+    const std::vector<std::pair<std::string, std::string>> inputs{
+        {"cycle-running", "running"},   {"cycle-complete", "complete"}, {"motion-type", "motion"},
+        {"z-velocity-cmd", "velocity"}, {"z-position", "height"},       {"load", "load"}};
+    const Subject subject{
+        "thermal_displacement",
+        "update",
+        {{"enable", "1"}, {"learn", "1"}, {"operation", "1"}, {"tool-number", "1"}, {"blanking-time", "0"}},
+        inputs,
+        "contacts"};
+    auto commands = commands_of(nullptr);
+    for (const auto& [pin, signal] : inputs) {
+        const bool bit = signal == "running" || signal == "complete";
+        commands.push_back("newsig " + signal + (bit ? " bit" : signal == "motion" ? " s32" : " float"));
+    }
+    const auto with = [&](const Subject& timed) {
+        auto all = commands;
+        const auto its = commands_of(&timed);
+        all.insert(all.end(), its.begin() + static_cast<std::ptrdiff_t>(commands_of(nullptr).size()),
+                   its.end());
+        return host_with(all);
+    };
+    const auto without = host_with(commands);
+    const auto with_pid = with(pid);
+    const auto with_subject = with(subject);
+    for (auto _ : state) {
+        const double empty = quantile(least_of_each_stretch(*without, cycle, periods), 0.5);
+        const double one_pid =
+            (quantile(least_of_each_stretch(*with_pid, cycle, periods), 0.5) - empty) / instances;
+        const auto all = least_of_each_stretch(*with_subject, cycle, periods);
+        const double slowest = (quantile(all, 1) - empty) / instances;
+        state.SetIterationTime(slowest * 1e-9);
+        state.counters["ns"] = slowest;
+        state.counters["pid_ns"] = one_pid;
+        state.counters["ratio"] = slowest / one_pid;
+        state.counters["median_ns"] = (quantile(all, 0.5) - empty) / instances;
+    }
+    std::filesystem::remove(cycle);
+    if (with_subject->get("it-0.contacts") == 0 || with_subject->get("it-0.contacts-rejected") > 0)
+        throw std::runtime_error("it-0 has fitted no contact");
+} catch (const std::runtime_error& error) {
+    state.SkipWithError(error.what());
+}
+
 // Taking an offset back, which is all that it does when it is armed, too.
 void axis_offset_beside_pid(benchmark::State& state) {
     beside_pid(state, {"axis_offset",
@@ -182,6 +267,7 @@ void axis_offset_beside_pid(benchmark::State& state) {
 BENCHMARK(empty_thread)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(control_loop)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(thermal_displacement_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(slowest_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
 BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
 
 }  // namespace
