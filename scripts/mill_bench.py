@@ -19,6 +19,7 @@ import time
 
 import numpy as np
 
+import mill_cycles
 import mill_events
 from simulations import BUILD, ROOT, duration_text, simulate_all
 
@@ -369,11 +370,15 @@ def main():
     parser.add_argument("--seed", type=seed, default=None, metavar="N", help="draw machine N; 0 is the typical one")
     parser.add_argument("--seeds", type=many, metavar="N", help="N drawn machines, from --seed or 1 on, and a table of percentiles")
     parser.add_argument("--events", type=many, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
+    parser.add_argument("--cycles", type=many, metavar="N", help="N drawn cycles with an event each, 100 a machine: whether all counts agree")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
     parser.add_argument("--output", default=os.path.join(BUILD, "bench", "mill"), metavar="DIR", help="where the files go (default: build/bench/mill)")
     options = parser.parse_args()
-    if options.events and (options.seed is not None or options.seeds):
-        parser.error("--events draws its own programs: it does not go with --seed or --seeds")
+    for name in ("events", "cycles"):
+        if getattr(options, name) and (options.seed is not None or options.seeds):
+            parser.error(f"--{name} draws its own programs: it does not go with --seed or --seeds")
+    if options.events and options.cycles:
+        parser.error("--events and --cycles are two benches: one at a time")
     try:
         os.makedirs(options.output, exist_ok=True)
         try:
@@ -382,6 +387,8 @@ def main():
             raise OSError(f"cannot write into {options.output}: {error.strerror}") from error
         if options.events:
             mill_events.report(options.events)
+        elif options.cycles:
+            sys.exit(0 if mill_cycles.report(options.cycles) else 1)
         elif options.seeds:
             first = 1 if options.seed is None else options.seed
             bench_many(range(first, first + options.seeds), options.duration, options.output)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """configs/mill/bench.hal: first the disease, then the cure, then all that may upset a program."""
 
+import collections
 import os
 import sys
 import unittest
@@ -10,6 +11,7 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
 import mill_bench
+import mill_cycles
 import mill_events
 from simulations import simulate_all
 
@@ -81,6 +83,21 @@ class Events(unittest.TestCase):
         contacts = self.run_programs(4 if SANITIZED else 20, small=True)
         self.assertEqual(mill_events.wrong(contacts), [])
         self.assertGreater(sum(contact.event != 0 for contact in contacts), 3 if SANITIZED else 20)
+
+
+class Cycles(unittest.TestCase):
+    def test_cycle_after_cycle_nothing_wrong_is_believed_and_all_counts_agree_with_the_truth(self):
+        outcomes = mill_cycles.run_cycles(20 if SANITIZED else 250)
+        print("\n" + "\n".join(mill_cycles.table(outcomes)), file=sys.stderr)
+        approaches = [approach for outcome in outcomes for approach in outcome.approaches]
+        self.assertEqual([complaint for outcome in outcomes for complaint in outcome.complaints], [])
+        self.assertEqual(mill_cycles.wrong(approaches), [])
+        self.assertEqual([a for a in approaches if a.unseen == mill_cycles.UNKNOWN], [])
+        verdicts = collections.Counter(approach.verdict for approach in approaches)
+        self.assertGreater(verdicts["accepted"], 10 if SANITIZED else 250)
+        self.assertGreater(verdicts["rejected"], 10 if SANITIZED else 250)
+        self.assertEqual(len({approach.event for approach in approaches}), 8 if SANITIZED else 12)
+        self.assertGreater(sum(outcome.learnt for outcome in outcomes), len(outcomes), "edited programs are learnt")
 
 
 if __name__ == "__main__":

@@ -158,6 +158,25 @@ TEST_F(SimPartProgram, CyclesBeginEveryIntervalAndTheFirstOnesAreLearnt) {
         EXPECT_NEAR(starts[i], 1 + 300. * static_cast<double>(i), 0.11);
 }
 
+TEST_F(SimPartProgram, RelearnMakesTheNextCycleOneToLearnFrom) {
+    set("event-rate", 1);
+    bench.run(400);
+    EXPECT_FALSE(get("learn"));
+    set("relearn", 1);
+    bench.run(150);
+    EXPECT_FALSE(get("learn")) << "the present cycle stays what it is";
+    bench.run(100);
+    EXPECT_TRUE(get("learn"));
+    set("relearn", 0);
+    const Table table = trace(240, {"truth-event", "learn"}, 0.1);
+    for (const auto& row : table.rows) {
+        EXPECT_EQ(row[1], 0) << "nothing upsets it";
+        EXPECT_EQ(row[2], 1);
+    }
+    bench.run(100);
+    EXPECT_FALSE(get("learn"));
+}
+
 TEST_F(SimPartProgram, StandsWhenItIsNotToRun) {
     bench.run(100);
     set("run", 0);

@@ -42,6 +42,7 @@ The truth-... pins are for scoring only.)"};
                       "Begin cycles; when false the machine stands after the present one."};
     hal::In<std::int32_t> learning_cycles{this, "learning-cycles", 1,
                                           "Number of cycles to learn from, the first ones."};
+    hal::In<bool> relearn{this, "relearn", false, "The operator has the next cycle learnt from as well."};
     hal::In<double> cycle_interval{this, "cycle-interval", 300, "s",
                                    "Time from the start of a cycle to that of the next."};
     Upsets upsets{this};
@@ -102,7 +103,7 @@ The truth-... pins are for scoring only.)"};
 
         cycle_running = part_.making();
         cycle_complete = part_.complete();
-        learn = cycle_ <= learning_cycles;
+        learn = learning_;
         cycle = cycle_;
         z_position_cmd = part_.position();
         z_velocity_cmd = part_.velocity();
@@ -149,7 +150,8 @@ private:
     void begin() noexcept {
         due_ = std::max(due_ + std::max(0.0, usable(cycle_interval, 1e6, 300)), time_);
         ++cycle_;
-        upset_ = upsets.draw(program_, cycle_, cycle_ <= learning_cycles, events_);
+        learning_ = relearn || cycle_ <= learning_cycles;
+        upset_ = upsets.draw(program_, cycle_, learning_, events_);
         if (upset_.kind == Event::edited) {
             ++edits_;
             for (Operation& edited : program_) edited.top += upset_.height;
@@ -174,7 +176,7 @@ private:
     Random blanks_, events_;
     Upset upset_;
     double time_ = 0, due_ = first_cycle, blank_ = 0, held_ = 0;
-    bool started_ = false, reached_ = false;
+    bool started_ = false, reached_ = false, learning_ = true;
     std::int32_t seed_ = 0, cycle_ = 0, edits_ = 0, operations_ = 0;
 };
 
