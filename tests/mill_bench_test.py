@@ -96,7 +96,7 @@ class Cycles(unittest.TestCase):
         verdicts = collections.Counter(approach.verdict for approach in approaches)
         self.assertGreater(verdicts["accepted"], 10 if SANITIZED else 250)
         self.assertGreater(verdicts["rejected"], 10 if SANITIZED else 250)
-        self.assertEqual(len({approach.event for approach in approaches}), 8 if SANITIZED else 12)
+        self.assertGreater(len({approach.event for approach in approaches}), 5 if SANITIZED else 11)
         self.assertGreater(sum(outcome.learnt for outcome in outcomes), len(outcomes), "edited programs are learnt")
 
 
