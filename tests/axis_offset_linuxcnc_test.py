@@ -24,9 +24,8 @@ COUNT = 0.1 * um
 
 def wiring_of_the_manual():
     """The lines of the manual page, but for the source of the offset, which here is the scenario."""
-    page = subprocess.run(
-        ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", "axis_offset.9")], capture_output=True, text=True, check=True
-    )
+    command = ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", "axis_offset.9")]
+    page = subprocess.run(command, capture_output=True, text=True, check=True)
     lines = re.findall(r"^\s+((?:net|addf z-stage).*)$", re.sub(".\b", "", page.stdout), re.M)
     return [line for line in lines if "source." not in line]
 

@@ -50,7 +50,7 @@ def start(folder, ini, *arguments, prefix=()):
     os.makedirs(home, exist_ok=True)
     environment = {
         "HOME": home,
-        "PATH": "/usr/bin:/bin:/usr/sbin:/sbin",
+        "PATH": os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin",
         "ROOT": ROOT,
         "BUILD": BUILD,
         "FOLDER": folder,

@@ -23,6 +23,7 @@ OPERATIONS = [10, 10, 10, 20, 20, 30]
 # Parts made with compensation: what was before them is in their names.
 COMPENSATED = {
     "first": ["compensated", "compensated_again", "after_abort", "after_stop", "after_off_and_on", "after_homing"],
+    "second": ["after_restart"],
 }
 
 # Growth that comes while parts are made, and a load that is as good as a load can be.
@@ -32,10 +33,15 @@ setp drive.white-noise   0.1
 setp drive.flicker-noise 0.05
 setp drive.quantum       0.1
 loadrt limit3 names=growth
-setp growth.maxv 0.0003
+setp growth.maxv 0.0001
 unlinkp mill.growth-replay
 net grown growth.out => mill.growth-replay
 addf growth servo-thread
+"""
+
+RETAIN = """
+loadusr -W retain --file $(CONFIG_DIR)/mill.toml
+net restored retain.restored => compensate.in0
 """
 
 
@@ -47,13 +53,21 @@ class Days(unittest.TestCase):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("mill", folder)
         ini = os.path.join(machine, "mill.ini")
+        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")  # of a run; the disk may keep LinuxCNC waiting
         change(ini, "common/headless.py", os.path.join(PROGRAMS, "mill_disturbances.py"))
         with open(os.path.join(machine, "growth.hal"), "w") as file:
             file.write(GROWTH)
+            if not os.path.exists(os.path.join(machine, "mill.toml")):
+                file.write(RETAIN)
+        if not os.path.exists(os.path.join(machine, "mill.toml")):
+            with open(os.path.join(machine, "mill.toml"), "w") as file:
+                file.write('machine = "mill"\nrecords = ["thermal"]\n')
         with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = growth.hal\n")
         cls.days, cls.told = {}, {}
-        for day in ("first", "forgotten"):
+        for day in ("first", "second", "forgotten"):
+            if day == "forgotten":
+                os.remove(os.path.join(machine, "mill.retained"))
             status, output = finish(start(folder, ini, day))
             if status != 42:
                 raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -88,12 +102,12 @@ class Days(unittest.TestCase):
 
     def test_without_compensation_growth_goes_into_the_work(self):
         growth = self.days["first"]["mill.truth-growth"][self.cuts("first", "uncompensated")]
-        self.assertGreater(growth[-1], 7 * um)
+        self.assertGreater(growth[0], 9 * um)
         np.testing.assert_allclose(self.errors("first", "uncompensated"), -growth, atol=3 * um)
 
     def test_restart_without_what_was_learnt_leaves_growth_in_the_work(self):
         growth = self.days["forgotten"]["mill.truth-growth"][self.cuts("forgotten", "after_restart")]
-        self.assertGreater(growth[0], 30 * um)
+        self.assertGreater(growth[0], 25 * um)
         np.testing.assert_allclose(self.errors("forgotten", "after_restart"), -growth, atol=3 * um)
 
     def test_with_compensation_cuts_are_true_from_the_second_contact_on(self):
@@ -101,7 +115,7 @@ class Days(unittest.TestCase):
             for scene in scenes:
                 with self.subTest(scene):
                     self.assertLess(abs(self.errors(day, scene)[1:]).max(), TOLERANCE)
-        self.assertGreater(self.days["first"]["mill.truth-growth"][-1], 30 * um)
+        self.assertGreater(self.days["first"]["mill.truth-growth"][-1], 25 * um)
 
     def test_cut_that_is_broken_off_is_true_as_well(self):
         for scene in ("aborted", "stopped"):
@@ -155,13 +169,14 @@ class Days(unittest.TestCase):
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():
             with self.subTest(name):
-                # That of a cut in which the machine was turned off is forgotten, and so is no motion.
-                on = day["motion.motion-enabled"] == 1
-                cutting = (np.convolve(day["mill.engagement"] > 0, np.ones(5))[: len(on)] == 5) & on
-                moved = np.diff(day["axis.z.eoffset"], prepend=0) != 0
+                cutting = (day["mill.engagement"] > 0) & (day["motion.motion-enabled"] == 1)
+                # That the offset is forgotten when the machine is turned on is no motion.
                 turned_on = self.recent(np.diff(day["motion.motion-enabled"], prepend=0) != 0)
-                self.assertGreater(np.count_nonzero(cutting), 5000)
-                self.assertEqual(list(np.flatnonzero(moved & cutting & ~turned_on)), [])
+                moved = abs(np.diff(day["axis.z.eoffset"], prepend=0)) * (cutting & ~turned_on)
+                number = np.cumsum(np.diff(cutting, prepend=0) == 1)
+                travel = np.bincount(number, moved)
+                self.assertGreater(len(travel), 5)
+                self.assertLess(travel.max(), 1 * um)  # until the load has shown that it is there
 
     def test_homing_without_an_offset_moves_nothing(self):
         day, rows = self.days["first"], self.rows("first", "homed_anew")

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of mill_linuxcnc_test: works configs/mill through a day, which is named in the command line.
 
-On the first much goes wrong; any other begins where the first has ended, and one part is made. DAY.csv has a row for each
-servo cycle, with the number of the scene; DAY.json has the names of the scenes, and what the operator was told. The exit
-status, 42, is no one else's.
+On the first much goes wrong; any other begins where the first has ended, and one part is made. DAY.csv has a row for
+each servo cycle, with the number of the scene; DAY.json has the names of the scenes, and what the operator was told.
+The exit status, 42, is no one else's.
 """
 
 import contextlib
@@ -53,7 +53,7 @@ class Day:
         machine.run("learn.ngc")
         self.part("learnt")
 
-        self.grow()
+        self.have_grown(10 * um)
         self.host.set("compensate.in1", False)
         self.part("uncompensated")
         self.host.set("compensate.in1", True)
@@ -99,15 +99,13 @@ class Day:
         machine.mdi("G53 G0 Z0")
         machine.turn_off()
 
-    def other(self, growth):
+    def other(self, growth, work):
         machine = self.machine
         self.begin("morning")
-        self.host.set("growth.in", growth)
-        self.host.set("growth.load", True)
         machine.turn_on()
         machine.home()
-        self.host.set("growth.load", False)
-        self.growth = growth
+        self.have_grown(growth)
+        machine.mdi("G10 L2 P1 X0 Y0 Z%.6f" % work)
         self.part("after_restart")
         machine.turn_off()
 
@@ -121,8 +119,16 @@ class Day:
         self.machine.wait(0.1)
         self.begin("after " + scene)
 
+    def have_grown(self, growth):
+        """Since the last part."""
+        self.growth = growth
+        self.host.set("growth.in", growth)
+        self.host.set("growth.load", True)
+        self.machine.wait(0.01)
+        self.host.set("growth.load", False)
+
     def grow(self):
-        """Slowly, while the next part is made."""
+        """Slowly, while the next parts are made."""
         self.growth += 8 * um
         self.host.set("growth.in", self.growth)
 
@@ -131,7 +137,8 @@ class Day:
         cuts = self.host.get("mill.truth-cuts")
         self.machine.start("part.ngc")
         self.machine.wait_for(
-            lambda _: self.host.get("mill.truth-cuts") > cuts and self.host.get("mill.engagement") > 0.5, "the second cut"
+            lambda _: self.host.get("mill.truth-cuts") > cuts and self.host.get("mill.engagement") > 0.5,
+            "the second cut",
         )
 
     def turn_on(self):
@@ -149,8 +156,11 @@ def main():
                 day.first()
             else:
                 with open("first.json") as file:
-                    day.other(json.load(file)["growth"])
-    told = {"scenes": day.scenes, "growth": day.growth, "errors": machine.errors, "messages": machine.messages}
+                    first = json.load(file)
+                day.other(first["growth"], first["work"])
+        work = machine.poll().g5x_offset[2]
+        growth = day.host.get("mill.truth-growth")
+    told = {"scenes": day.scenes, "growth": growth, "work": work, "errors": machine.errors}
     with open(name + ".json", "w") as file:
         json.dump(told, file)
     return 42
