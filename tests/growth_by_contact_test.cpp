@@ -693,5 +693,61 @@ TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
         }
 }
 
+// Learnt from, one contact at 5 um, then ten minutes at a speed of which much growth is to be expected.
+Shop predicting(bool by_speed = true) {
+    Shop shop;
+    shop.used.between.by_speed = by_speed;
+    shop.used.gate.max_growth_rate = 0.01 * um;
+    shop.learn();
+    shop.cycle(5 * um);
+    Milling::Sample turning;
+    turning.enable = true;
+    turning.speed = 20000;
+    for (int i = 0; i < 600; ++i) shop.measured.step(turning, false, shop.used, 1);
+    return shop;
+}
+
+TEST(GrowthByContact, EstimateIsTheLastContactAndBySpeedWhatHasComeSince) {
+    const Shop holds = predicting(false), follows = predicting();
+    EXPECT_NEAR(holds.measured.estimate(holds.used), 5 * um, 0.5 * um);
+    EXPECT_EQ(holds.measured.estimate_sigma(holds.used), 0);
+    EXPECT_GT(follows.measured.estimate(follows.used), 15 * um);
+    EXPECT_GT(follows.measured.estimate_sigma(follows.used), 3 * um);
+}
+
+TEST(GrowthByContact, EstimateStaysWithinTheGateAboutTheLastContact) {
+    const Shop shop = predicting();
+    EXPECT_NEAR(shop.measured.gate(shop.used), 15 * um, 1e-9);
+    EXPECT_NEAR(shop.measured.estimate(shop.used) - shop.accepted.back(), 15 * um, 1e-9);
+}
+
+TEST(GrowthByContact, PredictionLetsNothingThroughTheGate) {
+    Shop shop = predicting();
+    const auto before = shop.accepted.size();
+    shop.cycle(-60 * um);
+    EXPECT_EQ(shop.accepted.size(), before);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+}
+
+TEST(GrowthByContact, AContactBeyondTheGateAboutThePredictionIsRejectedAndThePredictionGivenUp) {
+    Shop shop = predicting();
+    const auto before = shop.accepted.size();
+    shop.mill.program = {{10, 1, -20}};
+    shop.cycle(-5 * um);  // 10 from the last contact, and 25 from the prediction
+    EXPECT_EQ(shop.accepted.size(), before);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+    EXPECT_NEAR(shop.measured.estimate(shop.used), 5 * um, 0.5 * um);
+    shop.cycle(-5 * um);
+    ASSERT_EQ(shop.accepted.size(), before + 1);
+    EXPECT_NEAR(shop.accepted.back(), -5 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, PredictsNothingBeforeAContactWasBelieved) {
+    Shop shop = predicting();
+    shop.measured.forget();
+    EXPECT_FALSE(shop.measured.known());
+    EXPECT_EQ(shop.measured.estimate_sigma(shop.used), 0);
+}
+
 }  // namespace
 }  // namespace plumb

@@ -143,6 +143,21 @@ TEST_F(SimPartProgram, BetweenPartsItMillsSidesAndTouchesNoTop) {
     EXPECT_NEAR(milled, 2 * (70 - 50), 4);
 }
 
+TEST_F(SimPartProgram, SidesMayHaveASpeedOfTheirOwnOrNone) {
+    bench.run(60);
+    for (const double speed : {2500.0, 0.0}) {
+        set("sides-speed", speed);
+        bench.run(1);
+        EXPECT_FALSE(get("cycle-running"));
+        EXPECT_EQ(get("spindle-speed-cmd"), speed);
+        EXPECT_EQ(get("side-entry") > 0, speed > 0);
+        EXPECT_EQ(get("coolant") > 0, speed > 0);
+    }
+    bench.run(248);
+    EXPECT_TRUE(get("cycle-running"));
+    EXPECT_EQ(get("spindle-speed-cmd"), 8000);
+}
+
 TEST_F(SimPartProgram, CyclesBeginEveryIntervalAndTheFirstOnesAreLearnt) {
     set("learning-cycles", 2);
     const Table table = trace(1000, {"cycle", "learn"}, 0.1);

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace plumb {
 
@@ -38,8 +39,8 @@ public:
         }
     };
 
-    // One period of dt > 0 seconds.  Speed in rpm, temperature in degC; what is not valid, or beyond 1e6, is
-    // lost.
+    // One period of dt > 0 seconds, in which one of the filters has its turn.  Speed in rpm, temperature in
+    // degC; what is not valid, or beyond 1e6, is lost.
     void step(double speed, double temperature, bool temperature_valid, const Settings& settings,
               double dt) noexcept {
         if (!started_ || !same(settings)) start(settings);
@@ -51,11 +52,14 @@ public:
             speed_ = speed;
             drive_ = std::pow(std::abs(speed) / 5000, 1.7);
         }
-        for (std::size_t i = 0; i < lags.size(); ++i) {
-            if (speed_valid) filters_[i].step(drive_, lags[i] * (std::abs(speed) < 1 ? at_rest : 1), dt);
-            filters_[i].wander(dt);
-            filters_[i].temperature(temperature_.value());
-        }
+        for (double& since : since_) since += dt;
+        turn_ = (turn_ + 1) % lags.size();
+        SpeedDrivenGrowth& filter = filters_[turn_];
+        const double waited = std::exchange(since_[turn_], 0);
+        if (speed_valid) filter.step(drive_, lags[turn_] * (std::abs(speed) < 1 ? at_rest : 1), waited);
+        filter.wander(waited);
+        filter.temperature(temperature_.value());
+        estimates_[turn_] = {filter.growth(), filter.variance()};
     }
 
     // A contact was believed.  `sigma` is its standard deviation by the noise of the load; a contact that is
@@ -65,6 +69,7 @@ public:
         for (std::size_t i = 0; i < lags.size(); ++i) {
             if (!explained) filters_[i].forget_bias();
             likelihood_[i] += filters_[i].correct(growth, variance);
+            estimates_[i] = {filters_[i].growth(), filters_[i].variance()};
         }
         const double best = *std::max_element(likelihood_.begin(), likelihood_.end());
         double sum = 0;
@@ -81,15 +86,15 @@ public:
     // Since the reference, in mu; once known.
     double growth() const noexcept {
         double sum = 0;
-        for (std::size_t i = 0; i < lags.size(); ++i) sum += weights_[i] * filters_[i].growth();
+        for (std::size_t i = 0; i < lags.size(); ++i) sum += weights_[i] * estimates_[i].growth;
         return sum;
     }
     double sigma() const noexcept {
         const double mean = growth();
         double sum = 0;
         for (std::size_t i = 0; i < lags.size(); ++i) {
-            const double apart = filters_[i].growth() - mean;
-            sum += weights_[i] * (filters_[i].variance() + apart * apart);
+            const double apart = estimates_[i].growth - mean;
+            sum += weights_[i] * (estimates_[i].variance + apart * apart);
         }
         return std::sqrt(std::max(0.0, sum));
     }
@@ -98,6 +103,10 @@ public:
     void forget() noexcept { started_ = known_ = false; }
 
 private:
+    struct Estimate {
+        double growth, variance;
+    };
+
     static constexpr std::array<double, 3> lags{300, 600, 1200};  // s
     static constexpr double at_rest = 4;                          // times the lag: no air is moved
     static constexpr double longest_loss = 60;                    // s
@@ -131,7 +140,10 @@ private:
     }
 
     std::array<SpeedDrivenGrowth, lags.size()> filters_;
+    std::array<Estimate, lags.size()> estimates_{};
     std::array<double, lags.size()> likelihood_{}, weights_{};
+    std::array<double, lags.size()> since_{};  // s that each filter has not been advanced by
+    std::size_t turn_ = 0;
     Settings settings_;  // of the last start
     bool started_ = false, known_ = false, first_known_ = false;
     double speed_ = 0, drive_ = 0;

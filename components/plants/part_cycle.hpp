@@ -51,6 +51,8 @@ public:
         return motion_ == moving && move_.arrived(target_) ? resting : motion_;
     }
 
+    bool sides() const noexcept { return step_ == Step::sides; }  // it mills those between two parts
+
     // The cut from the side: width of the tool in the work, and feed.
     double side_entry(const Operation& now) const noexcept {
         return sides() ? contour_width : step_ == Step::cut && now.from_side ? waited_ * pass_feed : 0;
@@ -66,8 +68,6 @@ private:
     static constexpr double change_time = 2, spin_up_time = 1.5, travel_time = 0.7, dwell_time = 0.5;
     static constexpr double pass_feed = 16, pass_overrun = 10, contour_feed = 20, contour_width = 1;
     static constexpr double forever = 1e300;
-
-    bool sides() const noexcept { return step_ == Step::sides; }
 
     Step following(const PartProgram& program) noexcept {
         switch (step_) {

@@ -45,6 +45,9 @@ The truth-... pins are for scoring only.)"};
     hal::In<bool> relearn{this, "relearn", false, "The operator has the next cycle learnt from as well."};
     hal::In<double> cycle_interval{this, "cycle-interval", 300, "s",
                                    "Time from the start of a cycle to that of the next."};
+    hal::In<double> sides_speed{
+        this, "sides-speed", -1, "rpm",
+        "Speed for milling the sides; 0 for none of it, negative for that of the last cut."};
     Upsets upsets{this};
     Drawn contact_feed{this, "contact-feed", 1.6667, 1.3, 2, "mu/s", "Feed on the way down"};
     Drawn blank_repeatability{
@@ -108,9 +111,10 @@ The truth-... pins are for scoring only.)"};
         z_position_cmd = part_.position();
         z_velocity_cmd = part_.velocity();
         motion_type = part_.motion();
-        spindle_speed_cmd = part_.speed() * (other_speed ? upset_.factor : 1);
+        const double speed = turning();
+        spindle_speed_cmd = speed * (other_speed ? upset_.factor : 1);
         feed_override = feed_factor();
-        coolant = part_.speed() > 0;
+        coolant = speed > 0;
         operation = part_.cutting() ? now.key : 0;
         program_id = 1 + edits_;
         start_height = now.top + timed_from;
@@ -119,7 +123,7 @@ The truth-... pins are for scoring only.)"};
         stock_deviation = blank_ + (is(Event::stock) || is(Event::wrong_part) ? upset_.height : 0);
         chip_height = is(Event::chip) ? upset_.height : 0;
         from_side = now.from_side || !part_.cutting();
-        side_entry = part_.side_entry(now);
+        side_entry = speed > 0 ? part_.side_entry(now) : 0;
         side_feed = part_.side_feed();
         tool_number = part_.tool();
         tool_kind = static_cast<std::int32_t>(now.kind);
@@ -164,6 +168,11 @@ private:
         blank_ = blank_repeatability(seed_) * blanks_.gaussian();
         reached_ = false;
         held_ = 0;
+    }
+
+    double turning() const noexcept {
+        const double given = usable(sides_speed, 1e5, -1);
+        return part_.sides() && given >= 0 ? given : part_.speed();
     }
 
     bool is(Event event) const noexcept {

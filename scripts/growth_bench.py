@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What thermal_displacement makes of the growth between contacts: following the speed, beside holding the last contact.
+
+configs/mill/bench.hal runs with two thermal_displacement in one host, one of which follows the speed; that one is
+applied.  A part is made every 100 s, its last operation is the gauge, and every third part its contact counts: a contact
+every 5 minutes, and the cuts lie between.  Blanks scatter so that a contact, compared with its reference, is 1 um in
+doubt, and nothing else blurs it; the figures say how much it came to.  Between the parts the sides are milled, at one
+speed, or in steps of 10 to 40 min that a spindle at rest may be among.
+
+An error is the offset less the growth at the bottom of a cut, which counts from that at the contact of the reference;
+those after the second contact that was accepted are told.
+"""
+
+import argparse
+import os
+import random
+import re
+import sys
+import tempfile
+
+import numpy as np
+
+from mill_bench import CONFIG, duration_of, largest, rms, whole
+from simulations import BUILD, ROOT, duration_text, simulate_all
+
+MEASURED = os.path.join(ROOT, "configs", "mill", "measured_growth.csv")
+PERIOD = 0.004  # s, of the thread: four times that of the bench, which costs a quarter of the time
+EVERY = 0.4  # s between two rows of a recording; a cut dwells for longer
+PART = 100  # s
+PARTS_PER_CONTACT = 3
+GAUGE = 40  # operation
+CONTACT_NOISE = 0.001  # mm, of each contact; that of the reference has it too
+WAYS = {"hold": "hold", "by speed": "thermal"}  # and the instance that goes it
+KINDS = ("constant speed", "speed steps")
+
+IDEAL = {  # of the machine: nothing but the blank blurs a contact, and no tool gets shorter
+    "program.blank-repeatability": CONTACT_NOISE,
+    "mill.seating": 0,
+    "mill.backlash": 0,
+    "mill.encoder-step": 0.0001,
+    "mill.wear-length": 0,
+    "drive.sample-time": 0,
+    "drive.lag": 0.02,
+    "drive.white-noise": 0.05,
+    "drive.flicker-noise": 0,
+    "drive.quantum": 0,
+    "drive.tooth-ripple": 0,
+    "drive.runout-ripple": 0,
+}
+COLUMNS = ["program.learn", "mill.truth-cuts", "mill.truth-cut-growth", "mill.truth-contacts", "mill.truth-contact-operation"]
+COLUMNS += ["mill.truth-contact-growth", "thermal.displacement"]
+COLUMNS += [f"{instance}.{pin}" for instance in WAYS.values() for pin in ("z-offset", "contacts-accepted")]
+
+
+def two_of_them(hal):
+    """The .hal file with a second thermal_displacement, hold, that sees what the first one sees and is not applied."""
+    lines = hal.replace("loadrt thermal_displacement names=thermal", "loadrt thermal_displacement names=thermal,hold")
+    lines = lines.replace("period1=1000000", f"period1={round(PERIOD * 1e9)}").splitlines()
+    for signal, pin in re.findall(r"^net (\S+) .*=>.* thermal\.(\S+)", hal, re.M):
+        lines.append(f"net {signal} hold.{pin}")
+    lines += [line.replace("thermal.", "hold.") for line in lines if re.match(r"setp thermal|addf thermal", line)]
+    return "\n".join([*lines, "setp hold.follow-speed 0", ""])
+
+
+def draw_speeds(seed, kind, duration):
+    """rpm between the parts, for each of them."""
+    draw = random.Random(f"{seed} {kind}")
+    speeds = []
+    while len(speeds) * PART < duration:
+        speed = draw.uniform(4000, 8000) if kind == "constant speed" else draw.uniform(1000, 8000)
+        if speeds and draw.random() < 0.15:
+            speed = 0
+        time = duration if kind == "constant speed" else draw.uniform(600, 2400)
+        speeds += [speed] * round(time / PART)
+    return speeds
+
+
+def simulate(seed, speeds, duration, told):
+    """(errors of each way, errors of the contacts) in um of one run; without speeds, of the measured curve."""
+    import plumb
+
+    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+        path, config = os.path.join(folder, "recording.csv"), os.path.join(folder, "two.hal")
+        with open(CONFIG, encoding="ascii") as one, open(config, "w", encoding="ascii") as two:
+            two.write(two_of_them(one.read()))
+        host.load(config)
+        host.command("start")
+        for part in ("program", "mill", "drive"):
+            host.set(part + ".seed", seed)
+        for pin, value in IDEAL.items():
+            host.set(pin, value)
+        host.set("program.cycle-interval", PART)
+        for instance in WAYS.values():
+            for index, operation in enumerate((10, 20, 30)):
+                host.set(f"{instance}.exclude-operation-{index}", operation)
+        if not speeds:
+            host.set("mill.use-replay", True)
+            host.replay(MEASURED)
+        host.record(path, COLUMNS, EVERY)
+        for part in range(round(duration / PART)):
+            if speeds:
+                host.set("program.sides-speed", speeds[part])
+            for instance in WAYS.values():
+                host.set(f"{instance}.exclude-operation-3", 0 if part % PARTS_PER_CONTACT == 0 else GAUGE)
+            host.run(PART)
+            if not told((part + 1) * PART):
+                break
+        with open(path, encoding="ascii") as file:
+            header = file.readline().strip().split(",")
+            column = dict(zip(header, np.loadtxt(file, delimiter=",", ndmin=2).T))
+    return judge(column)
+
+
+def judge(column):
+    """See simulate(); column: name of a pin -> its values."""
+    contacts = np.flatnonzero(np.diff(column["mill.truth-contacts"])) + 1
+    gauge = contacts[column["mill.truth-contact-operation"][contacts] == GAUGE]
+    reference = column["mill.truth-contact-growth"][gauge[column["program.learn"][gauge] > 0][0]]
+    cuts = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
+    errors = {}
+    for way, instance in WAYS.items():
+        told = cuts[column[instance + ".contacts-accepted"][cuts - 1] >= 2]
+        growth = column["mill.truth-cut-growth"][told] - reference
+        errors[way] = 1000 * (column[instance + ".z-offset"][told - 1] - growth)  # as it was in the work
+    accepted = np.flatnonzero(np.diff(column["thermal.contacts-accepted"])) + 1
+    growth = column["mill.truth-contact-growth"][accepted] - reference
+    return errors, 1000 * (column["thermal.displacement"][accepted] - growth)
+
+
+def table(outcomes):
+    """Its lines; outcomes: kind -> list of what simulate() returns."""
+    lines = [f"{'error at the cuts, um':34}{'median rms':>12}{'p90':>8}{'worst':>8}{'p95 of max':>12}{'max':>8}{'max <= 15':>11}"]
+    for kind, runs in outcomes.items():
+        for way in WAYS:
+            sizes = [rms(errors[way]) for errors, _ in runs]
+            most = [largest(errors[way]) for errors, _ in runs]
+            figures = (np.median(sizes), np.percentile(sizes, 90), max(sizes), np.percentile(most, 95), max(most))
+            cells = "".join(f"{value:{width}.1f}" for value, width in zip(figures, (12, 8, 8, 12, 8)))
+            lines.append(f"{kind + ', ' + way:34}{cells}{np.mean(np.array(most) <= 15):11.0%}")
+    return lines
+
+
+def bench(count, first, duration, measured):
+    jobs = [(seed, draw_speeds(seed, kind, duration), duration) for kind in KINDS for seed in range(first, first + count)]
+    if measured:
+        jobs.append((0, None, 166600))
+    found = simulate_all(simulate, jobs, sum(job[-1] for job in jobs))
+    outcomes = {kind: found[i * count : (i + 1) * count] for i, kind in enumerate(KINDS)}
+    if measured:
+        outcomes["measured curve"] = found[-1:]
+    return outcomes
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/bench growth", description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines (default: 200)")
+    parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
+    parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 4h)")
+    options = parser.parse_args()
+    try:
+        outcomes = bench(options.seeds, options.seed, options.duration, True)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except (RuntimeError, OSError, ValueError) as error:
+        sys.exit(f"scripts/bench: {error}")
+    print(f"{duration_text(options.duration)} on each of {options.seeds} machines, twice; a contact every 5 min\n")
+    print("\n".join(table(outcomes)))
+    for kind, runs in outcomes.items():
+        contacts = np.concatenate([contacts for _, contacts in runs])
+        print(f"{kind}: {len(contacts)} contacts, their error {rms(contacts):.2f} um (rms)")
+
+
+if __name__ == "__main__":
+    main()
