@@ -153,7 +153,7 @@ class Shift(unittest.TestCase):
     def test_abort_takes_the_bits_back_and_moves_nothing(self):
         scene = self.scenes["aborted"]
         self.assertTrue(scene["motion.digital-out-00"].any())
-        for bit in range(4):
+        for bit in range(5):
             self.assertFalse(scene["motion.digital-out-%02d" % bit][-1], bit)
         self.assertEqual(scene["motion.analog-out-00"][-1], 0)
         begin = changes(scene["motion.digital-out-00"])[0]
@@ -168,6 +168,7 @@ class Shift(unittest.TestCase):
         self.assertLess(np.ptp(scene["joint.2.motor-pos-cmd"]), 10 * um)
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         self.assertIn("refusal", self.facts)
+        self.assertTrue(any("Probing is broken off" in error for error in self.facts["errors"]), self.facts["errors"])
 
     def test_probing_takes_the_offset_back_and_finds_the_work_where_it_was(self):
         self.assertAlmostEqual(self.facts["work"], -250, delta=2 * um)

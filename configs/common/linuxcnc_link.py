@@ -7,10 +7,13 @@
 Pins out, all 0 until LinuxCNC answers:
 
     program-id    CRC-32, as a signed number, of the G-code file that is loaded and of the subroutine files that it calls,
-                  directly or not, by o<name> call; 0 while none is loaded. A program begins a cycle no sooner than 0.1 s
-                  after its start (G4 P0.1), for it takes a moment to be known.
+                  directly or not, by o<name> call; 0 while none is loaded
     tool-set-id   likewise, of the numbers, offsets and diameters of all tools in the table
     connected     LinuxCNC answers
+    identified    the two numbers are those of now: true once it has looked after identify, a pin in, rose
+
+It takes a moment to see that another program was loaded. Before a cycle a program lets it look, by M64 and M66 and pins
+of motion that are netted to identify and identified; not in a subroutine, for LinuxCNC then tells of that one's file.
 
 The messages are in a TOML file:
 
@@ -65,15 +68,21 @@ class Program:
         self._stamps = {}  # of the files, by path
 
     def look(self, status):
-        """Reads the files again where one has changed. Raises OSError."""
-        if status.file == self._path and self._stamps == self._stamps_now():
-            return
+        """Reads the files again where one has changed. Returns whether LinuxCNC has told which it is. Raises OSError."""
+        # While a subroutine runs its file is told instead.
+        is_told = status.interp_state == linuxcnc.INTERP_IDLE or (
+            status.task_mode == linuxcnc.MODE_AUTO and status.call_level == 0
+        )
+        path = status.file if is_told else self._path
+        if path == self._path and self._stamps == self._stamps_now():
+            return is_told
         self.identity, self._stamps = 0, {}
-        if status.file != self._path:
-            self._path = status.file
+        if path != self._path:
+            self._path = path
             self._folders = subroutine_folders(status.ini_filename)
         if self._path:
             self.identity = identity(b"".join(self._contents(self._path)))
+        return is_told
 
     def _contents(self, path):
         self._stamps[path] = stamp(path)
@@ -188,7 +197,7 @@ def read_messages(path):
     messages = [Message(entry, "%s: message %d" % (path, number)) for number, entry in enumerate(tables, 1)]
     pins = [message.pin for message in messages] + [m.pin + "-code" for m in messages if m.codes is not None]
     for pin in pins:
-        if pins.count(pin) > 1 or pin in ("program-id", "tool-set-id", "connected"):
+        if pins.count(pin) > 1 or pin in ("program-id", "tool-set-id", "connected", "identify", "identified"):
             raise SettingsError("%s: there are two pins %s" % (path, pin))
     return messages
 
@@ -204,18 +213,23 @@ class Link:
         self._told = None
 
     def step(self):
+        identify = self._component["identify"]  # first: what is seen from now on is what was asked for
+        if identify and not self._component["identified"]:
+            self._tools_due = 0
         connected = self._connect()
         self._component["connected"] = connected
         if not connected:
             return
+        is_told = False
         try:
-            self._program.look(self._status)
+            is_told = self._program.look(self._status)
         except OSError as error:
             self._tell("%s: %s" % (error.filename, error.strerror))
         self._component["program-id"] = self._program.identity
         if time.monotonic() >= self._tools_due:
             self._tools_due = time.monotonic() + TOOLS_PAUSE
             self._component["tool-set-id"] = tool_set(self._status)
+        self._component["identified"] = identify and (is_told or self._component["identified"])
         for message in self._messages:
             text = message.to_tell(self._component)
             if text is not None:
@@ -256,6 +270,8 @@ def main():
         for pin in ("program-id", "tool-set-id"):
             component.newpin(pin, hal.HAL_S32, hal.HAL_OUT)
         component.newpin("connected", hal.HAL_BIT, hal.HAL_OUT)
+        component.newpin("identify", hal.HAL_BIT, hal.HAL_IN)
+        component.newpin("identified", hal.HAL_BIT, hal.HAL_OUT)
         for message in messages:
             message.make_pins(component)
         component.ready()

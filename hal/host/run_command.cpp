@@ -44,14 +44,20 @@ void warn_of_remote_display(const RunOptions& options) {
               << " is reached through the network, which needs --network\n";
 }
 
-// Python programs of the run find the modules that are built beside the host; installed ones they find
-// anyway.
-void show_python_modules(const std::filesystem::path& host) {
-    const std::filesystem::path modules = host.parent_path().parent_path() / "python";
-    if (!std::filesystem::exists(modules / "plumb.py")) return;
-    const char* const present = std::getenv("PYTHONPATH");
+void append_to_list(const char* variable, const std::filesystem::path& folder) {
+    const char* const present = std::getenv(variable);
     const std::string first = present != nullptr && *present != '\0' ? std::string(present) + ":" : "";
-    setenv("PYTHONPATH", (first + modules.string()).c_str(), 1);
+    setenv(variable, (first + folder.string()).c_str(), 1);
+}
+
+// What runs finds the programs and Python modules that are built beside the host; installed ones it finds
+// anyway.
+void show_what_is_built(const std::filesystem::path& host) {
+    const std::filesystem::path programs = host.parent_path();
+    const std::filesystem::path modules = programs.parent_path() / "python";
+    if (!std::filesystem::exists(modules / "plumb.py")) return;
+    append_to_list("PYTHONPATH", modules);
+    append_to_list("PATH", programs);
 }
 
 }  // namespace
@@ -161,7 +167,7 @@ int run(const RunOptions& options, const std::vector<std::string>& program) {
     warn_of_remote_display(options);
     take_off_faked_clock();
     std::vector<std::string> words{find_host()};
-    show_python_modules(words.front());
+    show_what_is_built(words.front());
     if (options.free) {
         words.push_back("--free");
     } else {

@@ -12,7 +12,7 @@ import sys
 from plumb_linuxcnc import Machine, OperatorError
 
 COLUMNS = (
-    ["motion.digital-out-%02d" % i for i in range(4)]
+    ["motion.digital-out-%02d" % i for i in range(5)]
     + ["motion.analog-out-00", "motion.motion-type", "motion.analog-in-00", "axis.z.eoffset", "joint.2.motor-pos-cmd"]
     + ["mill.truth-growth", "mill.truth-contacts", "mill.engagement", "iocontrol.0.tool-number"]
     + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "thermal.z-offset", "z-stage.armed"]
