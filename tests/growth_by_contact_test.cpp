@@ -102,6 +102,25 @@ TEST(GrowthByContact, AConstantGrowthStaysConstantForAThousandContacts) {
     }
 }
 
+TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSigmaForAThousandCycles) {
+    constexpr double tolerance = 2 * um;
+    Shop shop;
+    shop.mill.program = {{10, 1, -20}};
+    shop.mill.noise = 0.3;
+    shop.mill.dt = 0.004;
+    shop.learn();
+    double offset = 0, largest = 0;
+    for (int n = 0; n < 1000; ++n) {
+        shop.cycle(14 * um);
+        ASSERT_EQ(shop.counts().accepted, n + 1);
+        if (std::abs(shop.measured.growth() - offset) > tolerance) offset = shop.measured.growth();
+        const double most = tolerance + 3 * shop.measured.sigma();
+        largest = std::max(largest, std::abs(offset - 14 * um) / most);
+        EXPECT_LE(std::abs(offset - 14 * um), most) << n;
+    }
+    EXPECT_GT(largest, 0.1) << "there is noise";
+}
+
 TEST(GrowthByContact, ScatterOfContactsIsWhatSigmaSays) {
     Shop shop;
     shop.mill.noise = 0.3;
