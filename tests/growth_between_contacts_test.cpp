@@ -141,6 +141,9 @@ TEST(GrowthBetweenContacts, ATemperatureIsLearntAndHeldWhenItIsLost) {
     spindle.run(3000, 250);
     EXPECT_NEAR(spindle.error(), 0, 2 * um) << "of 8 um";
     const double before = spindle.model.growth();
+    spindle.temperature = 90;
+    spindle.run(3000, 1);
+    EXPECT_NEAR(spindle.model.growth(), before, 0.2 * um) << "no shop warms so fast";
     spindle.temperature_valid = false;
     spindle.temperature = warm;
     spindle.run(3000, 60);
