@@ -49,8 +49,9 @@ tell the operator.  A program that must not go on without it waits for that pin 
 With enable false an armed stage takes the offset back by max-rate.  So does clear, armed or not; when nothing is left
 it has LinuxCNC clear the rest.
 
-At a soft limit LinuxCNC holds the axis and says so by limited; the offset comes back as the axis leaves the limit.  y
-waits while the offset in force does not follow, there and in joint mode.
+At a soft limit LinuxCNC holds the axis, where it stops it without braking, and limited says so; the offset comes back
+as the axis leaves the limit.  So let programs keep off the limits by max-offset.  y waits while the offset in force
+does not follow, there and in joint mode.
 
 The feedback contains the offset: to know where the program wants the axis subtract applied-offset from it.  #5063 and
 the other results of G38 contain it, too.  While one is under way the offset is held, and one that begins with an
