@@ -166,7 +166,8 @@ class Days(unittest.TestCase):
                 number = np.cumsum(np.diff(cutting, prepend=0) == 1)
                 travel = np.bincount(number, moved)
                 self.assertGreater(len(travel), 5)
-                self.assertLess(travel.max(), 1 * um)  # until the load has shown that it is there
+                scene = self.told[name]["scenes"][int(day["scene"][np.argmax(number == travel.argmax())]) - 1]
+                self.assertLess(travel.max(), 1 * um, scene)  # until the load has shown that it is there
 
     def test_homing_without_an_offset_moves_nothing(self):
         day, rows = self.days["first"], self.rows("first", "homed_anew")

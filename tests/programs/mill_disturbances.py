@@ -34,6 +34,7 @@ COLUMNS = [
     "thermal.contacts",
     "thermal.contacts-accepted",
 ]
+WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine
 um = 1e-3
 
 
@@ -49,7 +50,7 @@ class Day:
         self.begin("setup")
         machine.turn_on()
         machine.home()
-        machine.run("setup.ngc")
+        machine.mdi(WORK)
         machine.run("learn.ngc")
         self.part("learnt")
 
@@ -99,13 +100,13 @@ class Day:
         machine.mdi("G53 G0 Z0")
         machine.turn_off()
 
-    def other(self, growth, work):
+    def other(self, growth):
         machine = self.machine
         self.begin("morning")
         machine.turn_on()
         machine.home()
         self.have_grown(growth)
-        machine.mdi("G10 L2 P1 X0 Y0 Z%.6f" % work)
+        machine.mdi(WORK)
         self.part("after_restart")
         machine.turn_off()
 
@@ -156,11 +157,9 @@ def main():
                 day.first()
             else:
                 with open("first.json") as file:
-                    first = json.load(file)
-                day.other(first["growth"], first["work"])
-        work = machine.poll().g5x_offset[2]
+                    day.other(json.load(file)["growth"])
         growth = day.host.get("mill.truth-growth")
-    told = {"scenes": day.scenes, "growth": growth, "work": work, "errors": machine.errors}
+    told = {"scenes": day.scenes, "growth": growth, "errors": machine.errors}
     with open(name + ".json", "w") as file:
         json.dump(told, file)
     return 42
