@@ -86,7 +86,7 @@ class Shift:
             machine.wait(0.05)
         self.facts["probed"] = self.top()
         # Where the tip is now for a program that wants it at 3: with the offset in force, and without it.
-        offset = machine.host.get("thermal.z-offset")
+        offset = self.facts["wanted"] = machine.host.get("thermal.z-offset")
         machine.mdi("G0 Z[3 + %.6f]" % offset)
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off without the offset"] = self.top()
