@@ -156,6 +156,10 @@ class Days(unittest.TestCase):
                 first = ["learnt", "after_stop", "after_off_and_on", "after_homing"]
                 self.assertEqual(scenes, first if name == "first" else ["after_restart"])
 
+    def test_cycle_of_a_program_that_was_not_identified_is_refused(self):
+        for day in ("second", "forgotten"):
+            self.assertIn("which program is this?", self.told[day]["errors"][0])
+
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():
             with self.subTest(name):

@@ -94,9 +94,7 @@ class Day:
         self.begin("probing")
         machine.mdi("T4 M6 G43")
         machine.mdi("G0 X0 Y0 Z3")
-        with contextlib.suppress(OperatorError):
-            machine.mdi("G38.2 Z-5 F100")
-        machine.abort()
+        self.refused(lambda: machine.mdi("G38.2 Z-5 F100"))
         machine.mdi("G53 G0 Z0")
         machine.turn_off()
 
@@ -107,6 +105,10 @@ class Day:
         machine.home()
         self.have_grown(growth)
         machine.mdi(WORK)
+        self.begin("unidentified")
+        with open("unidentified.ngc", "w") as file:
+            file.write("M66 E0 L0\no<cycle_start> call\nM2\n")
+        self.refused(lambda: machine.run("unidentified.ngc"))
         self.part("after_restart")
         machine.turn_off()
 
@@ -127,6 +129,11 @@ class Day:
         self.host.set("growth.load", True)
         self.machine.wait(0.01)
         self.host.set("growth.load", False)
+
+    def refused(self, work):
+        with contextlib.suppress(OperatorError):
+            work()
+        self.machine.abort()
 
     def grow(self):
         """Slowly, while the next parts are made."""

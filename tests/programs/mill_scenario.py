@@ -90,6 +90,8 @@ class Shift:
         machine.mdi("G0 Z[3 + %.6f]" % offset)
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off without the offset"] = self.top()
+        machine.mdi("M64 P4")
+        machine.mdi("M66 P4 L3 Q30")
         machine.mdi("O <cycle_start> call")
         machine.mdi("M65 P0")
         machine.mdi("G0 Z3")
