@@ -7,7 +7,8 @@
 Pins out, all 0 until LinuxCNC answers:
 
     program-id    CRC-32, as a signed number, of the G-code file that is loaded and of the subroutine files that it calls,
-                  directly or not, by o<name> call; 0 while none is loaded
+                  directly or not, by o<name> call; 0 while none is loaded. What is called otherwise is not part of it:
+                  programs of M1xx codes, what REMAP names, o[#n] call
     tool-set-id   likewise, of the numbers, offsets and diameters of all tools in the table
     connected     LinuxCNC answers
     identified    the two numbers are those of now: true once it has looked after identify, a pin in, rose
@@ -29,6 +30,7 @@ What rises before LinuxCNC answers is told when it does, if it is still so.
 
 import argparse
 import contextlib
+import errno
 import os
 import re
 import signal
@@ -63,6 +65,7 @@ class Program:
 
     def __init__(self):
         self.identity = 0
+        self._is_read = False
         self._path = ""
         self._folders = []
         self._stamps = {}  # of the files, by path
@@ -74,14 +77,14 @@ class Program:
             status.task_mode == linuxcnc.MODE_AUTO and status.call_level == 0
         )
         path = status.file if is_told else self._path
-        if path == self._path and self._stamps == self._stamps_now():
+        if self._is_read and path == self._path and self._stamps == self._stamps_now():
             return is_told
-        self.identity, self._stamps = 0, {}
-        if path != self._path:
-            self._path = path
-            self._folders = subroutine_folders(status.ini_filename)
+        self.identity, self._stamps, self._is_read = 0, {}, False
+        self._path = path
+        self._folders = subroutine_folders(status.ini_filename)
         if self._path:
             self.identity = identity(b"".join(self._contents(self._path)))
+        self._is_read = True
         return is_told
 
     def _contents(self, path):
@@ -112,7 +115,10 @@ def stamp(path):
 
 def subroutine_folders(ini_file):
     """Where LinuxCNC looks for subroutines, besides beside the program."""
-    ini = linuxcnc.ini(ini_file)
+    try:
+        ini = linuxcnc.ini(ini_file)
+    except linuxcnc.error as error:  # it was moved, or is being written
+        raise OSError(errno.EIO, str(error), ini_file) from None
     paths = [ini.find("DISPLAY", "PROGRAM_PREFIX") or ""] + (ini.find("RS274NGC", "SUBROUTINE_PATH") or "").split(":")
     return [os.path.join(os.path.dirname(ini_file), os.path.expanduser(path)) for path in paths if path]
 

@@ -53,7 +53,10 @@ class Day:
         with open("second.ngc", "a") as file:
             file.write("(changed)\n")
         self.expect_identity("main.ngc", "first.ngc", "second.ngc")
+        os.rename("three_axis.ini.expanded", "away.ini")
         self.machine.run("alone.ngc")
+        self.until(lambda: self.host.get("linuxcnc-link.program-id") == 0, "a program in folders that are not known")
+        os.rename("away.ini", "three_axis.ini.expanded")
         self.expect_identity("alone.ngc")
 
     def tools(self):
