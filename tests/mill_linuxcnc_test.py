@@ -160,6 +160,13 @@ class Days(unittest.TestCase):
         for day in ("second", "forgotten"):
             self.assertIn("which program is this?", self.told[day]["errors"][0])
 
+    def test_without_retain_compensation_ends_and_the_operator_knows(self):
+        for name in ("second", "forgotten"):
+            day, rows = self.days[name], self.rows(name, "retain_killed")
+            self.assertEqual(list(day["thermal.enable"][rows[[0, -1]]]), [1, 0])
+            self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
+            self.assertIn("retain does not run any more", self.told[name]["errors"][-1])
+
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():
             with self.subTest(name):

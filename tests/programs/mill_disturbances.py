@@ -9,6 +9,9 @@ The exit status, 42, is no one else's.
 
 import contextlib
 import json
+import os
+import signal
+import subprocess
 import sys
 
 import linuxcnc
@@ -25,6 +28,7 @@ COLUMNS = [
     "z-stage.clear",
     "z-stage.uncompensated",
     "z-stage.counts",
+    "thermal.enable",
     "mill.z-position",
     "mill.truth-growth",
     "mill.engagement",
@@ -110,6 +114,12 @@ class Day:
             file.write("M66 E0 L0\no<cycle_start> call\nM2\n")
         self.refused(lambda: machine.run("unidentified.ngc"))
         self.part("after_restart")
+        self.begin("retain_killed")
+        retain = subprocess.check_output(["pgrep", "-f", "retain --file " + os.path.abspath("mill.toml")])
+        os.kill(int(retain), signal.SIGKILL)
+        with contextlib.suppress(OperatorError):
+            machine.wait_for(lambda _: False, "the message")
+        machine.wait(1)
         machine.turn_off()
 
     def begin(self, scene):
