@@ -19,7 +19,7 @@ struct ListedPin {
 
 // By name.  Throws std::runtime_error when halcmd does not tell.
 inline std::map<std::string, ListedPin> list_pins() {
-    FILE* const pipe = popen("halcmd -s show pin", "r");
+    FILE* const pipe = popen("exec halcmd -s show pin", "r");
     if (!pipe) throw std::runtime_error("halcmd cannot be run");
     std::string text;
     char bytes[4096];
