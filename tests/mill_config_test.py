@@ -232,11 +232,85 @@ class Shift(unittest.TestCase):
                 file.write(" ".join(words) + "\n")
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         status, output, contacts = self.report("first.txt")
-        self.assertEqual(status, 0, output)
+        self.assertEqual(status, 1, output)
         self.assertEqual([c["verdict"] for c in contacts], 5 * ["learnt"] + 5 * ["believed"])
         growth = [c["growth"] for c in contacts if c["growth"] is not None]
         np.testing.assert_allclose(growth, GROWTH, atol=TOLERANCE)
+        self.assertIn("taken as learnt by this report", output)
+        self.assertIn("No cycle asked to be learnt from", output)
+        self.assertNotIn("Nothing hinders compensation", output)
+        with open(os.path.join(self.machine, "first.txt")) as file:
+            asked = [line.split() for line in file]
+        for words in asked[: ends[0] + 1]:
+            words[12] = "1"
+        self.write("asked.txt", asked)
+        status, output, contacts = self.report("asked.txt", "--set", "dry-run=1")
+        self.assertEqual(status, 0, output)
         self.assertIn("Nothing hinders compensation", output)
+        cycle = output.partition("with dry-run 0, in mm")[2].splitlines()[3].split()
+        self.assertAlmostEqual(float(cycle[5]), GROWTH, delta=TOLERANCE)
+
+        # What does worse is not recommended, what does better is.
+        believed = r"now +%d .*\n  these +%d "
+        status, output, _ = self.report("asked.txt", "--set", "threshold=100")
+        self.assertRegex(output, believed % (0, 5))
+        self.assertIn("Take the other settings over", output)
+        asked = [words[:1] + ["%g" % (float(words[1]) / 100)] + words[2:] for words in asked]
+        self.write("fraction.txt", asked)
+        status, output, _ = self.report("fraction.txt")
+        self.assertEqual(status, 1, output)
+        self.assertIn("is the load in percent of the rating?", output)
+        self.assertNotIn("setp thermal", output)
+
+    def write(self, name, rows):
+        with open(os.path.join(self.machine, name), "w") as file:
+            file.writelines(" ".join(words) + "\n" for words in rows)
+
+    def test_report_does_not_recommend_what_does_worse(self):
+        sys.path.insert(0, self.machine)
+        self.addCleanup(sys.path.remove, self.machine)
+        import report
+
+        class Outcome(report.Replay):
+            def __init__(self, believed, sigma):
+                self.outcome = believed, sigma
+
+            def believed(self):
+                return self.outcome[0]
+
+            def sigma(self):
+                return self.outcome[1]
+
+        for this, other, better in (
+            ((10, 7), (4, 14), True),
+            ((4, 7), (10, 14), False),
+            ((10, 14), (4, 7), False),
+            ((10, 7), (10, 7.02), False),
+            ((10, 7), (10, 8), True),
+            ((10, 7), (0, np.inf), True),
+            ((0, np.inf), (0, np.inf), False),
+        ):
+            with self.subTest(this=this, other=other):
+                self.assertEqual(Outcome(*this).better_than(Outcome(*other)), better)
+
+    def test_report_names_signals_that_are_missing(self):
+        with open(os.path.join(self.machine, "load.txt")) as file:
+            rows = [line.split() for line in file.readlines()[:60000]]
+        for column, name, source in (
+            (1, "spindle-load", "what reads the drive"),
+            (2, "z-motor-fb", "joint.2.motor-pos-fb"),
+            (3, "z-velocity-cmd", "joint.2.vel-cmd"),
+            (4, "spindle-speed-cmd", "spindle.0.speed-out"),
+            (5, "feed-override", "halui.feed-override.value"),
+            (8, "motion-type", "motion.motion-type"),
+            (9, "tool-number", "iocontrol.0.tool-number"),
+        ):
+            with self.subTest(name):
+                self.write("missing.txt", [words[:column] + ["0"] + words[column + 1 :] for words in rows])
+                status, output, _ = self.report("missing.txt")
+                self.assertEqual(status, 2, output)
+                self.assertEqual(re.findall("net ([^ ]*) to (.*)", output), [(name, source)])
+                self.assertNotIn("setp", output)
 
     def test_report_names_what_a_recording_lacks(self):
         with open(os.path.join(self.machine, "load.txt")) as file:
@@ -310,7 +384,8 @@ class Readme(unittest.TestCase):
     def skeletons(text):
         """Lines without their figures, and without what varies with them."""
         lines = (re.sub(r"[+-]?\d+(\.\d+)?", "0", " ".join(line.split())) for line in text.splitlines())
-        return [re.sub(r" #.*", "", line) for line in lines if line]
+        lines = (re.sub(r" #.*", "", line) for line in lines if line)
+        return [line for line in lines if not line.startswith(("- Keep the settings", "- Take the other"))]
 
     def test_commissioning_is_as_it_says(self):
         machining = self.command(r"plumb run .* part.ngc grow.ngc part.ngc grow.ngc part.ngc grow.ngc part.ngc")

@@ -6,9 +6,11 @@
     ./report.py load.txt --set threshold=0.7         ... and another threshold
     ./report.py load.txt --chart report.png          and draws it
 
-It looks at the load, suggests settings, replays the recording into thermal_displacement, and prints each contact,
-what became of it, the offset of each cycle, and what to do next. Where no cycle of the recording was one to learn
-from, the first complete one is. The exit status is 0 when contacts were compared and nothing hinders compensation.
+It looks at the load, replays the recording into thermal_displacement, with dry-run 0 and enable 1 whatever
+settings.hal says, and prints each contact, what became of it, the offset of each cycle, whether to compensate, and
+what to do next. It replays the settings that it suggests as well, and recommends them only where they do better.
+Where no cycle of the recording was one to learn from, the first complete one is. The exit status is 0 when contacts
+were compared and nothing hinders compensation, 1 when something does, 2 when the recording says nothing.
 """
 
 import argparse
@@ -69,12 +71,37 @@ OUTPUTS = [
     "fault-code",
 ]
 SETTINGS = ["threshold", "release", "smoothing", "debounce", "blanking-time", "max-rate", "tolerance", "gate-floor"]
-LARGE_SIGMA = 0.003  # mm
+GROWTH_OVER_NOISE = 3  # how many times sigma and scatter growth must be for compensation to be worth it
 LOOK = 0.01  # seconds from one look at the outputs to the next
 
 
 class Unusable(RuntimeError):
     """A recording that says nothing."""
+
+
+def unwired(recording):
+    """The signals that are missing, by what the others say."""
+
+    def constant(column):
+        return np.ptp(getattr(recording, column)) == 0
+
+    moves, feeds = bool(recording.velocity.any()), bool(recording.approaches)
+    if constant("z") and moves:
+        yield "Z is %g all the time although it is told to move: net z-motor-fb to joint.2.motor-pos-fb" % recording.z[0]
+    if not moves and not constant("z"):
+        yield "the velocity of Z is 0 although Z moves: net z-velocity-cmd to joint.2.vel-cmd"
+    if constant("motion") and moves:
+        yield "the type of motion is %d although Z moves: net motion-type to motion.motion-type" % recording.motion[0]
+    if not feeds:
+        return
+    if constant("load"):
+        yield "the load is %g %% all the time: net spindle-load to what reads the drive" % recording.load[0]
+    if constant("speed"):
+        yield "the speed is %g all the time: net spindle-speed-cmd to spindle.0.speed-out" % recording.speed[0]
+    if not recording.override.any():
+        yield "the feed override is 0 although Z feeds: net feed-override to halui.feed-override.value"
+    if not recording.tool.any():
+        yield "the tool is 0 all the time: net tool-number to iocontrol.0.tool-number"
 
 
 def complete_lines(file):
@@ -215,15 +242,16 @@ class Load:
 
     def __init__(self, recording, excluded):
         period = recording.period
-        if np.ptp(recording.load) == 0:
-            raise Unusable("the load is %g %% all the time: it is not wired" % recording.load[0])
         levels = np.unique(recording.load)
         self.quantum = np.diff(levels).min()
         changes = np.flatnonzero(np.diff(recording.load))
         self.interval = max(1, np.percentile(np.diff(changes), 10)) * period if len(changes) > 10 else np.inf
         self.met = [a for a in recording.approaches if a.meets_work() and a.operation not in excluded]
         if not self.met:
-            raise Unusable("in none of %d descents does the load rise" % len(recording.approaches))
+            raise Unusable(
+                "in none of %d descents does the load rise; it lies between %g and %g %%"
+                % (len(recording.approaches), recording.load.min(), recording.load.max())
+            )
         airs = [recording.load[a.air] for a in self.met]
         self.noises = {
             tau: np.median([detrended(smoothed(air, tau, period)).std() for air in airs]) for tau in self.smoothings
@@ -234,6 +262,7 @@ class Load:
             self.rises.setdefault(approach.name(), []).append(approach.rise)
         self.lightest = min(self.rises, key=lambda name: np.median(self.rises[name]))
         self.least = np.median(self.rises[self.lightest])
+        self.largest = max(np.median(rises) for rises in self.rises.values())
         self.spread = max(np.ptp(rises) / np.mean(rises) for rises in self.rises.values())
         self.rise_time = self._rise_time(recording)
         self.settling = self._settling(recording)
@@ -275,7 +304,7 @@ class Load:
         noise = self.noises[smoothing]
         wanted = max(5 * noise, self.least / 8, 1.5 * self.quantum)
         threshold = round_up(min(wanted, self.least / 3))
-        debounce = max(0.02, 2 * (smoothing + self.interval))
+        debounce = max(0.02, 2 * self.interval)
         return [
             ("smoothing", smoothing, "leaves %.2g %% of noise" % noise),
             (
@@ -324,7 +353,7 @@ class Replay:
             for file in files:
                 host.load(file)
             host.command("start")
-            for name, value in settings:
+            for name, value in list(settings) + [("dry-run", False), ("enable", True)]:
                 host.set("thermal." + name, value)
             self.settings = {name: host.get("thermal." + name) for name in SETTINGS}
             self.excluded = [host.get("thermal.exclude-operation-%d" % i) for i in range(8)]
@@ -359,6 +388,19 @@ class Replay:
         met = [a for a in recording.approaches if (a.begin if a.onset is None else a.onset) < at]
         contact.approach = met[-1] if met else None
         return contact
+
+    def believed(self):
+        return sum(c.believed and not c.learnt for c in self.found)
+
+    def sigma(self):
+        """The median, in um, of what was compared."""
+        return 1e3 * np.median([c.sigma for c in self.found if c.compared] or [np.inf])
+
+    def better_than(self, other):
+        """No worse in believed contacts and sigma, to 0.1 um, and better in one of them."""
+        more = self.believed() - other.believed()
+        finer = round(other.sigma(), 1) - round(self.sigma(), 1) if self.believed() and other.believed() else more
+        return more >= 0 and finer >= 0 and (more > 0 or finer > 0)
 
     def offset_at(self, row, period):
         return self.z_offset[min(int(row * period / LOOK) + 1, len(self.z_offset) - 1)]
@@ -404,11 +446,16 @@ def show_load(load, recording):
     print("  change of speed   disturbs it for %.2g s" % load.settling)
 
 
-def show_suggestions(load, settings):
-    print("\nSuggested for settings.hal")
+def show_suggestions(load, replay, tried):
+    """tried is the replay with what is suggested."""
+    print("\nOther settings, tried as well")
     for name, value, reason in load.suggestions():
-        now = settings[name]
-        print("  setp thermal.%-14s %-6.4g # %s; it was replayed with %.4g" % (name, value, reason, now))
+        now = replay.settings[name]
+        print("  setp thermal.%-14s %-6.4g # %s; now %.4g" % (name, value, reason, now))
+    print()
+    rows = [[name, str(r.believed()), "%.1f" % r.sigma()] for name, r in (("now", replay), ("these", tried))]
+    for row in [["settings", "believed", "median sigma, um"]] + rows:
+        print("  %-8s  %8s  %s" % tuple(row))
 
 
 def show_contacts(replay):
@@ -424,14 +471,18 @@ def show_contacts(replay):
 
 
 def show_cycles(recording, replay):
-    print("\nCycles: the offset that compensation would have applied, in mm")
+    print("\nCycles: the offset that compensation would have applied with dry-run 0, in mm")
     rows = []
     for cycle in recording.cycles:
         begin, end = (replay.offset_at(row, recording.period) for row in (cycle.begin, cycle.end))
         recorded = recording.applied[min(cycle.end, len(recording.applied) - 1)]
         inside = [c for c in replay.found if c.approach and c.approach.cycle is cycle]
         believed = sum(c.believed and not c.learnt for c in inside)
-        kind = "learnt from" if cycle.learn or cycle is replay.chosen else "" if cycle.complete else "not complete"
+        kind = "" if cycle.complete else "not complete"
+        if cycle.learn:
+            kind = "learnt from"
+        elif cycle is replay.chosen:
+            kind = "taken as learnt by this report"
         rows.append(
             [
                 str(cycle.number),
@@ -448,18 +499,23 @@ def show_cycles(recording, replay):
 
 
 def show_summary(replay):
-    """Returns how many contacts were compared and believed."""
     refused = {}
     for contact in replay.found:
         if contact.code:
             refused[contact.code] = refused.get(contact.code, 0) + 1
-    believed = sum(c.believed and not c.learnt for c in replay.found)
     learnt = sum(c.learnt for c in replay.found)
-    print("\nContacts: %d learnt, %d believed, %d missed" % (learnt, believed, replay.contacts_missed[-1]))
+    print("\nContacts: %d learnt, %d believed, %d missed" % (learnt, replay.believed(), replay.contacts_missed[-1]))
     for code in sorted(refused):
         print("  %d rejected: %s" % (refused[code], VERDICTS.get(code, "code %d" % code)))
     print("Largest offset %+.4f mm" % replay.z_offset[np.argmax(abs(replay.z_offset))])
-    return believed
+
+
+def show_judgement(replay):
+    print("\nWorth it, in um")
+    print("  growth seen       %5.1f  from cycle to cycle" % growth_of(replay))
+    print("  median sigma      %5.1f  of a contact, by the load" % replay.sigma())
+    print("  scatter           %5.1f  of the contacts within a cycle" % scatter_of(replay))
+    print("  growth must be %d times both at least" % GROWTH_OVER_NOISE)
 
 
 def problems(recording, replay, load):
@@ -469,8 +525,20 @@ def problems(recording, replay, load):
         yield "Not complete: cycle %s. Either it was aborted, or the program does not set M64 P1 before M65 P0." % (
             ", ".join(map(str, open_cycles))
         )
-    if not any(c.learnt for c in replay.found):
+    if replay.chosen and not recording.applied.any():
+        yield "No cycle asked to be learnt from: run learn.ngc, or press the button, before the first part. Cycle %d was taken." % (
+            replay.chosen.number
+        )
+    threshold = replay.settings["threshold"]
+    if load.largest < threshold:
+        yield "No rise reaches the threshold of %.3g %%; the largest is %.2g %%: is the load in percent of the rating?" % (
+            threshold,
+            load.largest,
+        )
+    elif not any(c.complete and (c.learn or c is replay.chosen) for c in recording.cycles):
         yield "Nothing was learnt: a cycle that is complete, on a settled machine, must come first."
+    elif not any(c.learnt for c in replay.found):
+        yield "Nothing was learnt: the rises of the load were no contacts. See debounce, smoothing and exclude-operation."
     yield from load.warnings()
     codes = [c.code for c in replay.found]
     if codes.count(1):
@@ -481,13 +549,21 @@ def problems(recording, replay, load):
         yield "Many contacts were beyond the gate: machine a part more often, or see whether blanks are alike."
     if replay.contacts_missed[-1]:
         yield "Contacts of the reference did not come: a threshold that is too high, or an operation to be excluded."
+    growth = growth_of(replay)
     for name, found in by_operation(replay).items():
-        sigma = np.median([c.sigma for c in found])
-        if sigma > LARGE_SIGMA:
-            yield "The load leaves %s uncertain by %.4f mm: a finer or quicker load, a wider tool, or exclude it." % (name, sigma)
+        sigma = 1e3 * np.median([c.sigma for c in found])
+        if sigma * GROWTH_OVER_NOISE > growth:
+            yield "The load leaves %s uncertain by %.1f um, of %.1f um that were seen to grow: a finer or quicker load, a wider tool, or exclude it." % (
+                name,
+                sigma,
+                growth,
+            )
     scatter = scatter_of(replay)
-    if scatter and scatter > 2 * LARGE_SIGMA:
-        yield "Contacts within a cycle scatter by %.4f mm: blanks, seats of the tools, or chips?" % scatter
+    if scatter * GROWTH_OVER_NOISE > growth:
+        yield "Contacts within a cycle scatter by %.1f um, of %.1f um that were seen to grow: blanks, seats of the tools, or chips? Or record until the machine is warm." % (
+            scatter,
+            growth,
+        )
     faults = sorted(set(replay.fault_code[replay.fault_code != 0].astype(int)))
     if faults:
         yield "thermal_displacement showed fault-code %s: see its manual page." % ", ".join(map(str, faults))
@@ -502,15 +578,26 @@ def by_operation(replay):
     return groups
 
 
-def scatter_of(replay):
-    """Standard deviation of the growth among the believed contacts of a cycle."""
+def believed_growth(replay):
+    """In um, cycle by cycle."""
     groups = {}
     for contact in replay.found:
         if contact.believed and not contact.learnt and contact.approach:
-            groups.setdefault(contact.approach.cycle.number, []).append(contact.growth)
-    deviations = [growth - np.mean(group) for group in groups.values() if len(group) > 1 for growth in group]
-    freedom = sum(len(group) - 1 for group in groups.values())
-    return np.sqrt(np.square(deviations).sum() / freedom) if freedom else None
+            groups.setdefault(contact.approach.cycle.number, []).append(1e3 * contact.growth)
+    return list(groups.values())
+
+
+def growth_of(replay):
+    """How far the means of the cycles lie apart, and from what was learnt, in um."""
+    return np.ptp([0] + [np.mean(cycle) for cycle in believed_growth(replay)])
+
+
+def scatter_of(replay):
+    """Standard deviation of the growth among the believed contacts of a cycle, in um."""
+    cycles = believed_growth(replay)
+    freedom = sum(len(cycle) - 1 for cycle in cycles)
+    squares = sum(np.square(cycle - np.mean(cycle)).sum() for cycle in cycles)
+    return np.sqrt(squares / freedom) if freedom else 0.0
 
 
 def draw(file, recording, replay):
@@ -556,6 +643,9 @@ def main():
     try:
         recording = Recording(arguments.recording, arguments.period)
         show_recording(recording)
+        missing = list(unwired(recording))
+        if missing:
+            raise Unusable("not wired:\n  - " + "\n  - ".join(missing))
         if not recording.cycles:
             raise Unusable("cycle-running is never true: the program must set M64 P0 at the start of a cycle")
         if not recording.approaches:
@@ -567,22 +657,32 @@ def main():
         print("report: %s" % error, file=sys.stderr)
         return 2
     show_load(load, recording)
-    show_suggestions(load, replay.settings)
+    fraction = load.largest < replay.settings["threshold"] and recording.load.max() < 2
+    suggested = [] if fraction else [(name, value) for name, value, _ in load.suggestions()]
+    tried = None
+    if any(replay.settings[name] != value for name, value in suggested):
+        tried = Replay(recording, files, arguments.set + suggested)
+        show_suggestions(load, replay, tried)
     show_contacts(replay)
     show_cycles(recording, replay)
-    believed = show_summary(replay)
+    show_summary(replay)
+    if replay.believed():
+        show_judgement(replay)
     print("\nNext")
     found = list(problems(recording, replay, load))
     for problem in found:
         print("  - " + problem)
-    if not found and believed:
-        print("  - Nothing hinders compensation. Take the suggested settings over where they differ, replay again, and")
-        print("    let the machine run with them.")
+    if tried and tried.better_than(replay):
+        print("  - Take the other settings over, and replay again: they do better.")
+    elif tried:
+        print("  - Keep the settings that you have: the others do no better.")
+    if not found and replay.believed():
+        print("  - Nothing hinders compensation: let the machine run with it.")
     elif not found:
         print("  - Record more parts: nothing was compared yet.")
     if arguments.chart:
         draw(arguments.chart, recording, replay)
-    return 0 if believed and not found else 1
+    return 0 if replay.believed() and not found else 1
 
 
 if __name__ == "__main__":
