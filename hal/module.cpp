@@ -2,13 +2,11 @@
 // Linked into every realtime component: turns its Model into a module for `loadrt`.
 //
 //     loadrt <component> [count=N | names=a,b,...] [OPTION=value,value,...]
-//
-// CMake writes the component's options into PLUMB_OPTIONS as X(name) X(name) ...: rtapi_app finds a parameter
-// through a symbol of its name, which no template can make.
 
 #include "hal/background.hpp"
 #include "hal/hal_registrar.hpp"
 #include "hal/identity.hpp"
+#include "hal/module_options.hpp"
 
 #include <rtapi.h>
 #include <rtapi_app.h>
@@ -23,19 +21,10 @@
 #include <string>
 #include <vector>
 
-#ifndef PLUMB_OPTIONS
-#define PLUMB_OPTIONS
-#endif
-
 static char* names = nullptr;
 RTAPI_MP_STRING(names, "instance names, comma separated")
 static int count = INT_MIN;  // no number that a user would give
 RTAPI_MP_INT(count, "number of instances")
-#define X(option)                  \
-    static char* option = nullptr; \
-    RTAPI_MP_STRING(option, "see the manual page")
-PLUMB_OPTIONS
-#undef X
 MODULE_LICENSE("GPL")
 
 namespace plumb::hal {
@@ -77,19 +66,18 @@ Texts instance_names() {
 }
 
 // The values of each option, one per instance.
-std::map<std::string, Texts> option_values([[maybe_unused]] std::size_t instances) {
+std::map<std::string, Texts> option_values(std::size_t instances) {
     std::map<std::string, Texts> result;
-    [[maybe_unused]] const auto take = [&](const std::string& option, const char* list) {
-        if (!list) return;
+    for (const ModuleOption* option = module_options; option->name; ++option) {
+        const char* const list = *option->values;
+        if (!list) continue;
         Texts values = split(list);
         if (values.size() != instances)
-            throw std::invalid_argument(option + "=" + list + " gives " + std::to_string(values.size()) +
-                                        " values for " + std::to_string(instances) + " instances");
-        result[option] = std::move(values);
-    };
-#define X(option) take(#option, option);
-    PLUMB_OPTIONS
-#undef X
+            throw std::invalid_argument(std::string(option->name) + "=" + list + " gives " +
+                                        std::to_string(values.size()) + " values for " +
+                                        std::to_string(instances) + " instances");
+        result[option->name] = std::move(values);
+    }
     return result;
 }
 
@@ -144,11 +132,4 @@ extern "C" void rtapi_app_exit() {
 extern "C" const plumb::hal::Model* plumb_model() {
     static const plumb::hal::Model instance = plumb::hal::model();
     return &instance;
-}
-
-// The options that loadrt accepts, each followed by a comma.
-extern "C" const char* plumb_options() {
-#define X(option) #option ","
-    return "" PLUMB_OPTIONS;
-#undef X
 }
