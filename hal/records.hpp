@@ -5,7 +5,8 @@
 //     hal::Records records{this};
 //     hal::Field<std::int32_t> tool{this, "tool", "", "Tool that made the contact."};
 //
-// declares row, row-shown, rows, restore, forget, restores, restores-refused, row-tool and restore-tool.
+// declares row, row-shown, rows, restore, forget, restores, restores-refused, kept, row-tool and
+// restore-tool.
 #pragma once
 
 #include "hal/component.hpp"
@@ -36,7 +37,8 @@ public:
           forget_{owner, "forget", false, "A rising edge forgets all records."},
           restore_{owner, "restore", false, "A rising edge adds the record in the restore-... pins."},
           restores_{owner, "restores", "Number of records accepted by restore."},
-          refused_{owner, "restores-refused", "Number of records refused by restore."} {}
+          refused_{owner, "restores-refused", "Number of records refused by restore."},
+          kept_{owner, "kept", false, "Set by retain, which keeps the records; for retain alone."} {}
 
     bool wants_forget() noexcept { return rose(forget_, forgetting_); }
     bool wants_restore() noexcept { return rose(restore_, restoring_); }
@@ -73,6 +75,7 @@ private:
     In<bool> restore_;
     Out<std::int32_t> restores_;
     Out<std::int32_t> refused_;
+    In<bool> kept_;  // for whoever set it: false again, the component was loaded anew
     bool forgetting_ = false;
     bool restoring_ = false;
     std::int32_t accepted_count_ = 0;

@@ -449,6 +449,67 @@ class Keeping(unittest.TestCase):
                 machine.await_pin("retain.restored")
                 self.assertEqual(len(contents(self.store)[1]), 2)
 
+    def test_another_may_walk_and_forget(self):
+        machine = self.machine()
+        machine.retain(SETTINGS)
+        machine.await_pin("retain.restored")
+        for records in ([], [(3, 1.5), (4, 2.5)]):
+            machine.give(*records)
+            machine.until(lambda: len(contents(self.store)[1]) == len(records), "the records")
+            machine.host.set("it.forget", True)
+            end = time.monotonic() + 1
+            while time.monotonic() < end:  # another program holds its row
+                machine.host.set("it.row", 0)
+                machine.host.run(0.003)
+                self.assertTrue(machine.get("retain.restored"))
+            machine.host.set("it.forget", False)
+            self.assertEqual(machine.get("it.rows"), 0)
+            machine.until(lambda: not contents(self.store)[1], "the end of the records")
+        self.assertEqual(machine.said(), "")
+
+    def test_what_was_seen_is_written_when_its_component_goes(self):
+        for end in (True, False):
+            with self.subTest(end), self.machine() as machine:
+                machine.retain(SETTINGS.replace("0.05", "3600"))
+                machine.await_pin("retain.saves", 1)
+                machine.host.set("it.in", 42 + end)
+                machine.give((3, 1.5))
+                machine.go(2.5)
+                machine.host.command("unloadrt specimen")
+                machine.await_pin("retain.fault-code", UNFIT)
+                if end:
+                    machine.unload()
+                else:
+                    machine.await_pin("retain.saves", 2)
+                pins, records = contents(self.store)
+                self.assertEqual((float(pins["it.in"]), len(records)), (42 + end, 1))
+                os.unlink(self.store)
+
+    def test_what_cannot_be_written_is_tried_again_at_every_look(self):
+        machine = self.machine(start=False)
+        folder = os.path.join(self.folder, "usb")
+        os.mkdir(folder)
+        machine.retain(SETTINGS.replace("0.05", "3600") + 'store = "%s/mill.retained"\n' % folder)
+        machine.await_pin("retain.waiting")
+        os.rename(folder, folder + ".away")
+        machine.host.command("start")
+        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        os.rename(folder + ".away", folder)
+        machine.await_pin("retain.saves", 1)
+        self.assertFalse(machine.get("retain.fault"))
+
+    def test_what_is_as_it_was_stored_needs_no_disk(self):
+        machine = self.machine()
+        folder = os.path.join(self.folder, "usb")
+        os.mkdir(folder)
+        machine.retain(SETTINGS + 'store = "%s/mill.retained"\n' % folder)
+        machine.await_pin("retain.saves", 1)
+        os.rename(folder, folder + ".away")
+        machine.host.set("it.in", 3)
+        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        machine.host.set("it.in", 1.5)
+        machine.await_pin("retain.fault", False)
+
     def test_records_that_change_while_they_are_read_are_read_again(self):
         draw = random.Random(1)
         machine = self.machine()

@@ -70,6 +70,7 @@ public:
             code_ = unfit;
             due_ = now + std::chrono::seconds(1);
             tell(toml_ + ": " + error.what());
+            write();
         }
     }
 
@@ -77,9 +78,9 @@ public:
     // kept as it was seen last.
     void finish() {
         const std::lock_guard alone(mutex_);
-        if (phase_ != Phase::keeping) return;
+        if (phase_ == Phase::over) return;
         try {
-            look();
+            if (phase_ == Phase::keeping) look();
         } catch (const Unfit&) {
         }
         write();
@@ -113,7 +114,6 @@ private:
             due_ = Clock::now() + std::chrono::seconds(1);
             return;
         }
-        image_.reset();
         phase_ = Phase::waiting;
         asked_ = Clock::now();
     }
@@ -137,6 +137,7 @@ private:
                 former[name] = pin.read();
                 pin.write(kept->second);
             }
+            for (auto& [component, walk] : walks_) walk.mark();
             for (auto& [component, walk] : walks_) {
                 const auto kept = stored_.records.find(component);
                 if (kept != stored_.records.end() && !walk.give(kept->second)) return put_back(former);
@@ -146,6 +147,7 @@ private:
             for (auto& [component, walk] : walks_) walk.forget();
             throw;
         }
+        if (!is_complete()) image_.reset();  // else it is what has just been given back
         phase_ = Phase::keeping;
         due_ = {};
     }
@@ -175,12 +177,13 @@ private:
     void write() {
         if (!is_complete()) return;
         const std::string text = retained_file::compose(*image_, settings_.machine);
-        if (text == written_) return;
-        write_due_ = Clock::now() + every_;
         try {
-            file_->write(text);
-            written_ = text;
-            ++saves_;
+            if (text != written_) {
+                file_->write(text);
+                written_ = text;
+                ++saves_;
+                write_due_ = Clock::now() + every_;
+            }
             writing_code_ = 0;
         } catch (const std::system_error& error) {
             writing_code_ = inaccessible;

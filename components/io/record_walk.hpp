@@ -42,7 +42,7 @@ public:
         find();
         for (const char* const name : {"row", "row-shown", "rows", "restores", "restores-refused"})
             demand_type(name, "s32");
-        for (const char* const name : {"forget", "restore"}) demand_type(name, "bit");
+        for (const char* const name : {"forget", "restore", "kept"}) demand_type(name, "bit");
         for (const auto& [name, pin] : pins_)
             if (name != "restores" && name != "rows" && name.rfind("row-", 0) != 0 && pin.linked())
                 throw Unfit(full(name) + " is linked, and retain has to write it");
@@ -106,10 +106,18 @@ public:
         return done;
     }
 
+    // From now on read() finds out when the component is loaded anew.
+    void mark() {
+        find();
+        write("kept", true);
+    }
+
     // All records at one moment; nothing when the component does not answer, or changes them meanwhile.
+    // Throws Unfit when it was loaded anew: neither `rows` nor `row` tells that, for others may forget and
+    // walk.
     std::optional<Records> read() {
         find();
-        if (whole("rows") == 0 && whole("row") != none) throw Unfit(component_ + " was loaded anew");
+        if (!std::get<bool>(pins_.at("kept").read())) throw Unfit(component_ + " was loaded anew");
         const auto places = pins_;
         const std::optional<Records> once = pass();
         const std::optional<Records> again = once ? pass() : std::nullopt;
@@ -135,7 +143,7 @@ private:
             pins_.insert_or_assign(name, *pin);
         };
         for (const char* const name :
-             {"row", "row-shown", "rows", "restores", "restores-refused", "forget", "restore"})
+             {"row", "row-shown", "rows", "restores", "restores-refused", "forget", "restore", "kept"})
             find_one(name);
         for (const std::string& field : fields_) {
             find_one("row-" + field);

@@ -38,6 +38,10 @@ kept, instead of what they had, and restored rises; at once where there was no s
 component refuses a record, all of them forget, and the pins get back what they had.  A pin that the store does not have
 stays as it is.
 
+A component is given what was kept once more when it is loaded anew, which retain knows by its pin kept: that one is for
+retain alone.  To forget is up to everyone.  Whoever else walks the records takes turns with retain, which uses row
+once a second: set row anew until row-shown agrees, and do not go on for long.
+
 Saving.  Pins and records are looked at once a second, and at once when retain is asked to end, by unloadusr or with
 LinuxCNC; where they have changed they are written, at most every so many seconds and in the end, but never before
 restored.  Records are read twice, until both readings agree.  Written is a file beside the store, which then takes its
@@ -53,7 +57,7 @@ fault-code; what it is about is told on stderr:
     2 the store is truncated or damaged                     | nothing is restored, nothing is saved, the
     3 the store is of another version                       | store is left as it is; mend that, and start
     4 the store cannot be read, or not be written           | again
-    6 a component has refused a record                      |
+    6 a component has refused a record, as while it learns  |
     4 the store can no more be written: tried again at every look, restored stays true
     5 what is named does not exist, has another type, is an output, or is netted: nothing is restored, or restored falls
       again; it goes on once that is mended
