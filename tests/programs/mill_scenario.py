@@ -91,7 +91,7 @@ class Shift:
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off without the offset"] = self.top()
         machine.mdi("M64 P4")
-        machine.mdi("M66 P4 L3 Q30")
+        machine.wait_for(lambda _: machine.host.get("linuxcnc-link.identified"), "the program's identity")
         machine.mdi("O <cycle_start> call")
         machine.mdi("M65 P0")
         machine.mdi("G0 Z3")
