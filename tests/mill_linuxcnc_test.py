@@ -154,7 +154,7 @@ class Days(unittest.TestCase):
                 armed = np.flatnonzero(np.diff(day["z-stage.armed"], prepend=0) == 1)
                 scenes = [self.told[name]["scenes"][int(day["scene"][row]) - 1] for row in armed]
                 first = ["learnt", "after_stop", "after_off_and_on", "after_homing"]
-                self.assertEqual(scenes, first if name == "first" else ["after_restart"])
+                self.assertEqual(scenes, {"first": first, "second": ["rejected"]}.get(name, ["after_restart"]))
 
     def test_cycle_of_a_program_that_was_not_identified_is_refused(self):
         for day in ("second", "forgotten"):
@@ -166,6 +166,12 @@ class Days(unittest.TestCase):
             self.assertEqual(list(day["thermal.enable"][rows[[0, -1]]]), [1, 0])
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
             self.assertIn("retain does not run any more", self.told[name]["errors"][-1])
+
+    def test_touch_off_is_refused_as_long_as_no_contact_was_believed(self):
+        day, rows = self.days["second"], self.rows("second", "rejected")
+        self.assertEqual(np.ptp(day["thermal.contacts"][rows]), 1)
+        self.assertEqual(np.ptp(day["thermal.contacts-accepted"][rows]), 0)
+        self.assertIn("no contact was believed yet", self.told["second"]["errors"][1])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():

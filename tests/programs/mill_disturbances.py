@@ -113,6 +113,8 @@ class Day:
         with open("unidentified.ngc", "w") as file:
             file.write("M66 E0 L0\no<cycle_start> call\nM2\n")
         self.refused(lambda: machine.run("unidentified.ngc"))
+        if self.host.get("thermal.rows") > 0:
+            self.reject_a_contact()
         self.part("after_restart")
         self.begin("retain_killed")
         retain = subprocess.check_output(["pgrep", "-f", "retain --file " + os.path.abspath("mill.toml")])
@@ -121,6 +123,20 @@ class Day:
             machine.wait_for(lambda _: False, "the message")
         machine.wait(1)
         machine.turn_off()
+
+    def reject_a_contact(self):
+        """Of another feed than was learnt; and touches off."""
+        machine = self.machine
+        self.begin("rejected")
+        machine.mode(linuxcnc.MODE_AUTO)
+        machine.command.program_open(os.path.abspath("part.ngc"))
+        machine.mdi("M64 P4")
+        machine.wait_for(lambda _: self.host.get("linuxcnc-link.identified"), "the program's identity")
+        machine.mdi("O <cycle_start> call")
+        machine.mdi("O <change> call [1] [6000]")
+        machine.mdi("O <plunge> call [10] [-30] [20] [1] [50]")
+        self.begin("touch_off")
+        self.refused(lambda: machine.mdi("O <touch_off> call [0]"))
 
     def begin(self, scene):
         self.scenes.append(scene)
