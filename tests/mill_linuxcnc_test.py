@@ -114,14 +114,15 @@ class Days(unittest.TestCase):
                 self.assertEqual(len(rows), 2)
                 self.assertLess(abs(self.days["first"]["mill.truth-cut-error"][rows[1]]), TOLERANCE)
 
-    def test_nothing_moves_but_by_a_program_or_an_armed_stage(self):
+    def test_nothing_moves_but_by_a_program_or_in_a_cycle(self):
         for name, day in self.days.items():
             with self.subTest(name):
                 moved = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) > 1e-3 * nm
                 programmed = self.recent(abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > 1e-3 * nm)
-                armed = self.recent(day["z-stage.armed"] + day["z-stage.clear"])
+                cycle = self.recent(day["motion.digital-out-00"] + day["z-stage.clear"])
+                taken_out = self.recent(day["thermal.enable"] == 0)
                 on = day["motion.motion-enabled"] == 1
-                self.assertEqual(list(np.flatnonzero(moved & ~programmed & ~armed & on)), [])
+                self.assertEqual(list(np.flatnonzero(moved & ~programmed & ~cycle & ~taken_out & on)), [])
                 rate = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) / PERIOD
                 self.assertLess(rate[~programmed & on].max(), MAX_RATE * 1.001)
 
@@ -185,6 +186,15 @@ class Days(unittest.TestCase):
                 self.assertGreater(len(travel), 5)
                 scene = self.told[name]["scenes"][int(day["scene"][np.argmax(number == travel.argmax())]) - 1]
                 self.assertLess(travel.max(), 1 * um, scene)  # until the load has shown that it is there
+
+    def test_nothing_moves_while_the_machine_is_idle(self):
+        day = self.days["first"]
+        for scene in ("idle", "idle_after_abort"):
+            with self.subTest(scene):
+                rows = self.rows("first", scene)
+                self.assertGreater(len(rows), 60 / PERIOD)
+                self.assertGreater(day["axis.z.eoffset"][rows[0]], 10 * um)
+                self.assertEqual(np.ptp(day["joint.2.motor-pos-cmd"][rows]), 0)
 
     def test_homing_without_an_offset_moves_nothing(self):
         day, rows = self.days["first"], self.rows("first", "homed_anew")

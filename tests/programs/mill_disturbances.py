@@ -24,6 +24,7 @@ COLUMNS = [
     "axis.z.eoffset",
     "motion.motion-enabled",
     "motion.motion-type",
+    "motion.digital-out-00",
     "z-stage.armed",
     "z-stage.clear",
     "z-stage.uncompensated",
@@ -65,10 +66,12 @@ class Day:
         self.part("compensated")
         self.grow()
         self.part("compensated_again")
+        self.idle("idle")
 
         self.begin("aborted")
         self.amid_a_cut()
         machine.abort()
+        self.idle("idle_after_abort")
         self.grow()
         self.part("after_abort")
 
@@ -141,6 +144,11 @@ class Day:
     def begin(self, scene):
         self.scenes.append(scene)
         self.host.set("scene", len(self.scenes))
+
+    def idle(self, scene):
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.begin(scene)
+        self.machine.wait(60)
 
     def part(self, scene):
         self.begin(scene)
