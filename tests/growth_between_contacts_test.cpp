@@ -150,6 +150,27 @@ TEST(GrowthBetweenContacts, ATemperatureIsLearntAndHeldWhenItIsLost) {
     EXPECT_NEAR(spindle.model.growth(), before, 0.5 * um);
 }
 
+TEST(GrowthBetweenContacts, ATemperatureThatStaysLostCountsForNothing) {
+    Spindle spindle;
+    spindle.by_temperature = 4 * um;
+    spindle.temperature_valid = true;
+    spindle.contact(false);
+    for (int i = 0; i < 20; ++i) {
+        spindle.temperature = 20 + 2 * std::sin(0.9 * i);
+        spindle.work(3000, 1);
+    }
+    spindle.temperature = 24;
+    spindle.run(3000, 900);
+    const double held = spindle.model.growth();
+    spindle.temperature_valid = false;
+    spindle.run(3000, 590);
+    EXPECT_NEAR(spindle.model.growth(), held, 0.5 * um);
+    spindle.run(3000, 20);
+    EXPECT_NEAR(spindle.model.growth(), held, 2 * um) << "it does not jump";
+    spindle.run(3000, 500);
+    EXPECT_NEAR(spindle.model.growth(), held - 16 * um, 3 * um);
+}
+
 TEST(GrowthBetweenContacts, ATemperatureThatIsNeverValidChangesNothing) {
     Spindle with = learnt(600), without = learnt(600);
     with.temperature = 35;

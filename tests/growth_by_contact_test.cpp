@@ -108,17 +108,19 @@ TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSig
     shop.mill.program = {{10, 1, -20}};
     shop.mill.noise = 0.3;
     shop.mill.dt = 0.004;
+    shop.used.between.by_speed = true;
     shop.learn();
-    double offset = 0, largest = 0;
+    double offset = 0, largest = 0, variance = 0;
     for (int n = 0; n < 1000; ++n) {
         shop.cycle(14 * um);
         ASSERT_EQ(shop.counts().accepted, n + 1);
-        if (std::abs(shop.measured.growth() - offset) > tolerance) offset = shop.measured.growth();
-        const double most = tolerance + 3 * shop.measured.sigma();
-        largest = std::max(largest, std::abs(offset - 14 * um) / most);
-        EXPECT_LE(std::abs(offset - 14 * um), most) << n;
+        const double estimate = shop.measured.estimate(shop.used);
+        if (std::abs(estimate - offset) > tolerance) offset = estimate;
+        largest = std::max(largest, std::abs(offset - 14 * um));
+        variance += shop.measured.sigma() * shop.measured.sigma() / 1000;
     }
-    EXPECT_GT(largest, 0.1) << "there is noise";
+    EXPECT_LE(largest, tolerance + 3 * std::sqrt(variance));
+    EXPECT_GT(largest, 0.5 * um) << "there is noise";
 }
 
 TEST(GrowthByContact, ScatterOfContactsIsWhatSigmaSays) {

@@ -324,11 +324,28 @@ TEST(ThermalDisplacement, ALostSignalStopsTheOffsetOnItsWay) {
     EXPECT_LT(on_its_way, 11 * um);
     const double load = mill.get("load");
     mill.set("load", not_a_number);
+    mill.set("cycle-running", 1);
     mill.bench.run(5);
     EXPECT_NEAR(mill.get("z-offset"), on_its_way, 0.001 * um);
     mill.set("load", load);
     mill.bench.run(100);
     EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, BetweenCyclesTheOffsetStandsStillUnlessItIsTakenBack) {
+    Mill mill;
+    mill.set("max-rate", 0.2 * um);
+    mill.learn();
+    mill.cycle(12 * um);
+    const double on_its_way = mill.get("z-offset");
+    ASSERT_GT(on_its_way, 1 * um);
+    mill.bench.run(100);
+    EXPECT_EQ(mill.get("z-offset"), on_its_way);
+    mill.set("dry-run", 1);
+    mill.bench.run(1);
+    EXPECT_NEAR(mill.get("z-offset"), on_its_way - 0.2 * um, 0.01 * um);
+    mill.bench.run(100);
+    EXPECT_EQ(mill.get("z-offset"), 0);
 }
 
 TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {

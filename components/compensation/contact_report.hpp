@@ -33,6 +33,7 @@ struct ContactReport {
         reference_refused = refusal != Refusal::none;
         refusal_code = static_cast<std::int32_t>(refusal);
         reference_valid = refusal == Refusal::none && measured.cycle().references().made_with(setup);
+        growth_known = measured.known();
         growth_uncertain = measured.uncertain();
     }
 
@@ -68,6 +69,8 @@ struct ContactReport {
                                      "The reference is not used, as refusal-code says, until acknowledged."};
     hal::Out<std::int32_t> refusal_code{owner, "refusal-code",
                                         "Why the reference is refused, as listed above; 0 if it is not."};
+    hal::Out<bool> growth_known{owner, "growth-known",
+                                "A contact was believed since the start, a restore or a forget."};
     hal::Out<bool> growth_uncertain{owner, "growth-uncertain",
                                     "No contact was believed since the spindle speed changed last."};
 };

@@ -31,8 +31,9 @@ The clock of the time method starts when z-position - applied-offset comes down 
 (clock-from-program).  Then every cycle, and the one that is learnt from too, must begin with the same tool in the same
 place: the first one after switching on often does not, and all contacts of the later ones are rejected.
 
-z-offset changes where growth-estimate differs from it by more than tolerance, only while the tool is out of the work and
-does not feed down to it, by max-rate at most, and stays within max-offset.
+z-offset changes where growth-estimate differs from it by more than tolerance, only in a cycle while the tool is out of
+the work and does not feed down to it, by max-rate at most, and stays within max-offset.  Between cycles it stands
+still, or returns to 0 when it is no longer to be applied.
 
 The signal to net to z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through
 axis_offset, the drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.
@@ -108,8 +109,9 @@ and 20 min, four times that at rest, have the weight that their predictions earn
 first accepted contact, also not after a restart.  The prediction stays within the gate about the last accepted contact;
 a contact that the gate would let in but that lies beyond the gate about the prediction is rejected, and the prediction
 given up for the last accepted contact until the next.  A lost speed holds; after a minute of it, and after three cycles
-of which nothing was accepted, the last accepted contact does.  A lost temperature holds, and returns by 0.01 K/s.  With follow-speed false the last accepted
-contact holds.  expected-growth says where learning starts; contact-repeatability is what seat and blank add to the
+of which nothing was accepted, the last accepted contact does.  A lost temperature holds for ten minutes; then T goes
+to 0, and later to the value that is there again, by 0.01 K/s.  With follow-speed false the last accepted contact holds.
+  expected-growth says where learning starts; contact-repeatability is what seat and blank add to the
 noise of the load, unexplained-growth how fast b may wander: the larger, the more a contact counts.  A fresh edge, a new
 batch of blanks or another tool looks like a step of b, of which the first contact takes a part, those after it the
 rest.  growth-uncertain stays true after a change of speed until a contact, whatever is predicted.
@@ -133,7 +135,7 @@ holds; afterwards the load is blanked as after a change of speed:
     2 z-position, -cmd  4 applied-offset                        6 settings: the last good set is in force
 
     7 three cycles with contacts, and none accepted: growth may have left the gate, as over a long rest; z-offset
-      holds, and the machine wants a look and a learning cycle
+      holds what the last accepted contact said, and the machine wants a look and a learning cycle
 
 When enable is false or dry-run true, z-offset returns to 0 at max-rate.  Defaults are for millimetres.  Source:
 CN104227498A, claims 1 (time) and 2 (coordinate).)"};
@@ -193,7 +195,8 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
         if (following_ && differs(estimate)) target_ = estimate;
         if (!applying) target_ = 0;
         const double offset = bounded(target_, settings_.max_offset);
-        if (!measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
+        const bool may_move = now.cycle_running || !applying;  // not under the hands of the operator
+        if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
         z_offset = slew_.value();
         limited = offset != target_;

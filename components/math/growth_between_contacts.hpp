@@ -20,8 +20,8 @@ namespace plumb {
 //     g = sum of w_i g_i        w_i ~ product of p_i(z)        p_i(z): how likely filter i held the contact z
 //
 // (D. T. Magill, IEEE Trans. Automatic Control 10, 1965).  A lost speed holds; after a minute of it nothing
-// is known until the next contact.  A lost temperature holds; whatever it reads, it counts as changing
-// slowly.
+// is known until the next contact.  A lost temperature holds for ten minutes, and counts for nothing in the
+// end; whatever it reads, it counts as changing slowly.
 class GrowthBetweenContacts {
 public:
     struct Settings {
@@ -33,9 +33,9 @@ public:
         double temperature_growth = 0.003;  // mu/K, about
 
         bool valid() const noexcept {
-            const auto within = [](double x, double least) { return x >= least && x <= 1; };
-            return within(expected_growth, 1e-6) && within(unexplained_growth, 0) &&
-                   within(repeatability, 1e-6) && within(temperature_growth, 0);
+            const auto within = [](double x, double least, double most) { return x >= least && x <= most; };
+            return within(expected_growth, 1e-6, 1) && within(unexplained_growth, 0, 1) &&
+                   within(repeatability, 1e-5, 1) && within(temperature_growth, 0, 0.1);
         }
     };
 
@@ -110,6 +110,7 @@ private:
     static constexpr std::array<double, 3> lags{300, 600, 1200};  // s
     static constexpr double at_rest = 4;                          // times the lag: no air is moved
     static constexpr double longest_loss = 60;                    // s
+    static constexpr double longest_hold = 600;                   // s of a lost temperature
     static constexpr double fastest = 0.01;                       // K/s that a temperature is believed
     static constexpr double farthest = 100;                       // K, likewise
     static constexpr double least_likely = -10;                   // logarithm: no filter is lost for good
@@ -133,7 +134,12 @@ private:
     }
 
     void follow_temperature(double temperature, bool valid, double dt) noexcept {
-        if (!valid || !(std::abs(temperature) <= 1e6)) return;
+        const bool usable = valid && std::abs(temperature) <= 1e6;
+        temperature_lost_ = usable ? 0 : temperature_lost_ + dt;
+        if (!usable) {
+            if (temperature_lost_ > longest_hold) temperature_.step(0, fastest, dt);
+            return;
+        }
         if (!first_known_) first_ = temperature;
         first_known_ = true;
         temperature_.step(bounded(temperature - first_, farthest), fastest, dt);
@@ -147,9 +153,10 @@ private:
     Settings settings_;  // of the last start
     bool started_ = false, known_ = false, first_known_ = false;
     double speed_ = 0, drive_ = 0;
-    double lost_ = 0;        // s without a speed
-    double first_ = 0;       // degC
-    SlewLimit temperature_;  // K, since the first one
+    double lost_ = 0;              // s without a speed
+    double first_ = 0;             // degC
+    double temperature_lost_ = 0;  // s
+    SlewLimit temperature_;        // K, since the first one
 };
 
 }  // namespace plumb

@@ -251,7 +251,7 @@ private:
         const double ago = detector_.since_rise() + load_latency;
         below_contact_ = true;
         note_age_ = 0;
-        onset_.cancel();
+        give_up_fit();
         note_.key = approach_;
         note_.contact.coordinate = s.z - s.velocity * ago;
         note_time_ = clock_.time();
@@ -265,6 +265,15 @@ private:
         note_.speed_history = speed_history_.value();
         note_.temperature = usable(s.temperature, 1e3, note_.temperature);
         note_.date = std::max(s.date, 0);
+    }
+
+    // The next contact has come before the moment of the last one was known.
+    void give_up_fit() noexcept {
+        if (!onset_.busy()) return;
+        onset_.cancel();
+        ++counts_.contacts;
+        cycle_.spoil();
+        reject(Rejection::no_onset);
     }
 
     // That of what the contact is to be compared with; 0 where there is nothing.
