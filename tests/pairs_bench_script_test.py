@@ -24,7 +24,7 @@ class Pairs(unittest.TestCase):
         self.check(CASES[0], 1.2)
 
     def test_load_that_is_held_8_ms_and_coarse(self):
-        self.check(CASES[1], 3.4)
+        self.check(CASES[1], 3.0)
 
     def check(self, case, most):
         scatter = self.scatter(case)
