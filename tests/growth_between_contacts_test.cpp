@@ -127,7 +127,8 @@ TEST(GrowthBetweenContacts, ALostSpeedHoldsAndAfterAMinuteNothingIsKnown) {
     EXPECT_NEAR(spindle.error(), 0, 0.5 * um);
 }
 
-TEST(GrowthBetweenContacts, ATemperatureIsLearntAndHeldWhenItIsLost) {
+// In a shop whose temperature moves it by 4 um a kelvin.
+Spindle taught_by_temperature() {
     Spindle spindle;
     spindle.by_temperature = 4 * um;
     spindle.temperature_valid = true;
@@ -136,6 +137,11 @@ TEST(GrowthBetweenContacts, ATemperatureIsLearntAndHeldWhenItIsLost) {
         spindle.temperature = 20 + 2 * std::sin(0.9 * i);
         spindle.work(3000, 1);
     }
+    return spindle;
+}
+
+TEST(GrowthBetweenContacts, ATemperatureIsLearntAndHeldWhenItIsLost) {
+    Spindle spindle = taught_by_temperature();
     const double warm = spindle.temperature;
     spindle.temperature += 2;
     spindle.run(3000, 250);
@@ -151,14 +157,7 @@ TEST(GrowthBetweenContacts, ATemperatureIsLearntAndHeldWhenItIsLost) {
 }
 
 TEST(GrowthBetweenContacts, ATemperatureThatStaysLostCountsForNothing) {
-    Spindle spindle;
-    spindle.by_temperature = 4 * um;
-    spindle.temperature_valid = true;
-    spindle.contact(false);
-    for (int i = 0; i < 20; ++i) {
-        spindle.temperature = 20 + 2 * std::sin(0.9 * i);
-        spindle.work(3000, 1);
-    }
+    Spindle spindle = taught_by_temperature();
     spindle.temperature = 24;
     spindle.run(3000, 900);
     const double held = spindle.model.growth();
