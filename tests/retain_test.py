@@ -411,6 +411,27 @@ class Keeping(unittest.TestCase):
         self.assertEqual((machine.get("it.rows"), machine.get("other.rows")), (0, 0))
         self.assertEqual(self.read_store(), kept)
 
+    def test_where_a_component_falls_silent_in_the_middle_nothing_stays_in_force(self):
+        machine = self.machine()
+        machine.give((1, 1), to="other")
+        text = 'machine = "bench"\n\n[pins]\n"it.in" = 9.0\n\n[records]\n"it" = [\n%s]\n"other" = [\n%s]\n'
+        self.write_store(checksummed(text % (2 * ("  { length = 1.5, tool = 3 },\n",))))
+        machine.retain(SETTINGS.replace('["it"]', '["it", "other"]'))
+        while machine.get("it.rows") == 0:
+            machine.host.run(0.001)
+        machine.host.command("delf other.update servo-thread")
+        machine.await_pin("it.rows", 0)
+        machine.await_pin("retain.waiting")
+        self.assertEqual(machine.get("it.in"), 1.5)
+        machine.unload()
+        self.assertEqual(machine.get("other.rows"), 1)
+        machine.host.command("addf other.update servo-thread")
+        machine.await_pin("other.rows", 0)
+        machine.retain(SETTINGS.replace('["it"]', '["it", "other"]'))
+        machine.await_pin("retain.restored")
+        self.assertEqual((machine.records("it"), machine.records("other")), ([(3, 1.5)], [(3, 1.5)]))
+        self.assertEqual(machine.get("it.in"), 9)
+
     def test_the_last_change_is_saved_when_it_is_asked_to_end(self):
         machine = self.machine()
         machine.retain(SETTINGS.replace("0.05", "3600"))

@@ -140,11 +140,10 @@ private:
             for (auto& [component, walk] : walks_) walk.mark();
             for (auto& [component, walk] : walks_) {
                 const auto kept = stored_.records.find(component);
-                if (kept != stored_.records.end() && !walk.give(kept->second)) return put_back(former);
+                if (kept != stored_.records.end() && !walk.give(kept->second)) return withdraw(former);
             }
         } catch (const Unfit&) {
-            put_back(former);
-            for (auto& [component, walk] : walks_) walk.forget();
+            withdraw(former);
             throw;
         }
         if (!is_complete()) image_.reset();  // else it is what has just been given back
@@ -152,9 +151,16 @@ private:
         due_ = {};
     }
 
-    static void put_back(const std::map<std::string, hal::Value>& former) {
+    // Takes back what has been given: the pins get the values that they had, the components have no records.
+    void withdraw(const std::map<std::string, hal::Value>& former) {
         for (const auto& [name, value] : former)
             if (const auto pin = hal::NamedPin::find(name)) pin->write(value);
+        for (auto& [component, walk] : walks_) {
+            try {
+                walk.withdraw();
+            } catch (const Unfit&) {  // it has gone, and its records with it
+            }
+        }
     }
 
     void keep() {

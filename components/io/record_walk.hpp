@@ -95,15 +95,10 @@ public:
         return true;
     }
 
-    // Leaves the component without records. False where it does not answer.
-    bool forget() {
-        write("restore", false);
-        write("forget", false);
-        if (!seen()) return false;
-        write("forget", true);
-        const bool done = await([&] { return whole("rows") == 0; });
-        write("forget", false);
-        return done;
+    // Leaves the component without records; one that does not answer, as soon as it works again.
+    void withdraw() {
+        find();
+        forget();
     }
 
     // From now on read() finds out when the component is loaded anew.
@@ -173,6 +168,18 @@ private:
     bool show(std::int64_t row) const {
         write("row", row);
         return await([&] { return whole("row-shown") == row; });
+    }
+
+    // Leaves the component without records. False where it does not answer; it forgets them when it works
+    // again.
+    bool forget() const {
+        write("restore", false);
+        write("forget", false);
+        const bool sees = seen();
+        write("forget", true);
+        if (!sees || !await([&] { return whole("rows") == 0; })) return false;
+        write("forget", false);
+        return true;
     }
 
     // Whether the component has seen, in a period that began after this call did, what was written before. An
