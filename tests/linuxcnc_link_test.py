@@ -11,8 +11,9 @@ import subprocess
 import tempfile
 import unittest
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
+import linuxcnc_runs
+from linuxcnc_runs import BUILD, ROOT
+
 LINK = os.path.join(ROOT, "configs", "common", "linuxcnc_link.py")
 PATIENCE = 100  # s, for what takes a few
 
@@ -77,12 +78,11 @@ class Days(unittest.TestCase):
         text = text.replace("PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
         with open(ini, "w") as file:
             file.write(text + "HALFILE = link.hal\n")
-        os.mkdir(os.path.join(folder.name, "home"))
         cls.facts = []
         for _ in range(2):
             ended = subprocess.run(
                 [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "10", "--", "linuxcnc", "-r", ini],
-                env={"HOME": os.path.join(folder.name, "home"), "PATH": "/usr/bin:/bin:/usr/sbin:/sbin"},
+                env=linuxcnc_runs.environment(folder.name),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

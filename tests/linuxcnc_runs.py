@@ -48,22 +48,24 @@ def change(file, old, new):
         lines.write(text.replace(old, new))
 
 
-def start(folder, ini, *arguments, prefix=()):
+def environment(folder, **more):
+    """Of a run whose home is in a folder."""
     home = os.path.join(folder, "home")
     os.makedirs(home, exist_ok=True)
-    environment = {
+    return {
         "HOME": home,
         "PATH": os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin",
-        "ROOT": ROOT,
-        "BUILD": BUILD,
-        "FOLDER": folder,
         # A sanitized program minds that libfaketime is loaded before its own library.
         "ASAN_OPTIONS": "verify_asan_link_order=0",
+        **more,
     }
+
+
+def start(folder, ini, *arguments, prefix=()):
     plumb = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "%g" % speed, "--"]
     return subprocess.Popen(
         [*prefix, *plumb, "linuxcnc", "-r", ini, *arguments],
-        env=environment,
+        env=environment(folder, ROOT=ROOT, BUILD=BUILD, FOLDER=folder),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

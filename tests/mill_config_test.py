@@ -34,13 +34,10 @@ def copy_configuration(folder):
 
 def run(folder, machine, *command, **more):
     """Exit status and output of a command in the folder of a configuration."""
-    home = os.path.join(folder, "home")
-    os.makedirs(home, exist_ok=True)
-    path = os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin"
     process = subprocess.Popen(
         command,
         cwd=machine,
-        env={"HOME": home, "PATH": path, "PYTHONPATH": os.path.join(BUILD, "python"), **more},
+        env=linuxcnc_runs.environment(folder, PYTHONPATH=os.path.join(BUILD, "python"), **more),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
