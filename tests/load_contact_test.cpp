@@ -150,6 +150,21 @@ TEST(LoadContact, NoiseAloneIsNone) {
     EXPECT_TRUE(drive.events.empty());
 }
 
+TEST(LoadContact, ADrillThatEntersSlowlyDoesNotHideTheNextCut) {
+    Drive drive;
+    drive.noise = 0.05;
+    drive.run(5, Travel::towards_work);
+    for (const double rate : {1.2, 6.0}) {  // %/s
+        for (int ms = 0; ms < 2500; ++ms) drive.run(0.001, Travel::towards_work, rate * ms / 1000);
+        drive.run(0.5, Travel::other);
+        drive.run(3, Travel::clear);
+        drive.run(3, Travel::towards_work);
+    }
+    drive.events.clear();
+    drive.run(0.5, Travel::towards_work, 1.25);
+    EXPECT_EQ(drive.events, std::vector{Event::contact});
+}
+
 TEST(LoadContact, CountsOnlyWhileZFeedsTowardsTheWork) {
     for (const Travel travel : {Travel::other, Travel::clear}) {
         Drive drive;

@@ -19,7 +19,8 @@ enum class Travel { towards_work, other, clear };
 //    at which it crossed the threshold, interpolated between samples.
 //    That moment is a first guess: behind a lag τ a threshold h is crossed -τ ln(1 - h/P) late, and the step
 //    P differs from part to part.
-//  - The threshold is never below four standard deviations of the noise that the smoothing has left.
+//  - The threshold is never below four standard deviations of the noise that the smoothing has left.  Only
+//    what lies below the baseline counts as noise: a cut that begins slowly lies above it.
 //  - The baseline stands still while the load is high, and follows ten times faster while Z is clear,
 //    after a change of speed, and when the load has fallen.
 class LoadContact {
@@ -129,10 +130,14 @@ private:
             baseline_.step(level, quick * baseline_time, dt);
         } else if (!high_) {
             baseline_.step(level, baseline_time, dt);
-            noise_age_ = std::min(noise_age_ + dt, noise_memory);
-            variance_ += (rise * rise - variance_) * std::min(1.0, dt / noise_age_);
-            noise_ = std::sqrt(variance_);
+            if (rise < 0) learn_noise(rise, dt);
         }
+    }
+
+    void learn_noise(double rise, double dt) noexcept {
+        noise_age_ = std::min(noise_age_ + dt, noise_memory);
+        variance_ += (rise * rise - variance_) * std::min(1.0, dt / noise_age_);
+        noise_ = std::sqrt(variance_);
     }
 
     FirstOrderLag smoothed_;  // %
