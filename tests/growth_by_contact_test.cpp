@@ -172,8 +172,9 @@ TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
     EXPECT_FALSE(shop.measured.in_work());
 }
 
-TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDown) {
+TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCountOrNot) {
     Shop shop = learnt();
+    shop.used.excluded[0] = shop.mill.program.front().operation;
     int periods = 0, free = 0;
     shop.mill.cycle([&](const Milling::Sample& sample) {
         shop.measured.step(sample, false, shop.used, shop.mill.dt);

@@ -118,7 +118,7 @@ public:
 
     // The tool may be cutting, is still lower than where it met the work, or feeds down to it: an offset that
     // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
-    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || approaching_; }
+    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || feeding_; }
 
     // The speed has changed since a contact was last believed, or none was.
     bool uncertain() const noexcept { return uncertain_; }
@@ -180,7 +180,8 @@ public:
     }
 
 private:
-    static constexpr double history_time = 600;  // s
+    static constexpr double history_time = 600;         // s
+    static constexpr std::int32_t rapid = 1, feed = 2;  // of motion
 
     // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
     void follow_cycle(const Sample& s, const Settings& settings) noexcept {
@@ -201,7 +202,7 @@ private:
         if (s.enable && s.cycle_running && !was_running_) {
             cycle_.begin(s.learn, s.setup);
             refusal_.begin(cycle_.references(), s.setup, s.learn);
-            approaching_ = false;
+            approaching_ = feeding_ = false;
             rejected_before_ = counts_.rejected;
             setup_ = s.setup;
             if (settings.program_clock) clock_.start();
@@ -218,18 +219,22 @@ private:
     }
 
     Travel travel(const Sample& s, const Settings& settings) const noexcept {
-        constexpr std::int32_t rapid = 1, feed = 2;
         if (s.motion == rapid || (s.velocity > 0 && !detector_.high())) return Travel::clear;
-        if (s.motion != feed || !(s.velocity < 0) || !cycle_.running() || s.operation == 0)
-            return Travel::other;
+        if (!feeds_down(s)) return Travel::other;
         const auto& excluded = settings.excluded;
         const bool used = std::find(excluded.begin(), excluded.end(), s.operation) == excluded.end();
         return used ? Travel::towards_work : Travel::other;
     }
 
+    // In an operation of a cycle, be it one whose contacts count or not.
+    bool feeds_down(const Sample& s) const noexcept {
+        return s.motion == feed && s.velocity < 0 && cycle_.running() && s.operation != 0;
+    }
+
     // An approach begins as Z feeds towards the work for the first time since it was clear of it.
     void follow_approach(const Sample& s, Travel way) noexcept {
-        if (way == Travel::clear) approaching_ = false;
+        if (way == Travel::clear) approaching_ = feeding_ = false;
+        feeding_ |= feeds_down(s);
         if (way != Travel::towards_work || (approaching_ && same_task(s, approach_))) return;
         approaching_ = true;
         approach_ = cycle_.approach(s.operation, s.tool);
@@ -375,6 +380,7 @@ private:
     FirstOrderLag speed_history_;
     bool was_running_ = false;
     bool approaching_ = false;
+    bool feeding_ = false;  // down, since Z was clear of the work
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
