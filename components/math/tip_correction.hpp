@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/kinematic_chain.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+namespace plumb {
+
+// The correction c of X, Y and Z that brings the tip of a machine to where that of an ideal one would be:
+//
+//     tip(q + c) = ideal tip(q) + displacement of the reference tool
+//
+// The axis parallel to one of them stays where it is: it is clamped when cutting.
+class TipCorrection {
+public:
+    // The reference tool, in mu, is the one that the origin of the work was set with: its error by the tilts
+    // is in there already.
+    explicit TipCorrection(const KinematicChain& chain,
+                           const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
+        : chain_(&chain), origin_(chain.tool_displacement(reference_tool)) {}
+
+    // In mu.  Two steps of Newton: the first is exact for tilts, the second leaves of errors of the axes what
+    // the second order of their second order is.
+    Eigen::Vector3d at(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
+        const Eigen::Vector3d target = chain_->ideal_tip(q, tool) + origin_;
+        Eigen::Vector3d c = Eigen::Vector3d::Zero();
+        for (int step = 0; step < 2; ++step) {
+            const KinematicChain::Tip tip = chain_->tip(corrected(q, c), tool);
+            c -= by_xyz(tip).inverse() * (tip.place - target);
+        }
+        return c;
+    }
+
+    // Of the correction c at q: its rate is slopes · dq/dt.
+    PositionSlopes slopes(const AxisPosition& q, const Eigen::Vector3d& c,
+                          const Eigen::Vector3d& tool) const noexcept {
+        const KinematicChain::Tip tip = chain_->tip(corrected(q, c), tool);
+        return by_xyz(tip).inverse() * (chain_->ideal_slopes() - tip.slopes);
+    }
+
+    // The position q whose correction leads to this one.
+    AxisPosition un_corrected(const AxisPosition& corrected, const Eigen::Vector3d& tool) const noexcept {
+        const Eigen::Vector3d place = chain_->tip(corrected, tool).place - origin_;
+        AxisPosition q = corrected;
+        q.head<3>() += place - chain_->ideal_tip(corrected, tool);
+        return q;
+    }
+
+    // Of the tip without correction.  In mu.
+    Eigen::Vector3d error(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
+        return chain_->tip(q, tool).place - chain_->ideal_tip(q, tool) - origin_;
+    }
+
+    static AxisPosition corrected(AxisPosition q, const Eigen::Vector3d& c) noexcept {
+        q.head<3>() += c;
+        return q;
+    }
+
+private:
+    static Eigen::Matrix3d by_xyz(const KinematicChain::Tip& tip) noexcept {
+        return tip.slopes.leftCols<3>();
+    }
+
+    const KinematicChain* chain_;
+    Eigen::Vector3d origin_;
+};
+
+}  // namespace plumb
