@@ -82,7 +82,7 @@ struct Worst {
     template <typename Machine>
     void judge_at(const TipCorrection& correction, const Machine& machine, const AxisPosition& q,
                   const Vector3d& tool) {
-        const AxisPosition there = TipCorrection::corrected(q, correction.at(q, tool));
+        const AxisPosition there = TipCorrection::corrected(q, correction.at(q, tool).offset);
         raise(uncorrected, machine.tip(q, tool) - ideal(q, tool));
         raise(corrected, machine.tip(there, tool) - ideal(q, tool));
         raise(round_trip, (correction.un_corrected(there, tool) - q).head<3>());
@@ -147,7 +147,7 @@ TEST(TipCorrection, FirstOrderIsTheNegativeOfTheError) {
     const AxisPosition q(0, 800, 0, 0);
     const Vector3d tool(0, 25, 250);
     const Vector3d expected = -Vector3d(-ec * 825, -ea * 250, ea * 825);
-    EXPECT_LT((correction.at(q, tool) - expected).norm(), 0.02 * um);
+    EXPECT_LT((correction.at(q, tool).offset - expected).norm(), 0.02 * um);
     EXPECT_LT((correction.error(q, tool) + expected).norm(), 0.02 * um);
 }
 
@@ -156,7 +156,7 @@ TEST(TipCorrection, ParallelAxisStaysClamped) {
     settings.tilts[w].angles = {80 * arcsec, -60 * arcsec, 0};
     const KinematicChain model(settings);
     const AxisPosition q(10, 20, -30, 400);
-    const AxisPosition there = TipCorrection::corrected(q, TipCorrection(model).at(q, {0, 0, -200}));
+    const AxisPosition there = TipCorrection::corrected(q, TipCorrection(model).at(q, {0, 0, -200}).offset);
     EXPECT_EQ(there[3], 400);
 }
 
@@ -166,10 +166,11 @@ TEST(TipCorrection, ReferenceToolIsNotDisplacedAtThePivot) {
     const KinematicChain model(settings);
     const Vector3d reference(0, 0, -150), longer(0, 0, -250);
     const TipCorrection correction(model, reference);
-    EXPECT_LT(correction.at(AxisPosition::Zero(), reference).norm(), 1e-9);
-    EXPECT_NEAR(correction.at(AxisPosition::Zero(), longer).y(), std::sin(60 * arcsec) * -100, 0.05 * um);
+    EXPECT_LT(correction.at(AxisPosition::Zero(), reference).offset.norm(), 1e-9);
+    EXPECT_NEAR(correction.at(AxisPosition::Zero(), longer).offset.y(), std::sin(60 * arcsec) * -100,
+                0.05 * um);
     const AxisPosition q(100, 200, -300, 0);
-    const AxisPosition there = TipCorrection::corrected(q, correction.at(q, longer));
+    const AxisPosition there = TipCorrection::corrected(q, correction.at(q, longer).offset);
     EXPECT_LT((correction.un_corrected(there, longer) - q).norm(), 1e-9);
 }
 
@@ -209,10 +210,10 @@ const Vector3d long_tool(40, 30, -400);
 // With the errors of where the axes are to go, as after the first of many periods.
 struct Corrected {
     Corrected(Worn& machine, const AxisPosition& q) {
-        c = TipCorrection(machine.at(q)).at(q, long_tool);
-        const TipCorrection correction(machine.at(TipCorrection::corrected(q, c)));
-        c = correction.at(q, long_tool);
-        slopes = correction.slopes(q, c, long_tool);
+        c = TipCorrection(machine.at(q)).at(q, long_tool).offset;
+        const auto correction = TipCorrection(machine.at(TipCorrection::corrected(q, c))).at(q, long_tool);
+        c = correction.offset;
+        slopes = correction.slopes;
     }
 
     Vector3d c;

@@ -40,6 +40,7 @@ public:
             const AxisTilt& tilt = tilts[static_cast<std::size_t>(coordinate(axis(i)))];
             Member& member = members_[static_cast<std::size_t>(i)];
             member.rotation = rotation(tilt.angles);
+            if (tilt.angles.isZero(0)) continue;
             for (int k = i; k <= size(); ++k) {
                 const bool follows = k == size()
                                          ? tilt.end_follows

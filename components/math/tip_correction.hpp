@@ -21,23 +21,24 @@ public:
                            const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
         : chain_(&chain), origin_(chain.tool_displacement(reference_tool)) {}
 
-    // In mu.  Two steps of Newton: the first is exact for tilts, the second leaves of errors of the axes what
-    // the second order of their second order is.
-    Eigen::Vector3d at(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
+    struct Correction {
+        Eigen::Vector3d offset;  // mu, c of X, Y and Z
+        PositionSlopes slopes;   // dc/dt = slopes · dq/dt
+    };
+
+    // Two steps of Newton: the first is exact for tilts, the second leaves of errors of the axes what the
+    // second order of their second order is.
+    Correction at(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
         const Eigen::Vector3d target = chain_->ideal_tip(q, tool) + origin_;
-        Eigen::Vector3d c = Eigen::Vector3d::Zero();
+        Correction c = {Eigen::Vector3d::Zero(), PositionSlopes::Zero()};
         for (int step = 0; step < 2; ++step) {
-            const KinematicChain::Tip tip = chain_->tip(corrected(q, c), tool);
-            c -= by_xyz(tip).inverse() * (tip.place - target);
+            const KinematicChain::Tip tip = chain_->tip(corrected(q, c.offset), tool);
+            const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
+            const Eigen::Matrix3d inverse = by_offset.inverse();
+            c.offset -= inverse * (tip.place - target);
+            c.slopes = inverse * (chain_->ideal_slopes() - tip.slopes);
         }
         return c;
-    }
-
-    // Of the correction c at q: its rate is slopes · dq/dt.
-    PositionSlopes slopes(const AxisPosition& q, const Eigen::Vector3d& c,
-                          const Eigen::Vector3d& tool) const noexcept {
-        const KinematicChain::Tip tip = chain_->tip(corrected(q, c), tool);
-        return by_xyz(tip).inverse() * (chain_->ideal_slopes() - tip.slopes);
     }
 
     // The position q whose correction leads to this one.
@@ -59,10 +60,6 @@ public:
     }
 
 private:
-    static Eigen::Matrix3d by_xyz(const KinematicChain::Tip& tip) noexcept {
-        return tip.slopes.leftCols<3>();
-    }
-
     const KinematicChain* chain_;
     Eigen::Vector3d origin_;
 };
