@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace plumb {
+
+// The error motions of a linear axis, say Y, by their names in ISO 230-1 and in this order: EXY EYY EZY in
+// mm, EAY EBY ECY in rad.
+using ErrorMotions = std::array<double, 6>;
+
+// The error motions of an axis, measured at some of its positions.
+//
+// Between two positions they are cubic, by Hermite, with the slope at each position that of the parabola
+// through it and its neighbours (at the ends, through the last three).  A correction made of them has thus
+// no step in its velocity, as linear interpolation would give it; and a bad reading spoils two intervals on
+// either side of it, where a spline would hand it on through all.  Parabolas are met exactly, however
+// uneven the positions; beside a step of even ones it overshoots by 2/27 of the step.
+//
+// Beyond the ends each error holds its last value, and its slope is 0: the value has no step there, the slope
+// has.  So a table should cover the whole travel.
+class ErrorTable {
+public:
+    struct Row {
+        double position = 0;  // mm
+        ErrorMotions errors{};
+    };
+    struct Reading {
+        ErrorMotions errors{};
+        ErrorMotions slopes{};  // mm/mm, rad/mm
+    };
+
+    // At least two rows, all numbers finite, the positions rising.  Allocates; nothing else does.
+    explicit ErrorTable(const std::vector<Row>& rows) : first_(rows.front().position) {
+        const std::size_t last = rows.size() - 1;
+        const std::vector<ErrorMotions> slopes = slopes_of(rows);
+        ends_.reserve(last);
+        intervals_.reserve(last);
+        for (std::size_t i = 0; i < last; ++i) {
+            ends_.push_back(rows[i + 1].position);
+            intervals_.push_back(interval(rows[i], rows[i + 1], slopes[i], slopes[i + 1]));
+        }
+    }
+
+    double first() const noexcept { return first_; }       // mm
+    double last() const noexcept { return ends_.back(); }  // mm
+
+    // What is not a number counts as a position before the first.  Takes the logarithm of the number of rows
+    // in steps, wherever it was asked before.
+    Reading at(double position) const noexcept {
+        const double within = position > first_ ? std::min(position, last()) : first_;
+        const auto end = std::lower_bound(ends_.begin(), ends_.end(), within);
+        const Interval& interval = intervals_[static_cast<std::size_t>(end - ends_.begin())];
+        const double s = within - interval.start;
+        Reading reading;
+        for (std::size_t i = 0; i < reading.errors.size(); ++i) {
+            const auto& [c0, c1, c2, c3] = interval.cubics[i];
+            reading.errors[i] = c0 + s * (c1 + s * (c2 + s * c3));
+            if (within == position) reading.slopes[i] = c1 + s * (2 * c2 + s * 3 * c3);
+        }
+        return reading;
+    }
+
+private:
+    using Cubic = std::array<double, 4>;  // coefficients by rising powers of the distance from the start
+    struct Interval {
+        double start;
+        std::array<Cubic, 6> cubics;
+    };
+
+    static double secant(const Row& a, const Row& b, std::size_t error) noexcept {
+        return (b.errors[error] - a.errors[error]) / (b.position - a.position);
+    }
+
+    // At b, of the parabola through all three, in whatever order.
+    static double slope(const Row& a, const Row& b, const Row& c, std::size_t error) noexcept {
+        return secant(a, b, error) + secant(b, c, error) - secant(a, c, error);
+    }
+
+    static std::vector<ErrorMotions> slopes_of(const std::vector<Row>& rows) {
+        std::vector<ErrorMotions> slopes(rows.size());
+        const std::size_t last = rows.size() - 1;
+        for (std::size_t i = 0; i < slopes[0].size(); ++i) {
+            if (last == 1) {
+                slopes[0][i] = slopes[1][i] = secant(rows[0], rows[1], i);
+                continue;
+            }
+            slopes[0][i] = slope(rows[1], rows[0], rows[2], i);
+            for (std::size_t k = 1; k < last; ++k) slopes[k][i] = slope(rows[k - 1], rows[k], rows[k + 1], i);
+            slopes[last][i] = slope(rows[last - 1], rows[last], rows[last - 2], i);
+        }
+        return slopes;
+    }
+
+    static Interval interval(const Row& a, const Row& b, const ErrorMotions& at_a, const ErrorMotions& at_b) {
+        Interval result{a.position, {}};
+        const double length = b.position - a.position;
+        for (std::size_t i = 0; i < at_a.size(); ++i) {
+            const double mean = secant(a, b, i);
+            result.cubics[i] = {a.errors[i], at_a[i], (3 * mean - 2 * at_a[i] - at_b[i]) / length,
+                                (at_a[i] + at_b[i] - 2 * mean) / (length * length)};
+        }
+        return result;
+    }
+
+    double first_;
+    std::vector<double> ends_;  // of the intervals
+    std::vector<Interval> intervals_;
+};
+
+}  // namespace plumb
