@@ -26,9 +26,10 @@ namespace plumb {
 //     0,0,0,0,0,0,0
 //     50,0.0012,-0.003,0,0,0,1.5e-5
 //
-// Positions and E are in mm, angles in rad, as the machine has its coordinates.  Columns come in any order;
-// an error that has none is 0.  A file may hold several tables, one after the other, each with its header.
-// Lines that are empty or begin with # say nothing.  A number has a decimal point, whatever the locale.
+// Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.  Columns
+// come in any order; an error that has none is 0.  A file may hold several tables, one after the other, each
+// with its header. Lines that are empty or begin with # say nothing.  A number has a decimal point, whatever
+// the locale.
 namespace error_table_file {
 
 using csv::decimal, csv::quoted;
