@@ -264,11 +264,21 @@ void axis_offset_beside_pid(benchmark::State& state) {
                        "uncompensated"});
 }
 
+// Following one source, while motion goes to and fro.
+void joint_offset_beside_pid(benchmark::State& state) {
+    beside_pid(state, {"joint_offset",
+                       "update",
+                       {{"motion-enabled", "1"}, {"homed", "1"}, {"min-limit", "-50"}, {"max-offset", "50"}},
+                       {{"offset-0", "steps"}, {"position", "slow"}, {"joint-command", "slow"}},
+                       "applied-offset"});
+}
+
 BENCHMARK(empty_thread)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(control_loop)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(thermal_displacement_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(slowest_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
 BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(joint_offset_beside_pid)->UseManualTime()->Iterations(40);
 
 }  // namespace
 }  // namespace plumb

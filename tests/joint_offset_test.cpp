@@ -1,0 +1,443 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// joint_offset between a model of LinuxCNC's motion and a drive; portal_linuxcnc_test.py has it in LinuxCNC
+// itself.
+#include "tests/bench.hpp"
+#include "tests/live.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace plumb {
+namespace {
+
+constexpr double nm = 1e-6;
+constexpr double period = 0.001;                 // s
+constexpr double ramp_rate = 0.1, max_rate = 1;  // mm/s, the defaults
+constexpr double slope = 0.0005;                 // of the correction that grows with the position
+
+host::Start with_specimens() {
+    host::Start start;
+    start.modules = {BUILD_DIR "/specimens"};
+    return start;
+}
+
+// Motion, x-stage and a drive with a lag of 3 ms.  Its sources: a constant, and one that grows with the
+// position.
+void wire(Bench& bench) {
+    for (const char* line : {"loadrt threads name1=servo-thread period1=1000000",
+                             "loadrt joint_offset names=x-stage",
+                             "loadrt motion_joint names=motion",
+                             "loadrt lowpass names=drive",
+                             "loadrt scale names=tilt",
+                             "setp drive.gain 0.283469",
+                             "setp tilt.gain 0",
+                             "net homed      motion.homed           => x-stage.homed",
+                             "net enabled    motion.enabled         => x-stage.motion-enabled",
+                             "net position   motion.command         => x-stage.position tilt.in",
+                             "net command    motion.motor-command   => x-stage.joint-command",
+                             "net correction tilt.out               => x-stage.offset-1",
+                             "net to-drive   x-stage.drive-command  => drive.in",
+                             "net from-drive drive.out              => x-stage.drive-feedback",
+                             "net feedback   x-stage.joint-feedback => motion.motor-feedback",
+                             "addf x-stage.update-feedback servo-thread",
+                             "addf motion.update servo-thread",
+                             "addf tilt servo-thread",
+                             "addf x-stage.update servo-thread",
+                             "addf drive servo-thread"})
+        bench.command(line);
+}
+
+// On its way to and fro between limits that never bound it, with an offset that swings.  Motion goes on
+// whatever following error a bad command leads to.
+void bring_to_life(Bench& bench) {
+    wire(bench);
+    for (const char* line :
+         {"loadrt siggen names=path,swing", "addf path.update servo-thread", "addf swing.update servo-thread",
+          "setp path.frequency 0.5", "setp path.amplitude 5", "setp path.offset 20",
+          "setp swing.frequency 0.3", "setp swing.amplitude 0.05", "setp motion.speed 100",
+          "setp motion.max-error 1e9", "setp x-stage.min-limit 10", "setp x-stage.max-limit 30",
+          "net path path.triangle motion.program", "net swing swing.sine x-stage.offset-0",
+          "setp motion.on 1", "setp motion.home 1", "start"})
+        bench.command(line);
+    bench.set("x-stage.offset-2", 0.1);
+    bench.set("tilt.gain", slope);
+    bench.run(3);
+}
+
+const Live live{
+    "joint_offset", "x-stage", bring_to_life, {{"x-stage.applied-offset", "x-stage.max-rate"}}, 3.5, 5};
+
+struct Machine {
+    Machine() {
+        wire(bench);
+        bench.command("start");
+    }
+
+    void set(const std::string& pin, double value) { bench.set("x-stage." + pin, value); }
+    double get(const std::string& pin) { return bench.get("x-stage." + pin); }
+    double applied() { return get("applied-offset"); }
+
+    // Lets time pass, and returns how far the drive has moved meanwhile, there and back.
+    double run(double seconds) {
+        const std::vector<double> x = bench.trace(seconds, {"drive.out"}).column("drive.out");
+        double travel = 0;
+        for (std::size_t i = 1; i < x.size(); ++i) travel += std::abs(x[i] - x[i - 1]);
+        return travel;
+    }
+    double turn(bool on) {
+        bench.set("motion.on", on);
+        return run(0.05);
+    }
+    double home(bool homed = true) {
+        bench.set("motion.home", homed);
+        return run(0.05);
+    }
+    double go(double to) {
+        bench.set("motion.program", to);
+        return run(std::abs(to - bench.get("motion.command")) / bench.get("motion.speed") + 0.1);
+    }
+    // On, homed, and with this offset in force.
+    void apply(double value) {
+        turn(true);
+        home();
+        set("offset-0", value);
+        run(1);
+        EXPECT_NEAR(applied(), value, 1e-12);
+    }
+    // Whatever happens from now on, the offset changes by no more.
+    void expect_rate(double most) {
+        bench.expect("abs(x_rate) <= " + std::to_string(most + 1e-6), {{"x", "x-stage.applied-offset"}});
+    }
+
+    Bench bench{Bench::Thread::none, with_specimens()};
+};
+
+// The largest change from one period to the next.
+double largest_step(const std::vector<double>& x) {
+    double most = 0;
+    for (std::size_t i = 1; i < x.size(); ++i) most = std::max(most, std::abs(x[i] - x[i - 1]));
+    return most;
+}
+
+TEST(JointOffset, UnhomedItPassesCommandAndFeedbackThrough) {
+    Machine machine;
+    machine.set("offset-0", 50 * um);
+    machine.bench.set("tilt.gain", slope);
+    machine.turn(true);
+    machine.bench.set("motion.program", 7);
+    const Table table = machine.bench.trace(1, {"motion.motor-command", "x-stage.drive-command"});
+    EXPECT_EQ(table.column("motion.motor-command"), table.column("x-stage.drive-command"));
+    EXPECT_EQ(machine.get("joint-feedback"), machine.get("drive-feedback"));
+    EXPECT_EQ(machine.get("fault-code"), 0);
+}
+
+TEST(JointOffset, SumOfTheSourcesReachesTheDriveAndNotMotion) {
+    Machine machine;
+    machine.apply(50 * um);
+    machine.set("offset-2", 30 * um);
+    machine.set("offset-3", -100 * um);
+    machine.run(1);
+    EXPECT_NEAR(machine.bench.get("drive.out"), -20 * um, 1e-12);
+    EXPECT_NEAR(machine.get("joint-feedback"), 0, 1e-12);
+    EXPECT_NEAR(machine.bench.get("motion.error"), 0, 1e-12);
+    EXPECT_FALSE(machine.get("limited"));
+    EXPECT_FALSE(machine.get("ramping"));
+    EXPECT_FALSE(machine.get("fault"));
+}
+
+TEST(JointOffset, WhatMotionCausesIsFollowedWithoutLag) {
+    Machine machine;
+    machine.bench.set("motion.speed", 200);
+    machine.bench.set("tilt.gain", slope);
+    machine.apply(0);
+    machine.bench.set("motion.program", 100);
+    const Table table = machine.bench.trace(0.6, {"motion.command", "x-stage.applied-offset"});
+    const std::vector<double> x = table.column("motion.command"), c = table.column("x-stage.applied-offset");
+    for (std::size_t i = 0; i < x.size(); ++i) ASSERT_NEAR(c[i], slope * x[i], 1e-12) << i;
+    EXPECT_NEAR(c.back(), 50 * um, 1e-12);
+}
+
+// The command that the feedback answers is the last one: corrected by the new offset it would be off by its
+// change.
+TEST(JointOffset, FeedbackOfADriveWithoutLagIsTheLastCommandExactly) {
+    Machine machine;
+    machine.bench.set("drive.gain", 1);
+    machine.bench.set("motion.speed", 200);
+    machine.bench.set("tilt.gain", slope);
+    machine.apply(0);
+    machine.bench.set("motion.program", 100);
+    const Table table = machine.bench.trace(0.4, {"motion.motor-command", "x-stage.joint-feedback"});
+    const std::vector<double> command = table.column("motion.motor-command"),
+                              feedback = table.column("x-stage.joint-feedback");
+    for (std::size_t i = 1; i < command.size(); ++i) ASSERT_NEAR(feedback[i], command[i - 1], 1e-12) << i;
+}
+
+TEST(JointOffset, FollowingErrorGrowsByTheSpeedOfTheOffsetTimesTheLag) {
+    const auto largest_error = [](bool enabled) {
+        Machine machine;
+        machine.bench.set("motion.speed", 200);
+        machine.bench.set("tilt.gain", slope);
+        machine.set("enable", enabled);
+        machine.apply(0);
+        machine.bench.set("motion.program", 100);
+        const std::vector<double> errors = machine.bench.trace(0.6, {"motion.error"}).column("motion.error");
+        return *std::max_element(errors.begin(), errors.end());
+    };
+    const double lag = period / 0.283469;  // s: of a ramp, behind this filter
+    EXPECT_NEAR(largest_error(true) - largest_error(false), slope * 200 * (lag - period), 1 * nm);
+}
+
+TEST(JointOffset, EnableRampsBothWays) {
+    Machine machine;
+    machine.apply(50 * um);
+    machine.expect_rate(ramp_rate);
+    machine.set("enable", 0);
+    machine.run(0.25);
+    EXPECT_NEAR(machine.applied(), 25 * um, 0.2 * um);
+    EXPECT_TRUE(machine.get("ramping"));
+    machine.run(0.26);
+    EXPECT_EQ(machine.applied(), 0);
+    EXPECT_FALSE(machine.get("ramping"));
+    machine.set("enable", 1);
+    machine.run(0.25);
+    EXPECT_NEAR(machine.applied(), 25 * um, 0.2 * um);
+    machine.set("enable", 0);  // turns amid the ramp
+    machine.run(0.1);
+    EXPECT_NEAR(machine.applied(), 15 * um, 0.2 * um);
+    machine.set("enable", 1);
+    machine.run(0.5);
+    EXPECT_NEAR(machine.applied(), 50 * um, 1e-12);
+}
+
+TEST(JointOffset, RampAddsToWhatMotionCausesAndTakesNoLonger) {
+    Machine machine;
+    machine.set("enable", 0);
+    machine.apply(0);
+    machine.bench.set("tilt.gain", slope);
+    machine.go(60);
+    machine.expect_rate(ramp_rate + slope * 20);
+    machine.bench.set("motion.program", 0);
+    machine.set("enable", 1);
+    machine.run(0.31);
+    EXPECT_FALSE(machine.get("ramping"));
+    EXPECT_NEAR(machine.applied(), slope * machine.bench.get("motion.command"), 1e-12);
+}
+
+TEST(JointOffset, OffAndOnMovesNothing) {
+    Machine machine;
+    machine.bench.set("tilt.gain", slope);
+    machine.apply(50 * um);
+    machine.go(40);
+    for (int n = 0; n < 20; ++n) EXPECT_LT(machine.turn(false) + machine.run(0.3) + machine.turn(true), 1e-9);
+    EXPECT_NEAR(machine.applied(), 70 * um, 1 * nm);
+    EXPECT_NEAR(machine.bench.get("drive.out"), 40 + 70 * um, 1 * nm);
+}
+
+TEST(JointOffset, WhatChangesWhileTheMachineIsOffComesByTheRamp) {
+    for (const bool by_enable : {false, true}) {
+        Machine machine;
+        machine.apply(50 * um);
+        machine.expect_rate(ramp_rate);
+        machine.turn(false);
+        by_enable ? machine.set("enable", 0) : machine.set("offset-0", 0);
+        EXPECT_LT(machine.run(2), 1e-9);
+        EXPECT_EQ(machine.applied(), 50 * um);
+        EXPECT_FALSE(machine.get("limited"));
+        machine.bench.set("motion.on", 1);
+        machine.run(0.25);
+        EXPECT_NEAR(machine.applied(), 25 * um, 0.2 * um);
+        EXPECT_TRUE(machine.get("ramping"));
+        machine.run(0.3);
+        EXPECT_EQ(machine.applied(), 0);
+    }
+}
+
+TEST(JointOffset, TurnedOffAmidAMoveOrARampNothingSteps) {
+    Machine machine;
+    machine.bench.set("tilt.gain", slope);
+    machine.expect_rate(ramp_rate + slope * 20 + 1e-3);
+    machine.apply(0);
+    machine.set("offset-0", 0);
+    for (int n = 0; n < 20; ++n) {
+        machine.bench.set("motion.program", n % 2 ? 0 : 50);
+        machine.set("enable", n % 3 != 0);
+        machine.run(0.3 + 0.003 * n);
+        machine.turn(false);
+        machine.turn(true);
+    }
+    EXPECT_FALSE(machine.get("fault"));
+}
+
+TEST(JointOffset, UnhomedItsOffsetIsReleasedByTheRamp) {
+    for (const bool on : {true, false}) {
+        Machine machine;
+        machine.apply(50 * um);
+        machine.expect_rate(ramp_rate);
+        machine.turn(on);
+        machine.bench.set("motion.home", 0);
+        machine.run(0.25);
+        EXPECT_NEAR(machine.applied(), 25 * um, 0.2 * um);
+        machine.run(0.3);
+        EXPECT_EQ(machine.applied(), 0);
+        machine.home();
+        EXPECT_EQ(machine.get("fault-code"), 0);
+    }
+}
+
+TEST(JointOffset, HomedWithAnOffsetInForceItIsReleasedUntilHomedAnew) {
+    Machine machine;
+    machine.apply(50 * um);
+    machine.bench.set("motion.home", 0);
+    machine.run(0.1);
+    machine.home();
+    EXPECT_EQ(machine.get("fault-code"), 6);
+    machine.run(2);
+    EXPECT_EQ(machine.applied(), 0);
+    EXPECT_EQ(machine.get("fault-code"), 6);
+    machine.home(false);
+    machine.home();
+    EXPECT_EQ(machine.get("fault-code"), 0);
+    machine.run(1);
+    EXPECT_NEAR(machine.applied(), 50 * um, 1e-12);
+}
+
+TEST(JointOffset, SumIsBoundedAndASourceThatStepsIsFollowedByMaxRate) {
+    Machine machine;
+    machine.expect_rate(max_rate);
+    machine.apply(0);
+    machine.set("offset-0", 0.5);
+    machine.run(0.25);
+    EXPECT_NEAR(machine.applied(), 0.25, 2 * um);
+    EXPECT_TRUE(machine.get("limited"));
+    machine.run(0.3);
+    EXPECT_NEAR(machine.applied(), 0.5, 1e-12);
+    EXPECT_FALSE(machine.get("limited"));
+    machine.set("offset-3", 0.7);
+    machine.run(1);
+    EXPECT_NEAR(machine.applied(), 1, 1e-12);
+    EXPECT_TRUE(machine.get("limited"));
+    machine.set("max-offset", 0.3);
+    machine.run(1);
+    EXPECT_NEAR(machine.applied(), 0.3, 1e-12);
+    machine.set("max-offset", 0);
+    machine.run(1);
+    EXPECT_EQ(machine.applied(), 0);
+    EXPECT_FALSE(machine.get("fault"));
+}
+
+TEST(JointOffset, DriveStopsAtASoftLimitAndNothingSteps) {
+    for (const double sign : {1.0, -1.0}) {
+        Machine machine;
+        machine.apply(sign * 50 * um);
+        machine.set("min-limit", -40);
+        machine.set("max-limit", 40);
+        machine.bench.expect("abs(x) <= 40.0000000001", {{"x", "x-stage.drive-command"}});
+        machine.bench.set("motion.program", sign * 40);
+        std::vector<double> commands =
+            machine.bench.trace(2.1, {"x-stage.drive-command"}).column("x-stage.drive-command");
+        EXPECT_EQ(machine.bench.get("motion.command"), sign * 40);
+        EXPECT_NEAR(commands.back(), sign * 40, 1e-12);
+        EXPECT_LE(largest_step(commands), 20 * period * 1.000001);
+        EXPECT_TRUE(machine.get("limited"));
+        machine.bench.set("motion.program", sign * 39);
+        commands = machine.bench.trace(0.2, {"x-stage.drive-command"}).column("x-stage.drive-command");
+        EXPECT_LE(largest_step(commands), 20 * period * 1.000001);
+        EXPECT_NEAR(commands.back(), sign * (39 + 50 * um), 1e-12);
+        EXPECT_FALSE(machine.get("limited"));
+    }
+}
+
+TEST(JointOffset, AtASoftLimitAnOffsetThatLeadsAwayFromItIsApplied) {
+    Machine machine;
+    machine.set("max-limit", 40);
+    machine.apply(-50 * um);
+    machine.go(40);
+    EXPECT_NEAR(machine.bench.get("drive.out"), 40 - 50 * um, 1 * nm);
+    EXPECT_FALSE(machine.get("limited"));
+}
+
+TEST(JointOffset, LimitsThatChangeMoveTheDriveByMaxRateAndNeverFurtherThanTheOffset) {
+    Machine machine;
+    machine.apply(0.5);
+    machine.go(30);
+    machine.expect_rate(max_rate);
+    machine.set("max-limit", 20);  // motion stands beyond
+    machine.run(0.25);
+    EXPECT_NEAR(machine.applied(), 0.25, 2 * um);
+    machine.run(0.5);
+    EXPECT_EQ(machine.applied(), 0);
+    machine.set("max-limit", 40);
+    machine.run(1);
+    EXPECT_NEAR(machine.applied(), 0.5, 1e-12);
+}
+
+// Released, it must not first be applied in full.
+TEST(JointOffset, UnhomedAtASoftLimitItDoesNotLeadBeyond) {
+    Machine machine;
+    machine.set("max-limit", 40);
+    machine.apply(50 * um);
+    machine.go(40);
+    EXPECT_LT(machine.applied(), 1e-9);
+    EXPECT_LT(machine.home(false) + machine.run(1), 1e-9);
+}
+
+TEST(JointOffset, BadInputsAreNamedAndMoveNothing) {
+    const double huge = 1e308, infinite = std::numeric_limits<double>::infinity();
+    const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<std::pair<std::string, int>> inputs{
+        {"offset-0", 1},       {"offset-1", 1},   {"offset-3", 1},  {"joint-command", 2}, {"position", 2},
+        {"drive-feedback", 3}, {"max-offset", 4}, {"ramp-rate", 4}, {"max-rate", 4}};
+    Machine machine;
+    machine.apply(50 * um);
+    machine.go(10);
+    for (const char* pin : {"offset-1", "joint-command", "position", "drive-feedback"})
+        machine.bench.command(std::string("unlinkp x-stage.") + pin);
+    for (const auto& [input, code] : inputs)
+        for (const double bad : {not_a_number, huge, -huge, infinite, -infinite}) {
+            const double good = machine.get(input);
+            machine.set(input, bad);
+            EXPECT_LT(machine.run(0.05), 1e-9) << input << " " << bad;
+            EXPECT_EQ(machine.get("fault-code"), code) << input << " " << bad;
+            EXPECT_TRUE(machine.get("fault"));
+            EXPECT_TRUE(std::isfinite(machine.get("joint-feedback"))) << input << " " << bad;
+            machine.set(input, good);
+            EXPECT_LT(machine.run(0.05), 1e-9) << input << " " << bad;
+            EXPECT_EQ(machine.get("fault-code"), 0) << input << " " << bad;
+        }
+    for (const double rate : {0.0, -1.0, 2e4}) {
+        machine.set("max-rate", rate);
+        EXPECT_LT(machine.run(0.01), 1e-9);
+        EXPECT_EQ(machine.get("fault-code"), 4);
+    }
+}
+
+TEST(JointOffset, LimitsThatContradictEachOtherLeaveTheLastOnes) {
+    Machine machine;
+    machine.set("max-limit", 40);
+    machine.apply(50 * um);
+    machine.go(40);
+    for (const auto& [low, high] : std::vector<std::pair<double, double>>{
+             {50, 45}, {100, 100}, {std::nan(""), 100}, {0, std::nan("")}}) {
+        machine.set("min-limit", low);
+        machine.set("max-limit", high);
+        EXPECT_LT(machine.run(0.5), 1e-9) << low << " " << high;
+        EXPECT_EQ(machine.get("fault-code"), 5);
+    }
+    EXPECT_NEAR(machine.get("drive-command"), 40, 1e-12);
+}
+
+TEST(JointOffset, FeedbackThatIsLostStopsMotion) {
+    Machine machine;
+    machine.apply(50 * um);
+    machine.bench.command("unlinkp x-stage.drive-feedback");
+    machine.set("drive-feedback", std::nan(""));
+    EXPECT_LT(machine.run(1), 1e-9);
+    machine.go(10);
+    EXPECT_EQ(machine.get("fault-code"), 3);
+    EXPECT_FALSE(machine.bench.get("motion.enabled"));
+    EXPECT_LT(machine.bench.get("drive.out"), 2);
+}
+
+}  // namespace
+}  // namespace plumb

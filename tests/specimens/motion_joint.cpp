@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What LinuxCNC's motion does with a joint, for tests that need no LinuxCNC.
+#include "components/math/blocks/bounded.hpp"
+#include "hal/component.hpp"
+
+#include <cmath>
+
+namespace plumb {
+
+struct MotionJoint final : hal::Component {
+    static constexpr hal::About about{"motion_joint", "LinuxCNC's motion of one joint", R"(
+While it is on, the joint goes to program at the given speed; while it is off, it is where its feedback says.  A following
+error turns it off.  Homing takes the place where it stands as 0.)"};
+
+    using Component::Component;
+
+    hal::In<bool> on{this, "on", false, "The operator turns the machine on."};
+    hal::In<bool> home{this, "home", false, "The joint is homed where it stands, when it rises."};
+    hal::In<double> program{this, "program", 0, "mu", "Where the program wants the joint."};
+    hal::In<double> speed{this, "speed", 20, "mu/s", "Speed on the way there."};
+    hal::In<double> max_error{this, "max-error", 1, "mu", "Largest following error."};
+    hal::In<double> motor_feedback{this, "motor-feedback", 0, "mu", "Where the drive is."};
+    hal::Out<bool> enabled{this, "enabled", "The machine is on."};
+    hal::Out<bool> homed{this, "homed", "The joint is homed."};
+    hal::Out<double> motor_command{this, "motor-command", "mu", "Where the drive is to be."};
+    hal::Out<double> command{this, "command", "mu", "Where the program has the joint."};
+    hal::Out<double> error{this, "error", "mu", "Following error."};
+    hal::Function run{this, "update", &MotionJoint::update, "After its feedback."};
+
+    void update(double dt) noexcept {
+        const double feedback = motor_feedback - origin_;
+        if (!on) tripped_ = false;
+        const double following = position_ - feedback;
+        const bool runs = on && !tripped_;
+        if (runs && was_on_ && !(std::abs(following) <= max_error)) tripped_ = true;
+        if (!runs || !was_on_)
+            position_ = feedback;
+        else
+            position_ += bounded(program - position_, speed * dt);
+        was_on_ = runs;
+        if (home && !homing_) {
+            origin_ += position_;
+            position_ = 0;
+        }
+        homing_ = home;
+        enabled = runs && !tripped_;
+        homed = homing_;
+        motor_command = position_ + origin_;
+        command = position_;
+        error = following;
+    }
+
+private:
+    double position_ = 0, origin_ = 0;
+    bool was_on_ = false, tripped_ = false, homing_ = false;
+};
+
+hal::Model hal::model() {
+    return model_of<MotionJoint>();
+}
+
+}  // namespace plumb
