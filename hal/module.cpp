@@ -6,6 +6,7 @@
 #include "hal/background.hpp"
 #include "hal/hal_registrar.hpp"
 #include "hal/identity.hpp"
+#include "hal/message.hpp"
 #include "hal/module_options.hpp"
 
 #include <rtapi.h>
@@ -108,17 +109,21 @@ void unload() noexcept {
 }
 
 }  // namespace
+
+void report_error(const char* text) noexcept {
+    rtapi_print_msg(RTAPI_MSG_ERR, "%s: %s\n", model().about.name, text);
+}
+
 }  // namespace plumb::hal
 
 extern "C" int rtapi_app_main() {
-    const char* const name = plumb::hal::model().about.name;
     try {
         plumb::hal::load();
         return 0;
     } catch (const std::exception& error) {
-        rtapi_print_msg(RTAPI_MSG_ERR, "%s: %s\n", name, error.what());
+        plumb::hal::report_error(error.what());
     } catch (...) {
-        rtapi_print_msg(RTAPI_MSG_ERR, "%s: unknown exception\n", name);
+        plumb::hal::report_error("unknown exception");
     }
     plumb::hal::unload();
     return -EINVAL;

@@ -9,6 +9,7 @@
 #include "hal/hal_registrar.hpp"
 #include "hal/identity.hpp"
 #include "hal/manual.hpp"
+#include "hal/message.hpp"
 
 #include <signal.h>
 #include <CLI/CLI.hpp>
@@ -43,6 +44,10 @@ bool told_to_end(const sigset_t& signals, double seconds) {
 }
 
 }  // namespace
+
+void plumb::hal::report_error(const char* text) noexcept {
+    std::cerr << model().about.name << ": " << text << std::endl;
+}
 
 int main(int argc, char** argv) try {
     const Model component = model();
