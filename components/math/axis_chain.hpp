@@ -19,6 +19,12 @@ struct AxisBranch {
     const Axis* begin() const noexcept { return axes.data(); }
     const Axis* end() const noexcept { return axes.data() + size; }
     bool has(Axis axis) const noexcept { return std::find(begin(), end(), axis) != end(); }
+    // An axis rides on one parallel to it.
+    bool stacked() const noexcept {
+        for (const Axis* a = begin(); a != end(); ++a)
+            if (std::any_of(a + 1, end(), [a](Axis b) { return parallel(*a, b); })) return true;
+        return false;
+    }
     void add(Axis axis) noexcept { axes[static_cast<std::size_t>(size++)] = axis; }
 };
 
