@@ -1,0 +1,247 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/portal: squareness in a complete LinuxCNC, on both machines, judged by the servo cycles of a shift.
+
+    PLUMB_BUILD=build tests/portal_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
+
+goes through the shift of the portal twenty times beside two busy loops, and counts what fails.
+"""
+
+import json
+import os
+import shutil
+import unittest
+
+import linuxcnc_runs
+import numpy as np
+from linuxcnc_runs import PERIOD, PROGRAMS, change, finish, nm, own_folder, read_recording, start, um
+
+AXES = "xyz"
+RAMP = 0.1  # mm/s, the defaults of squareness and of each stage
+STEEPEST = 1e-3  # the tilts of these machines and the edit of an angle, together
+LAG = 1 / 333  # of the drives, seconds
+EXACT = 0.01 * um  # of the tip
+TOOLS = {1: (0, 0, -60), 2: (0, 0, -120), 3: (25, 0, -200)}  # from gauge point to tip
+
+
+class Shift:
+    """One start of LinuxCNC, in which programs/portal_scenario.py works through all scenes."""
+
+    name = None
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("portal", folder)
+        shutil.copy(os.path.join(PROGRAMS, "portal_path.ngc"), machine)
+        ini = os.path.join(machine, cls.name + ".ini")
+        change(ini, "common/headless.py", os.path.join(PROGRAMS, "portal_scenario.py"))
+        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+        hal = os.path.join(machine, "compensation.hal")
+        table = os.path.join(machine, "errors.csv")
+        change(hal, "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + table)
+        change(hal, "loadrt squareness", "newsig scene s32\nloadrt squareness")
+        with open(table, "w") as file:
+            file.write("X,EYX\n-250,0\n250,0\n")
+        status, output = finish(start(folder, ini))
+        if status != 42:
+            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+        with open(os.path.join(machine, "facts.json")) as file:
+            told = json.load(file)
+        cls.facts, cls.errors, cls.scenes = told["facts"], told["errors"], told["scenes"]
+        cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.rows = {
+            name: np.flatnonzero(cls.shift["scene"] == number) for number, name in enumerate(told["scenes"], start=1)
+        }
+        cls.position = np.array([cls.shift["joint.%d.pos-cmd" % joint] for joint in range(3)])
+        cls.rail = cls.shift.get("joint.3.pos-cmd", np.zeros(len(cls.shift["time"])))
+        cls.offset = cls.of_each("%s-stage.applied-offset")
+        cls.command = cls.of_each("%s-stage.drive-command")
+        cls.tip_error = cls.of_each("portal.truth-%s-error")
+
+    @classmethod
+    def of_each(cls, pin):
+        """A pin of X, Y and Z, in three rows."""
+        return np.array([cls.shift[pin % letter] for letter in AXES])
+
+    def moved(self):
+        """How far all axes together have been commanded in each cycle."""
+        return abs(np.diff(np.vstack([self.position, self.rail]), axis=1, prepend=0)).sum(axis=0)
+
+    def allowed_by_motion(self):
+        """How much an offset may change in each cycle as the axes move; homing sets positions, and moves nothing."""
+        moved = self.moved()
+        return np.where(moved < 3, STEEPEST * moved, 0) + 1e-9
+
+    def steps(self):
+        return np.diff(self.offset, axis=1, prepend=0)
+
+    def first_order_error(self, row):
+        """What the tilts of this machine make at a place, by another way than those under test."""
+        raise NotImplementedError
+
+    def rests(self, scene, cycles=30):
+        """The last row of each time in which nothing moves and nothing is on its way, with the tool in force."""
+        rows = self.rows[scene]
+        length = -np.array([TOOLS.get(int(tool), (0, 0, 0))[2] for tool in self.shift["iocontrol.0.tool-number"][rows]])
+        right = (self.moved()[rows] == 0) & (self.shift["motion.tooloffset.z"][rows] == length) & (length > 0)
+        right &= self.shift["square.ramping"][rows] == 0
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], right.astype(int), [0]))))
+        return [rows[end - 1] for begin, end in zip(edges[::2], edges[1::2]) if end - begin > cycles]
+
+    def moves(self, scene):
+        """First row and row behind the last of each move of portal_path.ngc."""
+        rows = self.rows[scene]
+        rows = rows[self.shift["motion.digital-out-01"][rows] == 1]
+        moving = self.moved()[rows] > 0
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], moving.astype(int), [0]))))
+        return [(rows[begin], rows[end]) for begin, end in zip(edges[::2], edges[1::2])]
+
+    def test_every_servo_cycle_is_recorded(self):
+        np.testing.assert_allclose(np.diff(self.shift["time"]), PERIOD, rtol=0, atol=1e-9)
+        self.assertGreater(len(self.shift["time"]), 50000)
+
+    def test_correction_makes_no_step_beyond_its_ramp_and_what_motion_causes(self):
+        steps = np.sqrt((self.steps() ** 2).sum(axis=0))
+        judged = np.ones(len(steps), bool)
+        for scene in ("on_again", "unhome", "home_anew", "home_too_early", "home_once_more"):
+            judged[self.rows[scene]] = False  # where each stage has a ramp of its own
+        judged &= (self.of_each("%s-stage.limited").sum(axis=0) == 0) & (np.arange(len(steps)) > 0)
+        judged[self.rows["soft_limit"]] = False
+        self.assertLessEqual((steps - self.allowed_by_motion())[judged].max(), RAMP * PERIOD)
+        for scene in ("choose_a_tool", "disable", "enable", "edit_an_angle", "change_the_tool", "reload_a_table"):
+            self.assertAlmostEqual(steps[self.rows[scene]].max(), RAMP * PERIOD, delta=0.1 * RAMP * PERIOD, msg=scene)
+
+    def test_stages_make_no_step_beyond_two_ramps_where_they_are_released_and_come_back(self):
+        for scene in ("on_again", "unhome", "home_anew", "home_too_early", "home_once_more"):
+            rows = self.rows[scene]
+            beyond = abs(self.steps()[:, rows]) - self.allowed_by_motion()[rows]
+            self.assertLessEqual(beyond.max(), 2 * RAMP * PERIOD, scene)
+
+    def test_what_moves_no_axis_moves_no_drive(self):
+        for scene in ("turn_on", "change_modes", "off_and_on", "change_while_off"):
+            self.assertLess(np.ptp(self.command[:, self.rows[scene]], axis=1).max(), 1e-9, scene)
+
+    def test_enable_and_disable_take_the_time_of_the_ramp(self):
+        for scene in ("disable", "enable"):
+            ramping = np.count_nonzero(self.shift["square.ramping"][self.rows[scene]])
+            length = np.linalg.norm(self.offset[:, self.rows["enable"][-1]])
+            self.assertAlmostEqual(ramping * PERIOD, length / RAMP, delta=2 * PERIOD, msg=scene)
+
+    def test_stages_apply_what_squareness_asks_for(self):
+        released = ("change_while_off", "unhome", "home_too_early")
+        last = [self.rows[scene][-1] for scene in self.scenes if scene not in released]
+        wanted = self.of_each("square.%s-correction")
+        np.testing.assert_allclose(self.offset[:, last], wanted[:, last], rtol=0, atol=1e-12)
+
+    def test_tip_is_right_after_every_change_and_wrong_without_correction(self):
+        homed_where_the_machine_is_measured = self.scenes[: self.scenes.index("unhome")]
+        for scene in homed_where_the_machine_is_measured:
+            error = np.linalg.norm(self.tip_error[:, self.rows[scene][-1]])
+            if scene in ("disable", "uncorrected_path", "suspend", "uncorrected_cube"):
+                self.assertGreater(error, 10 * um, scene)
+            else:
+                self.assertLess(error, EXACT, scene)
+
+    def test_tip_is_right_while_it_moves(self):
+        for begin, end in self.moves("corrected_path"):
+            self.assertLess(abs(self.tip_error[:, begin:end]).max(), EXACT)
+        errors = [abs(self.tip_error[:, begin:end]).max() for begin, end in self.moves("uncorrected_path")]
+        self.assertGreater(max(errors), 10 * um)
+
+    def test_corners_of_the_cube_are_off_as_the_tilts_say_and_right_with_correction(self):
+        without, corrected = self.rests("uncorrected_cube"), self.rests("corrected_cube")
+        for rows in (without, corrected):
+            self.assertGreaterEqual(len(rows), 16)
+            self.assertEqual(set(self.shift["iocontrol.0.tool-number"][rows]) - {2}, {1, 3})
+        for row in without:
+            np.testing.assert_allclose(self.tip_error[:, row], self.first_order_error(row), rtol=0, atol=EXACT)
+        self.assertGreater(np.linalg.norm(self.tip_error[:, without], axis=0).max(), 20 * um)
+        self.assertLess(abs(self.tip_error[:, corrected]).max(), EXACT)
+
+    def test_following_error_grows_by_the_speed_of_the_correction_times_the_lag_at_most(self):
+        without, corrected = self.moves("uncorrected_path"), self.moves("corrected_path")
+        self.assertEqual((len(without), len(corrected)), (4, 4))
+        grown = 0
+        for (before, _), (begin, end) in zip(without, corrected):
+            cycles = np.arange(end - begin + 50)
+            there = self.position[:, begin + cycles]
+            np.testing.assert_allclose(there, self.position[:, before + cycles], rtol=0, atol=10 * nm)
+            for joint in range(3):
+                errors = abs(self.shift["joint.%d.f-error" % joint])
+                speed = abs(np.diff(self.offset[joint, begin - 1 + np.arange(len(cycles) + 1)])) / PERIOD
+                allowed = np.maximum.accumulate(speed) * LAG + nm
+                growth = errors[begin + cycles] - errors[before + cycles]
+                self.assertLessEqual((growth - allowed).max(), 0, (begin, joint))
+                grown = max(grown, growth.max())
+        self.assertGreater(grown, 20 * nm)
+
+    def test_integral_of_the_corrected_velocity_is_the_change_of_position(self):
+        for begin, end in self.moves("corrected_path"):
+            for letter in AXES:
+                velocity = self.shift["square.%s-corrected-velocity" % letter][begin - 1 : end + 1]
+                position = self.shift["square.%s-corrected-position" % letter][begin - 1 : end + 1]
+                travelled = (velocity[1:] + velocity[:-1]).sum() / 2 * PERIOD
+                self.assertAlmostEqual(travelled, position[-1] - position[0], delta=0.01 * nm)
+        self.assertGreater(np.ptp(self.offset[:, self.rows["corrected_path"]], axis=1).max(), 20 * um)
+
+    def test_table_read_anew_is_in_force(self):
+        crooked, straight = self.facts["reloaded"]
+        self.assertAlmostEqual(crooked - straight, -15 * um, delta=EXACT)
+
+    def test_drive_stops_at_the_soft_limit_and_steps_nowhere(self):
+        rows = self.rows["soft_limit"]
+        self.assertTrue(self.facts["limited"])
+        self.assertAlmostEqual(abs(self.position[0, rows]).max(), 250, delta=nm)
+        self.assertAlmostEqual(abs(self.command[0, rows]).max(), 250, delta=nm)
+        steps = abs(np.diff(self.command[0, rows])) - abs(np.diff(self.position[0, rows]))
+        self.assertLessEqual((steps - self.allowed_by_motion()[rows[1:]]).max(), RAMP * PERIOD)
+        self.assertFalse(self.of_each("%s-stage.limited")[:, rows[-1]].any())
+
+    def test_off_with_a_change_under_way_holds_the_drives_and_brings_it_by_the_ramp(self):
+        self.assertGreater(np.linalg.norm(self.offset[:, self.rows["change_while_off"][-1]]), 10 * um)
+        released = np.linalg.norm(self.offset[:, self.rows["on_again"]], axis=0)
+        self.assertEqual(released.min(), 0)
+        self.assertGreater(released[-1], 10 * um)
+
+    def test_unhomed_the_stages_release_their_offset(self):
+        unhomed = self.rows["unhome"][-1]
+        self.assertFalse(self.shift["motion.is-all-homed"][unhomed])
+        self.assertEqual(abs(self.offset[:, unhomed]).max(), 0)
+        self.assertGreater(np.linalg.norm(self.offset[:, self.rows["home_anew"][-1]]), 10 * um)
+
+    def test_homed_with_an_offset_in_force_is_a_fault_until_homed_anew(self):
+        self.assertEqual(self.facts["too early"], [6, 6, 6])
+        self.assertEqual(abs(self.offset[:, self.rows["home_too_early"][-1]]).max(), 0)
+        codes = self.of_each("%s-stage.fault-code")
+        self.assertEqual(codes[:, self.rows["home_once_more"][-1]].max(), 0)
+        self.assertGreater(np.linalg.norm(self.offset[:, self.rows["home_once_more"][-1]]), 10 * um)
+        self.assertEqual(codes[:, : self.rows["home_too_early"][0]].max(), 0)
+        self.assertEqual(self.shift["square.fault-code"].max(), 0)
+
+    def test_operator_is_told_of_the_wrong_homing_and_of_nothing_else(self):
+        told = ["Correction of %s: %s was homed with it in force; home again." % (letter, letter) for letter in "XYZ"]
+        self.assertEqual(sorted(self.errors), told)
+
+
+class Portal(Shift, unittest.TestCase):
+    name = "portal"
+
+    def first_order_error(self, row):
+        tool = np.array(TOOLS[int(self.shift["iocontrol.0.tool-number"][row])])
+        _, y, z = self.position[:, row]
+        behind_z = np.array((0, 0, z)) + tool
+        behind_w = np.array((0, y, self.rail[row])) + behind_z
+        return np.cross((0.000041, -0.000087, 0), behind_w) + np.cross((-0.00013, 0.000061, 0), behind_z)
+
+
+class Column(Shift, unittest.TestCase):
+    name = "column"
+
+    def first_order_error(self, row):
+        tool = np.array(TOOLS[int(self.shift["iocontrol.0.tool-number"][row])])
+        return np.cross((0.00012, 0, -0.00016), np.array((0, self.position[1, row], 0)) + tool)
+
+
+if __name__ == "__main__":
+    linuxcnc_runs.main(Portal, __doc__)

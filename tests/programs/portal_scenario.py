@@ -1,0 +1,293 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of portal_linuxcnc_test: works a machine whose tilts are corrected through a shift.
+
+shift.csv has a row for each servo cycle of it, with the number of the scene; facts.json has their names, and what the
+operator was told. The exit status, 42, is no one else's.
+"""
+
+import contextlib
+import json
+import sys
+
+import linuxcnc
+from plumb_linuxcnc import Machine, OperatorError, Overdue
+
+COLUMNS = ["scene", "motion.is-all-homed", "motion.digital-out-01", "motion.tooloffset.z", "iocontrol.0.tool-number"]
+COLUMNS += ["square.ramping", "square.fault-code"]
+for number, letter in enumerate("xyz"):
+    COLUMNS += ["joint.%d.%s" % (number, pin) for pin in ("pos-cmd", "vel-cmd", "f-error")]
+    COLUMNS += ["square.%s-%s" % (letter, pin) for pin in ("correction", "corrected-position", "corrected-velocity")]
+    COLUMNS += ["%s-stage.%s" % (letter, pin) for pin in ("applied-offset", "drive-command", "limited", "fault-code")]
+    COLUMNS += ["portal.truth-%s-error" % letter]
+RAIL = ["joint.3.pos-cmd"]
+
+STRAIGHT = "X,EYX\n-250,0\n250,0\n"
+CROOKED = "X,EYX\n-250,-0.025\n0,0\n250,0.025\n"
+
+
+class Shift:
+    def __init__(self, machine):
+        self.machine = machine
+        self.host = machine.host
+        self.scenes = []
+        self.facts = {}
+        self.has_rail = machine.status.joints == 4
+
+    def work(self):
+        for scene in (
+            self.turn_on,
+            self.choose_a_tool,
+            self.disable,
+            self.enable,
+            self.edit_an_angle,
+            self.change_modes,
+            self.jog_a_joint,
+            self.jog_an_axis,
+            self.uncorrected_path,
+            self.corrected_path,
+            self.change_amid_a_move,
+            self.change_the_tool,
+            self.reload_a_table,
+            self.off_and_on,
+            self.change_while_off,
+            self.emergency_stop,
+            self.soft_limit,
+            self.suspend,
+            self.uncorrected_cube,
+            self.resume,
+            self.corrected_cube,
+            self.unhome,
+            self.home_anew,
+            self.home_too_early,
+            self.home_once_more,
+        ):
+            self.begin(scene.__name__)
+            scene()
+            self.rest()
+
+    def turn_on(self):
+        self.machine.turn_on()
+        self.machine.home()
+
+    def choose_a_tool(self):
+        """And goes where there is much to correct."""
+        self.machine.mdi("G10 L2 P1 X0 Y0 Z-170 R0")
+        self.machine.mdi("T2 M6 G43 G54")
+        self.to_a_far_place()
+
+    def disable(self):
+        self.host.set("correct.in0", False)
+        self.await_ramp()
+
+    def enable(self):
+        self.host.set("correct.in0", True)
+        self.await_ramp()
+
+    def edit_an_angle(self):
+        angle = self.host.get("square.ea0y")
+        for value in (angle + 0.0005, angle):
+            self.host.set("square.ea0y", value)
+            self.await_ramp()
+
+    def change_modes(self):
+        for mode in (linuxcnc.MODE_MANUAL, linuxcnc.MODE_MDI, linuxcnc.MODE_AUTO, linuxcnc.MODE_MANUAL):
+            self.machine.mode(mode)
+            self.rest()
+        for change in (self.machine.joint_mode, self.machine.axis_mode) * 2:
+            change()
+            self.rest()
+
+    def jog_a_joint(self):
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.joint_mode()
+        for joint in range(3):
+            self.machine.command.jog(linuxcnc.JOG_INCREMENT, True, joint, 50, -20)
+            self.machine.wait(0.1)
+            self.machine.wait_until_still()
+
+    def jog_an_axis(self):
+        self.machine.axis_mode()
+        for axis in range(3):
+            self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, axis, 50, 20)
+            self.machine.wait(0.1)
+            self.machine.wait_until_still()
+
+    def uncorrected_path(self):
+        self.host.set("correct.in0", False)
+        self.await_ramp()
+        self.machine.run("portal_path.ngc")
+
+    def corrected_path(self):
+        self.host.set("correct.in0", True)
+        self.await_ramp()
+        self.machine.run("portal_path.ngc")
+
+    def change_amid_a_move(self):
+        """Enable, an angle and the readings, while it moves."""
+        self.to_a_far_place()
+        self.machine.mdi("G1 X-100 Y-100 Z0 F4500", wait=False)
+        for pin, value in (("correct.in0", False), ("correct.in0", True), ("square.axis-direction", True)):
+            self.machine.wait(0.8)
+            self.host.set(pin, value)
+        angle = self.host.get("square.ec0y")
+        for value in (angle - 0.0005, angle):
+            self.machine.wait(0.8)
+            self.host.set("square.ec0y", value)
+        self.machine.wait(0.8)
+        self.host.set("square.axis-direction", False)
+        self.machine.wait_until_idle()
+        self.await_ramp()
+
+    def change_the_tool(self):
+        """Of another length, and with its tip off the axis; and goes on at once."""
+        self.to_a_far_place()
+        for block in ("T3 M6", "G43", "G1 X0 F6000", "T1 M6 G43", "G1 X100", "G49", "T2 M6 G43"):
+            self.machine.mdi(block)
+        self.to_a_far_place()
+        self.await_ramp()
+
+    def reload_a_table(self):
+        for serial, table in enumerate((CROOKED, STRAIGHT), start=self.host.get("square.serial") + 1):
+            with open("errors.csv", "w") as file:
+                file.write(table)
+            self.host.set("square.reload", True)
+            self.await_pin("square.serial", serial)
+            self.await_ramp()
+            self.host.set("square.reload", False)
+            self.facts.setdefault("reloaded", []).append(self.host.get("square.y-correction"))
+
+    def off_and_on(self):
+        for _ in range(2):
+            self.machine.turn_off()
+            self.rest()
+            self.machine.turn_on()
+            self.rest()
+
+    def change_while_off(self):
+        self.machine.turn_off()
+        self.rest()
+        self.host.set("correct.in0", False)
+        self.await_ramp()
+        self.begin("on_again")
+        self.machine.turn_on()
+        self.await_stages()
+        self.host.set("correct.in0", True)
+        self.await_ramp()
+
+    def emergency_stop(self):
+        self.machine.mdi("G1 X-100 Y-100 Z0 F6000", wait=False)
+        self.machine.wait(0.5)
+        self.machine.emergency_stop()
+        self.rest()
+        self.machine.turn_on()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.rest()
+
+    def soft_limit(self):
+        """At that end of X where the correction leads beyond it."""
+        self.machine.mdi("G53 G0 X0 Y-190 Z-150")
+        self.await_ramp()
+        side = 1 if self.host.get("square.x-correction") > 0 else -1
+        self.machine.mdi("G53 G0 X%d" % (250 * side))
+        self.rest()
+        self.facts["limited"] = self.host.get("x-stage.limited")
+        self.machine.mdi("G53 G0 X0")
+
+    def suspend(self):
+        self.machine.run("uncorrected.ngc")
+        self.await_ramp()
+
+    def uncorrected_cube(self):
+        self.machine.run(self.cube())
+
+    def resume(self):
+        self.machine.run("corrected.ngc")
+        self.await_ramp()
+
+    def corrected_cube(self):
+        self.machine.run(self.cube())
+
+    def unhome(self):
+        self.to_a_far_place()
+        self.await_ramp()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.joint_mode()
+        self.machine.command.unhome(-1)
+        self.await_pin("motion.is-all-homed", False)
+        self.await_stages()
+
+    def home_anew(self):
+        self.machine.home()
+        self.machine.mdi("G0 X50 Y60 Z-50")
+        self.await_ramp()
+
+    def home_too_early(self):
+        """Where the joints stand, with an offset in force: which is a mistake."""
+        self.set_ramps(1e-4)  # however long this program takes
+        with contextlib.suppress(OperatorError):
+            self.machine.home()
+        self.await_pin("motion.is-all-homed", True)
+        with contextlib.suppress(OperatorError, Overdue):  # all that is told of it
+            self.machine.wait_for(lambda status: len(self.machine.errors) == 3, "messages", 10)
+        self.facts["too early"] = [self.host.get("%s-stage.fault-code" % letter) for letter in "xyz"]
+        self.set_ramps(0.1)
+        self.await_stages()
+        with contextlib.suppress(OperatorError, Overdue):
+            self.machine.wait_for(lambda status: False, "more messages", 0.5)
+
+    def home_once_more(self):
+        self.machine.home()
+        self.machine.mdi("G0 X-50 Y-60 Z0")
+        self.await_ramp()
+
+    def cube(self):
+        return "portal_cube.ngc" if self.has_rail else "cube.ngc"
+
+    def to_a_far_place(self):
+        self.machine.mdi("G53 G0 X150 Y150 Z-200")
+        if self.has_rail:
+            self.machine.mdi("G53 G0 W-20")
+
+    def begin(self, scene):
+        self.scenes.append(scene)
+        self.host.set("scene", len(self.scenes))
+
+    def set_ramps(self, rate):
+        for letter in "xyz":
+            self.host.set("%s-stage.ramp-rate" % letter, rate)
+
+    def await_ramp(self):
+        """Until what was changed has shown, and the correction follows motion alone."""
+        self.machine.wait(0.01)
+        self.await_pin("square.ramping", False)
+
+    def await_stages(self):
+        self.machine.wait(0.01)
+        for letter in "xyz":
+            self.await_pin("%s-stage.ramping" % letter, False)
+
+    def await_pin(self, pin, value):
+        latest = self.host.time + 60
+        while self.host.get(pin) != value:
+            if self.host.time > latest:
+                raise RuntimeError("%s %s did not come" % (pin, value))
+            self.machine.wait(0.005)
+
+    def rest(self):
+        self.machine.wait(0.1)
+
+
+def main():
+    with Machine() as machine:
+        shift = Shift(machine)
+        with machine.recording("shift.csv", COLUMNS + (RAIL if shift.has_rail else [])):
+            shift.work()
+        machine.turn_off()
+    with open("facts.json", "w") as file:
+        json.dump({"scenes": shift.scenes, "facts": shift.facts, "errors": machine.errors}, file)
+    return 42
+
+
+if __name__ == "__main__":
+    sys.exit(main())
