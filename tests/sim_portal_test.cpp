@@ -186,6 +186,18 @@ TEST_F(SimPortal, AxisSettlesWithTheTimeConstantOfItsGain) {
     EXPECT_NEAR(get("z-position"), 1, 1e-9);
 }
 
+TEST_F(SimPortal, StartsAtRestWhereItIsTold) {
+    set("x-position-cmd", 300);
+    set("x-nominal", 300);
+    bench.run(0.001);
+    EXPECT_NEAR(get("x-position"), 300, rounding);
+    expect_near(error(), Vector3d::Zero(), rounding);
+    set("x-position-cmd", 400);
+    set("seed", 3);  // another machine, but no other place
+    bench.run(0.001);
+    EXPECT_LT(get("x-position"), 310);
+}
+
 TEST_F(SimPortal, ClampedRailStands) {
     set("portal", 1);
     go(0, 0, 0, 100);
@@ -196,6 +208,12 @@ TEST_F(SimPortal, ClampedRailStands) {
     set("w-clamped", 0);
     go(0, 0, 0, 110);
     EXPECT_NEAR(get("w-position"), 110, 1e-6);
+    set("w-position-cmd", 200);
+    bench.run(0.03);
+    const double under_way = get("w-position");
+    set("w-clamped", 1);
+    bench.run(0.1);
+    EXPECT_NEAR(get("w-position"), under_way, rounding);
 }
 
 TEST_F(SimPortal, DriftTurnsTheTiltsByTheHour) {
@@ -208,11 +226,23 @@ TEST_F(SimPortal, DriftTurnsTheTiltsByTheHour) {
         EXPECT_GE(std::abs(drift), 4 * urad);
         EXPECT_LE(std::abs(drift), 8.001 * urad);
     }
-    EXPECT_EQ(get("truth-eb0y"), 0);
-    const Vector3d drifted(-ec - get("truth-ec0x"), 0, ea - get("truth-ea0z"));
-    expect_near(three("beyond-tilts"), 1000 * drifted, 0.01 * um);
+    for (const char* other : {"eb0y", "ec0x", "ea0z", "eb0w"})
+        EXPECT_EQ(get(std::string("truth-") + other), 0) << other;
+    expect_near(three("beyond-tilts"), 1000 * Vector3d(-ec, 0, ea), 0.01 * um);
     bench.run(36);
     EXPECT_NEAR(get("truth-ea0y") - 60 * urad, ea * 1.01, 1e-3 * urad);
+}
+
+TEST_F(SimPortal, OnThePortalRailAndRamDrift) {
+    set("portal", 1);
+    set("seed", 3);
+    set("drift-start", 3600);
+    bench.run(0.001);
+    for (const char* tilt : {"ea0w", "eb0w", "ea0z", "eb0z"}) {
+        EXPECT_GT(std::abs(get(std::string("truth-") + tilt)), 1 * urad) << tilt;
+        EXPECT_LT(std::abs(get(std::string("truth-") + tilt)), 10 * urad) << tilt;
+    }
+    EXPECT_EQ(get("truth-ea0y"), 0);
 }
 
 TEST_F(SimPortal, RamBendsWithTheSquareOfItsLengthOutside) {

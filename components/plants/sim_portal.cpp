@@ -23,7 +23,7 @@ The tip is a product of poses, body after body, exact for whatever angles (ISO 2
 where the side of the work travels by -q e - (EX, EY, EZ).  Positions count from a pivot, where nothing but the tilt is
 wrong.  With axis-direction a guide that crosses a tilted one below it was shimmed true: the saddle of a leaning rail
 stays level, ram and tool lean.  With to-bed the tilt of the ram was measured against the bed, not against the rail.
-Y, on the column, and Z, on the portal, may carry a tool that was shimmed square.
+A tool, or work, that was shimmed square on an axis does not turn with it: its -tool-follows is false.
 
 All in millimetres.  Each axis follows its command as a position loop, y' = servo-gain (cmd - y).  The nominal tip is
 that of an ideal machine with the same drives, so that following error is none of the tip error:
@@ -101,8 +101,10 @@ value in force.)"};
         const double gain = std::max(servo_gain(seed_), 1.0);
         const double hours = (drift_began_ + time_) / 3600;
         const double drift = std::clamp(tilt_drift(seed_) * hours, -largest_drift, largest_drift);
-        for (PortalAxis* const axis : {&x, &y, &z}) axis->move(gain, drift, false, dt);
-        w.move(gain, drift, w_clamped, dt);
+        x.move(gain, 0, false, dt);
+        y.move(gain, is_portal_ ? 0 : drift, false, dt);
+        z.move(gain, is_portal_ ? drift : 0, false, dt);
+        w.move(gain, is_portal_ ? drift : 0, w_clamped, dt);
 
         const double rail = is_portal_ ? 1 : 0;
         const Eigen::Vector3d mounted = tool();
