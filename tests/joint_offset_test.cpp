@@ -357,6 +357,19 @@ TEST(JointOffset, AtASoftLimitAnOffsetThatLeadsAwayFromItIsApplied) {
     EXPECT_FALSE(machine.get("limited"));
 }
 
+TEST(JointOffset, BeyondALimitTheDriveIsNotTakenBack) {
+    for (const double sign : {1.0, -1.0}) {
+        Machine machine;
+        machine.apply(sign * 50 * um);
+        machine.go(sign * 30);
+        machine.set("min-limit", -20);
+        machine.set("max-limit", 20);
+        machine.run(0.5);
+        EXPECT_NEAR(machine.bench.get("drive.out"), sign * 30, 1e-9);
+        EXPECT_TRUE(machine.get("limited"));
+    }
+}
+
 TEST(JointOffset, LimitsThatChangeMoveTheDriveByMaxRateAndNeverFurtherThanTheOffset) {
     Machine machine;
     machine.apply(0.5);

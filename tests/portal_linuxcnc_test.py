@@ -9,12 +9,14 @@ goes through the shift of the portal twenty times beside two busy loops, and cou
 
 import json
 import os
-import shutil
+import re
 import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, PROGRAMS, change, finish, nm, own_folder, read_recording, start, um
+from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, change, finish, nm, own_folder, read_recording, start, um
+
+CONFIGURATION = os.path.join(ROOT, "configs", "portal")
 
 AXES = "xyz"
 RAMP = 0.1  # mm/s, the defaults of squareness and of each stage
@@ -33,7 +35,6 @@ class Shift:
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("portal", folder)
-        shutil.copy(os.path.join(PROGRAMS, "portal_path.ngc"), machine)
         ini = os.path.join(machine, cls.name + ".ini")
         change(ini, "common/headless.py", os.path.join(PROGRAMS, "portal_scenario.py"))
         change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
@@ -42,13 +43,13 @@ class Shift:
         change(hal, "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + table)
         change(hal, "loadrt squareness", "newsig scene s32\nloadrt squareness")
         with open(table, "w") as file:
-            file.write("X,EYX\n-250,0\n250,0\n")
+            file.write("X,EYX\n-260,0\n260,0\n")
         status, output = finish(start(folder, ini))
         if status != 42:
             raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
         with open(os.path.join(machine, "facts.json")) as file:
             told = json.load(file)
-        cls.facts, cls.errors, cls.scenes = told["facts"], told["errors"], told["scenes"]
+        cls.facts, cls.errors, cls.scenes, cls.output = told["facts"], told["errors"], told["scenes"], output
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = {
             name: np.flatnonzero(cls.shift["scene"] == number) for number, name in enumerate(told["scenes"], start=1)
@@ -90,7 +91,7 @@ class Shift:
         return [rows[end - 1] for begin, end in zip(edges[::2], edges[1::2]) if end - begin > cycles]
 
     def moves(self, scene):
-        """First row and row behind the last of each move of portal_path.ngc."""
+        """First row and row behind the last of each move of the path."""
         rows = self.rows[scene]
         rows = rows[self.shift["motion.digital-out-01"][rows] == 1]
         moving = self.moved()[rows] > 0
@@ -241,6 +242,32 @@ class Column(Shift, unittest.TestCase):
     def first_order_error(self, row):
         tool = np.array(TOOLS[int(self.shift["iocontrol.0.tool-number"][row])])
         return np.cross((0.00012, 0, -0.00016), np.array((0, self.position[1, row], 0)) + tool)
+
+    def test_cube_prints_what_the_readme_shows(self):
+        with open(os.path.join(CONFIGURATION, "README.md")) as page:
+            shown = re.findall(r"^     (T\d at .*)$", page.read(), re.M)
+        self.assertGreater(len(shown), 5)
+        for line in shown:
+            self.assertIn(" %s\n" % line, self.output)
+
+
+class Configuration(unittest.TestCase):
+    def read(self, name):
+        with open(os.path.join(CONFIGURATION, name)) as file:
+            return file.read()
+
+    def test_axis_shows_the_same_machines(self):
+        for name in ("portal", "column"):
+            headless, screen = (re.findall("#INCLUDE .*", self.read(kind + name + ".ini")) for kind in ("", "axis_"))
+            self.assertEqual(headless, screen)
+            self.assertGreater(len(headless), 8)
+
+    def test_panel_is_wired_to_what_both_machines_have(self):
+        panel, common = self.read("panel.hal"), self.read("compensation.hal")
+        pins = re.findall(r"pyvcp\.([a-z-]+)", panel)
+        self.assertEqual(sorted(pins), sorted(re.findall(r'<halpin>"(.*?)"</halpin>', self.read("panel.xml"))))
+        for signal, source in re.findall(r"^net (\S+) +(?:(\S+) +)?=>", panel, re.M):
+            self.assertEqual(bool(re.search(r"^net %s " % signal, common, re.M)), not source, signal)
 
 
 if __name__ == "__main__":

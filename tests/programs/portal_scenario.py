@@ -22,8 +22,15 @@ for number, letter in enumerate("xyz"):
     COLUMNS += ["portal.truth-%s-error" % letter]
 RAIL = ["joint.3.pos-cmd"]
 
-STRAIGHT = "X,EYX\n-250,0\n250,0\n"
-CROOKED = "X,EYX\n-250,-0.025\n0,0\n250,0.025\n"
+STRAIGHT = "X,EYX\n-260,0\n260,0\n"
+CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n"
+
+MOVES = (
+    "G1 X100 Y120 Z-120 F9000",
+    "G17 G2 X-60 Y20 I-80 J-50 F9000",
+    "G18 G3 X60 Z-20 I60 K50 F9000",
+    "G17 G0 X-120 Y-80 Z0",
+)
 
 
 class Shift:
@@ -42,8 +49,8 @@ class Shift:
             self.enable,
             self.edit_an_angle,
             self.change_modes,
-            self.jog_a_joint,
-            self.jog_an_axis,
+            self.jog_joints,
+            self.jog_axes,
             self.uncorrected_path,
             self.corrected_path,
             self.change_amid_a_move,
@@ -98,30 +105,41 @@ class Shift:
             change()
             self.rest()
 
-    def jog_a_joint(self):
+    def jog_joints(self):
         self.machine.mode(linuxcnc.MODE_MANUAL)
         self.machine.joint_mode()
-        for joint in range(3):
-            self.machine.command.jog(linuxcnc.JOG_INCREMENT, True, joint, 50, -20)
-            self.machine.wait(0.1)
-            self.machine.wait_until_still()
+        self.jog(True, -20)
 
-    def jog_an_axis(self):
+    def jog_axes(self):
         self.machine.axis_mode()
-        for axis in range(3):
-            self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, axis, 50, 20)
-            self.machine.wait(0.1)
-            self.machine.wait_until_still()
+        self.jog(False, 20)
+
+    def jog(self, is_joint, way):
+        for number in range(3):
+            pin = "joint.%d.pos-cmd" % number
+            end = self.host.get(pin) + way
+            self.machine.command.jog(linuxcnc.JOG_INCREMENT, is_joint, number, 50, way)
+            self.await_condition(lambda: abs(self.host.get(pin) - end) < 1e-3, "%s %g" % (pin, end))
+        self.rest()
 
     def uncorrected_path(self):
         self.host.set("correct.in0", False)
-        self.await_ramp()
-        self.machine.run("portal_path.ngc")
+        self.path()
 
     def corrected_path(self):
         self.host.set("correct.in0", True)
-        self.await_ramp()
-        self.machine.run("portal_path.ngc")
+        self.path()
+
+    def path(self):
+        """From rest to rest, so that each move comes out alike; digital output 1 is set as they go on."""
+        self.machine.mdi(MOVES[-1])
+        self.machine.mdi("M64 P1")
+        for move in MOVES:
+            self.await_ramp()
+            self.rest()
+            self.machine.mdi(move)
+        self.rest()
+        self.machine.mdi("M65 P1")
 
     def change_amid_a_move(self):
         """Enable, an angle and the readings, while it moves."""
@@ -268,10 +286,13 @@ class Shift:
             self.await_pin("%s-stage.ramping" % letter, False)
 
     def await_pin(self, pin, value):
+        self.await_condition(lambda: self.host.get(pin) == value, "%s %s" % (pin, value))
+
+    def await_condition(self, condition, what):
         latest = self.host.time + 60
-        while self.host.get(pin) != value:
+        while not condition():
             if self.host.time > latest:
-                raise RuntimeError("%s %s did not come" % (pin, value))
+                raise RuntimeError("%s did not come" % what)
             self.machine.wait(0.005)
 
     def rest(self):
