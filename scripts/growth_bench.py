@@ -132,11 +132,17 @@ def table(outcomes):
     lines = [f"{'error at the cuts, um':34}{'median rms':>12}{'p90':>8}{'worst':>8}{'p95 of max':>12}{'max':>8}{'max <= 15':>11}"]
     for kind, runs in outcomes.items():
         for way in WAYS:
-            sizes = [rms(errors[way]) for errors, _ in runs]
-            most = [largest(errors[way]) for errors, _ in runs]
+            judged = [errors[way] for errors, _ in runs if errors[way].size]
+            if not judged:
+                lines.append(f"{kind + ', ' + way:34} not one machine had a cut after a second contact")
+                continue
+            sizes = [rms(errors) for errors in judged]
+            most = [largest(errors) for errors in judged]
+            within = np.count_nonzero(np.array(most) <= 15) / len(runs)  # a machine without such a cut is none of them
             figures = (np.median(sizes), np.percentile(sizes, 90), max(sizes), np.percentile(most, 95), max(most))
             cells = "".join(f"{value:{width}.1f}" for value, width in zip(figures, (12, 8, 8, 12, 8)))
-            lines.append(f"{kind + ', ' + way:34}{cells}{np.mean(np.array(most) <= 15):11.0%}")
+            silent = f", {len(runs) - len(judged)} without a cut after a second contact" if len(judged) < len(runs) else ""
+            lines.append(f"{kind + ', ' + way:34}{cells}{within:11.0%}{silent}")
     return lines
 
 

@@ -48,6 +48,14 @@ class Judged(unittest.TestCase):
         self.assertEqual(lines[1].split()[-6:], ["6.0", "10.0", "11.0", "10.5", "11.0", "100%"])
         self.assertEqual(lines[2].split()[-6:], ["12.0", "20.0", "22.0", "21.0", "22.0", "64%"])
 
+    def test_a_machine_whose_contacts_were_not_seen_is_told_and_is_not_within_tolerance(self):
+        none = ({"hold": np.empty(0), "by speed": np.empty(0)}, None)
+        runs = [({"hold": np.ones(3), "by speed": np.ones(3)}, None)] * 3 + [none]
+        line = growth_bench.table({"speed steps": runs})[1]
+        self.assertIn(" 75%, 1 without a cut after a second contact", line)
+        self.assertEqual(line.split()[3:8], ["1.0"] * 5)
+        self.assertIn("not one machine had a cut", growth_bench.table({"speed steps": [none]})[1])
+
 
 class Speeds(unittest.TestCase):
     def test_constant_speed_is_that_and_steps_are_of_10_to_40_minutes(self):
