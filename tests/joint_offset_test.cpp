@@ -253,6 +253,23 @@ TEST(JointOffset, WhatChangesWhileTheMachineIsOffComesByTheRamp) {
     }
 }
 
+TEST(JointOffset, OffAtASoftLimitItIsHeldToo) {
+    Machine machine;
+    machine.set("max-limit", 40);
+    machine.apply(50 * um);
+    machine.go(39.98);
+    EXPECT_NEAR(machine.applied(), 20 * um, 1e-12);
+    machine.turn(false);
+    for (const double limit : {30.0, 50.0}) {
+        machine.set("max-limit", limit);
+        EXPECT_LT(machine.run(1), 1e-9);
+        EXPECT_NEAR(machine.applied(), 20 * um, 1e-12);
+    }
+    machine.turn(true);
+    machine.run(1);
+    EXPECT_NEAR(machine.bench.get("drive.out"), 39.98 + 50 * um, 1 * nm);
+}
+
 TEST(JointOffset, TurnedOffAmidAMoveOrARampNothingSteps) {
     Machine machine;
     machine.bench.set("tilt.gain", slope);

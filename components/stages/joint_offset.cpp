@@ -55,6 +55,8 @@ While the machine is off the offset is held, and LinuxCNC takes the feedback ove
 nothing.  What the sources have changed meanwhile comes by the ramp then.  While the joint is not homed its offset is
 released, by the ramp, and position, whose origin is not known, bounds nothing.
 
+Two joints of one axis, a gantry, get a stage each, and the same offset.
+
 Home with no offset in force: where the joint homes, what is left of it would become a part of the origin for good.  A
 homing that moves takes longer than the release.  One that is done at once, on a joint that was homed already, can be
 too early: then fault 6 says so, and the offset stays released until it is homed again.
@@ -136,11 +138,11 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
         if (!holding_) {
             ramp_ -= bounded(ramp_, settings_.ramp_rate * dt);
             followed_ += bounded(possible + ramp_ - followed_, settings_.max_rate * dt);
+            const double allowed = is_homed ? limits_.nearest(followed_, position_) : followed_;
+            // Motion may take the joint to a limit faster than by max-rate; the drive stops there, and steps
+            // nowhere.
+            applied_ += bounded(allowed - applied_, settings_.max_rate * dt + moved);
         }
-        const double allowed = is_homed ? limits_.nearest(followed_, position_) : followed_;
-        // Motion may take the joint to a limit faster than by max-rate; the drive stops there, and steps
-        // nowhere.
-        applied_ += bounded(allowed - applied_, settings_.max_rate * dt + moved);
 
         drive_command = command_ + applied_;
         applied_offset = applied_;
