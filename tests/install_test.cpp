@@ -66,6 +66,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/bin/plumb-host",
                                     "/usr/share/man/man1/plumb-bench.1",
                                     "/usr/share/man/man1/plumb-doctor.1",
+                                    "/usr/share/man/man1/plumb-squareness.1",
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
                                     "/usr/lib/python3/dist-packages/plumb.py",

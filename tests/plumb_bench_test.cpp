@@ -309,7 +309,7 @@ TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
 }
 
 TEST(PlumbProgram, ManualPagesAreWithoutFault) {
-    for (const char* command : {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb-host"}) {
+    for (const char* command : {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb squareness", "plumb-host"}) {
         const Folder folder;
         const std::string page = (folder / "page.1").string();
         ASSERT_EQ(std::system((BUILD_DIR "/bin/" + std::string(command) + " --man > " + page).c_str()), 0);

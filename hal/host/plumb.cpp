@@ -15,6 +15,7 @@
 #include "hal/host/command_manual.hpp"
 #include "hal/host/doctor_command.hpp"
 #include "hal/host/run_command.hpp"
+#include "hal/host/squareness_command.hpp"
 #include "hal/identity.hpp"
 
 namespace plumb::host {
@@ -29,7 +30,8 @@ CommandPage plumb_page() {
 HAL in virtual time. This program is the way to the host: it tries a HAL configuration out over hours of
 machine life in seconds, and runs the complete LinuxCNC faster than the clock.)"},
          {"EXIT STATUS", "0 after success, 1 after an error, 2 for a wrong command line."}},
-        ".BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
+        ".BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n.BR plumb\\-squareness "
+        "(1),\n.BR halcmd (1)"};
 }
 
 // The words of the program that plumb run is to run: what the command did not know, and what follows the
@@ -63,6 +65,12 @@ int carry_out(int argc, char** argv) {
     declare_run(run_command, run_options);
     add_manual(run_command, run_page);
 
+    CLI::App& squareness_command =
+        *plumb.add_subcommand("squareness", "turns tilts or measurements into squareness settings");
+    SquarenessOptions squareness_options;
+    declare_squareness(squareness_command, squareness_options);
+    add_manual(squareness_command, squareness_page);
+
     // What follows the first -- of plumb run is a program's, and nothing to be parsed.
     const bool runs = argc > 1 && std::string_view(argv[1]) == run_command.get_name();
     char** const mark = runs ? std::find(argv, argv + argc, std::string_view("--")) : argv + argc;
@@ -78,6 +86,7 @@ int carry_out(int argc, char** argv) {
     try {
         if (&command == &run_command)
             return run(run_options, program_of(run_command.remaining(), mark, argv + argc));
+        if (&command == &squareness_command) return squareness(squareness_options);
         return &command == &doctor_command ? doctor() : bench(bench_options);
     } catch (const std::exception& error) {
         std::cerr << "plumb " << command.get_name() << ": " << error.what() << '\n';

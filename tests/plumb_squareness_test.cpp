@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// `plumb squareness` as its users meet it.
+#include "tests/bench.hpp"
+#include "tests/support/program.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cctype>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+using Texts = std::vector<std::string>;
+
+Outcome squareness(const Texts& arguments) {
+    Texts words{BUILD_DIR "/bin/plumb", "squareness"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return run_program(words, "/");
+}
+
+std::string output_of(const Texts& arguments) {
+    const Outcome outcome = squareness(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_EQ(outcome.errors, "");
+    EXPECT_THAT(outcome.output, Not(ContainsRegex("[^\n]{101}"))) << "a line is too long";
+    return outcome.output;
+}
+
+// The part of an output below a title.
+std::string below(const std::string& title, const std::string& output) {
+    const std::size_t begin = output.find('\n' + title);
+    if (begin == std::string::npos) return "";
+    return output.substr(begin, output.find("\n\n", begin + 1) - begin);
+}
+
+// The table of directions, for what each chain has: the lean, and what it becomes.
+struct Direction {
+    const char *lean, *quantity;
+    int sign;
+};
+const std::pair<const char*, std::vector<Direction>> directions[] = {
+    {"w-Z.b-X-Y-C-t", {{"Y+X", "EC0Y", -1}, {"Y+Z", "EA0Y", 1}}},
+    {"w-Z.b-X-Y-C-t", {{"Y-X", "EC0Y", 1}, {"Y-Z", "EA0Y", -1}}},
+    {"w-X.b-W-Y-Z-C-t",
+     {{"Z+X", "EB0Z", 1},
+      {"Z+Y", "EA0Z", -1},
+      {"W+X", "EB0W", 1},
+      {"W+Y", "EA0W", -1},
+      {"X+Y", "EC0X", 1},
+      {"X+Z", "EB0X", -1}}},
+    {"w-X.b-W-Y-Z-C-t",
+     {{"Z-X", "EB0Z", -1},
+      {"Z-Y", "EA0Z", 1},
+      {"W-X", "EB0W", -1},
+      {"W-Y", "EA0W", 1},
+      {"X-Y", "EC0X", -1},
+      {"X-Z", "EB0X", 1}}},
+};
+
+TEST(PlumbSquareness, EachLeanIsItsQuantityAndEachQuantityItsLean) {
+    for (const auto& [chain, rows] : directions) {
+        Texts by_lean{"--chain", chain}, by_quantity{"--chain", chain};
+        for (const Direction& row : rows) {
+            by_lean.insert(by_lean.end(), {"--lean", std::string(row.lean) + "=50urad"});
+            by_quantity.insert(by_quantity.end(),
+                               {"--iso", std::string(row.quantity) + (row.sign < 0 ? "=-" : "=") + "50um/m"});
+        }
+        for (const Texts& given : {by_lean, by_quantity}) {
+            const std::string output = output_of(given);
+            for (const Direction& row : rows) {
+                const std::string sign = row.sign < 0 ? "-" : "";
+                std::string pin = row.quantity;
+                for (char& c : pin) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+                EXPECT_THAT(output, HasSubstr("setp square." + pin + ' ' + sign + "5e-05 ")) << row.lean;
+                EXPECT_THAT(below("Angles", output) + '\n',
+                            ContainsRegex(std::string(row.quantity) + " +" + sign + "5.0000e-05 [^\n]* " +
+                                          row.lean[0] + " to [" + row.lean[1] + "]" + row.lean[2] + "\n"));
+            }
+        }
+    }
+}
+
+TEST(PlumbSquareness, RefusesBothOfAnOppositePair) {
+    const Outcome outcome =
+        squareness({"--lean", "Y-Z=1urad", "--lean", "Y+X=5arcsec", "--lean", "Y-X=3arcsec"});
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(
+        outcome.errors,
+        HasSubstr("--lean: 'Y-X=3arcsec': axis Y cannot lean towards +X and -X at once: choose one\n"));
+}
+
+TEST(PlumbSquareness, PrintsAllThatBelongsTogether) {
+    const std::string output =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--lean", "Y+X=0.024mm/300mm", "--lean", "Y+Z=60um/m"});
+    EXPECT_THAT(output, HasSubstr("Z carries the work; X, then Y carry the tool."));
+    EXPECT_THAT(
+        output,
+        HasSubstr("  EC0Y   -8.0000e-05   -16.50  -0.00458    -80.00   -0.0240  -0.00096  Y to +X\n"));
+    EXPECT_THAT(
+        output,
+        HasSubstr("  EA0Y    6.0000e-05    12.38   0.00344     60.00    0.0180   0.00072  Y to +Z\n"));
+    EXPECT_THAT(below("For the .hal file", output),
+                HasSubstr("\n  loadrt squareness names=square chain=w-Z.b-X-Y-C-t\n"
+                          "  setp square.axis-direction 0      # reading: component\n"
+                          "  setp square.ea0y 6e-05            # Y leans to +Z by 12.38 arcsec\n"
+                          "  setp square.ec0y -8e-05           # Y leans to +X by 16.50 arcsec\n"));
+    EXPECT_THAT(output,
+                HasSubstr("EA0Y    Z       +Z       Y by 300 mm        +18.0 um      0 um     +36.0 um\n"));
+    EXPECT_THAT(output,
+                HasSubstr("EC0Y    X       +X       Y by 300 mm        +24.0 um      0 um     +48.0 um\n"));
+
+    const std::string inch =
+        output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--iso", "EA0W=-30urad", "--unit", "inch", "--reading",
+                   "axis-direction", "--against", "bed", "--instance", "portal"});
+    EXPECT_THAT(inch, HasSubstr("loadrt squareness names=portal chain=w-X.b-W-Y-Z-C-t unit=inch\n"));
+    EXPECT_THAT(inch, HasSubstr("setp portal.axis-direction 1"));
+    EXPECT_THAT(inch, HasSubstr("setp portal.to-bed 1"));
+    EXPECT_THAT(inch,
+                HasSubstr("EA0W    Y       +Y       W by 12 in      +0.00036 in      0 in  +0.00072 in\n"));
+}
+
+TEST(PlumbSquareness, WithoutTiltsItPrintsThoseThatTheChainCanHave) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t"});
+    EXPECT_THAT(output, HasSubstr("--lean W+Y=ANGLE  EA0W is -     or  W-Y=ANGLE  EA0W is +\n"));
+    EXPECT_THAT(output, HasSubstr("--lean X+Z=ANGLE  EB0X is -     or  X-Z=ANGLE  EB0X is +\n"));
+    EXPECT_THAT(output, Not(HasSubstr("setp")));
+}
+
+TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
+    const std::string output =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--datum", "X,Z", "--diagonals",
+                   "plane=XY,object=part,rising=565.708mm,falling=565.662mm,u=1um", "--square",
+                   "move=Y,plunger=+Z,at=0:300mm,reads=0:20um,turned=0:-16um,U=2um"});
+    EXPECT_THAT(output, HasSubstr("  EC0Y   -8.1317e-05 "));
+    EXPECT_THAT(output, HasSubstr("  EA0Y    6.0000e-05 "));
+    EXPECT_THAT(output, HasSubstr("    k=1   2.5000e-06 ")) << "1 um on diagonals of a side of 400 mm";
+    EXPECT_THAT(output, HasSubstr("    k=2   6.6667e-06 ")) << "2 um over 300 mm";
+    EXPECT_THAT(output, HasSubstr("setp square.ec0y -8.13173e-05     # Y leans to +X by 16.77 arcsec\n"));
+    EXPECT_THAT(output, HasSubstr("Y by 300 mm        +24.4 um      0 um     +48.8 um\n"));
+
+    const std::string artifact =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--diagonals",
+                   "plane=XY,object=artifact,rising=565.708mm,falling=565.662mm,u=30um"});
+    EXPECT_THAT(artifact, HasSubstr("setp square.ec0y 8.13173e-05 "));
+    EXPECT_THAT(artifact, HasSubstr("Note: EC0Y is less than its uncertainty with k=2"));
+}
+
+// The component, set so, knows of the error that the indicator is to show.
+TEST(PlumbSquareness, LinesForTheHalFileMakeTheComponentSeeWhatTheTestMoveShows) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--square",
+                                          "move=Z,plunger=+Y,at=0:200mm,reads=0:-10um,u=1um", "--square",
+                                          "move=W,plunger=-Y,at=0:200mm,reads=0:6um,u=1um"});
+    EXPECT_THAT(output, HasSubstr("EA0Z    Y       -Y       Z by 300 mm        +15.0 um "));
+    EXPECT_THAT(output, HasSubstr("EA0W    Y       -Y       W by 300 mm         +9.0 um "));
+    const Folder folder;
+    const std::string block = below("For the .hal file", output).substr(1);  // its title is the first line
+    Bench bench;
+    bench.source(folder.write("square.hal", block.substr(block.find('\n') + 1) + '\n'));
+    bench.command("addf square.update servo-thread");
+    bench.set("square.all-homed", 1);
+    bench.set("square.z-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.y-error"), -0.015, 1e-6);
+    bench.set("square.z-position", 0);
+    bench.set("square.w-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.y-error"), -0.009, 1e-6);
+}
+
+TEST(PlumbSquareness, ReadsProbedPoints) {
+    const Folder folder;  // an artifact that is true, by axes of which Y leans to +X by 80 urad
+    const std::string text =
+        "X,Y,normal\n100.008,-100,0\n99.992,100,0\n-99.992,-100,180\n-100.008,100,180\n"
+        "-100.008,100,90\n99.992,100,90\n-99.992,-100,270\n100.008,-100,270\n";
+    const std::string square = folder.write("square.csv", text);
+    const std::string of_file = ",object=artifact,u=1um";
+    EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-C-t", "--points", "file=" + square + of_file}),
+                HasSubstr("setp square.ec0y -8e-05 "));
+    const std::string wrong = folder.write("wrong.csv", text + "55,100,270\n");
+    const Outcome outcome = squareness({"--points", "file=" + wrong + of_file});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors,
+                HasSubstr("plumb squareness: " + wrong + ": line 10: the points do not lie on such"));
+    const std::string bad = folder.write("bad.csv", "X,Y\n1,2,5\n");
+    EXPECT_EQ(squareness({"--points", "file=" + bad + of_file}).errors,
+              "plumb squareness: " + bad + ": line 2: 3 values, but the header has 2\n");
+}
+
+TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
+    const std::pair<Texts, std::string> cases[] = {
+        {{"--chain", "w-X"}, "--chain: chain \"w-X\", character 4: expected -, not the end"},
+        {{"--lean", "Y+X=5"}, "--lean: 'Y+X=5': '5' has no unit; there are: rad mrad"},
+        {{"--lean", "W+X=5arcsec"}, "--lean: 'W+X=5arcsec': the chain has no axis W"},
+        {{"--lean", "Y+Y=5arcsec"}, "axis Y cannot lean towards +Y: it moves along it"},
+        {{"--lean", "Y+X=1urad", "--iso", "EC0Y=1urad"}, "--iso: 'EC0Y=1urad': EC0Y is set twice"},
+        {{"--iso", "EB0Y=1urad"}, "EB0Y turns Y about itself: that is no lean"},
+        {{"--iso", "EC0Y=1rad"}, "'1rad' is not an angle below 0.1 rad"},
+        {{"--datum", "X,Q"}, "--datum: 'X,Q': 'Q' is no axis"},
+        {{"--travel", "300"}, "--travel: '300' has no unit"},
+        {{"--reading", "both"}, "--reading: 'both' is neither component nor axis-direction"},
+        {{"--instance", "a b"}, "--instance: 'a b' is no name for HAL"},
+        {{"--diagonals", "plane=XY"}, "--diagonals: 'plane=XY': rising is missing"},
+        {{"--diagonals", "plane=XY,object=piece,rising=5mm,falling=5mm,u=1um"},
+         "object=piece is neither part"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:1:2um,u=1um"}, "3 readings at 2 positions"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24,u=1um"}, "reads: '24' has no unit"},
+        {{"--points", "object=part,u=1um"}, "file is missing"},
+    };
+    for (const auto& [arguments, reason] : cases) {
+        const Outcome outcome = squareness(arguments);
+        EXPECT_EQ(outcome.status, 2) << reason;
+        EXPECT_EQ(outcome.output, "");
+        EXPECT_THAT(outcome.errors, HasSubstr(reason));
+    }
+    const Outcome twice = squareness({"--chain", "w-Z.b-X-Y-t", "--lean", "Y+X=1urad", "--square",
+                                      "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
+    EXPECT_EQ(twice.status, 1);
+    EXPECT_EQ(twice.errors,
+              "plumb squareness: EC0Y is set and follows from measurements, too: leave one out\n");
+}
+
+}  // namespace
+}  // namespace plumb
