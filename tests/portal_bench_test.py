@@ -73,6 +73,21 @@ class Path(unittest.TestCase):
             self.assertEqual(abs(self.host.get("x-stage.applied-offset")) > 0.01, enabled)
         self.assertEqual(self.host.violations(), [])
 
+    def test_tool_change_in_motion_is_ramped_and_then_exact(self):
+        rate = self.host.get("square.max-rate")
+        self.host.run(5)
+        for axis in "xyz":  # beside the ramp, what motion causes: 160 mm/s by 50 urad, and W's share
+            self.host.expect(f"abs(applied_rate) <= {rate} + 0.02", applied=f"{axis}-stage.applied-offset")
+        for length, radial in ((90, 0), (400, 50), (0, 0)):
+            for part, pin in (("portal", "tool-length"), ("square", "z-tool-offset")):
+                self.host.set(f"{part}.{pin}", length)
+                self.host.set(f"{part}.radial-offset", radial)
+            self.host.run(0.01)
+            self.assertTrue(self.host.get("square.ramping"))
+            self.host.run(2)
+            self.assertLess(UM * math.hypot(*self.host.get(ERRORS)), 1e-5)
+        self.assertEqual(self.host.violations(), [])
+
     def test_drives_follow_no_worse_than_the_speed_of_the_correction_times_their_lag(self):
         gain = 30  # 1/s, of machine 0
         columns = {"correction": "square.{}-correction", "command": "{}-stage.drive-command", "place": "portal.{}-position"}

@@ -32,9 +32,9 @@ that of an ideal machine with the same drives, so that following error is none o
 
 On top of the tilts comes what they cannot describe, drawn by the seed and none of it for seed 0: straightness, pitch
 and yaw of each axis, curves without offset or slope; a ram whose nose bends towards +X with the square of its length
-outside; and tilts that drift.  truth-x-beyond-tilts is what of the tip error they make: tip minus that of a machine
-that has nothing but the tilts of the start.  The error motions of one axis at any position, as an instrument
-measures them, are at truth-gauge-...
+outside; and the tilts of Y on the column, of W and Z on the portal, drift.  truth-x-beyond-tilts is what of the tip
+error all that makes: tip minus that of a machine that has nothing but the tilts of the start.  The error motions of
+one axis at any position, as an instrument measures them, are at truth-gauge-...: the columns of an error table.
 
 A touch probe, its ball centred in the tip, meets an artifact in the work: a box, with a bore if it has one.
 
