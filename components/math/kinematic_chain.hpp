@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace plumb {
@@ -50,6 +51,12 @@ public:
     // In force until the next one; none at first.
     void set_error(Axis axis, const AxisError& error) noexcept {
         errors_[static_cast<std::size_t>(coordinate(axis))] = {true, error};
+    }
+
+    // Tilts alone: the tip is linear in the position.
+    bool linear() const noexcept {
+        return std::none_of(errors_.begin(), errors_.end(),
+                            [](const Source& source) { return source.given; });
     }
 
     const PositionSlopes& ideal_slopes() const noexcept { return ideal_slopes_; }

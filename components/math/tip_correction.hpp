@@ -27,12 +27,12 @@ public:
         Eigen::Vector3d error;   // mu, of the tip without correction
     };
 
-    // Two steps of Newton: the first is exact for tilts, the second leaves of errors of the axes what the
-    // second order of their second order is.
+    // A step of Newton, which is exact for tilts; and a second one, which leaves of errors of the axes what
+    // the second order of their second order is.
     Correction at(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
         const Eigen::Vector3d target = chain_->ideal_tip(q, tool) + origin_;
         Correction c = {Eigen::Vector3d::Zero(), PositionSlopes::Zero(), Eigen::Vector3d::Zero()};
-        for (int step = 0; step < 2; ++step) {
+        for (int step = 0; step < (chain_->linear() ? 1 : 2); ++step) {
             const KinematicChain::Tip tip = chain_->tip(corrected(q, c.offset), tool);
             const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
             const Eigen::Matrix3d inverse = by_offset.inverse();
