@@ -27,7 +27,10 @@ constexpr double period = 0.001;  // seconds
 
 // A host with servo-thread, started.
 std::unique_ptr<host::Client> host_with(const std::vector<std::string>& commands) {
-    auto client = std::make_unique<host::Client>();
+    host::Start start;
+    const auto bin = std::filesystem::path(host::find_host()).parent_path();
+    start.modules = {bin.parent_path() / "specimens"};
+    auto client = std::make_unique<host::Client>(start);
     client->command("loadrt threads name1=servo-thread period1=1000000");
     for (const std::string& command : commands) client->command(command);
     client->command("start");
@@ -94,14 +97,16 @@ struct Subject {
     std::string module;
     std::string function;
     std::vector<std::pair<std::string, std::string>> settings;  // pin, value
-    std::vector<std::pair<std::string, std::string>> inputs;    // pin, signal: slow, slope or steps
+    std::vector<std::pair<std::string, std::string>> inputs;    // pin, signal: slow, slope, steps, heat
     std::string alive;
+    std::vector<std::pair<std::string, std::string>> options = {};  // of each instance
+    std::vector<std::string> before = {};                           // commands
 };
 
 constexpr int instances = 16;  // as many as pid allows
 
 std::vector<std::string> commands_of(const Subject* subject) {
-    std::vector<std::string> commands{"loadrt siggen names=slow-wave,step-wave",
+    std::vector<std::string> commands{"loadrt siggen names=slow-wave,step-wave,heat-wave",
                                       "setp slow-wave.frequency 0.1",
                                       "setp slow-wave.amplitude 100",
                                       "setp step-wave.frequency 0.2",
@@ -110,11 +115,20 @@ std::vector<std::string> commands_of(const Subject* subject) {
                                       "net slow slow-wave.sine",
                                       "net slope slow-wave.cosine",
                                       "net steps step-wave.square",
+                                      "setp heat-wave.frequency 0.01",
+                                      "setp heat-wave.amplitude 0.0001",
+                                      "net heat heat-wave.sine",
+                                      "addf heat-wave.update servo-thread",
                                       "addf slow-wave.update servo-thread",
                                       "addf step-wave.update servo-thread"};
     if (!subject) return commands;
     std::string names;
     for (int i = 0; i < instances; ++i) names += (i ? ",it-" : "it-") + std::to_string(i);
+    commands.insert(commands.end(), subject->before.begin(), subject->before.end());
+    for (const auto& [option, value] : subject->options) {
+        names += " " + option + "=" + value;
+        for (int i = 1; i < instances; ++i) names += "," + value;
+    }
     commands.push_back("loadrt " + subject->module + " names=" + names);
     for (int i = 0; i < instances; ++i) {
         const std::string instance = "it-" + std::to_string(i) + ".";
@@ -273,11 +287,82 @@ void joint_offset_beside_pid(benchmark::State& state) {
                        "applied-offset"});
 }
 
+// A portal whose rail and ram lean, all four axes in motion, with a boring bar.
+Subject squareness() {
+    return {"squareness",
+            "update",
+            {{"enable", "1"},
+             {"all-homed", "1"},
+             {"ea0w", "0.0004"},
+             {"eb0w", "-0.0003"},
+             {"ea0z", "-0.0002"},
+             {"eb0z", "0.0001"},
+             {"radial-offset", "30"},
+             {"z-tool-offset", "250"}},
+            {{"x-position", "slow"},
+             {"x-velocity", "slope"},
+             {"y-position", "slow"},
+             {"y-velocity", "slope"},
+             {"z-position", "slow"},
+             {"w-position", "slope"}},
+            "y-correction",
+            {{"chain", "w-X.b-W-Y-Z-C-t"}}};
+}
+
+void squareness_beside_pid(benchmark::State& state) {
+    beside_pid(state, squareness());
+}
+
+// As when heat bends the column: an angle is another one in each period.
+void drifting_squareness_beside_pid(benchmark::State& state) {
+    Subject subject = squareness();
+    subject.inputs.emplace_back("ea0w", "heat");
+    subject.settings.erase(subject.settings.begin() + 2);
+    beside_pid(state, subject);
+}
+
+// All six errors of all four axes, each at 101 places, beside the tilts.
+void squareness_with_tables_beside_pid(benchmark::State& state) {
+    const auto path = std::filesystem::temp_directory_path() / "plumb_speed_benchmark_tables.csv";
+    {
+        std::ofstream file(path);
+        for (const char axis : {'X', 'Y', 'Z', 'W'}) {
+            file << axis;
+            for (const char* error : {"EX", "EY", "EZ", "EA", "EB", "EC"}) file << ',' << error << axis;
+            for (int i = -50; i <= 50; ++i) {
+                file << '\n' << 10 * i;
+                for (int k = 0; k < 6; ++k)
+                    file << ',' << (k < 3 ? 0.01 : 5e-5) * std::sin(0.1 * i + axis + k);
+            }
+            file << '\n';
+        }
+    }
+    Subject subject = squareness();
+    subject.options.emplace_back("table", path.string());
+    beside_pid(state, subject);
+    std::filesystem::remove(path);
+}
+
+// What LinuxCNC itself pays in each period for a machine that is not trivial: inverse and forward.
+void stock_kinematics_beside_pid(benchmark::State& state) {
+    beside_pid(state, {"kinematics_caller",
+                       "update",
+                       {},
+                       {{"x", "slow"}, {"y", "slope"}, {"z", "slow"}, {"b", "steps"}, {"c", "slow"}},
+                       "z-joint",
+                       {},
+                       {"loadrt 5axiskins"}});
+}
+
 BENCHMARK(empty_thread)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(control_loop)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(thermal_displacement_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(slowest_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
 BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(squareness_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(stock_kinematics_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(joint_offset_beside_pid)->UseManualTime()->Iterations(40);
 
 }  // namespace
