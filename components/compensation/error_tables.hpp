@@ -33,6 +33,7 @@ public:
     // At load, `paths` separated by colons.  Throws with file, line and reason.
     void load(const std::string& paths, const AxisChain& chain) {
         chain_ = chain;
+        paths_ = paths;
         for (std::size_t begin = 0; !paths.empty() && begin <= paths.size();) {
             const std::size_t end = std::min(paths.find(':', begin), paths.size());
             const std::string path = paths.substr(begin, end - begin);
@@ -88,7 +89,7 @@ private:
         for (auto& [letter, table] : read_error_tables(files_)) {
             const auto axis = static_cast<Axis>(error_table_file::axes.find(letter));
             if (!chain_.has(axis))
-                throw std::runtime_error(std::string("there is a table of ") + letter +
+                throw std::runtime_error("table=" + paths_ + ": there is one of " + letter +
                                          ", an axis that the chain does not have");
             result[static_cast<std::size_t>(coordinate(axis))] = std::move(table);
         }
@@ -96,6 +97,7 @@ private:
     }
 
     AxisChain chain_;
+    std::string paths_;
     std::vector<std::filesystem::path> files_;
     std::array<Set, 2> sets_;
     std::size_t in_use_ = 0;  // written in realtime, while nothing is being read

@@ -14,32 +14,103 @@ namespace plumb {
 
 struct Squareness final : hal::Component {
     static constexpr hal::About about{"squareness", "correct tilted columns and rails, with the tool", R"(
-A machine whose columns and rails lean puts the tip of the tool elsewhere than it says.  The operator tells which axes
-carry work and tool, and by how much each of them leans; the correction c of X, Y and Z brings the tip to where an ideal
-machine would have it, tool length and radial offset included:
+On a machine whose columns and rails lean the tip of the tool is not where the axes say, and the longer the tool, the
+further off it is.  The operator tells which axes carry the work and which the tool, and by how much each of them leans;
+the correction brings the tip to where an ideal machine would have it, tool length and radial offset included:
 
-    tip(q + c) = ideal tip(q)         q = position - pivot
+    tip(q + c) = ideal tip(q)      q = position - pivot      x-, y-, z-correction = c, within max-correction
 
-Positions and velocities are those of the joints, joint.N.pos-cmd and joint.N.vel-cmd.  Corrections go to the stages of
-the joints, joint_offset.
+    tip = (transforms of the work's side)^-1 (transforms of the tool's side) T        T from the gauge point to the tip
+    transform of an axis = R(EA0, EB0, EC0) . move by q + (EX, EY, EZ) . R(EA, EB, EC)       R = Rz(EC) Ry(EB) Rx(EA)
+
+solved exactly, not to first order; everything behind an axis turns with it, and on the work's side q and (EX, EY, EZ)
+count negative.  The axis parallel to X, Y or Z is clamped when cutting: its share is corrected by X, Y and Z.
+
+The chain is written as in ISO 10791, without primes: w-Z.b-X-Y-C-t is a table that moves in Z, and a column on X that
+carries the spindle in Y; w-X.b-W-Y-Z-C-t a portal whose cross rail moves in W.  Before b, the bed, is what carries the
+work w, after it what carries the tool t: X, Y and Z in any order, and at most one of U, V and W.
+
+The tilts are the quantities of ISO 230-1, in rad, that is, turns of the axis about X, Y and Z by the right hand.  An axis
+leans to where its + end lies:
+
+    Y leans to +X: EC0Y < 0      Z, W lean to +X: EB0Z, EB0W > 0      X leans to +Y: EC0X > 0
+    Y leans to +Z: EA0Y > 0      Z, W lean to +Y: EA0Z, EA0W < 0      X leans to +Z: EB0X < 0
+
+So if a square on the table shows that the + end of Y lies 20 um per 300 mm towards +X, ec0y is -66.7e-6.  Check the
+sign with one move: with enable true the indicator that climbs the square must stand still.
+
+axis-direction says what a tilt turns: all that the axis carries, so that a rail that leans takes the saddle with it
+(false), or only the axes parallel to it, and the tool, so that the saddle stays level (true).  to-bed says against what
+the tilt of an axis was measured that rides on one parallel to it, as Z on W: the rail (false), or the bed (true), which
+replaces the tilt of the rail.  With L-tool-follows false the spindle, or the table, was set up square in spite of the
+tilt of L.  At L-pivot the tilt of L displaces nothing: where the machine was squared, or its origin.
+
+T is minus the tool offset, plus radial-offset in radial-direction: a boring bar's tip, or the cutter's side that cuts
+(radial-is-diameter where D words hold diameters).  The reference tool is the one that the origin of the work was set
+with, for whoever sets it without the correction: what the tilts do to that tool is in the origin already.
+
+Tables hold all errors of an axis over its position, by the names of ISO 230-1, in mm and rad whatever the machine
+unit, such as
+
+    Y,EXY,EYY,EZY,EAY,EBY,ECY
+    0,0,0,0,0,0,0
+    50,0.0012,-0.003,0,0,0,1.5e-5
+
+for Y at its machine positions, whatever the pivot.  They count beside the tilts: do not give the same squareness in both.
+Between rows they are cubic; beyond the ends the last value holds.  A rising edge of reload has them read anew, aside:
+it takes some 10 ms and the time to read.  Good ones take over by max-rate, and serial counts up; of bad ones none is
+taken, those before stay, and LinuxCNC shows file, line and reason.
+
+Motion is followed without lag: corrected-velocity is that of joint and correction together, from the slopes of the
+model, not from differences.  What motion did not cause comes by max-rate, as a vector: enable, homed, an
+edited angle, G43, another radial offset or pivot, tables.  An angle may be driven, as by heat; slower than max-rate
+it is followed without lag, too.  A position that changes faster than max-speed did not move.
+
+Wiring, here of X and of the tool; the other axes of the chain likewise:
+
+    net x-position-cmd joint.0.pos-cmd       => square.x-position x-stage.position
+    net x-velocity-cmd joint.0.vel-cmd       => square.x-velocity
+    net all-homed      motion.is-all-homed   => square.all-homed
+    net tool-x         motion.tooloffset.x   => square.x-tool-offset
+    net tool-y         motion.tooloffset.y   => square.y-tool-offset
+    net tool-z         motion.tooloffset.z   => square.z-tool-offset
+    net x-correction   square.x-correction   => x-stage.offset-0
+
+    addf motion-command-handler  servo-thread
+    addf x-stage.update-feedback servo-thread
+    addf motion-controller       servo-thread
+    addf square.update           servo-thread
+    addf x-stage.update          servo-thread
+
+The positions are those of joint.N.pos-cmd, which the correction is not in, and not of motor-pos-cmd, which screw
+compensation is in.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
+its max-offset not below max-correction.  corrected-velocity is for the feed-forward of a drive.
 
 limited-code:
 
-    1 an angle is beyond max-angle
-    2 the correction is beyond max-correction
-    3 a position changed faster than max-speed: the correction follows by max-rate
-    4 a table does not reach the position: its last value is in force
+    1 an angle is beyond max-angle: it counts as that
+    2 the correction is beyond max-correction: likewise
+    3 a position has changed faster than max-speed: the correction follows by max-rate
+    4 a table does not reach this position
 
 fault-code:
 
-    1 a position or velocity is not a number, or beyond 1e6: the last good one stays
+    1 a position or velocity of an axis of the chain is not a number, or beyond 1e6: the last good one stays
     2 a tool offset likewise, or beyond 1e4
     3 an angle, a pivot, a radial or reference offset likewise, or an angle of 0.1 rad or more
-    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10) or max-speed (to 1e5): the last good set is in force
-    5 an angle or pivot of an axis that the chain does not have: likewise
-    6 to-bed, and no axis rides on one parallel to it: likewise
-    7 radial-offset has no radial-direction: likewise
-    8 the tables could not be read anew: those before stay)"};
+    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10) or max-speed (to 1e5) is not above 0 or too large:
+      the last good set of settings stays in force, as a whole
+    5 an angle or a pivot of an axis that the chain does not have: likewise
+    6 to-bed, and no axis of the chain rides on one parallel to it: likewise
+    7 a radial-offset without radial-direction: likewise
+    8 the tables could not be read anew: those before stay
+    9 the tables change so fast with the position that the correction means nothing: it returns to 0
+
+Positions, tool offsets, enable and all-homed are no settings, and go on while a set is refused.  The defaults are for
+millimetres; on an inch machine set the option unit, and divide max-correction, max-rate and max-speed by 25.4.
+
+Sources: ISO 230-1 (names and signs), ISO 10791 (chains), JP7448336B2 and US 11,241,766 (tilts by direction and angle,
+tool vector; not to the letter: there the turned tool and the length of the tool in the portal are left out).)"};
 
     using Component::Component;
 
@@ -103,19 +174,8 @@ fault-code:
         const bool tool_known = read_tool();
         settings.judge(axes_);
         const bool reloaded = take_over_tables();
-        const SquarenessModel::Situation next = situation();
 
-        RampedCorrection::Wanted before = result_.wanted;  // where the axes were, if they jumped
-        const bool changed = reloaded || !(next == model_.situation());
-        if (changed) {
-            if (!jumped) before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use()).wanted;
-            model_.set(next);
-        }
-        result_ = model_.at(motion_, tables_.in_use());
-        if (changed || jumped)
-            result_ = model_.at(motion_, tables_.in_use());  // with errors of where it leads
-        if (!changed && !jumped) before = result_.wanted;
-        ramp_.step(result_.wanted, before, settings.values().max_rate, dt);
+        follow(situation(), jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
             correction[i] = ramp_.offset()[i];
@@ -175,6 +235,21 @@ private:
         return {settings.values(), tool_ + settings.values().radial, enable && homed_};
     }
 
+    // The correction by what was in force until now, where the axes are now, and by what is in force from now
+    // on: their difference is what motion did not cause.
+    void follow(const SquarenessModel::Situation& next, bool jumped, bool reloaded, double dt) noexcept {
+        const SquarenessModel::Result last = result_;
+        const bool changed = reloaded || !(next == model_.situation());
+        SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
+        result_ = before;
+        if (changed) model_.set(next);
+        if (changed || jumped) result_ = model_.at(motion_, tables_.in_use());
+        if ((changed || jumped) && !model_.linear())  // again, by the errors of where that has led to
+            result_ = model_.at(motion_, tables_.in_use());
+        if (jumped || before.steady != last.steady) before = last;
+        ramp_.step(result_.wanted, before.wanted, settings.values().max_rate, dt);
+    }
+
     void report(bool tool_known, bool jumped) noexcept {
         const std::int32_t bounded_code = settings.limited()     ? 1
                                           : ramp_.limited()      ? 2
@@ -188,6 +263,7 @@ private:
                                   : settings.wrong() != SquarenessSettings::Wrong::nothing
                                       ? 2 + static_cast<std::int32_t>(settings.wrong())
                                   : tables_.refused() ? 8
+                                  : !result_.steady   ? 9
                                                       : 0;
         fault_code = code;
         fault = code != 0;

@@ -32,6 +32,7 @@ public:
         RampedCorrection::Wanted wanted;
         Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, of the tip without correction
         bool beyond_table = false;                        // a table does not reach here
+        bool steady = true;  // false: it changes with the position as no machine's does, and means nothing
     };
 
     // A machine unit has so many millimetres, which are what tables are in.
@@ -39,6 +40,7 @@ public:
         : axes_(axes), millimetres_(millimetres), chain_({axes, {}, {}, {}}) {}
 
     const Situation& situation() const noexcept { return situation_; }
+    bool linear() const noexcept { return chain_.linear(); }  // no table was in force the last time
 
     void set(const Situation& situation) noexcept {
         situation_ = situation;
@@ -67,6 +69,11 @@ public:
         });
         const TipCorrection::Correction c =
             TipCorrection(chain_, situation_.settings.reference).at(q, situation_.tool);
+        result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5;
+        if (!result.steady) {
+            led_to_.setZero();
+            return result;
+        }
         led_to_ = c.offset;
         result.error = c.error;
         result.wanted.most = situation_.settings.max_correction;

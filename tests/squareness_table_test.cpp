@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// squareness with tables of errors, which parabolas meet exactly.
+#include "tests/square.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cstdio>
+#include <random>
+
+namespace plumb {
+namespace {
+
+using testing::HasSubstr;
+
+// Error motions of an axis, in mm and rad: 20 um and 60 urad over a metre.
+struct Parabolas {
+    double seed;
+
+    Vec translation(double s) const {
+        const double t = s / 500 - 0.1 * seed;
+        return Vec{t * t - 0.3, 0.5 - t * t * seed, t * (1 - seed * t)} * (10 * um);
+    }
+    Vec angles(double s) const {
+        const double t = s / 500 + 0.2 * seed;
+        return Vec{t * t * seed, 0.3 - t * t, t * (seed - t)} * (30 * urad);
+    }
+};
+
+std::string table_of(char axis, const Parabolas& errors) {
+    std::string text(1, axis);
+    for (const char* name : {"EX", "EY", "EZ", "EA", "EB", "EC"}) text += std::string(",") + name + axis;
+    for (double s = -700; s <= 700; s += s < 0 ? 35 : 70) {
+        const Vec t = errors.translation(s), a = errors.angles(s);
+        char row[200];
+        std::snprintf(row, sizeof row, "\n%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", s, t.x, t.y, t.z, a.x,
+                      a.y, a.z);
+        text += row;
+    }
+    return text + '\n';
+}
+
+// w-Z.b-X-Y-C-t with errors of all axes, and a column that leans.
+struct WornColumn {
+    Parabolas x{1.1}, y{-0.7}, z{0.4};
+    Vec tilt{80 * arcsec, 0, -60 * arcsec};
+
+    Vec tip(const Position& q, const Vec& tool) const {
+        Vec v = turned(y.angles(q[1]), tool) + Vec{0, q[1], 0} + y.translation(q[1]);
+        v = turned(x.angles(q[0]), turned(tilt, v)) + Vec{q[0], 0, 0} + x.translation(q[0]);
+        return turned_back(z.angles(q[2]), v + Vec{0, 0, q[2]} + z.translation(q[2]));
+    }
+    std::string tables() const { return table_of('X', x) + table_of('Y', y) + table_of('Z', z); }
+    void tell(Square& square) const { square.set({{"ea0y", tilt.x}, {"ec0y", tilt.z}}); }
+    double rest(Square& square, const Position& q, const Vec& tool) const {
+        return (tip(square.corrected(q), tool) - ideal_tip(q, tool)).length();
+    }
+};
+
+const Vec long_tool{40, 30, -400};
+
+TEST(SquarenessTables, ErrorsOfAllAxesAreCorrectedExactly) {
+    const Folder folder;
+    const WornColumn machine;
+    const auto first = folder.write("xy.csv", table_of('X', machine.x) + table_of('Y', machine.y));
+    const auto second = folder.write("z.csv", table_of('Z', machine.z));
+    Square square(std::string(column_chain) + " table=" + first.string() + ":" + second.string());
+    EXPECT_EQ(square.get("tables"), 0);
+    machine.tell(square);
+    square.set_tool(long_tool);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> place(-500, 500);
+    double error = 0, rest = 0;
+    for (int n = 0; n < 50; ++n) {
+        const Position q{place(random), place(random), place(random), 0};
+        square.go(q);
+        error = std::max(error, (machine.tip(q, long_tool) - ideal_tip(q, long_tool)).length());
+        rest = std::max(rest, machine.rest(square, q, long_tool));
+    }
+    std::printf("worn column: error up to %.0f um, corrected to %.2g um\n", error * 1000, rest * 1000);
+    EXPECT_GT(error, 300 * um);
+    EXPECT_LT(rest, 1e-9);
+    EXPECT_EQ(square.get("tables"), 3);
+    EXPECT_EQ(square.get("limited-code"), 0);
+}
+
+TEST(SquarenessTables, InchMachineReadsTheSameTables) {
+    const Folder folder;
+    const WornColumn machine;
+    Square square(std::string(column_chain) +
+                  " unit=inch table=" + folder.write("all.csv", machine.tables()).string());
+    machine.tell(square);
+    square.set_tool(long_tool * (1 / 25.4));
+    const Position q{300, -400, 250, 0};
+    square.go({q[0] / 25.4, q[1] / 25.4, q[2] / 25.4, 0});
+    const Vec c = square.get_xyz("correction") * 25.4;
+    EXPECT_LT(
+        (machine.tip({q[0] + c.x, q[1] + c.y, q[2] + c.z, 0}, long_tool) - ideal_tip(q, long_tool)).length(),
+        1e-9);
+}
+
+TEST(SquarenessTables, VelocityIsTheDerivativeOfPosition) {
+    const Folder folder;
+    const std::string tables =
+        table_of('X', {1}) + table_of('Y', {-1.2}) + table_of('Z', {0.7}) + table_of('W', {1.5});
+    Square square(std::string(portal_chain) + " table=" + folder.write("all.csv", tables).string());
+    square.set({{"ea0w", 100 * arcsec}, {"eb0z", 70 * arcsec}});
+    square.set_tool(long_tool);
+    const auto path = [](double t) {
+        const double w = 0.5, s = std::sin(w * t), c = std::cos(w * t);
+        return Square::Moving{{200 * c, 200 * s, 60 * s - 100, 50 * c},
+                              {-200 * w * s, 200 * w * c, 60 * w * c, -50 * w * s}};
+    };
+    square.go(path(0).position);
+    square.follow(path, 4);
+    double worst = 0;
+    std::vector<std::string> names;
+    for (const char* axis : {"x", "y", "z"})
+        for (const char* what : {"-corrected-position", "-corrected-velocity"})
+            names.push_back(std::string("square.") + axis + what);
+    const Table table = square.bench.trace(3.9, names);
+    for (std::size_t i = 0; i < names.size(); i += 2)
+        worst = std::max(worst, worst_velocity(table, names[i], names[i + 1]));
+    std::printf("with tables velocities err by %.2g mm/s at 100 mm/s\n", worst);
+    EXPECT_LT(worst, 1e-6 * 100);
+}
+
+TEST(SquarenessTables, AreReadAnewWithoutAStep) {
+    const Folder folder;
+    WornColumn machine;
+    const auto file = folder.write("all.csv", machine.tables());
+    Square square(std::string(column_chain) + " table=" + file.string());
+    machine.tell(square);
+    square.set_tool(long_tool);
+    square.set("max-rate", 0.1);
+    const Position q{300, -400, 250, 0};
+    square.go(q);
+    EXPECT_LT(machine.rest(square, q, long_tool), 1e-9);
+    square.never_faster_than(0.1);
+
+    machine.x.seed = -0.5;
+    folder.write("all.csv", table_of('X', machine.x) + table_of('Y', machine.y) + table_of('Z', machine.z));
+    square.run(0.1);
+    EXPECT_GT(machine.rest(square, q, long_tool), 10 * um);
+    square.set("reload", 1);
+    square.run(0.01);
+    EXPECT_EQ(square.get("serial"), 1);
+    EXPECT_TRUE(square.get("ramping"));
+    square.run(3);
+    EXPECT_LT(machine.rest(square, q, long_tool), 1e-9);
+    EXPECT_EQ(square.get("serial"), 1);
+
+    // Once more while the first is on its way, and tables that are there no more.
+    square.set("reload", 0);
+    square.run(0.001);
+    folder.write("all.csv", table_of('X', machine.x));
+    square.set("reload", 1);
+    square.run(0.001);
+    square.set("reload", 0);
+    square.run(0.001);
+    square.set("reload", 1);
+    square.run(3);
+    EXPECT_EQ(square.get("serial"), 3);
+    EXPECT_EQ(square.get("tables"), 1);
+    EXPECT_FALSE(square.get("ramping"));
+}
+
+TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndSayWhy) {
+    const Folder folder;
+    const WornColumn machine;
+    const auto file = folder.write("all.csv", machine.tables());
+    host::Start shown;
+    shown.show_output = true;
+    Square square(std::string(column_chain) + " table=" + file.string(), shown);
+    machine.tell(square);
+    square.go({300, -400, 250, 0});
+    const Vec before = square.get_xyz("correction");
+    const auto reload = [&] {
+        testing::internal::CaptureStderr();
+        square.set("reload", 1);
+        square.run(0.1);
+        square.set("reload", 0);
+        square.run(0.1);
+        return testing::internal::GetCapturedStderr();
+    };
+    const std::string stay = "; the tables before stay in force";
+    for (const auto& [text, reason] : std::vector<std::pair<std::string, std::string>>{
+             {"X,EXX\n0,0\n100,nan\n", "line 3: column EXX: 'nan' is no number"},
+             {"X,EXX\n0,0\n100,25\n", "line 3: column EXX: '25' is beyond 10 mm"},
+             {"X,EXX\n0,0\n0,0\n", "line 3: column X: 0 is not beyond 0"},
+             {"W,EXW\n0,0\n100,0\n", "there is one of W, an axis that the chain does not have"},
+             {"", "there is no table in it"}}) {
+        folder.write("all.csv", text);
+        EXPECT_THAT(reload(), testing::AllOf(HasSubstr("squareness: "), HasSubstr(reason), HasSubstr(stay)));
+        EXPECT_EQ((square.get_xyz("correction") - before).length(), 0);
+        EXPECT_TRUE(square.get("table-fault"));
+        EXPECT_EQ(square.get("fault-code"), 8);
+    }
+    std::filesystem::remove(file);
+    EXPECT_THAT(reload(), HasSubstr(file.string() + ": No such file or directory" + stay));
+    EXPECT_EQ(square.get("serial"), 0);
+
+    folder.write("all.csv", machine.tables());
+    EXPECT_EQ(reload(), "");
+    EXPECT_EQ(square.get("serial"), 1);
+    EXPECT_EQ(square.get("fault-code"), 0);
+    EXPECT_EQ((square.get_xyz("correction") - before).length(), 0);
+}
+
+TEST(SquarenessTables, AreRefusedAtLoadWithFileLineAndReason) {
+    const Folder folder;
+    Bench bench(Bench::Thread::none);
+    const auto refusal = [&](const std::string& text) {
+        const auto file = folder.write("bad.csv", text).string();
+        const host::Halcmd answer =
+            bench.client().halcmd({"loadrt", "squareness", "names=square", column_chain, "table=" + file});
+        EXPECT_NE(answer.status, 0) << text;
+        EXPECT_THAT(answer.output, HasSubstr(file + ": "));
+        return answer.output;
+    };
+    EXPECT_THAT(refusal("X,EXX\n0,0\n100,\n"), HasSubstr("line 3: column EXX: there is no value"));
+    EXPECT_THAT(refusal("W,EXW\n0,0\n100,0\n"),
+                HasSubstr("there is one of W, an axis that the chain does not have"));
+}
+
+TEST(SquarenessTables, BeyondItsEndsTheLastValueHoldsAndIsTold) {
+    const Folder folder;
+    const auto file = folder.write("x.csv", "X,EXX\n-100,-0.01\n100,0.01\n");
+    Square square(std::string(column_chain) + " table=" + file.string());
+    square.go({50, 0, 0, 0});
+    EXPECT_NEAR(square.get("x-correction"), -5 * um, 0.01 * um);
+    EXPECT_EQ(square.get("limited-code"), 0);
+    square.go({200, 0, 0, 0});
+    EXPECT_NEAR(square.get("x-correction"), -10 * um, 0.01 * um);
+    EXPECT_EQ(square.get("limited-code"), 4);
+}
+
+}  // namespace
+}  // namespace plumb
