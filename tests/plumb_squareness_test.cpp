@@ -211,6 +211,9 @@ TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
          "object=piece is neither part"},
         {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:1:2um,u=1um"}, "3 readings at 2 positions"},
         {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24,u=1um"}, "reads: '24' has no unit"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=0um"}, "u=0um is less than anybody can"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um,own-u=0"},
+         "own-u: '0' is no uncertainty"},
         {{"--points", "object=part,u=1um"}, "file is missing"},
     };
     for (const auto& [arguments, reason] : cases) {

@@ -77,6 +77,7 @@ TEST(QuantityText, ReadsLengths) {
     EXPECT_DOUBLE_EQ(length_of("12in"), 304.8);
     EXPECT_EQ(length_of("0"), 0);
     EXPECT_EQ(refusal([] { length_of("300"); }), "'300' has no unit; there are: um mm cm m in ft thou");
+    EXPECT_EQ(refusal([] { length_of("-1e305m"); }), "'-1e305m' is longer than 1 km");
     EXPECT_EQ(refusal([] { length_of("3rad"); }),
               "'3rad' has an unknown unit, 'rad'; there are: um mm cm m in ft thou");
 }

@@ -123,7 +123,10 @@ inline double length_of(std::string_view text, const std::string& unit = "") {
     const Measure length = measure(plain(text), text);
     if (!length.has_number) refuse(text, "does not begin with a number");
     if (length.number == 0 && length.unit.empty()) return 0;
-    return length.number * size(length.unit.empty() ? unit : length.unit, length_units(), text);
+    const double result =
+        length.number * size(length.unit.empty() ? unit : length.unit, length_units(), text);
+    if (!(std::abs(result) <= 1e6)) refuse(text, "is longer than 1 km");
+    return result;
 }
 
 // Several with : between them, as in 0:150:300mm; those without a unit have that of the last one.

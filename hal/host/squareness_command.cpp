@@ -74,6 +74,8 @@ std::pair<std::string, std::string> split(const std::string& text, char mark, co
     return {text.substr(0, at), text.substr(at + 1)};
 }
 
+constexpr double least_length = 1e-6;  // mm, of an uncertainty
+
 // key=value,key=value,...
 class Fields {
 public:
@@ -117,7 +119,8 @@ public:
         if (has("u") == has("U"))
             refuse("one of u, the standard uncertainty, and U, which is twice that, is wanted");
         const double value = has("u") ? length("u") : length("U") / 2;
-        if (!(value > 0)) refuse((has("u") ? "u=" + text("u") : "U=" + text("U")) + " is not more than 0");
+        if (!(value >= least_length))
+            refuse((has("u") ? "u=" + text("u") : "U=" + text("U")) + " is less than anybody can measure");
         return value;
     }
 
@@ -140,7 +143,8 @@ std::string object_name(MeasuredObject object) {
 
 double own_angle(const std::string& text) {
     const double angle = angle_of(text);
-    if (!(angle >= 0 && angle < 0.1)) refuse(quoted(text) + " is no uncertainty: 0 to 0.1 rad is possible");
+    if (!(angle >= 1e-9 && angle < 0.1))
+        refuse(quoted(text) + " is no uncertainty: from 1e-9 to 0.1 rad is possible");
     return angle;
 }
 
@@ -323,7 +327,8 @@ SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points,
         refuse_file("an artifact is turned, not a part, and object=part");
     if (!points.own.empty())
         shape.own_uncertainty = shape.ring ? length_of(points.own) : own_angle(points.own);
-    if (shape.own_uncertainty && !(*shape.own_uncertainty > 0)) refuse_file("own-u is not more than 0");
+    if (shape.ring && shape.own_uncertainty && !(*shape.own_uncertainty >= least_length))
+        refuse_file("own-u=" + points.own + " is less than anybody can measure");
     std::string how = std::to_string(shape.points.size()) + " points " +
                       (shape.ring ? "around a ring" : "on the faces of " + object_name(shape.object));
     if (shape.ring && shape.object == MeasuredObject::part) how += " that was cut";
@@ -753,7 +758,8 @@ Each measurement is a list of fields, KEY=VALUE,KEY=VALUE, without blanks. In al
 The object decides over the sign: a part that is longer along a diagonal comes from axes to which an artifact seems shorter there.
 
 Several measurements of the same two axes become their weighted mean. Where readings scatter more than was
-stated, the uncertainty is widened by as much; it is never narrowed.)"},
+stated, the uncertainty is widened by as much; it is never narrowed. So state u honestly: of a few readings the scatter says
+little.)"},
          {"DIAGONALS",
           R"(Of a square or rectangle whose sides lie along the axes:
 
