@@ -10,11 +10,12 @@ goes through the shift of the portal twenty times beside two busy loops, and cou
 import json
 import os
 import re
+import subprocess
 import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, change, finish, nm, own_folder, read_recording, start, um
+from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, ROOT, change, finish, nm, own_folder, read_recording, start, um
 
 CONFIGURATION = os.path.join(ROOT, "configs", "portal")
 
@@ -261,6 +262,21 @@ class Configuration(unittest.TestCase):
             headless, screen = (re.findall("#INCLUDE .*", self.read(kind + name + ".ini")) for kind in ("", "axis_"))
             self.assertEqual(headless, screen)
             self.assertGreater(len(headless), 8)
+
+    def test_settings_are_what_plumb_squareness_makes_of_the_leans_of_the_readme(self):
+        commands = re.findall(r"^    plumb (squareness .*)$", self.read("README.md"), re.M)
+        self.assertEqual(len(commands), 2)
+        for name, command in zip(("column", "portal"), commands):
+            self.assertIn("CHAIN = %s\n" % command.split()[2], self.read(name + "_hal.inc"))
+            plumb = os.path.join(BUILD, "bin", "plumb")
+            told = subprocess.run([plumb, *command.split()], capture_output=True, text=True, check=True).stdout
+            tilts = [
+                {pin: float(angle) for pin, angle in re.findall(r"^ *setp \w+\.(e[abc]0\w) +(\S+)", text, re.M)}
+                for text in (told, self.read(name + "_settings.hal"), self.read(name + "_machine.hal"))
+            ]
+            self.assertEqual(tilts[0], tilts[1])
+            self.assertEqual(tilts[1], tilts[2])
+            self.assertGreater(len(tilts[0]), 1)
 
     def test_panel_is_wired_to_what_both_machines_have(self):
         panel, common = self.read("panel.hal"), self.read("compensation.hal")
