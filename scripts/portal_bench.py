@@ -30,11 +30,11 @@ RUNS = ("without", "with tilts", "with tables")
 CAUSES = ("straightness", "pitch and yaw", "ram sag", "drift")  # of what no tilt describes
 
 MISTAKES = {  # in what the operator sets
-    "first angle with the wrong sign": lambda square: {LEANING[square.kind][0]: -square.angles[LEANING[square.kind][0]]},
-    "tool length left out": lambda square: {"z-tool-offset": 0},
-    "diameter taken for a radius": lambda square: {"radial-offset": 2 * square.tool.radial},
-    "the other reading": lambda square: {"axis-direction": True},
-    "bed taken for rail": lambda square: {"to-bed": square.kind == "portal"},
+    "first angle with the wrong sign": lambda machine: {LEANING[machine.kind][0]: -machine.angles[LEANING[machine.kind][0]]},
+    "tool length left out": lambda machine: {"z-tool-offset": 0},
+    "diameter taken for a radius": lambda machine: {"radial-offset": 2 * machine.tool.radial},
+    "the other reading": lambda machine: {"axis-direction": True},
+    "bed taken for rail": lambda machine: {"to-bed": machine.kind == "portal"},
 }
 
 AXES = "xyzw"

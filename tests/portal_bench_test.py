@@ -64,8 +64,10 @@ class Path(unittest.TestCase):
             self.host.set(f"{axis}-path.amplitude", 0)  # at rest, where the correction moves by its ramp alone
         self.host.set("w-path.amplitude", 0)
         self.host.run(20)
-        for axis in "xyz":
-            self.host.expect(f"abs(applied_rate) <= {rate} * 1.000001", applied=f"{axis}-stage.applied-offset")
+        self.host.expect(
+            f"x_rate * x_rate + y_rate * y_rate + z_rate * z_rate <= {rate} * {rate} * 1.000001",
+            **{axis: f"{axis}-stage.applied-offset" for axis in "xyz"},
+        )
         for enabled in (False, True):
             self.host.set("square.enable", enabled)
             self.host.run(3)
