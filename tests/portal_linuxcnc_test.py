@@ -11,6 +11,7 @@ import json
 import os
 import re
 import subprocess
+import tomllib
 import unittest
 
 import linuxcnc_runs
@@ -113,6 +114,14 @@ class Shift:
         self.assertLessEqual((steps - self.allowed_by_motion())[judged].max(), RAMP * PERIOD)
         for scene in ("choose_a_tool", "disable", "enable", "edit_an_angle", "change_the_tool", "reload_a_table"):
             self.assertAlmostEqual(steps[self.rows[scene]].max(), RAMP * PERIOD, delta=0.1 * RAMP * PERIOD, msg=scene)
+
+    def test_changes_come_while_it_moves(self):
+        moving = self.moved() > 0
+        ramping = self.shift["square.ramping"] == 1
+        for scene in ("change_amid_a_move", "change_the_tool"):
+            self.assertGreater(np.count_nonzero((moving & ramping)[self.rows[scene]]), 100, scene)
+        stopped = np.ptp(self.position[0, self.rows["emergency_stop"]])
+        self.assertTrue(10 < stopped < 240, stopped)
 
     def test_stages_make_no_step_beyond_two_ramps_where_they_are_released_and_come_back(self):
         for scene in ("on_again", "unhome", "home_anew", "home_too_early", "home_once_more"):
@@ -277,6 +286,21 @@ class Configuration(unittest.TestCase):
             self.assertEqual(tilts[0], tilts[1])
             self.assertEqual(tilts[1], tilts[2])
             self.assertGreater(len(tilts[0]), 1)
+
+    def test_every_code_of_the_manual_pages_has_its_message(self):
+        messages = {message["pin"]: message for message in tomllib.loads(self.read("messages.toml"))["message"]}
+        for page, listed, pins in (
+            ("squareness", "fault-code", ["square-fault"]),
+            ("squareness", "limited-code", ["square-limited"]),
+            ("joint_offset", "fault-code", ["x-fault", "y-fault", "z-fault"]),
+        ):
+            command = ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", page + ".9")]
+            text = re.sub(".\b", "", subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+            block = re.search(r"^ +%s:\n((?:\n| {8,}.*\n)+)" % listed, text, re.M)[1]
+            codes = re.findall(r"^ +(\d) ", block, re.M)
+            self.assertGreater(len(codes), 3)
+            for pin in pins:
+                self.assertEqual(list(messages[pin]["codes"]), codes, pin)
 
     def test_panel_is_wired_to_what_both_machines_have(self):
         panel, common = self.read("panel.hal"), self.read("compensation.hal")
