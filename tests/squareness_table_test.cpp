@@ -43,16 +43,20 @@ std::string table_of(char axis, const Parabolas& errors) {
 struct WornColumn {
     Parabolas x{1.1}, y{-0.7}, z{0.4};
     Vec tilt{80 * arcsec, 0, -60 * arcsec};
+    double y_pivot = 150;  // of the tilt; the tables know nothing of it
 
     Vec tip(const Position& q, const Vec& tool) const {
-        Vec v = turned(y.angles(q[1]), tool) + Vec{0, q[1], 0} + y.translation(q[1]);
+        Vec v = turned(y.angles(q[1]), tool) + Vec{0, q[1] - y_pivot, 0} + y.translation(q[1]);
         v = turned(x.angles(q[0]), turned(tilt, v)) + Vec{q[0], 0, 0} + x.translation(q[0]);
         return turned_back(z.angles(q[2]), v + Vec{0, 0, q[2]} + z.translation(q[2]));
     }
     std::string tables() const { return table_of('X', x) + table_of('Y', y) + table_of('Z', z); }
-    void tell(Square& square) const { square.set({{"ea0y", tilt.x}, {"ec0y", tilt.z}}); }
+    void tell(Square& square, double unit = 1) const {
+        square.set({{"ea0y", tilt.x}, {"ec0y", tilt.z}, {"y-pivot", y_pivot / unit}});
+    }
+    Vec ideal(const Position& q, const Vec& tool) const { return ideal_tip(q, tool) - Vec{0, y_pivot, 0}; }
     double rest(Square& square, const Position& q, const Vec& tool) const {
-        return (tip(square.corrected(q), tool) - ideal_tip(q, tool)).length();
+        return (tip(square.corrected(q), tool) - ideal(q, tool)).length();
     }
 };
 
@@ -73,7 +77,7 @@ TEST(SquarenessTables, ErrorsOfAllAxesAreCorrectedExactly) {
     for (int n = 0; n < 50; ++n) {
         const Position q{place(random), place(random), place(random), 0};
         square.go(q);
-        error = std::max(error, (machine.tip(q, long_tool) - ideal_tip(q, long_tool)).length());
+        error = std::max(error, (machine.tip(q, long_tool) - machine.ideal(q, long_tool)).length());
         rest = std::max(rest, machine.rest(square, q, long_tool));
     }
     std::printf("worn column: error up to %.0f um, corrected to %.2g um\n", error * 1000, rest * 1000);
@@ -88,14 +92,14 @@ TEST(SquarenessTables, InchMachineReadsTheSameTables) {
     const WornColumn machine;
     Square square(std::string(column_chain) +
                   " unit=inch table=" + folder.write("all.csv", machine.tables()).string());
-    machine.tell(square);
+    machine.tell(square, 25.4);
     square.set_tool(long_tool * (1 / 25.4));
     const Position q{300, -400, 250, 0};
     square.go({q[0] / 25.4, q[1] / 25.4, q[2] / 25.4, 0});
     const Vec c = square.get_xyz("correction") * 25.4;
-    EXPECT_LT(
-        (machine.tip({q[0] + c.x, q[1] + c.y, q[2] + c.z, 0}, long_tool) - ideal_tip(q, long_tool)).length(),
-        1e-9);
+    EXPECT_LT((machine.tip({q[0] + c.x, q[1] + c.y, q[2] + c.z, 0}, long_tool) - machine.ideal(q, long_tool))
+                  .length(),
+              1e-9);
 }
 
 TEST(SquarenessTables, VelocityIsTheDerivativeOfPosition) {
