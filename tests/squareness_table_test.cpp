@@ -102,16 +102,21 @@ TEST(SquarenessTables, InchMachineReadsTheSameTables) {
               1e-9);
 }
 
-TEST(SquarenessTables, VelocityIsTheDerivativeOfPosition) {
+// At 100 mm/s, on a machine whose unit has so many millimetres.
+class SquarenessTableVelocity : public testing::TestWithParam<double> {};
+
+TEST_P(SquarenessTableVelocity, IsTheDerivativeOfPosition) {
+    const double unit = GetParam();
     const Folder folder;
     const std::string tables =
         table_of('X', {1}) + table_of('Y', {-1.2}) + table_of('Z', {0.7}) + table_of('W', {1.5});
-    Square square(std::string(portal_chain) + " table=" + folder.write("all.csv", tables).string());
+    Square square(std::string(portal_chain) + " table=" + folder.write("all.csv", tables).string() +
+                  (unit > 1 ? " unit=inch" : ""));
     square.set({{"ea0w", 100 * arcsec}, {"eb0z", 70 * arcsec}});
-    square.set_tool(long_tool);
-    const auto path = [](double t) {
-        const double w = 0.5, s = std::sin(w * t), c = std::cos(w * t);
-        return Square::Moving{{200 * c, 200 * s, 60 * s - 100, 50 * c},
+    square.set_tool(long_tool * (1 / unit));
+    const auto path = [unit](double t) {
+        const double w = 0.5, s = std::sin(w * t) / unit, c = std::cos(w * t) / unit;
+        return Square::Moving{{200 * c, 200 * s, 60 * s - 100 / unit, 50 * c},
                               {-200 * w * s, 200 * w * c, 60 * w * c, -50 * w * s}};
     };
     square.go(path(0).position);
@@ -124,9 +129,11 @@ TEST(SquarenessTables, VelocityIsTheDerivativeOfPosition) {
     const Table table = square.bench.trace(3.9, names);
     for (std::size_t i = 0; i < names.size(); i += 2)
         worst = std::max(worst, worst_velocity(table, names[i], names[i + 1]));
-    std::printf("with tables velocities err by %.2g mm/s at 100 mm/s\n", worst);
-    EXPECT_LT(worst, 1e-6 * 100);
+    std::printf("with tables velocities err by %.2g mm/s at 100 mm/s\n", worst * unit);
+    EXPECT_LT(worst * unit, 1e-8 * 100);
 }
+
+INSTANTIATE_TEST_SUITE_P(Of, SquarenessTableVelocity, testing::Values(1, 25.4));
 
 TEST(SquarenessTables, AreReadAnewWithoutAStep) {
     const Folder folder;
