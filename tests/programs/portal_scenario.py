@@ -62,8 +62,10 @@ class Shift:
             self.soft_limit,
             self.suspend,
             self.uncorrected_cube,
+            self.uncorrected_box,
             self.resume,
             self.corrected_cube,
+            self.corrected_box,
             self.unhome,
             self.home_anew,
             self.home_too_early,
@@ -219,12 +221,18 @@ class Shift:
     def uncorrected_cube(self):
         self.machine.run(self.cube())
 
+    def uncorrected_box(self):
+        self.machine.run("box.ngc")
+
     def resume(self):
         self.machine.run("corrected.ngc")
         self.await_ramp()
 
     def corrected_cube(self):
         self.machine.run(self.cube())
+
+    def corrected_box(self):
+        self.machine.run("box.ngc")
 
     def unhome(self):
         self.to_a_far_place()
