@@ -711,9 +711,11 @@ class Kill(unittest.TestCase):
                 name = "r%d" % steps
                 toml = SETTINGS + 'store = "%s"\n' % store
                 machine.host.set("it.in", 0)
-                preload = "LD_PRELOAD=%s/specimens/kill_at.so KILL_AT=%d" % (BUILD, steps)
+                loaded = os.path.join(folder, name + ".loaded")  # before that halcmd has not seen that it is ready
+                preload = "LD_PRELOAD=%s/specimens/kill_at.so KILL_AT=%d KILL_AFTER=%s" % (BUILD, steps, loaded)
                 machine.retain(toml, name, environment=preload)
                 process = processes()[os.path.join(folder, name + ".toml")]
+                open(loaded, "x").close()
                 saved = lambda: machine.get(name + ".saves") == 1
                 if kept is not None:
                     machine.await_pin(name + ".restored")

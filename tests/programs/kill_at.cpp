@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Preloaded into retain, it kills it at the KILL_AT-th step of its writing. A step is each call that opens a
 // file to be written anew or a folder, that writes, syncs or closes such, or renames; and the middle of each
-// write.
+// write.  The first step waits until there is a file KILL_AFTER.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -20,7 +20,13 @@ std::set<int>& watched() {
     return files;
 }
 
+void wait_for_the_test() {
+    while (access(std::getenv("KILL_AFTER"), F_OK) != 0) usleep(1000);
+}
+
 void step() {
+    static const bool waited = (wait_for_the_test(), true);
+    static_cast<void>(waited);
     static std::atomic<int> left{std::atoi(std::getenv("KILL_AT"))};
     if (--left == 0) kill(getpid(), SIGKILL);
 }
