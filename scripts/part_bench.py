@@ -321,11 +321,11 @@ def prepare(kind, seed, feed, folder):
     return ini
 
 
-def cut(kind, seed, feed):
-    """What read_recording() says of each run and part on machine `seed`."""
+def cut(kind, seed, feed, parts=PARTS):
+    """What read_recording() says of each (run, part) on machine `seed`."""
     with tempfile.TemporaryDirectory(prefix="plumb-part-") as folder:
         ini = prepare(kind, seed, feed, folder)
-        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", f"{SPEED}", "--", "linuxcnc", "-r", ini]
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", f"{SPEED}", "--", "linuxcnc", "-r", ini, *parts]
         environment = {**os.environ, "HOME": folder, "PLUMB_BUILD": BUILD}
         said = []
         process = subprocess.Popen(
@@ -341,7 +341,7 @@ def cut(kind, seed, feed):
         return {
             (run, part): read_recording(os.path.join(folder, "machine", f"{part}-{run}.csv"), MACHINES[kind])
             for run in RUNS
-            for part in PARTS
+            for part in parts
         }
 
 
@@ -386,11 +386,11 @@ def figure(what, value):
 
 
 def left_by_tilts(cuts):
-    """The largest distance of the tip from where it were without tilts, of both parts while it cuts, in um."""
+    """The largest distance of the tip from where it were without tilts, along all sides, in um."""
     return max(
         UM * np.linalg.norm(is_.error[rows] - beyond.error[rows], axis=1).max()
-        for part in PARTS
-        for is_, beyond in [cuts["with tilts", part]]
+        for (run, part), (is_, beyond) in cuts.items()
+        if run == "with tilts"
         for feature in FEATURES[part].values()
         for line in feature.sides
         for rows in [on_line(is_, feature, line)[1]]
@@ -505,25 +505,28 @@ def _draw_part(view, part, samples, colour):
 # --- the command ---
 
 
-def bench(kinds, seed, feed, output):
+def bench(kinds, parts, seed, feed, output):
     machines = {}
     for kind in kinds:
-        machines[kind] = cut(kind, seed, feed)
-        for part in PARTS:
+        machines[kind] = cut(kind, seed, feed, parts)
+        for part in parts:
             print("\n".join(part_table(kind, part, machines[kind])) + "\n")
         print(f"What the tilts themselves leave where they are corrected: {micrometres(left_by_tilts(machines[kind]))} um\n", flush=True)
-    paths = {part: [os.path.join(output, f"{part}.{end}") for end in ("png", "svg")] for part in PARTS}
-    for part in PARTS:
-        draw(paths[part], part, machines, seed)
-    points = os.path.join(output, "points.csv")
-    write_points(points, machines)
-    print("Written: " + "  ".join(os.path.relpath(path) for path in (*paths["square"], *paths["contour"], points)))
+    written = []
+    for part in parts:
+        charts = [os.path.join(output, f"{part}.{end}") for end in ("png", "svg")]
+        draw(charts, part, machines, seed)
+        written += charts
+    written.append(os.path.join(output, "points.csv"))
+    write_points(written[-1], machines)
+    print("Written: " + "  ".join(os.path.relpath(path) for path in written))
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench part", description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="draw machine N (default: 1); 0 has nothing wrong but the tilts of configs/portal")
     parser.add_argument("--machine", choices=list(MACHINES), help="one of them (default: both)")
+    parser.add_argument("--part", choices=PARTS, help="one of them (default: both)")
     parser.add_argument("--feed", type=whole(100, 12000), default=FEED, metavar="F", help=f"mm/min (default: {FEED})")
     parser.add_argument("--output", default=os.path.join(BUILD, "bench", "part"), metavar="DIR", help="where the files go (default: build/bench/part)")
     options = parser.parse_args()
@@ -533,7 +536,8 @@ def main():
             tempfile.TemporaryFile(dir=options.output).close()
         except OSError as error:  # now, and not when all is done
             raise OSError(f"cannot write into {options.output}: {error.strerror}") from error
-        bench([options.machine] if options.machine else list(MACHINES), options.seed, options.feed, options.output)
+        kinds = [options.machine] if options.machine else list(MACHINES)
+        bench(kinds, [options.part] if options.part else PARTS, options.seed, options.feed, options.output)
     except KeyboardInterrupt:
         sys.exit(130)
     except (RuntimeError, OSError, ValueError) as error:

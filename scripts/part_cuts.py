@@ -5,6 +5,7 @@
 Each cut leaves PROGRAM-RUN.csv, a row for each servo cycle, and says so.
 """
 
+import argparse
 import csv
 import sys
 
@@ -16,10 +17,11 @@ STEPS = 20  # of the instrument along each axis
 
 
 class Cuts:
-    def __init__(self, machine, kind):
+    def __init__(self, machine, kind, parts):
         self.machine = machine
         self.host = machine.host
         self.kind = kind
+        self.parts = parts
 
     def make(self):
         self.machine.turn_on()
@@ -30,7 +32,7 @@ class Cuts:
                 self.gauge("errors.csv")
                 self.reload()
             self.machine.wait(0.1)
-            for part in PARTS:
+            for part in self.parts:
                 program = MACHINES[self.kind].prefix + part + ".ngc"
                 with self.machine.recording(f"{part}-{run}.csv", COLUMNS):
                     self.machine.run(program)
@@ -71,8 +73,12 @@ class Cuts:
 
 
 def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-ini", required=True, help=argparse.SUPPRESS)  # linuxcnc gives it to every DISPLAY
+    parser.add_argument("parts", nargs="+", choices=PARTS)
+    options = parser.parse_args()
     with Machine() as machine:
-        Cuts(machine, "portal" if machine.status.joints == 4 else "column").make()
+        Cuts(machine, "portal" if machine.status.joints == 4 else "column", options.parts).make()
     return 0
 
 
