@@ -5,6 +5,9 @@ configs/portal, a complete LinuxCNC with its G-code, runs in virtual time; sim_p
 tip truly is.  What it cuts is measured as an inspector would: straight lines and circles of least squares through the
 points of each side (ISO 1101, ISO 4291), against the bottom side as the datum.  What straightness, pitch, yaw, sag and
 drift make is told apart from what tilts make.
+
+The parts are cut without correction; with the tilts of the guides as they were; with the tilt that `plumb squareness` makes of
+the diagonals of the square that was cut without; and with tables of all that an instrument finds on the axes.
 """
 
 import argparse
@@ -24,7 +27,7 @@ from simulations import BUILD, ROOT
 
 CONFIGURATION = os.path.join(ROOT, "configs", "portal")
 
-RUNS = ("without", "with tilts", "with tables")
+RUNS = ("without", "with tilts", "by diagonals", "with tables")
 PARTS = ("square", "contour")
 FEED = 2400  # mm/min, as in the G-code
 SPEED = 20  # times real time
@@ -41,6 +44,7 @@ class Kind:
     into: int  # number of the axis that leads into the work
     way: int  # and whether by going up or down
     origin: tuple  # of the part, mm
+    shown: str  # the tilt that diagonals in this plane tell of
 
     @property
     def names(self):
@@ -48,8 +52,8 @@ class Kind:
 
 
 MACHINES = {
-    "column": Kind("", (0, 1), 2, -1, (0, 0, -340)),
-    "portal": Kind("portal_", (0, 2), 1, 1, (0, 150, -275)),
+    "column": Kind("", (0, 1), 2, -1, (0, 0, -340), "ec0y"),
+    "portal": Kind("portal_", (0, 2), 1, 1, (0, 150, -275), "eb0z"),
 }
 
 
@@ -225,6 +229,13 @@ def diagonals_of(sides):
     return np.linalg.norm(corners[2] - corners[0]) - nominal, np.linalg.norm(corners[3] - corners[1]) - nominal
 
 
+def lengths_of_diagonals(part, samples):
+    """Of the square, / and \\, in mm."""
+    feature = FEATURES[part]["square"]
+    corners = corners_of([measure_side(samples, feature, line) for line in feature.sides])
+    return [np.linalg.norm(corners[2] - corners[0]), np.linalg.norm(corners[3] - corners[1])]
+
+
 def measure_square(sides):
     """Its bottom is the datum."""
     left, top, right, bottom = sides
@@ -334,7 +345,7 @@ def cut(kind, seed, feed, parts=PARTS):
         with process:
             for line in process.stdout:
                 said.append(line)
-                if line.startswith("cut "):
+                if line.startswith(("cut ", "set ")):
                     print(f"{kind}: {line.rstrip()}", file=sys.stderr, flush=True)
         if process.returncode:
             raise RuntimeError(f"linuxcnc ended with {process.returncode}:\n" + "".join(said[-30:]))
@@ -361,21 +372,26 @@ def read_recording(path, kind):
 
 def part_table(kind, part, cuts):
     """The lines of the table of what is measured at a part, of cuts as cut() returns them."""
-    measured = [cuts["without", part][0], cuts["with tilts", part][0], cuts["with tilts", part][1], cuts["with tables", part][0]]
+    measured = [cuts["with tilts", part][1] if run == "beyond" else cuts[run, part][0] for run in HEADINGS]
     columns = [measure_part(part, samples) for samples in measured]
-    lines = [
-        f"{TITLES[part] + ' on the ' + kind + ', um':50}{'without':>14}{'tilts':>14}{'of it beyond':>14}{'tilts and':>14}",
-        f"{'against nominal, in the plane ' + MACHINES[kind].names:50}{'correction':>14}{'corrected':>14}{'tilts':>14}{'tables':>14}",
-    ]
+    titles = (f"{TITLES[part]} on the {kind}, um", f"against nominal, in the plane {MACHINES[kind].names}")
+    lines = [title + " " * (50 - len(title)) + "".join(f"{words[i]:>12}" for words in HEADINGS.values()) for i, title in enumerate(titles)]
     feature = ""
     for rows in zip(*columns):
         if rows[0][0] != feature:
             feature = rows[0][0]
             lines.append(feature)
-        lines.append(f"    {rows[0][1]:46}" + "".join(f"{figure(rows[0][1], value):>14}" for _, _, value in rows))
+        lines.append(f"    {rows[0][1]:46}" + "".join(f"{figure(rows[0][1], value):>12}" for _, _, value in rows))
     return lines
 
 
+HEADINGS = {
+    "without": ("without", "correction"),
+    "with tilts": ("tilts of", "the guides"),
+    "beyond": ("of it not", "by tilts"),
+    "by diagonals": ("tilt by its", "diagonals"),
+    "with tables": ("tilts and", "tables"),
+}
 TITLES = {"square": "Square of 300 mm with its diagonals", "contour": "Test piece after ISO 10791-7"}
 SIGNED = ("width", "height", "diagonal", "difference", "diameter", "largest")
 
@@ -444,11 +460,15 @@ def write_points(path, machines):
 GREY = "#777777"
 ENLARGED = 2000
 BAR = 10  # um
-LABELS = {"without": "without correction", "with tilts": "tilts corrected", "with tables": "tilts and tables corrected"}
+DRAWN = {  # of RUNS
+    "without": ("without correction", COLOURS["without"]),
+    "by diagonals": ("tilt set by diagonals", COLOURS["with tilts"]),
+    "with tables": ("tilts and tables", COLOURS["with tables"]),
+}
 
 
 def draw(paths, part, machines, seed):
-    """A row for each machine, a column for each run: the nominal contour, and the deviation from it enlarged."""
+    """A row for each machine, a column for each of DRAWN: the nominal contour, and the deviation from it enlarged."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -456,25 +476,25 @@ def draw(paths, part, machines, seed):
 
     pyplot.rcParams.update({"svg.hashsalt": "plumb", "font.size": 10})
     sheet, views = pyplot.subplots(
-        len(machines), len(RUNS), figsize=(11, 3.9 * len(machines) + 0.3), squeeze=False, layout="constrained"
+        len(machines), len(DRAWN), figsize=(11, 3.9 * len(machines) + 0.3), squeeze=False, layout="constrained"
     )
     title = f"{TITLES[part]}, machine {seed}: deviation from nominal, enlarged {ENLARGED} times"
     sheet.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     caption = "Grey: nominal."
     if seed:
-        caption += " Tilts cannot describe straightness, pitch, yaw and sag; tables of an hour ago do not know the drift since."
+        caption += " No tilt straightens what is bent; tables of an hour ago do not know of the drift since."
     sheet.supxlabel(caption, x=0.01, ha="left", fontsize=10, color=GREY)
     for row, (kind, cuts) in zip(views, machines.items()):
-        for view, run in zip(row, RUNS):
+        for view, (run, (label, colour)) in zip(row, DRAWN.items()):
             samples = cuts[run, part][0]
-            _draw_part(view, part, samples, COLOURS[run])
+            _draw_part(view, part, samples, colour)
             found = {(feature, what): value for feature, what, value in measure_part(part, samples)}
             told = f"squareness {found['square', 'squareness of left and right to the bottom']:.1f}, "
             if part == "contour":
                 told += f"circularity {found['circle', 'circularity']:.1f} µm"
             else:
                 told += f"diagonals {found['square', 'difference of the diagonals']:+.1f} µm"
-            view.set_title(f"{kind}, {LABELS[run]}\n{told}", fontsize=10, color=COLOURS[run])
+            view.set_title(f"{kind}, {label}\n{told}", fontsize=10, color=colour)
             view.text(-170, -185, f"plane {MACHINES[kind].names}", va="center", color=GREY)
     for path in paths:
         sheet.savefig(path, dpi=120, metadata={"Date": None} if path.endswith(".svg") else None)
@@ -511,7 +531,7 @@ def bench(kinds, parts, seed, feed, output):
         machines[kind] = cut(kind, seed, feed, parts)
         for part in parts:
             print("\n".join(part_table(kind, part, machines[kind])) + "\n")
-        print(f"What the tilts themselves leave where they are corrected: {micrometres(left_by_tilts(machines[kind]))} um\n", flush=True)
+        print(f"What the guides' tilts leave where they are corrected: {micrometres(left_by_tilts(machines[kind]))} um\n", flush=True)
     written = []
     for part in parts:
         charts = [os.path.join(output, f"{part}.{end}") for end in ("png", "svg")]

@@ -1,17 +1,23 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The DISPLAY of part_bench: cuts its parts without correction, with the tilts corrected, and with error tables.
+"""The DISPLAY of part_bench: cuts its parts, as often as there are RUNS.
 
 Each cut leaves PROGRAM-RUN.csv, a row for each servo cycle, and says so.
 """
 
 import argparse
 import csv
+import os
+import re
+import subprocess
 import sys
 
 import linuxcnc
+import part_bench
 from part_bench import COLUMNS, MACHINES, PARTS, RUNS
 from plumb_linuxcnc import Machine
+from portal_bench import CHAINS, LEANING
+from simulations import BUILD
 
 STEPS = 20  # of the instrument along each axis
 
@@ -26,9 +32,13 @@ class Cuts:
     def make(self):
         self.machine.turn_on()
         self.machine.home()
+        tilts = {name: self.host.get("square." + name) for name in LEANING[self.kind]}
         for run in RUNS:
             self.host.set("correct.in0", run != "without")
-            if run == "with tables":
+            if run == "by diagonals":
+                self.set_tilts(self.tilts_by_diagonals(tilts))
+            elif run == "with tables":
+                self.set_tilts(tilts)
                 self.gauge("errors.csv")
                 self.reload()
             self.machine.wait(0.1)
@@ -44,6 +54,24 @@ class Cuts:
         for code in ["square.fault-code", "square.limited-code"] + [f"{letter}-stage.fault-code" for letter in "xyz"]:
             if self.host.get(code):
                 raise RuntimeError(f"{code} is {self.host.get(code)}")
+
+    def set_tilts(self, tilts):
+        for name, angle in tilts.items():
+            self.host.set("square." + name, angle)
+
+    def tilts_by_diagonals(self, known):
+        """What `plumb squareness` makes of the diagonals of the square that was cut without correction; with the tilts that
+        show in another plane as they are known."""
+        kind, part = MACHINES[self.kind], self.parts[0]
+        samples, _ = part_bench.read_recording(f"{part}-without.csv", kind)
+        rising, falling = part_bench.lengths_of_diagonals(part, samples)
+        words = [f"--iso={name.upper()}={angle!r}rad" for name, angle in known.items() if name != kind.shown]
+        words.append(f"--diagonals=plane={kind.names},object=part,rising={rising:.4f}mm,falling={falling:.4f}mm,u=1um")
+        command = [os.path.join(BUILD, "bin", "plumb"), "squareness", "--chain", CHAINS[self.kind], *words]
+        told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+        found = dict(re.findall(r"^ *setp square\.(e[abc]0\w) +(\S+)", told, re.M))
+        print("set " + ", ".join(f"{name} {found[name]}" for name in found), flush=True)
+        return {name: float(found[name]) for name in known}
 
     def gauge(self, path):
         """Writes all error motions of all axes as error tables."""

@@ -102,6 +102,12 @@ class Measures(unittest.TestCase):
             },
         )
 
+    def test_lengths_of_diagonals_are_those_of_the_square(self):
+        for part in part_bench.PARTS:
+            lengths = part_bench.lengths_of_diagonals(part, cut(part, lambda u, v, w: (100 * PER_M * v, 0, 0)))
+            longer = 150 * 100 * PER_M * math.sqrt(2)
+            np.testing.assert_allclose(lengths, 300 * math.sqrt(2) + longer * np.array((1, -1)), rtol=0, atol=0.02 * um)
+
     def test_scale_of_one_axis_that_is_wrong(self):
         found = measured("square", lambda u, v, w: (100 * PER_M * u, 0, 0))
         longer = 150 * 100 * PER_M * math.sqrt(2) / um
@@ -171,11 +177,12 @@ class Shown(unittest.TestCase):
         cuts = {
             ("without", "square"): (leaning(100), leaning(0)),
             ("with tilts", "square"): (leaning(20), leaning(10)),
+            ("by diagonals", "square"): (leaning(2), leaning(0)),
             ("with tables", "square"): (leaning(-5), leaning(0)),
         }
         lines = part_bench.part_table("portal", "square", cuts)
         row = next(line for line in lines if "difference" in line)
-        self.assertEqual(row.split()[-4:], ["+42.43", "+8.49", "+4.24", "-2.12"])
+        self.assertEqual(row.split()[-5:], ["+42.43", "+8.49", "+4.24", "+0.85", "-2.12"])
         self.assertIn("plane XZ", lines[1])
 
 
@@ -205,16 +212,18 @@ class Command(unittest.TestCase):
             fast = ("--seed", "0", "--machine", "column", "--part", "contour", "--feed", "12000")
             done = self.run_script(*fast, "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
-            found = re.findall("squareness of left and right to the bottom" + 4 * r" +([\d.]+)", done.stdout)
+            found = re.findall("squareness of left and right to the bottom" + 5 * r" +([\d.]+)", done.stdout)
             self.assertEqual(len(found), 1)
             leans = 0.99 * 300 * 160 * PER_M / um
-            np.testing.assert_allclose([float(value) for value in found[0]], [leans, 0, 0, 0], rtol=0, atol=0.2)
+            np.testing.assert_allclose([float(value) for value in found[0]], [leans, 0, 0, 0, 0], rtol=0, atol=0.2)
+            by_diagonals = re.search(r"set .*\bec0y (\S+)", done.stderr)
+            self.assertAlmostEqual(float(by_diagonals[1]), -160 * PER_M, delta=PER_M)
             with open(os.path.join(folder, "contour.png"), "rb") as chart:
                 self.assertEqual(chart.read(8), b"\x89PNG\r\n\x1a\n")
             with open(os.path.join(folder, "points.csv"), encoding="ascii") as file:
                 rows = list(csv.DictReader(file))
             self.assertEqual({row["run"] for row in rows}, set(part_bench.RUNS))
-            self.assertGreater(len(rows), 3 * 3500)
+            self.assertGreater(len(rows), 4 * 3500)
 
     def test_unknown_machine_is_refused(self):
         self.assertEqual(self.run_script("--machine", "lathe").returncode, 2)
