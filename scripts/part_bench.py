@@ -343,10 +343,14 @@ def cut(kind, seed, feed, parts=PARTS):
             command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         with process:
-            for line in process.stdout:
-                said.append(line)
-                if line.startswith(("cut ", "set ")):
-                    print(f"{kind}: {line.rstrip()}", file=sys.stderr, flush=True)
+            try:
+                for line in process.stdout:
+                    said.append(line)
+                    if line.startswith(("cut ", "set ")):
+                        print(f"{kind}: {line.rstrip()}", file=sys.stderr, flush=True)
+            except BaseException:  # Ctrl-C
+                process.terminate()
+                raise
         if process.returncode:
             raise RuntimeError(f"linuxcnc ended with {process.returncode}:\n" + "".join(said[-30:]))
         return {
