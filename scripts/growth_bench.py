@@ -15,13 +15,13 @@ import argparse
 import os
 import random
 import re
-import sys
 import tempfile
 
 import numpy as np
 
-from mill_bench import CONFIG, duration_of, largest, rms, whole
-from simulations import BUILD, ROOT, duration_text, simulate_all
+from bench_command import errors_told, whole
+from mill_bench import CONFIG, duration_of, largest, rms
+from simulations import ROOT, duration_text, simulate_all
 
 MEASURED = os.path.join(ROOT, "configs", "mill", "measured_growth.csv")
 PERIOD = 0.004  # s, of the thread: four times that of the bench, which costs a quarter of the time
@@ -163,12 +163,8 @@ def main():
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 4h)")
     options = parser.parse_args()
-    try:
+    with errors_told():
         outcomes = bench(options.seeds, options.seed, options.duration, True)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except (RuntimeError, OSError, ValueError) as error:
-        sys.exit(f"scripts/bench: {error}")
     print(f"{duration_text(options.duration)} on each of {options.seeds} machines, twice; a contact every 5 min\n")
     print("\n".join(table(outcomes)))
     for kind, runs in outcomes.items():

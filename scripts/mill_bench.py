@@ -21,6 +21,7 @@ import numpy as np
 
 import mill_cycles
 import mill_events
+from bench_command import errors_told, make_writable, whole
 from simulations import BUILD, ROOT, duration_text, simulate_all
 
 CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
@@ -353,17 +354,6 @@ def bench_many(seeds, duration, output):
     print("Written: " + os.path.relpath(path))
 
 
-def whole(least, most):
-    """A type for argparse: a whole number from least to most."""
-
-    def number(text):
-        if not re.fullmatch(r"\d{1,10}", text) or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {least} to {most}")
-        return int(text)
-
-    return number
-
-
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench mill", description=__doc__.splitlines()[0])
     seed, many = whole(0, 2**31 - 1), whole(1, 100000)
@@ -379,12 +369,8 @@ def main():
             parser.error(f"--{name} draws its own programs: it does not go with --seed or --seeds")
     if options.events and options.cycles:
         parser.error("--events and --cycles are two benches: one at a time")
-    try:
-        os.makedirs(options.output, exist_ok=True)
-        try:
-            tempfile.TemporaryFile(dir=options.output).close()
-        except OSError as error:  # now, and not when all is done
-            raise OSError(f"cannot write into {options.output}: {error.strerror}") from error
+    with errors_told():
+        make_writable(options.output)
         if options.events:
             mill_events.report(options.events)
         elif options.cycles:
@@ -394,10 +380,6 @@ def main():
             bench_many(range(first, first + options.seeds), options.duration, options.output)
         else:
             bench_one(options.seed or 0, options.duration, options.output)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except (RuntimeError, OSError, ValueError) as error:
-        sys.exit(f"scripts/bench: {error}")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import tempfile
 
 import numpy as np
 
+from bench_command import errors_told
 from simulations import simulate_all
 
 PERIOD = 0.001  # s, of servo-thread
@@ -230,14 +231,10 @@ def main():
     options = parser.parse_args()
     if not 1 <= options.pairs <= 100000:
         parser.error(f"--pairs {options.pairs} is not a number from 1 to 100000")
-    try:
+    with errors_told():
         jobs = [(case, options.pairs) for case in CASES]
         duration = len(jobs) * 2 * options.pairs * (CYCLE + 0.25)
         scatters = simulate_all(simulate, jobs, duration)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except (RuntimeError, OSError, ValueError) as error:
-        sys.exit(f"scripts/bench: {error}")
     print(f"{options.pairs} pairs of contacts each; step {STEP} %, {SOFTER:.0%} of it in the second; white noise {NOISE} %,")
     print(f"filter {1000 * LAG:.0f} ms, {60 * FEED:.0f} mm/min, {SPEED} rpm\n")
     print("\n".join(table(CASES, scatters)))

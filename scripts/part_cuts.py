@@ -13,10 +13,10 @@ import subprocess
 import sys
 
 import linuxcnc
-import part_bench
-from part_bench import COLUMNS, MACHINES, PARTS, RUNS
+from part_bench import COLUMNS, MACHINES, PARTS, RUNS, read_recording
+from part_inspection import lengths_of_diagonals
 from plumb_linuxcnc import Machine
-from portal_bench import CHAINS, LEANING
+from portal_machine import CHAINS, LEANING
 from simulations import BUILD
 
 STEPS = 20  # of the instrument along each axis
@@ -32,6 +32,8 @@ class Cuts:
     def make(self):
         self.machine.turn_on()
         self.machine.home()
+        self.machine.wait(1)  # the correction comes
+        self.expect_no_fault()
         tilts = {name: self.host.get("square." + name) for name in LEANING[self.kind]}
         for run in RUNS:
             self.host.set("correct.in0", run != "without")
@@ -46,14 +48,17 @@ class Cuts:
                 program = MACHINES[self.kind].prefix + part + ".ngc"
                 with self.machine.recording(f"{part}-{run}.csv", COLUMNS):
                     self.machine.run(program)
-                self.expect_no_fault()
+                for violation in self.host.violations():
+                    raise RuntimeError(f"while {program} was cut {run}: {violation.values}")
                 print(f"cut {program} {run}", flush=True)
         self.machine.turn_off()
 
     def expect_no_fault(self):
-        for code in ["square.fault-code", "square.limited-code"] + [f"{letter}-stage.fault-code" for letter in "xyz"]:
-            if self.host.get(code):
-                raise RuntimeError(f"{code} is {self.host.get(code)}")
+        """From now on, in every period."""
+        codes = ["square.fault-code", "square.limited-code"]
+        codes += [f"{letter}-stage.{pin}" for letter in "xyz" for pin in ("fault-code", "limited")]
+        for code in codes:
+            self.host.expect("code == 0", code=code)
 
     def set_tilts(self, tilts):
         for name, angle in tilts.items():
@@ -63,8 +68,8 @@ class Cuts:
         """What `plumb squareness` makes of the diagonals of the square that was cut without correction; with the tilts that
         show in another plane as they are known."""
         kind, part = MACHINES[self.kind], self.parts[0]
-        samples, _ = part_bench.read_recording(f"{part}-without.csv", kind)
-        rising, falling = part_bench.lengths_of_diagonals(part, samples)
+        samples, _ = read_recording(f"{part}-without.csv", kind)
+        rising, falling = lengths_of_diagonals(part, samples)
         words = [f"--iso={name.upper()}={angle!r}rad" for name, angle in known.items() if name != kind.shown]
         words.append(f"--diagonals=plane={kind.names},object=part,rising={rising:.4f}mm,falling={falling:.4f}mm,u=1um")
         command = [os.path.join(BUILD, "bin", "plumb"), "squareness", "--chain", CHAINS[self.kind], *words]

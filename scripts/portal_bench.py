@@ -9,340 +9,17 @@ tilts leave.
 
 import argparse
 import csv
-import dataclasses
 import itertools
 import math
 import os
-import random
-import re
 import sys
-import tempfile
 
 import numpy as np
 
-from simulations import BUILD, ROOT, simulate_all
-
-CONFIG = os.path.join(ROOT, "configs", "portal", "bench.hal")
-
-CHAINS = {"column": "w-Z.b-X-Y-C-t", "portal": "w-X.b-W-Y-Z-C-t"}
-LEANING = {"column": ("ea0y", "ec0y"), "portal": ("ea0w", "eb0w", "ea0z", "eb0z")}  # what the operator sets
-RUNS = ("without", "with tilts", "with tables")
-CAUSES = ("straightness", "pitch and yaw", "ram sag", "drift")  # of what no tilt describes
-
-MISTAKES = {  # in what the operator sets
-    "first angle with the wrong sign": lambda machine: {LEANING[machine.kind][0]: -machine.angles[LEANING[machine.kind][0]]},
-    "tool length left out": lambda machine: {"z-tool-offset": 0},
-    "diameter taken for a radius": lambda machine: {"radial-offset": 2 * machine.tool.radial},
-    "the other reading": lambda machine: {"axis-direction": True},
-    "bed taken for rail": lambda machine: {"to-bed": machine.kind == "portal"},
-}
-
-AXES = "xyzw"
-SPANS = {"x": (0, 1000), "y": (0, 1000), "z": (-1000, 0), "w": (0, 600)}  # mm, as in the configuration
-DRIFT_HOURS = 1
-ARCSEC = math.pi / 648000
-UM = 1000  # per mm
-
-FAST = {"maxv": 5e4, "maxa": 1e7}  # mm/s, mm/s2: nothing here depends on the time that a move takes
-ONE_PERIOD = 0.001  # s
-STOP = 0.04  # s, which the longest move takes
-
-
-# --- the machine ---
-
-
-@dataclasses.dataclass(frozen=True)
-class Tool:
-    length: float
-    radial: float = 0.0
-    direction: float = 0.0  # deg
-
-
-LONGEST = Tool(400, 50, 60)
-
-
-def draw_tools(seed, count=4):
-    """Tools of 50 to 400 mm, the longest two boring bars."""
-    drawn = random.Random(f"tools {seed}")
-    lengths = sorted(round(drawn.uniform(50, 400)) for _ in range(count))
-    tools = [Tool(length) for length in lengths[: count - 2]]
-    return tools + [Tool(l, round(drawn.uniform(10, 50)), round(drawn.uniform(0, 360))) for l in lengths[count - 2 :]]
-
-
-def draw_tilts(machine, seed):
-    """20 to 100 um on a metre, either way; those of the configuration for machine 0."""
-    if seed == 0:
-        with open(CONFIG, encoding="utf-8") as file:
-            known = dict(re.findall(r"^setp portal\.(e[abc]0\w) +(\S+)", file.read(), re.M))
-        known.update({"ea0y": "60e-6", "ec0y": "-80e-6"})
-        return {name: float(known[name]) for name in LEANING[machine]}
-    drawn = random.Random(f"tilts {seed}")
-    return {name: drawn.choice((-1, 1)) * drawn.uniform(20e-6, 100e-6) for name in LEANING[machine]}
-
-
-def cube(machine, steps):
-    """Points X, Y, Z, W of a cube of a metre; on the portal with the rail down and up."""
-    along = [np.linspace(*SPANS[axis], steps) for axis in "xyz"]
-    rails = SPANS["w"] if machine == "portal" else (0,)
-    return [(x, y, z, w) for w in rails for x in along[0] for y in along[1] for z in along[2]]
-
-
-class Machine:
-    """The configuration in a host, its axes where they are sent."""
-
-    READ = [f"portal.truth-{axis}-{what}" for what in ("error", "beyond-tilts") for axis in "xyz"]
-    READ += [f"square.{axis}-error" for axis in "xyz"]
-    READ += ["square.fault-code", "square.limited-code", "square.ramping"] + [f"{axis}-motion.out" for axis in AXES]
-
-    def __init__(self, host, kind, folder, table=None):
-        self.host, self.kind = host, kind
-        self.place = dict.fromkeys(AXES, 0)
-        self.angles, self.tool = {}, Tool(0)
-        options = f"chain={CHAINS[kind]}" + (f" table={table}" if table else "")
-        with open(CONFIG, encoding="utf-8") as file:
-            text = file.read().replace("chain=" + CHAINS["portal"], options)
-        path = os.path.join(folder, "bench.hal")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-        host.load(path)
-        if kind == "column":
-            host.set("portal.portal", False)
-            self.set({f"square.{name}": 0 for name in LEANING["portal"]})
-            self.set({f"portal.{name}": 0 for name in LEANING["portal"]})
-        host.set("portal.servo-gain", 6000)
-        self.set({"square.max-speed": 1e5, "square.max-rate": 10, "square.max-correction": 10})
-        for axis in AXES:
-            self.set({f"{axis}-path.amplitude": 0, f"{axis}-path.offset": 0, **{f"{axis}-motion.{name}": v for name, v in FAST.items()}})
-            if axis != "w":
-                self.set({f"{axis}-stage.max-rate": 1e4, f"{axis}-stage.ramp-rate": 1e4, f"{axis}-stage.max-offset": 100})
-        host.command("start")
-
-    def set(self, values):
-        for name, value in values.items():
-            self.host.set(name, value)
-
-    def tilt(self, angles):
-        """In truth, and as the operator sets it."""
-        self.angles = angles
-        for name, angle in angles.items():
-            self.set({f"portal.{name}": angle, f"square.{name}": angle})
-
-    def mount(self, tool):
-        """In truth, and as the operator sets it."""
-        self.tool = tool
-        self.set({"portal.tool-length": tool.length, "square.z-tool-offset": tool.length})
-        for part in ("portal", "square"):
-            self.set({f"{part}.radial-offset": tool.radial, f"{part}.radial-direction": tool.direction})
-
-    def go(self, point):
-        """To X, Y, Z, W; there the tip error, what of it no tilt makes, and what squareness says it is without
-        correction, in um, as nine values."""
-        for axis, place in zip(AXES, point):
-            if self.place.get(axis) != place:
-                self.host.set(f"{axis}-path.offset", place)
-                self.place[axis] = place
-        return self.settled()
-
-    def settled(self):
-        """The same where the axes are, when nothing moves or ramps any more."""
-        for _ in range(1000):
-            self.host.run(STOP)
-            *errors, fault, limited, ramping, x, y, z, w = self.host.get(self.READ)
-            if not ramping and all(abs(at - self.place[axis]) < 1e-12 for axis, at in zip(AXES, (x, y, z, w))):
-                if fault or limited:
-                    raise RuntimeError(f"squareness reports fault-code {fault}, limited-code {limited}")
-                return [UM * error for error in errors]
-        raise RuntimeError(f"the axes do not come to rest at {self.place}")
-
-
-@dataclasses.dataclass
-class Visit:
-    """Of each tool at each point, in um: arrays of tools x points x 3."""
-
-    error: np.ndarray
-    beyond: np.ndarray
-
-    @property
-    def lengths(self):
-        return np.linalg.norm(self.error, axis=2)
-
-    @property
-    def left_by_tilts(self):
-        return np.linalg.norm(self.error - self.beyond, axis=2).max()
-
-
-def visit(machine, points, tools):
-    rows = []
-    for tool in tools:
-        machine.mount(tool)
-        for point in points:
-            rows.append(machine.go(point)[:6])
-    rows = np.array(rows).reshape(len(tools), len(points), 6)
-    return Visit(rows[:, :, :3], rows[:, :, 3:])
-
-
-def travel(axis):
-    """Further than the cube: a table is to reach where a correction leads."""
-    return SPANS[axis][0] - 20, SPANS[axis][1] + 20
-
-
-def gauge(machine, path, steps=20):
-    """Writes the error motions of all axes, measured at steps + 1 positions each, as error tables."""
-    host = machine.host
-    outputs = [f"portal.truth-gauge-{error}" for error in ("ex", "ey", "ez", "ea", "eb", "ec")]
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        for number, axis in enumerate(AXES if machine.kind == "portal" else AXES[:3]):
-            host.set("portal.gauge-axis", number)
-            letter = axis.upper()
-            writer.writerow([letter] + [error + letter for error in ("EX", "EY", "EZ", "EA", "EB", "EC")])
-            for position in np.linspace(*travel(axis), steps + 1):
-                host.set("portal.gauge-position", position)
-                host.run(ONE_PERIOD)
-                writer.writerow([repr(float(value)) for value in (position, *host.get(outputs))])
-
-
-def blank_tables(machine, path):
-    with open(path, "w", encoding="ascii") as file:
-        for axis in AXES if machine == "portal" else AXES[:3]:
-            letter = axis.upper()
-            file.write(f"{letter},EX{letter}\n" + "".join(f"{place},0\n" for place in travel(axis)))
-
-
-def reload_tables(machine):
-    before = machine.host.get("square.serial")
-    for value in (True, False):
-        machine.host.set("square.reload", value)
-        machine.host.run(0.1)
-    if machine.host.get("square.serial") != before + 1:
-        raise RuntimeError("squareness did not take the tables over")
-
-
-def only(machine, cause):
-    """Leaves one of CAUSES in the machine, or none of them for None; drift as after DRIFT_HOURS."""
-    pins = {f"{axis}-straightness": "straightness" for axis in AXES}
-    pins.update({f"{axis}-pitch-yaw": "pitch and yaw" for axis in AXES})
-    pins.update({"ram-sag": "ram sag", "tilt-drift": "drift"})
-    for pin, its in pins.items():
-        machine.host.set("portal." + pin, -1 if cause == its else 0)
-    machine.host.set("portal.drift-start", DRIFT_HOURS * 3600 if cause == "drift" else 0)
-
-
-@dataclasses.dataclass
-class Outcome:
-    """Of one machine, in um."""
-
-    machine: str
-    tools: list
-    points: list
-    visits: dict  # of RUNS
-    causes: dict  # cause -> the largest tip error that it leaves with tilts corrected, at the corners, longest tool
-    mistakes: dict  # mistake -> likewise, where nothing is wrong but tilts
-
-
-def mistaken(machine, points, wrong):
-    """The largest tip error where something is not set as it is, in um."""
-    settings = {f"square.{name}": value for name, value in wrong(machine).items()}
-    right = dict(zip(settings, machine.host.get(list(settings))))
-    machine.set(settings)
-    machine.settled()
-    largest = max(math.hypot(*machine.go(point)[:3]) for point in points)
-    machine.set(right)
-    machine.settled()
-    return largest
-
-
-def duration(kind, steps):
-    """About, in simulated seconds, of simulate()."""
-    return len(RUNS) * len(draw_tools(0)) * len(cube(kind, steps)) * STOP
-
-
-def simulate(kind, seed, steps, told):
-    """The Outcome of machine `seed` of a kind."""
-    import plumb
-
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-        table = os.path.join(folder, "errors.csv")
-        blank_tables(kind, table)
-        machine = Machine(host, kind, folder, table)
-        host.set("portal.seed", seed)
-        host.set("portal.tilt-drift", 0)  # which comes as a cause of its own
-        machine.tilt(draw_tilts(kind, seed))
-        tools, points = draw_tools(seed), cube(kind, steps)
-        visits, causes = {}, {}
-        for run in RUNS:
-            host.set("square.enable", run != "without")
-            if run == "with tables":
-                gauge(machine, table)
-                reload_tables(machine)
-            machine.settled()
-            visits[run] = visit(machine, points, tools)
-            told(len(visits) * len(tools) * len(points) * STOP)
-        blank_tables(kind, table)
-        reload_tables(machine)
-        corners = cube(kind, 2)
-        for cause in CAUSES:
-            only(machine, cause)
-            causes[cause] = visit(machine, corners, tools[-1:]).lengths.max()
-        only(machine, None)
-        mistakes = {name: mistaken(machine, corners, wrong) for name, wrong in MISTAKES.items()}
-        return Outcome(kind, tools, points, visits, causes, mistakes)
-
-
-# --- every direction in which the members of a machine can lean ---
-
-
-@dataclasses.dataclass
-class Worst:
-    """The largest tip error with compensation, in um, and where."""
-
-    machine: str
-    cases: int
-    points: int
-    without: float
-    compensated: float
-    where: str
-
-
-def cases(kind):
-    """All combinations of directions in both readings, against rail and bed: (axis-direction, to-bed, signs)."""
-    signs = [s for s in itertools.product((-1, 0, 1), repeat=len(LEANING[kind])) if any(s)]
-    return list(itertools.product((False, True), (False, True) if kind == "portal" else (False,), signs))
-
-
-def case_text(kind, case, angle):
-    axis_direction, to_bed, signs = case
-    leaning = [f'{name.upper()} {sign * angle / ARCSEC:+.0f}"' for name, sign in zip(LEANING[kind], signs) if sign]
-    words = [" ".join(leaning), ("axis direction" if axis_direction else "component") + " reading"]
-    return ", ".join(words + (["against the bed" if to_bed else "against the rail"] if kind == "portal" else []))
-
-
-def every_direction(kind, angle, steps, told):
-    """The Worst of all cases over a cube, with 400 mm of tool and 50 mm of radial offset."""
-    import plumb
-
-    points = cube(kind, steps)
-    worst = Worst(kind, len(cases(kind)), len(points), 0, -1, "")
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-        machine = Machine(host, kind, folder)
-        machine.mount(LONGEST)
-        for done, case in enumerate(cases(kind)):
-            axis_direction, to_bed, signs = case
-            for part in ("portal", "square"):
-                machine.set({f"{part}.axis-direction": axis_direction, f"{part}.to-bed": to_bed})
-            machine.tilt({name: sign * angle for name, sign in zip(LEANING[kind], signs)})
-            machine.settled()
-            for point in points:
-                errors = machine.go(point)
-                error = math.hypot(*errors[:3])
-                worst.without = max(worst.without, math.hypot(*errors[6:]))
-                if error > worst.compensated:
-                    worst.compensated = error
-                    worst.where = f"{case_text(kind, case, angle)}, at {point}"
-            if told((done + 1) * len(points) * STOP) is False:
-                break
-    return worst
-
+from bench_command import errors_told, make_writable, whole
+from portal_machine import ARCSEC, AXES, CAUSES, CHAINS, DRIFT_HOURS, LONGEST, RUNS, SPANS, STOP, UM
+from portal_machine import cases, cube, duration, every_direction, simulate
+from simulations import BUILD, simulate_all
 
 # --- what is printed ---
 
@@ -531,17 +208,6 @@ def bench_many(seeds, steps):
         print("\n".join(percentile_table(outcomes)) + "\n")
 
 
-def whole(least, most):
-    """A type for argparse: a whole number from least to most."""
-
-    def number(text):
-        if not re.fullmatch(r"\d{1,10}", text) or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {least} to {most}")
-        return int(text)
-
-    return number
-
-
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench portal", description=__doc__.splitlines()[0])
     seed, many = whole(0, 2**31 - 1), whole(1, 100000)
@@ -551,22 +217,14 @@ def main():
     parser.add_argument("--cube", type=whole(2, 11), default=3, metavar="N", help="N points along each side (default: 3)")
     parser.add_argument("--output", default=os.path.join(BUILD, "bench", "portal"), metavar="DIR", help="where the files go (default: build/bench/portal)")
     options = parser.parse_args()
-    try:
+    with errors_told():
         if options.directions:
             sys.exit(0 if bench_directions() else 1)
         if options.seeds:
             bench_many(range(options.seed, options.seed + options.seeds), options.cube)
             return
-        os.makedirs(options.output, exist_ok=True)
-        try:
-            tempfile.TemporaryFile(dir=options.output).close()
-        except OSError as error:  # now, and not when all is done
-            raise OSError(f"cannot write into {options.output}: {error.strerror}") from error
+        make_writable(options.output)
         bench_one(options.seed, options.cube, options.output)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except (RuntimeError, OSError, ValueError) as error:
-        sys.exit(f"scripts/bench: {error}")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,8 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
 import part_bench
-from part_bench import FEATURES, Samples
+import part_inspection
+from part_inspection import FEATURES, Samples
 
 um = 1e-3  # mm
 PER_M = 1e-6
@@ -46,7 +47,7 @@ def cut(part, error=lambda u, v, w: (0, 0, 0)):
 
 
 def measured(part, error=lambda u, v, w: (0, 0, 0)):
-    return {(feature, what): value for feature, what, value in part_bench.measure_part(part, cut(part, error))}
+    return {(feature, what): value for feature, what, value in part_inspection.measure_part(part, cut(part, error))}
 
 
 SQUARENESS = ("square", "squareness of left and right to the bottom")
@@ -104,7 +105,7 @@ class Measures(unittest.TestCase):
 
     def test_lengths_of_diagonals_are_those_of_the_square(self):
         for part in part_bench.PARTS:
-            lengths = part_bench.lengths_of_diagonals(part, cut(part, lambda u, v, w: (100 * PER_M * v, 0, 0)))
+            lengths = part_inspection.lengths_of_diagonals(part, cut(part, lambda u, v, w: (100 * PER_M * v, 0, 0)))
             longer = 150 * 100 * PER_M * math.sqrt(2)
             np.testing.assert_allclose(lengths, 300 * math.sqrt(2) + longer * np.array((1, -1)), rtol=0, atol=0.02 * um)
 
@@ -161,7 +162,7 @@ class Measures(unittest.TestCase):
         for missing in (whole.nominal[:, 0] < -150, whole.nominal[:, 2] == 10):
             some = Samples(whole.nominal[~missing], whole.error[~missing])
             with self.assertRaisesRegex(ValueError, "has not been cut"):
-                part_bench.measure_part("contour", some)
+                part_inspection.measure_part("contour", some)
 
 
 class Shown(unittest.TestCase):

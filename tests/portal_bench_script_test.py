@@ -14,19 +14,20 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
 import portal_bench
-from portal_bench import Outcome, Tool, Visit
+import portal_machine
+from portal_machine import Outcome, Tool, Visit
 
 
 def outcome(sizes=(40, 10, 1)):
     """Two tools at the corners of the column's cube; each run misses by its size in X, a quarter of it beyond tilts."""
-    points = portal_bench.cube("column", 2)
+    points = portal_machine.cube("column", 2)
     visits = {}
-    for run, size in zip(portal_bench.RUNS, sizes):
+    for run, size in zip(portal_machine.RUNS, sizes):
         error = np.zeros((2, len(points), 3))
         error[0, :, 0] = size
         error[1, :, 0] = 2 * size
         visits[run] = Visit(error, error / 4)
-    causes = dict(zip(portal_bench.CAUSES, (1, 0.03, 3, 1e-9)))
+    causes = dict(zip(portal_machine.CAUSES, (1, 0.03, 3, 1e-9)))
     return Outcome("column", [Tool(100), Tool(250, 20, 45)], points, visits, causes, {"forgotten": 5, "none": 0})
 
 
@@ -51,26 +52,26 @@ class Figures(unittest.TestCase):
 class Machines(unittest.TestCase):
     def test_tools_and_tilts_are_drawn_by_their_number_from_their_range(self):
         for seed in range(1, 50):
-            self.assertEqual(portal_bench.draw_tools(seed), portal_bench.draw_tools(seed))
-            tools = portal_bench.draw_tools(seed)
+            self.assertEqual(portal_machine.draw_tools(seed), portal_machine.draw_tools(seed))
+            tools = portal_machine.draw_tools(seed)
             self.assertTrue(all(50 <= tool.length <= 400 and 0 <= tool.radial <= 50 for tool in tools))
             self.assertEqual([tool.radial > 0 for tool in tools], [False, False, True, True])
-            for angle in portal_bench.draw_tilts("portal", seed).values():
+            for angle in portal_machine.draw_tilts("portal", seed).values():
                 self.assertTrue(20e-6 <= abs(angle) <= 100e-6)
-        self.assertNotEqual(portal_bench.draw_tilts("portal", 1), portal_bench.draw_tilts("portal", 2))
+        self.assertNotEqual(portal_machine.draw_tilts("portal", 1), portal_machine.draw_tilts("portal", 2))
 
     def test_machine_0_is_that_of_the_configuration(self):
-        self.assertEqual(portal_bench.draw_tilts("portal", 0), {"ea0w": 40e-6, "eb0w": -30e-6, "ea0z": -20e-6, "eb0z": 50e-6})
+        self.assertEqual(portal_machine.draw_tilts("portal", 0), {"ea0w": 40e-6, "eb0w": -30e-6, "ea0z": -20e-6, "eb0z": 50e-6})
 
     def test_every_case_is_there_once(self):
         for kind, number in (("column", 16), ("portal", 320)):
-            self.assertEqual(len(set(portal_bench.cases(kind))), number)
-        text = portal_bench.case_text("portal", (True, False, (1, 0, -1, 0)), 100 * portal_bench.ARCSEC)
+            self.assertEqual(len(set(portal_machine.cases(kind))), number)
+        text = portal_machine.case_text("portal", (True, False, (1, 0, -1, 0)), 100 * portal_machine.ARCSEC)
         self.assertEqual(text, 'EA0W +100" EA0Z -100", axis direction reading, against the rail')
 
     def test_cube_has_a_metre_each_way(self):
         for kind, rails in (("column", 1), ("portal", 2)):
-            points = np.array(portal_bench.cube(kind, 3))
+            points = np.array(portal_machine.cube(kind, 3))
             self.assertEqual(len(points), 27 * rails)
             self.assertEqual(list(np.ptp(points, axis=0)[:3]), [1000, 1000, 1000])
 

@@ -12,7 +12,8 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
 import portal_bench
-from portal_bench import ARCSEC, UM
+import portal_machine
+from portal_machine import ARCSEC, UM
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 ERRORS = [f"portal.truth-{axis}-error" for axis in "xyz"]
@@ -30,7 +31,7 @@ class Path(unittest.TestCase):
 
         self.host = plumb.Host()
         self.addCleanup(self.host.close)
-        self.host.load(portal_bench.CONFIG)
+        self.host.load(portal_machine.CONFIG)
         self.host.command("start")
 
     def expect_errors_below(self, limit):
@@ -135,7 +136,7 @@ class Cube(unittest.TestCase):
             if SANITIZED and kind == "portal":
                 continue
             with self.subTest(kind):
-                worst = portal_bench.every_direction(kind, 100 * ARCSEC, 2, no_news)
+                worst = portal_machine.every_direction(kind, 100 * ARCSEC, 2, no_news)
                 print("\n" + "\n".join(portal_bench.worst_lines(worst)), file=sys.stderr)
                 self.assertEqual(worst.cases, number)
                 self.assertGreater(worst.without, 700)
@@ -143,10 +144,10 @@ class Cube(unittest.TestCase):
                 self.assertLess(worst.compensated, 0.01)
 
     def test_tilts_take_out_what_they_make_and_tables_nearly_all(self):
-        for kind in portal_bench.CHAINS:
+        for kind in portal_machine.CHAINS:
             with self.subTest(kind):
-                visits = portal_bench.simulate(kind, 5, 2, no_news).visits
-                without, tilts, tables = (visits[run] for run in portal_bench.RUNS)
+                visits = portal_machine.simulate(kind, 5, 2, no_news).visits
+                without, tilts, tables = (visits[run] for run in portal_machine.RUNS)
                 self.assertGreater(without.lengths.max(), 80)
                 self.assertGreater(without.left_by_tilts, 60)  # nothing is corrected: all of it
                 self.assertLess(tilts.left_by_tilts, 0.001)
@@ -166,9 +167,9 @@ class Cube(unittest.TestCase):
             "square.z-tool-follows": False,
         }
         with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-            machine = portal_bench.Machine(host, "portal", folder)
-            machine.tilt(portal_bench.draw_tilts("portal", 0))
-            machine.mount(portal_bench.Tool(250, 25, 90))
+            machine = portal_machine.Machine(host, "portal", folder)
+            machine.tilt(portal_machine.draw_tilts("portal", 0))
+            machine.mount(portal_machine.Tool(250, 25, 90))
             far = (1000, 1000, -1000, 600)
             self.assertLess(math.hypot(*machine.go(far)[:3]), 1e-6)
             for pin, value in wrong.items():
