@@ -28,6 +28,7 @@ class Cuts:
         self.host = machine.host
         self.kind = kind
         self.parts = parts
+        self.expected = {}  # by the host's number of it
 
     def make(self):
         self.machine.turn_on()
@@ -49,7 +50,7 @@ class Cuts:
                 with self.machine.recording(f"{part}-{run}.csv", COLUMNS):
                     self.machine.run(program)
                 for violation in self.host.violations():
-                    raise RuntimeError(f"while {program} was cut {run}: {violation.values}")
+                    raise RuntimeError(f"{self.expected[violation.id]} was {violation.values['code']:g} while {program} was cut {run}")
                 print(f"cut {program} {run}", flush=True)
         self.machine.turn_off()
 
@@ -57,8 +58,7 @@ class Cuts:
         """From now on, in every period."""
         codes = ["square.fault-code", "square.limited-code"]
         codes += [f"{letter}-stage.{pin}" for letter in "xyz" for pin in ("fault-code", "limited")]
-        for code in codes:
-            self.host.expect("code == 0", code=code)
+        self.expected = {self.host.expect("code == 0", code=code): code for code in codes}
 
     def set_tilts(self, tilts):
         for name, angle in tilts.items():
