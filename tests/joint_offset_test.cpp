@@ -302,21 +302,79 @@ TEST(JointOffset, UnhomedItsOffsetIsReleasedByTheRamp) {
     }
 }
 
-TEST(JointOffset, HomedWithAnOffsetInForceItIsReleasedUntilHomedAnew) {
+// The origin is set at the switch, and the joint homed when its final move is done: by then the offset is 0.
+TEST(JointOffset, OriginThatWasSetWithAnOffsetInForceIsAFaultUntilHomedAnew) {
+    for (const double final_move : {0.0, 0.001, 1.0}) {
+        Machine machine;
+        machine.apply(50 * um);
+        machine.go(2);
+        machine.bench.set("motion.final-move", final_move);
+        machine.bench.set("motion.home", 0);
+        machine.run(0.1);
+        EXPECT_GT(machine.applied(), 30 * um);
+        machine.home();
+        machine.run(1.1);
+        EXPECT_TRUE(machine.bench.get("motion.homed"));
+        EXPECT_EQ(machine.applied(), 0) << final_move;
+        EXPECT_EQ(machine.get("fault-code"), 6) << final_move;
+        machine.home(false);
+        EXPECT_EQ(machine.get("fault-code"), 0);
+        machine.home();
+        machine.run(final_move + 0.6);
+        EXPECT_EQ(machine.get("fault-code"), 0);
+        EXPECT_NEAR(machine.applied(), 50 * um, 1e-12);
+    }
+}
+
+TEST(JointOffset, OriginThatStaysAsTheOffsetIsReleasedIsNoFault) {
     Machine machine;
     machine.apply(50 * um);
-    machine.bench.set("motion.home", 0);
-    machine.run(0.1);
-    machine.home();
-    EXPECT_EQ(machine.get("fault-code"), 6);
-    machine.run(2);
-    EXPECT_EQ(machine.applied(), 0);
-    EXPECT_EQ(machine.get("fault-code"), 6);
+    machine.go(10);
     machine.home(false);
-    machine.home();
-    EXPECT_EQ(machine.get("fault-code"), 0);
+    machine.bench.set("motion.program", 0);  // in search of the switch
     machine.run(1);
+    EXPECT_EQ(machine.applied(), 0);
+    machine.bench.set("motion.program", -20);
+    machine.run(0.5);
+    machine.home();
+    machine.run(1);
+    EXPECT_EQ(machine.get("fault-code"), 0);
     EXPECT_NEAR(machine.applied(), 50 * um, 1e-12);
+}
+
+TEST(JointOffset, WhatIsNotKnownOfTheOriginIsNoFault) {
+    Machine machine;
+    machine.apply(50 * um);
+    machine.go(10);
+    machine.bench.command("unlinkp x-stage.position");
+    machine.set("position", 10);
+    machine.home(false);
+    machine.set("position", std::nan(""));
+    machine.bench.set("motion.program", 11);
+    machine.run(0.2);
+    machine.set("position", 11);
+    machine.run(0.01);
+    EXPECT_EQ(machine.get("fault-code"), 0);
+    machine.set("position", 0);
+    machine.run(0.01);
+    EXPECT_EQ(machine.get("fault-code"), 6);
+}
+
+TEST(JointOffset, HomingIsInhibitedUntilTheOffsetIsReleased) {
+    Machine machine;
+    machine.turn(true);
+    machine.home();
+    EXPECT_FALSE(machine.get("inhibit-homing"));
+    machine.bench.expect("x == 0 || inhibits > 0",
+                         {{"x", "x-stage.applied-offset"}, {"inhibits", "x-stage.inhibit-homing"}});
+    machine.set("offset-0", -50 * um);
+    machine.run(1);
+    EXPECT_TRUE(machine.get("inhibit-homing"));
+    machine.home(false);
+    EXPECT_TRUE(machine.get("inhibit-homing"));
+    machine.run(0.5);
+    EXPECT_EQ(machine.applied(), 0);
+    EXPECT_FALSE(machine.get("inhibit-homing"));
 }
 
 TEST(JointOffset, SumIsBoundedAndASourceThatStepsIsFollowedByMaxRate) {
@@ -400,6 +458,70 @@ TEST(JointOffset, LimitsThatChangeMoveTheDriveByMaxRateAndNeverFurtherThanTheOff
     machine.set("max-limit", 40);
     machine.run(1);
     EXPECT_NEAR(machine.applied(), 0.5, 1e-12);
+}
+
+TEST(JointOffset, LimitsThatChangeAmidAMoveMoveTheDriveByMaxRate) {
+    for (const double sign : {1.0, -1.0}) {
+        Machine machine;
+        machine.bench.set("motion.speed", 200);
+        machine.apply(sign * 0.5);
+        machine.bench.set("motion.program", sign * 100);
+        machine.run(0.2);
+        machine.expect_rate(max_rate);
+        const char* const limit = sign > 0 ? "max-limit" : "min-limit";
+        machine.set(limit, sign * 20);
+        machine.run(0.1);
+        EXPECT_NEAR(sign * machine.applied(), 0.4, 2 * um);
+        machine.set(limit, sign * 1000);
+        machine.run(0.2);
+        EXPECT_NEAR(sign * machine.applied(), 0.5, 1e-9);
+    }
+}
+
+TEST(JointOffset, WhatALimitAllowsAnewComesByMaxRateHoweverMotionTakesItAway) {
+    Machine machine;
+    machine.apply(0.5);
+    machine.set("max-limit", 20);
+    machine.run(1);
+    machine.go(39);
+    EXPECT_EQ(machine.applied(), 0);
+    machine.bench.set("motion.program", 40);
+    machine.run(0.03);
+    machine.set("max-limit", 40);
+    machine.bench.expect("x_rate <= " + std::to_string(max_rate + 1e-6), {{"x", "x-stage.applied-offset"}});
+    machine.bench.expect("x <= 40.000000001", {{"x", "x-stage.drive-command"}});
+    machine.run(0.5);
+    EXPECT_NEAR(machine.get("drive-command"), 40, 1e-9);
+}
+
+TEST(JointOffset, PositionThatJumpsAtALimitMovesTheDriveByMaxRateAndNoFasterThanTheJoint) {
+    Machine machine;
+    machine.apply(0.5);
+    machine.bench.command("unlinkp x-stage.position");
+    machine.set("max-limit", 40);
+    machine.expect_rate(max_rate + 20);
+    for (const double program : {30.0, -30.0}) {
+        machine.bench.set("motion.program", program);
+        for (const double place : {0.0, 39.9, 0.0, 39.7}) {
+            machine.set("position", place);
+            machine.run(0.1);
+        }
+    }
+    EXPECT_EQ(machine.get("fault-code"), 0);  // homed, so it is not the origin that moves
+}
+
+TEST(JointOffset, PositionThatIsKnownAgainAtALimitMovesTheDriveByMaxRate) {
+    Machine machine;
+    machine.apply(0.5);
+    machine.bench.command("unlinkp x-stage.position");
+    machine.set("max-limit", 40);
+    machine.expect_rate(max_rate);
+    machine.bench.set("motion.program", 30);
+    for (const double place : {0.0, std::nan(""), 39.9, std::nan(""), 0.0}) {
+        machine.set("position", place);
+        machine.run(0.1);
+    }
+    EXPECT_GT(machine.bench.get("motion.command"), 5);
 }
 
 // Released, it must not first be applied in full.

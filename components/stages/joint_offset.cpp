@@ -22,7 +22,8 @@ drive, and taken from what the drive reports, so that motion knows nothing of it
     applied-offset = the sum, bounded, + r     r = what keeps it from stepping, which goes to 0 by ramp-rate
 
 What motion causes is followed without lag, by max-rate at most.  What motion does not cause is ramped: enable, the joint
-becoming homed, the machine turned on.  No speed or acceleration of the axis is used up, and it works in every mode.
+becoming homed, the machine turned on.  A source that has a ramp of its own may be on it at the same time; the two add up
+then.  No speed or acceleration of the axis is used up, and it works in every mode.
 
 One instance a joint.  Its two functions have motion-controller between them; a drive that reads and writes
 hardware reads before the first and writes after the second.  Here for joint 0, with one source:
@@ -35,6 +36,7 @@ hardware reads before the first and writes after the second.  Here for joint 0, 
     net x-offset          source.x-correction        => x-stage.offset-0
     net x-motor-cmd       x-stage.drive-command      => x-drive.in
     net x-joint-fb        x-stage.joint-feedback     => joint.0.motor-pos-fb
+    net x-inhibit-homing  x-stage.inhibit-homing     => motion.homing-inhibit
 
     setp x-stage.min-limit [JOINT_0]MIN_LIMIT
     setp x-stage.max-limit [JOINT_0]MAX_LIMIT
@@ -57,9 +59,16 @@ released, by the ramp, and position, whose origin is not known, bounds nothing.
 
 Two joints of one axis, a gantry, get a stage each, and the same offset.
 
-Home with no offset in force: where the joint homes, what is left of it would become a part of the origin for good.  A
-homing that moves takes longer than the release.  One that is done at once, on a joint that was homed already, can be
-too early: then fault 6 says so, and the offset stays released until it is homed again.
+Home with no offset in force.  A homing that takes the place of the joint from the feedback, at a switch or where it
+stands, would make what is left of the offset a part of the origin for good, however long it goes on moving afterwards.
+So inhibit-homing is true until the offset is released: with more than one stage, net the or of all to
+motion.homing-inhibit.  LinuxCNC then refuses to home a joint that is homed and corrected; unhome it, and try again when
+its offset is 0.
+
+Where that is not wired, fault 6 tells: the origin has been moved with an offset in force, and the offset stays released
+until the joint is unhomed and homed again.  The stage sees the origin as the difference of joint-command and position.
+Backlash and screw compensation of LinuxCNC move it, too: a joint that has them, and is moved while its offset is
+released, has to be homed again without need.
 
 Motion checks its soft limits without the offset.  So the stage keeps position and offset within min-limit and max-limit:
 set them from the INI file.  Where the offset would lead the drive beyond a limit, the drive stops at it, up to the offset's
@@ -72,7 +81,7 @@ fault-code:
     3 drive-feedback likewise: LinuxCNC sees the joint stand, and stops with a following error when it moves
     4 max-offset (0 to 1e3), ramp-rate or max-rate (above 0, to 1e4): the last good set is in force
     5 min-limit is not below max-limit: likewise
-    6 homed with an offset in force: home again
+    6 the origin was set with an offset in force: unhome, and home again
 
 The defaults are for millimetres; on an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"};
 
@@ -98,6 +107,7 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
     hal::Out<bool> ramping{this, "ramping", "The offset is on its way to what it is to be."};
     hal::Out<bool> limited{this, "limited",
                            "Max-offset, max-rate or a soft limit keeps the offset from what it is to be."};
+    hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
     hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
     hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
 
@@ -124,12 +134,15 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
         const Limits limits{min_limit, max_limit};
         if (limits.valid()) limits_ = limits;
         const double place = position, command = joint_command;
+        const bool knew_place = knows_place_;
+        knows_place_ = within(place, farthest);
+        const double last_position = position_;
         position_ = usable(place, farthest, position_);
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool good_sources = read_sources();
         const bool is_homed = homed;
-        watch_homing(is_homed);
+        watch_origin(is_homed, knows_place_ && within(command, farthest));
         const bool active = enable && is_homed && !shifted_;
         const double wanted = active ? sum() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
@@ -139,14 +152,20 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
             ramp_ -= bounded(ramp_, settings_.ramp_rate * dt);
             followed_ += bounded(possible + ramp_ - followed_, settings_.max_rate * dt);
             const double allowed = is_homed ? limits_.nearest(followed_, position_) : followed_;
-            // Motion may take the joint to a limit faster than by max-rate; the drive stops there, and steps
-            // nowhere.
-            applied_ += bounded(allowed - applied_, settings_.max_rate * dt + moved);
+            const double way = allowed - applied_;
+            // Motion may take the joint to a limit, or away from it, faster than by max-rate; a limit or a
+            // position that changes without it may not.
+            double by_motion = 0;
+            if (is_homed && knew_place && knows_place_)
+                by_motion = bounded(allowed - limits_.nearest(followed_, last_position), moved);
+            if (by_motion * way <= 0) by_motion = 0;
+            applied_ += bounded(way, settings_.max_rate * dt + std::abs(by_motion));
         }
 
         drive_command = command_ + applied_;
         applied_offset = applied_;
         ramping = ramp_ != 0;
+        inhibit_homing = std::abs(applied_) > slack;
         limited = std::abs(wanted + ramp_ - applied_) > slack && !holding_;
         const std::int32_t code = !good_sources                                            ? 1
                                   : !within(command, farthest) || !within(place, farthest) ? 2
@@ -197,8 +216,14 @@ private:
 
     double sum() const noexcept { return sources_[0] + sources_[1] + sources_[2] + sources_[3]; }
 
-    void watch_homing(bool is_homed) noexcept {
-        if (is_homed && !homed_) shifted_ = std::abs(applied_) > slack;
+    // Homing moves the origin of motion at the switch, long before the joint is homed.  The feedback by which
+    // it does so is without the offset; the drive's place, once the offset is released, is off by it.
+    void watch_origin(bool is_homed, bool known) noexcept {
+        const double origin = known ? command_ - position_ : origin_;
+        if (homed_ && !is_homed) shifted_ = false;
+        const bool homes = !homed_ || !is_homed;
+        if (homes && std::abs(applied_) > slack && std::abs(origin - origin_) > slack) shifted_ = true;
+        origin_ = origin;
         homed_ = is_homed;
     }
 
@@ -220,8 +245,9 @@ private:
     double followed_ = 0;                               // the offset, but for the soft limits
     double applied_ = 0;                                // by the last command
     bool active_ = false, holding_ = false;
+    double origin_ = 0;                     // of motion, for the drive
     bool homed_ = false, shifted_ = false;  // shifted: fault 6
-    bool hears_ = true;
+    bool hears_ = true, knows_place_ = true;
 };
 
 hal::Model hal::model() {

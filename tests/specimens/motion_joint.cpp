@@ -10,12 +10,14 @@ namespace plumb {
 struct MotionJoint final : hal::Component {
     static constexpr hal::About about{"motion_joint", "LinuxCNC's motion of one joint", R"(
 While it is on, the joint goes to program at the given speed; while it is off, it is where its feedback says.  A following
-error turns it off.  Homing takes the place where it stands as 0.)"};
+error turns it off.  Homing takes the place where its feedback says that it stands as 0, and is done after the final
+move.)"};
 
     using Component::Component;
 
     hal::In<bool> on{this, "on", false, "The operator turns the machine on."};
     hal::In<bool> home{this, "home", false, "The joint is homed where it stands, when it rises."};
+    hal::In<double> final_move{this, "final-move", 0, "s", "What homing takes after that."};
     hal::In<double> program{this, "program", 0, "mu", "Where the program wants the joint."};
     hal::In<double> speed{this, "speed", 20, "mu/s", "Speed on the way there."};
     hal::In<double> max_error{this, "max-error", 1, "mu", "Largest following error."};
@@ -39,19 +41,21 @@ error turns it off.  Homing takes the place where it stands as 0.)"};
             position_ += bounded(program - position_, speed * dt);
         was_on_ = runs;
         if (home && !homing_) {
-            origin_ += position_;
-            position_ = 0;
+            origin_ += feedback;
+            position_ -= feedback;
+            moves_for_ = final_move;
         }
         homing_ = home;
         enabled = runs && !tripped_;
-        homed = homing_;
+        homed = homing_ && moves_for_ <= 0;
+        moves_for_ -= dt;
         motor_command = position_ + origin_;
         command = position_;
         error = following;
     }
 
 private:
-    double position_ = 0, origin_ = 0;
+    double position_ = 0, origin_ = 0, moves_for_ = 0;
     bool was_on_ = false, tripped_ = false, homing_ = false;
 };
 
