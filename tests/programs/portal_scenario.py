@@ -14,13 +14,15 @@ import linuxcnc
 from plumb_linuxcnc import Machine, OperatorError, Overdue
 
 COLUMNS = ["scene", "motion.is-all-homed", "motion.digital-out-01", "motion.tooloffset.z", "iocontrol.0.tool-number"]
-COLUMNS += ["square.ramping", "square.fault-code"]
+COLUMNS += ["square.ramping", "square.fault-code", "square.enable", "square.axis-direction"]
+COLUMNS += ["square.e%s0y-in-use" % rotation for rotation in "ac"]
 for number, letter in enumerate("xyz"):
     COLUMNS += ["joint.%d.%s" % (number, pin) for pin in ("pos-cmd", "vel-cmd", "f-error")]
     COLUMNS += ["square.%s-%s" % (letter, pin) for pin in ("correction", "corrected-position", "corrected-velocity")]
     COLUMNS += ["%s-stage.%s" % (letter, pin) for pin in ("applied-offset", "drive-command", "limited", "fault-code")]
     COLUMNS += ["portal.truth-%s-error" % letter]
 RAIL = ["joint.3.pos-cmd"]
+RAIL += ["square.e%s0%s-in-use" % (rotation, letter) for letter in "wz" for rotation in "ab"]
 
 STRAIGHT = "X,EYX\n-260,0\n260,0\n"
 CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n"
@@ -190,7 +192,11 @@ class Shift:
         self.host.set("correct.in0", False)
         self.await_ramp()
         self.begin("on_again")
+        self.set_ramps(0.04)  # so that the program comes before their end
         self.machine.turn_on()
+        self.machine.mdi("M66 P0 L4 Q60")
+        self.facts["waited for the stages"] = not self.stages_ramp()
+        self.set_ramps(0.1)
         self.await_stages()
         self.host.set("correct.in0", True)
         self.await_ramp()
@@ -249,18 +255,23 @@ class Shift:
         self.await_ramp()
 
     def home_too_early(self):
-        """Where the joints stand, with an offset in force: which is a mistake."""
+        """Where the joints stand, with an offset in force: LinuxCNC refuses, but for a mistake in the HAL files."""
         self.set_ramps(1e-4)  # however long this program takes
-        with contextlib.suppress(OperatorError):
-            self.machine.home()
+        for inhibited in (True, False):
+            if not inhibited:
+                self.host.set("no-homing.function", 0)
+            with contextlib.suppress(OperatorError):
+                self.machine.home()
+            self.facts.setdefault("homed too early", []).append(any(self.machine.poll().homed))
         self.await_pin("motion.is-all-homed", True)
         with contextlib.suppress(OperatorError, Overdue):  # all that is told of it
-            self.machine.wait_for(lambda status: len(self.machine.errors) == 3, "messages", 10)
+            self.machine.wait_for(lambda status: len(self.machine.errors) == 4, "messages", 10)
         self.facts["too early"] = [self.host.get("%s-stage.fault-code" % letter) for letter in "xyz"]
         self.set_ramps(0.1)
         self.await_stages()
         with contextlib.suppress(OperatorError, Overdue):
             self.machine.wait_for(lambda status: False, "more messages", 0.5)
+        self.host.set("no-homing.function", 0xFFFE)
 
     def home_once_more(self):
         self.machine.home()
@@ -288,16 +299,18 @@ class Shift:
         self.machine.wait(0.01)
         self.await_pin("square.ramping", False)
 
+    def stages_ramp(self):
+        return any(self.host.get("%s-stage.ramping" % letter) for letter in "xyz")
+
     def await_stages(self):
         self.machine.wait(0.01)
-        for letter in "xyz":
-            self.await_pin("%s-stage.ramping" % letter, False)
+        self.await_condition(lambda: not self.stages_ramp(), "the end of the stages' ramps")
 
     def await_pin(self, pin, value):
         self.await_condition(lambda: self.host.get(pin) == value, "%s %s" % (pin, value))
 
     def await_condition(self, condition, what):
-        latest = self.host.time + 60
+        latest = self.host.time + 300  # a table is read beside the machine's time
         while not condition():
             if self.host.time > latest:
                 raise RuntimeError("%s did not come" % what)
