@@ -152,6 +152,15 @@ TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
     EXPECT_THAT(artifact, HasSubstr("Note: EC0Y is less than its uncertainty with k=2"));
 }
 
+// The component with the lines for the .hal file in an output.
+void set_up(Bench& bench, const std::string& output) {
+    const Folder folder;
+    const std::string block = below("For the .hal file", output).substr(1);  // its title is the first line
+    bench.source(folder.write("square.hal", block.substr(block.find('\n') + 1) + '\n'));
+    bench.command("addf square.update servo-thread");
+    bench.set("square.all-homed", 1);
+}
+
 // The component, set so, knows of the error that the indicator is to show.
 TEST(PlumbSquareness, LinesForTheHalFileMakeTheComponentSeeWhatTheTestMoveShows) {
     const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--square",
@@ -159,12 +168,8 @@ TEST(PlumbSquareness, LinesForTheHalFileMakeTheComponentSeeWhatTheTestMoveShows)
                                           "move=W,plunger=-Y,at=0:200mm,reads=0:6um,u=1um"});
     EXPECT_THAT(output, HasSubstr("EA0Z    Y       -Y       Z by 300 mm        +15.0 um "));
     EXPECT_THAT(output, HasSubstr("EA0W    Y       -Y       W by 300 mm         +9.0 um "));
-    const Folder folder;
-    const std::string block = below("For the .hal file", output).substr(1);  // its title is the first line
     Bench bench;
-    bench.source(folder.write("square.hal", block.substr(block.find('\n') + 1) + '\n'));
-    bench.command("addf square.update servo-thread");
-    bench.set("square.all-homed", 1);
+    set_up(bench, output);
     bench.set("square.z-position", 300);
     bench.run(0.01);
     EXPECT_NEAR(bench.get("square.y-error"), -0.015, 1e-6);
@@ -172,6 +177,28 @@ TEST(PlumbSquareness, LinesForTheHalFileMakeTheComponentSeeWhatTheTestMoveShows)
     bench.set("square.w-position", 300);
     bench.run(0.01);
     EXPECT_NEAR(bench.get("square.y-error"), -0.009, 1e-6);
+}
+
+TEST(PlumbSquareness, LinesForAnInchMachineBoundByTheSameLengths) {
+    const std::string output = output_of({"--iso", "EC0Y=50urad", "--unit", "inch"});
+    EXPECT_THAT(output, HasSubstr("\n  setp square.max-correction 0.03937 "));
+    EXPECT_THAT(output, HasSubstr("\n  setp square.max-rate 0.003937 "));
+    EXPECT_THAT(output, HasSubstr("\n  setp square.max-speed 39.37 "));
+    EXPECT_THAT(output_of({"--iso", "EC0Y=50urad"}), Not(HasSubstr("max-")));
+}
+
+TEST(PlumbSquareness, LinesForTheHalFileLetTheComponentTakeALargeAngle) {
+    const std::string output =
+        output_of({"--chain", "w-X.b-Y-Z-C-t", "--iso", "EA0Z=3.5mrad", "--iso", "EB0Z=-8mrad"});
+    EXPECT_THAT(output, HasSubstr("setp square.max-angle 0.008 "));
+    EXPECT_THAT(output, HasSubstr("Note: EA0Z is more than the component takes by default"));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.z-position", 100);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.y-error"), -0.35, 1e-5);
+    EXPECT_NEAR(bench.get("square.x-error"), -0.8, 1e-4);
+    EXPECT_EQ(bench.get("square.limited"), 0);
 }
 
 TEST(PlumbSquareness, ReadsProbedPoints) {
@@ -214,6 +241,10 @@ TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
         {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=0um"}, "u=0um is less than anybody can"},
         {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um,own-u=0"},
          "own-u: '0' is no uncertainty"},
+        {{"--diagonals", "plane=XY,object=artifact,rising=5mm,falling=5mm,u=1um,own=99deg"},
+         "an artifact is not out of square by 1.727876 rad"},
+        {{"--diagonals", "plane=XY,object=artifact,rising=5.2mm,falling=4.8mm,u=1um,own=0.09rad"},
+         "the axes would be out of square by 0.16"},
         {{"--points", "object=part,u=1um"}, "file is missing"},
     };
     for (const auto& [arguments, reason] : cases) {
@@ -227,6 +258,15 @@ TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
     EXPECT_EQ(twice.status, 1);
     EXPECT_EQ(twice.errors,
               "plumb squareness: EC0Y is set and follows from measurements, too: leave one out\n");
+}
+
+TEST(PlumbSquareness, RefusesAnglesThatFollowFromOthersAndCannotBe) {
+    const Outcome sum = squareness({"--chain", "w-X-Y.b-W-Z-C-t", "--iso", "EA0W=-0.06rad", "--square",
+                                    "move=Z,plunger=+Y,at=0:300mm,reads=0:-15mm,u=1um"});
+    EXPECT_EQ(sum.status, 1);
+    EXPECT_EQ(sum.output, "");
+    EXPECT_THAT(sum.errors,
+                HasSubstr("plumb squareness: EA0Z would be 0.11 rad: an angle is below 0.1 rad\n"));
 }
 
 }  // namespace

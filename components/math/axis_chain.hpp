@@ -34,6 +34,8 @@ struct AxisChain {
     AxisBranch tool;
 
     bool has(Axis axis) const noexcept { return work.has(axis) || tool.has(axis); }
+    // On either side.
+    bool stacked() const noexcept { return work.stacked() || tool.stacked(); }
 };
 
 // Reads the notation of ISO 10791 without primes: from the work over the bed to the tool, as in

@@ -70,9 +70,13 @@ inline Corner corner_from_diagonals(Axis a, Axis b, const Diagonals& d, Measured
     const double slope = 2 * std::sqrt(rising + falling) / four_sides / std::cos(opening);
     Corner corner{a, b, opening, d.uncertainty * slope, 0};
     if (object == MeasuredObject::artifact) {
+        if (!(std::abs(d.own_opening) < 0.1))
+            refuse("an artifact is not out of square by " + std::to_string(d.own_opening) + " rad");
         corner.opening = d.own_opening - opening;
         corner.uncertainty = std::hypot(corner.uncertainty, d.own_uncertainty);
     }
+    if (!(std::abs(corner.opening) < 0.1))
+        refuse("the axes would be out of square by " + std::to_string(corner.opening) + " rad");
     return corner;
 }
 
@@ -93,6 +97,23 @@ inline Corner mean_of(const std::vector<Corner>& corners) {
     result.uncertainty = std::max(1.0, ratio) / std::sqrt(weights);
     result.scatter = corners.size() > 1 ? ratio : result.scatter;
     return result;
+}
+
+// Each corner once, in the order in which they come first.
+inline std::vector<Corner> each_once(const std::vector<Corner>& measured) {
+    std::vector<std::vector<Corner>> groups;
+    for (const Corner& one : measured) {
+        const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+            return group.front().is_of(one.a, one.b);
+        });
+        if (same == groups.end())
+            groups.push_back({one});
+        else
+            same->push_back(one);
+    }
+    std::vector<Corner> corners;
+    for (const auto& group : groups) corners.push_back(group.size() == 1 ? group.front() : mean_of(group));
+    return corners;
 }
 
 }  // namespace plumb

@@ -16,6 +16,7 @@
 #include "hal/host/doctor_command.hpp"
 #include "hal/host/run_command.hpp"
 #include "hal/host/squareness_command.hpp"
+#include "hal/host/squareness_manual.hpp"
 #include "hal/identity.hpp"
 
 namespace plumb::host {

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// From what is known of a machine's tilted axes to what to do about them: the settings of `squareness`, the
+// moves that verify their signs, and what there is to say.  It decides, for the command line and for screens
+// alike; they ask and show.
+#pragma once
+
+#include "components/math/axis_chain.hpp"
+#include "components/math/corner.hpp"
+#include "components/math/squareness_of_chain.hpp"
+#include "components/math/tilt.hpp"
+#include "components/math/tilted_branch.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plumb::host {
+
+struct TiltedMachine {
+    std::string chain_text = "w-X-Y.b-Z-C-t";
+    AxisChain chain;  // what that says
+    bool inch = false;
+    TiltReading reading = TiltReading::component;
+    TiltDatum against = TiltDatum::rail;
+    std::vector<Axis> order;  // of all axes of the chain: each is true, or held against those before it
+    double travel = 300;      // mm, of the test moves
+    std::vector<SquarenessQuantity> known;
+    std::vector<Corner> measured;
+};
+
+struct SquarenessAdvice {
+    struct Setting {
+        std::string pin, value;  // ec0y, -8e-05
+        std::string comment;
+        bool in_force = true;  // false: only if what the comment says is so
+    };
+    // An indicator in the spindle, on a square whose base was trued along `base`, reads `rise` more when the
+    // quantity's axis has moved by the travel.
+    struct TestMove {
+        SquarenessQuantity quantity;
+        Axis base = Axis::X;
+        int plunger = 1;                    // +1: it points to the + end of base
+        double travel = 0;                  // mm
+        double rise = 0;                    // mm, more than 0, without correction; 0 with it
+        std::optional<double> uncertainty;  // mm, standard, of the rise
+
+        double rise_by_wrong_sign() const noexcept { return 2 * rise; }
+    };
+
+    std::vector<SquarenessQuantity> quantities;  // those that are known, and those that follow
+    std::string options;                         // of the line that loads the component
+    std::vector<Setting> settings;
+    std::vector<TestMove> moves;
+    std::vector<std::string> unseen;  // sentences: what no test move shows
+    std::vector<std::string> notes;   // sentences
+};
+
+// Throws std::invalid_argument where what was measured contradicts what is known, or what no machine is.
+SquarenessAdvice advice_on(const TiltedMachine& machine);
+
+// The lean that a quantity is.
+Lean lean_of(const SquarenessQuantity& quantity);
+
+}  // namespace plumb::host

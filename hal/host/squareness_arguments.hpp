@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The command line of plumb squareness: texts become the machine that they describe.
+#pragma once
+
+#include <CLI/App.hpp>
+
+#include <string>
+#include <vector>
+
+#include "components/math/corner.hpp"
+#include "components/math/probed_shape.hpp"
+#include "hal/host/squareness_advice.hpp"
+
+namespace plumb::host {
+
+struct SquarenessOptions {
+    struct Measured {
+        Corner corner;
+        std::string how;
+    };
+    // A file of probed points, which is not read yet.
+    struct Points {
+        std::string file;
+        double unit = 1;    // mm
+        ProbedShape shape;  // what the file does not say
+        std::string own;    // text of the artifact's own uncertainty: of an angle, or of a length for a ring
+    };
+
+    TiltedMachine machine;  // without what is measured
+    std::string instance = "square";
+    std::vector<Measured> measured;
+    std::vector<Points> points;
+};
+
+// Declares the arguments of the command, which are parsed into `options`.
+void declare_squareness(CLI::App& command, SquarenessOptions& options);
+
+// Throws std::runtime_error with the file and what is wrong with it.
+SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points, const AxisChain& chain);
+
+}  // namespace plumb::host
