@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // `plumb squareness` as its users meet it.
+#include "hal/host/squareness_advice.hpp"
 #include "tests/bench.hpp"
 #include "tests/support/program.hpp"
 
@@ -199,6 +200,73 @@ TEST(PlumbSquareness, LinesForTheHalFileLetTheComponentTakeALargeAngle) {
     EXPECT_NEAR(bench.get("square.y-error"), -0.35, 1e-5);
     EXPECT_NEAR(bench.get("square.x-error"), -0.8, 1e-4);
     EXPECT_EQ(bench.get("square.limited"), 0);
+}
+
+TEST(PlumbSquareness, SquareOnATableThatMovesInBothGivesBothAngles) {
+    const std::string output = output_of({"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:20um,u=1um"});
+    EXPECT_THAT(output, HasSubstr("setp square.ec0x 6.66667e-05 "));
+    EXPECT_THAT(output, HasSubstr("setp square.ec0y -6.66667e-05 "));
+    EXPECT_THAT(output, HasSubstr("EC0Y    X       +X       Y by 300 mm        +20.0 um "));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.y-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.x-error"), 0.02, 1e-6);
+    EXPECT_THAT(output_of({"--lean", "Y+X=0.02mm/300mm"}), ContainsRegex("by[ \n]+--square[ \n]+instead"));
+}
+
+TEST(PlumbSquareness, DatumThatIsSetCountsInWhatWasMeasuredAgainstIt) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--lean", "X+Z=50urad", "--square",
+                                          "move=Z,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
+    EXPECT_THAT(output, HasSubstr("setp square.eb0x -5e-05 "));
+    EXPECT_THAT(output, HasSubstr("setp square.eb0z 3e-05 "));
+    EXPECT_THAT(output, HasSubstr(" Z by 300 mm        +24.0 um ")) << "what was measured";
+
+    const Outcome outcome =
+        squareness({"--iso", "EC0X=50urad", "--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
+    EXPECT_EQ(outcome.status, 1) << "X rides on Y: its own angle is the corner";
+    EXPECT_EQ(outcome.output, "");
+}
+
+TEST(PlumbSquareness, AxesThatTurnTogetherAreTestedOnTheTable) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--lean", "W-Y=41um/m"});
+    EXPECT_THAT(output,
+                HasSubstr("EA0W    table   -Z       Y by 300 mm        -12.3 um      0 um     -24.6 um\n"));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.y-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.z-error"), 0.0123, 1e-6) << "away from the table";
+}
+
+TEST(PlumbSquareness, RepeatingDoesNotMakeTheSquareItselfMoreCertain) {
+    const std::string field = "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=0.1um,own-u=10arcsec";
+    EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-t", "--square", field, "--square", field, "--square", field,
+                           "--square", field}),
+                ContainsRegex("k=1 +4.84[0-9]+e-05 +10.00 "));
+}
+
+TEST(SquarenessAdvice, IsThereForAScreenToo) {
+    host::TiltedMachine machine;
+    machine.chain_text = "w-Z.b-X-Y-C-t";
+    machine.chain = AxisChainReader::read(machine.chain_text);
+    machine.order = {Axis::X, Axis::Y, Axis::Z};
+    machine.measured = {{Axis::X, Axis::Y, -80e-6, 2e-6, 0, 0}};
+    const host::SquarenessAdvice advice = host::advice_on(machine);
+    ASSERT_EQ(advice.settings.size(), 3u);
+    EXPECT_EQ(advice.settings[1].pin, "ec0y");
+    EXPECT_EQ(advice.settings[1].value, "-8e-05");
+    EXPECT_EQ(advice.settings[2].pin, "y-tool-follows");
+    EXPECT_FALSE(advice.settings[2].in_force);
+    ASSERT_EQ(advice.moves.size(), 1u);
+    EXPECT_EQ(advice.moves[0].moved, Axis::Y);
+    EXPECT_EQ(advice.moves[0].base, Axis::X);
+    EXPECT_EQ(advice.moves[0].plunger.sign, 1);
+    EXPECT_NEAR(advice.moves[0].rise, 24 * um, 0.001 * um);
+
+    machine.order = {Axis::X, Axis::Z};
+    EXPECT_THROW(host::advice_on(machine), std::invalid_argument)
+        << "Y is left out, and its corner stays open";
 }
 
 TEST(PlumbSquareness, ReadsProbedPoints) {

@@ -14,7 +14,6 @@
 namespace plumb {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double um = 1e-3;    // mm
 constexpr double urad = 1e-6;  // rad
 
@@ -416,7 +415,8 @@ TEST(StatedUncertainty, CoversTheErrorOfProbedPoints) {
 }
 
 // The corner of two axes in a chain is that of the directions in which they move the tip over the work.
-double opening_of(const KinematicChain& machine, Axis a, Axis b) {
+// By a formula of its own.
+double corner_of(const KinematicChain& machine, Axis a, Axis b) {
     const PositionSlopes slopes = machine.tip(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes;
     const Eigen::Vector3d u = slopes.col(coordinate(a)), v = slopes.col(coordinate(b));
     return std::acos(u.dot(v) / u.norm() / v.norm()) - pi / 2;
@@ -452,7 +452,7 @@ TEST(SquarenessOfChain, MachineOfItsQuantitiesHasTheCornersThatWereMeasured) {
                         SquarenessOfChain(chain, reading, datum, order).quantities(corners, {});
                     const KinematicChain machine = machine_of(chain, reading, datum, quantities);
                     for (const Corner& corner : corners)
-                        EXPECT_NEAR(opening_of(machine, corner.a, corner.b), corner.opening, 0.03 * urad)
+                        EXPECT_NEAR(corner_of(machine, corner.a, corner.b), corner.opening, 0.03 * urad)
                             << text << ' ' << name(corner);
                 }
 }
@@ -501,6 +501,78 @@ TEST(Corner, SeveralMeasurementsOfOneAreWeighedAndWidenedWhereTheyDisagree) {
     const Corner mean = mean_of({a, b});
     EXPECT_NEAR(mean.opening, 10.6 * urad, 1e-12);
     EXPECT_NEAR(mean.uncertainty, urad / std::sqrt(1.25) * 3 / std::sqrt(5.0), 1e-12);
+}
+
+TEST(SquarenessOfChain, DatumThatIsKnownToLeanIsHeldAgainst) {
+    const Corner xz{Axis::X, Axis::Z, -80 * urad, 2 * urad, 0, 0};
+    const AxisChain chain = AxisChainReader::read("w-X.b-W-Y-Z-C-t");
+    const auto quantities = SquarenessOfChain(chain, TiltReading::component, TiltDatum::rail,
+                                              {Axis::X, Axis::Y, Axis::Z, Axis::W})
+                                .quantities({xz}, {{Axis::X, 1, -50 * urad, {}}});
+    ASSERT_EQ(quantities.size(), 2u);
+    EXPECT_TRUE(quantities[1].is_of(Axis::Z, 1));
+    EXPECT_NEAR(quantities[1].angle, 30 * urad, 1e-12) << "X leans to +Z by 50 of the 80";
+    const KinematicChain machine = machine_of(chain, TiltReading::component, TiltDatum::rail, quantities);
+    EXPECT_NEAR(corner_of(machine, Axis::X, Axis::Z), xz.opening, 0.03 * urad);
+    EXPECT_NEAR(opening_of(machine, Axis::X, Axis::Z), xz.opening, 0.03 * urad);
+}
+
+TEST(SquarenessOfChain, DatumThatRidesOnAKnownRailTurnsWithIt) {
+    const Corner yz{Axis::Y, Axis::Z, -50 * urad, 2 * urad, 0, 0};
+    const AxisChain chain = AxisChainReader::read("w-X.b-W-Y-Z-C-t");
+    for (const TiltReading reading : {TiltReading::component, TiltReading::axis_direction}) {
+        const auto quantities =
+            SquarenessOfChain(chain, reading, TiltDatum::rail, {Axis::X, Axis::Y, Axis::Z, Axis::W})
+                .quantities({yz}, {{Axis::W, 0, -30 * urad, {}}});
+        ASSERT_EQ(quantities.size(), 2u);
+        EXPECT_TRUE(quantities[1].is_of(Axis::Z, 0));
+        EXPECT_NEAR(quantities[1].angle, (reading == TiltReading::component ? -50 : -20) * urad, 1e-12);
+        const KinematicChain machine = machine_of(chain, reading, TiltDatum::rail, quantities);
+        EXPECT_NEAR(corner_of(machine, Axis::Y, Axis::Z), yz.opening, 0.03 * urad);
+    }
+}
+
+TEST(Corner, UncertaintyOfTheSquareItselfDoesNotAverageOut) {
+    const Corner one{Axis::X, Axis::Y, 10 * urad, std::hypot(2, 50) * urad, 0, 50 * urad};
+    EXPECT_NEAR(mean_of({one, one, one, one}).uncertainty, std::hypot(1, 50) * urad, 1e-12);
+    const Corner turned{Axis::X, Axis::Y, 40 * urad, 2 * urad, 0, 0};
+    EXPECT_NEAR(mean_of({turned, one}).opening, 40 * urad, 0.1 * urad);
+    EXPECT_NEAR(mean_of({turned, one}).uncertainty, 2 * urad, 0.01 * urad);
+    EXPECT_LT(mean_of({turned, one}).scatter, 1) << "the square may be off by that";
+    SquareReadings square;
+    square.positions = {0, 300};
+    square.readings = {0, 24 * um};
+    square.uncertainty = 1 * um;
+    square.square_uncertainty = 50 * urad;
+    EXPECT_NEAR(corner_from_square(square).own, 50 * urad, 1e-12);
+    square.turned = {0, -24 * um};
+    EXPECT_EQ(corner_from_square(square).own, 0) << "turning tells it";
+    Diagonals d;
+    d.rising = d.falling = 500;
+    d.uncertainty = 1 * um;
+    d.own_uncertainty = 5 * urad;
+    EXPECT_EQ(corner_from_diagonals(Axis::X, Axis::Y, d, MeasuredObject::artifact).own, 5 * urad);
+}
+
+TEST(ProbedShapeFit, TellsWhatOfTheUncertaintyIsTheArtifactsOwn) {
+    ProbedShape shape;
+    shape.uncertainty = 1 * um;
+    shape.own_uncertainty = 10 * urad;
+    for (const double side : {-100.0, 100.0}) {
+        shape.points.push_back({{100, side}, 0, 0});
+        shape.points.push_back({{side, 100}, pi / 2, 0});
+    }
+    const Corner corner = ProbedShapeFit::corner(shape).corner;
+    EXPECT_NEAR(corner.own, std::sqrt(2.0) * 10 * urad, 0.01 * urad) << "two faces";
+    EXPECT_NEAR(corner.uncertainty, std::hypot(corner.own, um / 100), 0.01 * urad);
+    std::vector<ProbedShape::Point> again = shape.points;
+    for (ProbedShape::Point& point : again) {
+        point.place = Eigen::Vector2d(-point.place.y(), point.place.x());
+        point.normal += pi / 2;
+        point.turned = pi / 2;
+        shape.points.push_back(point);
+    }
+    EXPECT_EQ(ProbedShapeFit::corner(shape).corner.own, 0) << "turning tells it";
 }
 
 // The test move, on paper: an axis that leans by 80 urad towards the base is 24 um further there at 300 mm.

@@ -19,6 +19,7 @@ struct Corner {
     double opening = 0;      // rad
     double uncertainty = 0;  // rad, standard
     double scatter = 0;      // of the readings, as a multiple of what was stated; 0: nothing to tell it by
+    double own = 0;          // rad, what of the uncertainty is that of the square or artifact itself
 
     bool is_of(Axis one, Axis other) const noexcept {
         return (a == one && b == other) || (a == other && b == one);
@@ -74,27 +75,37 @@ inline Corner corner_from_diagonals(Axis a, Axis b, const Diagonals& d, Measured
             refuse("an artifact is not out of square by " + std::to_string(d.own_opening) + " rad");
         corner.opening = d.own_opening - opening;
         corner.uncertainty = std::hypot(corner.uncertainty, d.own_uncertainty);
+        corner.own = d.own_uncertainty;
     }
     if (!(std::abs(corner.opening) < 0.1))
         refuse("the axes would be out of square by " + std::to_string(corner.opening) + " rad");
     return corner;
 }
 
-// The same corner, measured several times, as one; weighted, and less certain where they disagree.
+// The same corner, measured several times, as one; weighted, and less certain where they disagree.  The
+// square or artifact counts as one and the same: what is uncertain of it does not average out.
 inline Corner mean_of(const std::vector<Corner>& corners) {
     Corner result = corners.front();
-    double weights = 0, sum = 0, squares = 0;
+    double weights = 0, opening = 0, own = 0;
     for (const Corner& corner : corners) {
         const double weight = 1 / (corner.uncertainty * corner.uncertainty);
         weights += weight;
-        sum += weight * corner.opening;
+        opening += weight * corner.opening;
+        own += weight * corner.own;
     }
-    result.opening = sum / weights;
-    for (const Corner& corner : corners)
-        squares += std::pow((corner.opening - result.opening) / corner.uncertainty, 2);
+    result.opening = opening / weights;
+    result.own = own / weights;
+    double readings = 0, squares = 0;
+    for (const Corner& corner : corners) {
+        const double all = corner.uncertainty * corner.uncertainty;
+        const double of_readings = std::max(all - corner.own * corner.own, 1e-6 * all);  // variance
+        readings += of_readings / (all * all * weights * weights);
+        squares += std::pow(corner.opening - result.opening, 2) /
+                   (of_readings + std::pow(corner.own - result.own, 2));
+    }
     const double ratio =
         std::sqrt(squares / static_cast<double>(std::max<std::size_t>(corners.size() - 1, 1)));
-    result.uncertainty = std::max(1.0, ratio) / std::sqrt(weights);
+    result.uncertainty = std::hypot(std::max(1.0, ratio) * std::sqrt(readings), result.own);
     result.scatter = corners.size() > 1 ? ratio : result.scatter;
     return result;
 }
@@ -103,9 +114,8 @@ inline Corner mean_of(const std::vector<Corner>& corners) {
 inline std::vector<Corner> each_once(const std::vector<Corner>& measured) {
     std::vector<std::vector<Corner>> groups;
     for (const Corner& one : measured) {
-        const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-            return group.front().is_of(one.a, one.b);
-        });
+        const auto same = std::find_if(groups.begin(), groups.end(),
+                                       [&](const auto& group) { return group.front().is_of(one.a, one.b); });
         if (same == groups.end())
             groups.push_back({one});
         else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/blocks/pi.hpp"
 #include "components/math/corner.hpp"
 #include "components/math/least_squares.hpp"
 
@@ -83,7 +84,8 @@ private:
             point.place -= origin;
             places[key(point.turned)].push_back(point.place);
         }
-        own_open_ = shape.object == MeasuredObject::artifact && (places.size() > 1 || shape.own_uncertainty);
+        turned_ = places.size() > 1;
+        own_open_ = shape.object == MeasuredObject::artifact && (turned_ || shape.own_uncertainty);
         for (const auto& [setup, its] : places) {
             if (shape.ring) {
                 add_circle(setup, its);
@@ -162,7 +164,10 @@ private:
         return direction_of(normal).dot(drawn(p, place)) - far;
     }
 
-    std::optional<LeastSquares::Solution> step(const Eigen::VectorXd& p, double ratio) const {
+    // With own errors of the artifact as uncertain as they are, or as `own` says.
+    std::optional<LeastSquares::Solution> step(const Eigen::VectorXd& p, double ratio,
+                                               std::optional<double> own = {}) const {
+        if (!own) own = shape_.own_uncertainty;
         LeastSquares fit(p.size());
         for (const ProbedShape::Point& point : shape_.points) {
             Eigen::VectorXd slopes(p.size());
@@ -173,10 +178,9 @@ private:
             fit.observe(slopes, -distance(p, point), shape_.uncertainty * ratio);
         }
         fit.know(scales, -p[scales], any_scales);
-        for (const auto& [face, i] : own_) fit.know(i, -p[i], shape_.own_uncertainty.value_or(any_face));
+        for (const auto& [face, i] : own_) fit.know(i, -p[i], own.value_or(any_face));
         if (shape_.ring && own_open_)
-            for (const Eigen::Index i : ovality_)
-                fit.know(i, -p[i], shape_.own_uncertainty.value_or(any_ovality));
+            for (const Eigen::Index i : ovality_) fit.know(i, -p[i], own.value_or(any_ovality));
         return fit.solve();
     }
 
@@ -193,8 +197,12 @@ private:
         }
         const auto last = step(p, std::max(1.0, ratio));
         ProbedCorner result;
-        result.corner = {shape_.a, shape_.b, p[opening], std::sqrt(last->covariance(opening, opening)),
-                         ratio};
+        const double variance = last->covariance(opening, opening);
+        result.corner = {shape_.a, shape_.b, p[opening], std::sqrt(variance), ratio, 0};
+        if (own_open_ && !turned_) {
+            const auto of_points = step(p, std::max(1.0, ratio), 1e-12);
+            result.corner.own = std::sqrt(std::max(0.0, variance - of_points->covariance(opening, opening)));
+        }
         for (std::size_t i = 0; i < shape_.points.size(); ++i) {
             const double far = distance(p, shape_.points[i]);
             if (std::abs(far) <= std::abs(result.distance)) continue;
@@ -205,7 +213,6 @@ private:
         return result;
     }
 
-    static constexpr double pi = 3.14159265358979323846;
     static constexpr const char* too_few =
         "the points leave the corner open: it takes two points on each of two faces that are neither "
         "parallel "
@@ -213,7 +220,7 @@ private:
 
     ProbedShape shape_;
     std::vector<double> start_ = {0, 0};
-    bool own_open_ = false;
+    bool turned_ = false, own_open_ = false;
     std::map<Setup, Eigen::Index> pose_, radius_;
     std::map<Setup, std::pair<Eigen::Index, Eigen::Index>> centre_;
     std::map<std::pair<Setup, Face>, Eigen::Index> distance_;

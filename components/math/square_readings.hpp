@@ -78,8 +78,12 @@ inline Corner corner_from_square(const SquareReadings& square) {
     const double ratio = first->ratio;
     const auto solution = fitted(std::max(1.0, ratio));
     const double angle = angle_from_slope(solution->parameters[lean]);
-    return {square.moved, square.plunger.towards, -square.plunger.sign * angle,
-            std::sqrt(solution->covariance(lean, lean)), ratio};
+    return {square.moved,
+            square.plunger.towards,
+            -square.plunger.sign * angle,
+            std::sqrt(solution->covariance(lean, lean)),
+            ratio,
+            square.turned.empty() ? square.square_uncertainty.value_or(0) : 0};
 }
 
 }  // namespace plumb

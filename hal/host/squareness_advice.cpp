@@ -99,31 +99,59 @@ SquarenessQuantity held_one(const SquarenessQuantity& q, const Quantities& quant
                             const std::vector<Axis>& order) {
     const auto place = [&](Axis axis) { return std::find(order.begin(), order.end(), axis); };
     for (const SquarenessQuantity& other : quantities)
-        if (q.uncertainty && other.axis == base_of(q) && base_of(other) == q.axis &&
+        if ((q.uncertainty || other.uncertainty) && other.axis == base_of(q) && base_of(other) == q.axis &&
             place(other.axis) > place(q.axis))
             return other;
     return q;
 }
 
-void add_test_moves(const TiltedMachine& machine, const std::vector<Corner>& corners,
-                    SquarenessAdvice& advice) {
-    const KinematicChain chain = chain_of(machine, advice.quantities);
+// The machine must have the corners that were measured, apart from what the first order leaves.
+void hold_against(const KinematicChain& chain, const std::vector<Corner>& corners,
+                  const Quantities& quantities) {
+    double largest = 0;
+    for (const SquarenessQuantity& q : quantities) largest = std::max(largest, std::abs(q.angle));
+    const double second_order = 4 * largest * largest;
+    const auto opening = [](double angle) {
+        return "90 deg " + std::string(angle < 0 ? "- " : "+ ") + arcsec(std::abs(angle));
+    };
+    for (const Corner& corner : corners) {
+        const double is = opening_of(chain, corner.a, corner.b);
+        if (!(std::abs(is - corner.opening) < 1e-7 + second_order))
+            throw std::invalid_argument("what is set and measured contradicts itself: " + letters(corner.a) +
+                                        " and " + letters(corner.b) + " would be at " + opening(is) +
+                                        ", but were measured at " + opening(corner.opening) +
+                                        ": leave one out");
+    }
+}
+
+void add_test_moves(const KinematicChain& chain, const TiltedMachine& machine,
+                    const std::vector<Corner>& corners, SquarenessAdvice& advice) {
+    const double travel = machine.travel, visible = 1e-9 * travel;
     std::set<std::pair<Axis, Axis>> shown;
     for (const SquarenessQuantity& quantity : advice.quantities) {
         const SquarenessQuantity q = held_one(quantity, advice.quantities, machine.order);
-        const Axis base = base_of(q);
+        const Axis base = base_of(q), along = static_cast<Axis>(direction(q.axis));
         if (q.angle == 0 || !shown.insert({std::min(q.axis, base), std::max(q.axis, base)}).second) continue;
-        const double reading = indicator_on_square(chain, q.axis, base, machine.travel);
-        if (std::abs(reading) < 1e-9 * machine.travel) {
-            if (!q.uncertainty)
-                advice.unseen.push_back(name_of(q) + ": " + letters(q.axis) + " and " + letters(base) +
-                                        " turn together and stay square; no square shows it.");
+        const double on_square = indicator_on_square(chain, q.axis, base, travel);
+        if (std::abs(on_square) >= visible) {
+            SquarenessAdvice::TestMove move{
+                q, q.axis, base, {base, on_square > 0 ? 1 : -1, 0}, travel, std::abs(on_square), {}};
+            for (const Corner& corner : corners)
+                if (corner.is_of(q.axis, base)) move.uncertainty = corner.uncertainty * travel;
+            advice.moves.push_back(move);
             continue;
         }
-        SquarenessAdvice::TestMove move{q, base, reading > 0 ? 1 : -1, machine.travel, std::abs(reading), {}};
-        for (const Corner& corner : corners)
-            if (corner.is_of(q.axis, base)) move.uncertainty = corner.uncertainty * machine.travel;
-        advice.moves.push_back(move);
+        if (q.uncertainty) continue;
+        const double on_table = indicator_on_table(chain, base, along, travel);
+        if (std::abs(on_table) >= visible) {
+            const int sign = along == Axis::Z || on_table < 0 ? -1 : 1;  // a table is touched from above
+            advice.moves.push_back({q, base, {}, {along, sign, 0}, travel, sign * on_table, {}});
+        } else {
+            advice.unseen.push_back(name_of(q) + ": " + letters(q.axis) + " and " + letters(base) +
+                                    " turn together, and the work with them: no indicator shows it, and it "
+                                    "corrects next to nothing. If a square showed that " +
+                                    letters(q.axis) + " leans, give its readings by --square instead.");
+        }
     }
 }
 
@@ -164,9 +192,11 @@ SquarenessAdvice advice_on(const TiltedMachine& machine) {
     const std::vector<Corner> corners = each_once(machine.measured);
     SquarenessAdvice advice;
     advice.quantities = quantities_of(machine, corners);
+    const KinematicChain chain = chain_of(machine, advice.quantities);
+    hold_against(chain, corners, advice.quantities);
     advice.options = "chain=" + machine.chain_text + (machine.inch ? " unit=inch" : "");
     advice.settings = settings_of(machine, advice.quantities);
-    add_test_moves(machine, corners, advice);
+    add_test_moves(chain, machine, corners, advice);
     advice.notes = notes_on(advice.quantities, corners);
     return advice;
 }

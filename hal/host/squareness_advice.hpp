@@ -34,15 +34,16 @@ struct SquarenessAdvice {
         std::string comment;
         bool in_force = true;  // false: only if what the comment says is so
     };
-    // An indicator in the spindle, on a square whose base was trued along `base`, reads `rise` more when the
-    // quantity's axis has moved by the travel.
+    // An indicator in the spindle reads `rise` more when an axis has moved: on a square whose base was trued
+    // along another one; or, where the two turn together, on a face of the table.
     struct TestMove {
-        SquarenessQuantity quantity;
-        Axis base = Axis::X;
-        int plunger = 1;                    // +1: it points to the + end of base
-        double travel = 0;                  // mm
-        double rise = 0;                    // mm, more than 0, without correction; 0 with it
-        std::optional<double> uncertainty;  // mm, standard, of the rise
+        SquarenessQuantity quantity;  // whose sign it shows
+        Axis moved = Axis::Y;
+        std::optional<Axis> base = Axis::X;  // none: the table
+        Lean plunger{Axis::X, 1, 0};         // the direction in which it points
+        double travel = 0;                   // mm
+        double rise = 0;                     // mm, without correction; 0 with it
+        std::optional<double> uncertainty;   // mm, standard, of the rise
 
         double rise_by_wrong_sign() const noexcept { return 2 * rise; }
     };

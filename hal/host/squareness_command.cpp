@@ -131,17 +131,22 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
             "plunger pointing as told; it counts up as the plunger is pressed in. Set it to 0, and move: "
             "once without correction, once with it.",
             "  ");
+        if (std::any_of(advice.moves.begin(), advice.moves.end(), [](const auto& m) { return !m.base; }))
+            paragraph(
+                "Where the base is the table, two axes turn together, and no square shows it: touch the "
+                "table "
+                "itself, or a face of what stands true on it.",
+                "  ");
         std::cout << "  sign of base    plunger  move                without      with   wrong sign\n";
     }
     for (const SquarenessAdvice::TestMove& move : advice.moves) {
-        const std::string travel = letters(move.quantity.axis) + formatted(inch ? " by %g in" : " by %g mm",
-                                                                           move.travel / (inch ? 25.4 : 1));
+        const std::string travel = letters(move.moved) + formatted(inch ? " by %g in" : " by %g mm",
+                                                                   move.travel / (inch ? 25.4 : 1));
         std::cout << formatted("  %-8s%-8s%-9s%-14s%13s%10s%13s",
                                squareness_name(move.quantity.axis, move.quantity.rotation).c_str(),
-                               letters(move.base).c_str(),
-                               ((move.plunger > 0 ? "+" : "-") + letters(move.base)).c_str(), travel.c_str(),
-                               length(move.rise).c_str(), length(0).c_str(),
-                               length(move.rise_by_wrong_sign()).c_str())
+                               (move.base ? letters(*move.base) : "table").c_str(),
+                               name(move.plunger).c_str(), travel.c_str(), length(move.rise).c_str(),
+                               length(0).c_str(), length(move.rise_by_wrong_sign()).c_str())
                   << '\n';
         if (move.uncertainty)
             std::cout << formatted("%54s\n", ("k=2: +/- " + length(2 * *move.uncertainty).substr(1)).c_str());

@@ -37,7 +37,12 @@ axis: EC0V.)"},
           R"(A measurement tells by how much the angle between the + ends of two axes is more or less than 90 deg. As in
 ISO 230-1, one of the two is the datum, and the other one leans: of X and Y it is Y, by EC0Y, unless --datum says
 otherwise. Where one axis carries another, it turns that as well, as --reading and --against say; this is taken off. So one
-measurement may give two angles, and an angle may follow from two.
+measurement may give two angles, and an angle may follow from two. If the datum itself is known to lean, by --lean or --iso,
+the other one is held against it as it leans.
+
+A square sees the corner of two axes, not which of them leans. Where one carries the other, as Y carries X on the
+table of w-X-Y.b-Z-C-t, a lean of Y takes X along, and the corner stays as it is. So give what a square or diagonals showed as a
+measurement, not by --lean.
 
 Measure with the correction off, on a machine that has settled. Otherwise the result is what the correction has
 left. A tilt holds for the travel over which it was measured: choose that of the work. Straightness enters into it.
@@ -53,7 +58,8 @@ Each measurement is a list of fields, KEY=VALUE,KEY=VALUE, without blanks. In al
 The object decides over the sign: a part that is longer along a diagonal comes from axes to which an artifact seems shorter there.
 
 Several measurements of the same two axes become their weighted mean. Where readings scatter more than was
-stated, the uncertainty is widened by as much; it is never narrowed. So state u honestly: of a few readings the scatter says
+stated, the uncertainty is widened by as much; it is never narrowed. own-u does not become less by repeating: it counts as
+that of one square or artifact. So state u honestly: of a few readings the scatter says
 little.)"},
          {"DIAGONALS",
           R"(Of a square or rectangle whose sides lie along the axes:
@@ -109,6 +115,10 @@ command line.)"},
 The same, by its quantities:
 
   plumb squareness --chain w-Z.b-X-Y-C-t --iso EC0Y=-80urad --iso EA0Y=60urad
+
+A table that moves in X and Y, with a square on it:
+
+  plumb squareness --square move=Y,plunger=+X,at=0:300mm,reads=0:20um,u=1um
 
 A column against the diagonals of a part, and, with a square that was turned, against Z as the datum:
 
