@@ -148,7 +148,7 @@ TEST(TipCorrection, FirstOrderIsTheNegativeOfTheError) {
     const Vector3d tool(0, 25, 250);
     const Vector3d expected = -Vector3d(-ec * 825, -ea * 250, ea * 825);
     EXPECT_LT((correction.at(q, tool).offset - expected).norm(), 0.02 * um);
-    EXPECT_LT((correction.error(q, tool) + expected).norm(), 0.02 * um);
+    EXPECT_LT((correction.at(q, tool).error + expected).norm(), 0.02 * um);
 }
 
 TEST(TipCorrection, ParallelAxisStaysClamped) {
@@ -227,7 +227,7 @@ TEST(TipCorrection, TablesLeaveNothingAndRoundTrip) {
         const AxisPosition q(s, -0.7 * s, 0.3 * s, 0.5 * s);
         const AxisPosition there = TipCorrection::corrected(q, Corrected(machine, q).c);
         const KinematicChain& model = machine.at(there);
-        Worst::raise(worst.uncorrected, TipCorrection(machine.at(q)).error(q, long_tool));
+        Worst::raise(worst.uncorrected, TipCorrection(machine.at(q)).at(q, long_tool).error);
         machine.at(there);
         Worst::raise(worst.corrected, model.tip(there, long_tool).place - ideal(q, long_tool));
         Worst::raise(worst.round_trip, (TipCorrection(model).un_corrected(there, long_tool) - q).head<3>());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/io/csv.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/probed_shape.hpp"
 
 #include <algorithm>
@@ -127,7 +128,7 @@ private:
             if (is_length)
                 point.place[columns_[i] == "a" ? 0 : 1] = size;
             else
-                (columns_[i] == "normal" ? point.normal : point.turned) = size * 3.14159265358979323846 / 180;
+                (columns_[i] == "normal" ? point.normal : point.turned) = size * pi / 180;
         }
         file_.shape.points.push_back(point);
         file_.lines.push_back(line_);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/math/axis.hpp"
+#include "components/math/blocks/pi.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -16,10 +17,10 @@ namespace plumb {
 
 // In rad.
 inline double angle_from_arcsec(double arcsec) noexcept {
-    return arcsec * 3.14159265358979323846 / 648000;
+    return arcsec * pi / 648000;
 }
 inline double arcsec_from_angle(double angle) noexcept {
-    return angle * 648000 / 3.14159265358979323846;
+    return angle * 648000 / pi;
 }
 
 // Length per length of the same unit: 50 um/m is 50e-6, 0.02 mm per 300 mm is 0.02 / 300.

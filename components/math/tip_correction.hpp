@@ -52,11 +52,6 @@ public:
         return q;
     }
 
-    // Of the tip without correction.  In mu.
-    Eigen::Vector3d error(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
-        return chain_->tip(q, tool).place - chain_->ideal_tip(q, tool) - origin_;
-    }
-
     static AxisPosition corrected(AxisPosition q, const Eigen::Vector3d& c) noexcept {
         q.head<3>() += c;
         return q;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/pi.hpp"
 #include "components/plants/box_artifact.hpp"
 #include "components/plants/portal_axis.hpp"
 
@@ -133,7 +134,7 @@ private:
         length_ = usable(tool_length, 1e4, length_);
         radius_ = usable(radial_offset, 1e4, radius_);
         direction_ = usable(radial_direction, 1e5, direction_);
-        const double angle = direction_ * 3.14159265358979323846 / 180;
+        const double angle = direction_ * pi / 180;
         return {radius_ * std::cos(angle), radius_ * std::sin(angle), -length_};
     }
 
