@@ -304,7 +304,7 @@ TEST(JointOffset, UnhomedItsOffsetIsReleasedByTheRamp) {
 
 // The origin is set at the switch, and the joint homed when its final move is done: by then the offset is 0.
 TEST(JointOffset, OriginThatWasSetWithAnOffsetInForceIsAFaultUntilHomedAnew) {
-    for (const double final_move : {0.0, 0.001, 1.0}) {
+    for (const double final_move : {0.0, 0.8}) {
         Machine machine;
         machine.apply(50 * um);
         machine.go(2);
@@ -313,7 +313,7 @@ TEST(JointOffset, OriginThatWasSetWithAnOffsetInForceIsAFaultUntilHomedAnew) {
         machine.run(0.1);
         EXPECT_GT(machine.applied(), 30 * um);
         machine.home();
-        machine.run(1.1);
+        machine.run(0.9);
         EXPECT_TRUE(machine.bench.get("motion.homed"));
         EXPECT_EQ(machine.applied(), 0) << final_move;
         EXPECT_EQ(machine.get("fault-code"), 6) << final_move;

@@ -274,10 +274,8 @@ class Shift:
             np.testing.assert_allclose(abs(corrected), 63, rtol=0, atol=TOUCH)
 
     def test_operator_is_told_of_the_wrong_homing_and_of_nothing_else(self):
-        told = [
-            "Correction of %s: the origin of %s was set with it in force; unhome %s, and home it again." % ((letter,) * 3)
-            for letter in "XYZ"
-        ]
+        text = "Correction of {0}: the origin of {0} was set with it in force; unhome {0}, and home it again."
+        told = [text.format(letter) for letter in "XYZ"]
         self.assertEqual(sorted(self.errors), [*told, "Homing denied by motion.homing-inhibit joint=-1"])
 
 
