@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/error_table.hpp"
 
+#include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/random.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,6 @@ namespace plumb {
 namespace {
 
 constexpr double um = 1e-3;  // mm
-constexpr double pi = 3.14159265358979323846;
 
 using Function = double (*)(double);
 

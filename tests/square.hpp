@@ -2,6 +2,7 @@
 // squareness on the servo thread, at rest or on a path.
 #pragma once
 
+#include "components/math/blocks/pi.hpp"
 #include "tests/bench.hpp"
 #include "tests/rigid_machine.hpp"
 
@@ -15,7 +16,7 @@
 namespace plumb {
 
 constexpr double urad = 1e-6;
-constexpr double arcsec = 3.14159265358979323846 / 180 / 3600;
+constexpr double arcsec = pi / 180 / 3600;
 constexpr const char* column_chain = "chain=w-Z.b-X-Y-C-t";
 constexpr const char* portal_chain = "chain=w-X.b-W-Y-Z-C-t";
 

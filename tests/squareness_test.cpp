@@ -78,7 +78,7 @@ struct Scored {
         const Position q{side(), side(), side(), w};
         const double direction = std::uniform_real_distribution<double>(-180, 180)(random);
         square.set("radial-direction", direction);
-        const double angle = direction * 3.14159265358979323846 / 180;
+        const double angle = direction * pi / 180;
         const Vec tool{50 * std::cos(angle), 50 * std::sin(angle), -400};
         square.go(q);
         const Vec error = machine.tip(q, tool) - ideal_tip(q, tool);
