@@ -105,7 +105,8 @@ TEST(RandomChain, TipsAreThoseOfRigidBodiesAndAreCorrectedToNothing) {
         const Eigen::Vector3d t(tool.x, tool.y, tool.z);
         const Eigen::Vector3d found = chain.tip(q, t).place;
         worst = std::max(worst, (machine.tip(at, tool) - Vec{found[0], found[1], found[2]}).length());
-        const AxisPosition there = TipCorrection::corrected(q, correction.at(q, t).offset);
+        const Eigen::Vector3d guess = correction.at(q, t).offset;
+        const AxisPosition there = TipCorrection::corrected(q, correction.at(q, t, guess).offset);
         corrected = std::max(
             corrected,
             (machine.tip({there[0], there[1], there[2], there[3]}, tool) - machine.ideal(at, tool)).length());

@@ -314,15 +314,18 @@ void squareness_beside_pid(benchmark::State& state) {
 }
 
 // As when heat bends the column: an angle is another one in each period.
-void drifting_squareness_beside_pid(benchmark::State& state) {
-    Subject subject = squareness();
+Subject drifting(Subject subject) {
     subject.inputs.emplace_back("ea0w", "heat");
     subject.settings.erase(subject.settings.begin() + 2);
-    beside_pid(state, subject);
+    return subject;
+}
+
+void drifting_squareness_beside_pid(benchmark::State& state) {
+    beside_pid(state, drifting(squareness()));
 }
 
 // All six errors of all four axes, each at 101 places, beside the tilts.
-void squareness_with_tables_beside_pid(benchmark::State& state) {
+void with_tables_beside_pid(benchmark::State& state, Subject subject) {
     const auto path = std::filesystem::temp_directory_path() / "plumb_speed_benchmark_tables.csv";
     {
         std::ofstream file(path);
@@ -337,10 +340,17 @@ void squareness_with_tables_beside_pid(benchmark::State& state) {
             file << '\n';
         }
     }
-    Subject subject = squareness();
     subject.options.emplace_back("table", path.string());
     beside_pid(state, subject);
     std::filesystem::remove(path);
+}
+
+void squareness_with_tables_beside_pid(benchmark::State& state) {
+    with_tables_beside_pid(state, squareness());
+}
+
+void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
+    with_tables_beside_pid(state, drifting(squareness()));
 }
 
 // What LinuxCNC itself pays in each period for a machine that is not trivial: inverse and forward.
@@ -362,6 +372,7 @@ BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(stock_kinematics_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(joint_offset_beside_pid)->UseManualTime()->Iterations(40);
 

@@ -64,6 +64,7 @@ TEST(SquarenessRamp, DisabledAndUnhomedIsZero) {
         square.run(4);
         EXPECT_EQ(square.get_xyz("correction").length(), 0);
         EXPECT_EQ(square.get("z-corrected-position"), -100);
+        EXPECT_EQ(square.get_xyz("error").length() > 0, pin == std::string("enable"));
     }
 }
 
@@ -156,6 +157,54 @@ TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
         square.set("ea0y", 100 * urad);
         square.run(0.5);
         EXPECT_LT((square.get_xyz("correction") - before).length(), 1e-12);
+    }
+}
+
+// Of a set that is refused nothing stays, even where a later one has to fall back on what was good.
+TEST(SquarenessRamp, SetThatIsRefusedLeavesNoRadiusBehind) {
+    Square square(column_chain);
+    square.set({{"ec0y", 100 * urad}, {"radial-offset", 20}});
+    square.go({0, 100, 0, 0});
+    const Vec before = square.get_xyz("correction");
+    square.set({{"to-bed", 1}, {"radial-offset", 100}});
+    square.run(0.1);
+    EXPECT_EQ(square.get("fault-code"), 6);
+    square.set("radial-offset", not_a_number);
+    square.set("to-bed", 0);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 3);
+    EXPECT_EQ((square.get_xyz("correction") - before).length(), 0);
+}
+
+TEST(SquarenessRamp, HomingThatSetsAPositionLimitsNothing) {
+    for (const char* pin : {"all-homed", "enable"}) {
+        Square square(column_chain);
+        square.set("ec0y", 100 * urad);
+        square.set(pin, 0);
+        square.run(0.1);
+        square.bench.expect("code == 0", {{"code", "square.limited-code"}});
+        square.set("y-position", 100);
+        square.run(0.1);
+        square.set("y-position", -300);
+        square.set(pin, 1);
+        square.run(1);
+        EXPECT_NEAR(square.get("x-correction"), -30 * um, 0.01 * um);
+    }
+}
+
+// What stands still as far as is known moves nothing on, and does not feed a drive forward.
+TEST(SquarenessRamp, PositionThatIsNotKnownHasNoVelocity) {
+    for (const char* bad : {"y-position", "y-velocity"}) {
+        Square square(column_chain);
+        square.set("ec0y", 1000 * urad);
+        square.set("y-velocity", 200);
+        square.go({0, 100, 0, 0});
+        EXPECT_NEAR(square.get("x-corrected-velocity"), 0.2, 1e-5);
+        square.set(bad, not_a_number);
+        square.run(0.001);
+        EXPECT_EQ(square.get("x-corrected-velocity"), 0) << bad;
+        EXPECT_EQ(square.get("y-corrected-velocity"), 0) << bad;
+        EXPECT_EQ(square.get("fault-code"), 1);
     }
 }
 

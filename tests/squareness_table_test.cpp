@@ -103,10 +103,7 @@ TEST(SquarenessTables, InchMachineReadsTheSameTables) {
 }
 
 // At 100 mm/s, on a machine whose unit has so many millimetres.
-class SquarenessTableVelocity : public testing::TestWithParam<double> {};
-
-TEST_P(SquarenessTableVelocity, IsTheDerivativeOfPosition) {
-    const double unit = GetParam();
+void velocity_is_the_derivative_of_position(double unit) {
     const Folder folder;
     const std::string tables =
         table_of('X', {1}) + table_of('Y', {-1.2}) + table_of('Z', {0.7}) + table_of('W', {1.5});
@@ -133,7 +130,10 @@ TEST_P(SquarenessTableVelocity, IsTheDerivativeOfPosition) {
     EXPECT_LT(worst * unit, 1e-8 * 100);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, SquarenessTableVelocity, testing::Values(1, 25.4));
+TEST(SquarenessTables, VelocityIsTheDerivativeOfPositionInMillimetresAndInInches) {
+    velocity_is_the_derivative_of_position(1);
+    velocity_is_the_derivative_of_position(25.4);
+}
 
 TEST(SquarenessTables, AreReadAnewWithoutAStep) {
     const Folder folder;
@@ -173,6 +173,57 @@ TEST(SquarenessTables, AreReadAnewWithoutAStep) {
     EXPECT_EQ(square.get("serial"), 3);
     EXPECT_EQ(square.get("tables"), 1);
     EXPECT_FALSE(square.get("ramping"));
+}
+
+// What the correction wants changes with the place that it leads to: no period after the first may show it.
+TEST(SquarenessTables, OnesThatAreFarFromThoseBeforeComeWithoutAStepToo) {
+    const Folder folder;
+    std::string bent = "X,EXX";
+    for (int x = -100; x <= 100; x += 5)
+        bent += "\n" + std::to_string(x) + "," + std::to_string(2e-5 * x * x);
+    const std::string straight = "\nY,EXY\n-100,0\n100,0\n", off = "\nY,EXY\n-100,1\n100,1\n";
+    Square square(std::string(column_chain) + " table=" + folder.write("all.csv", bent + straight).string());
+    square.set("max-rate", 0.1);
+    square.go({40, 0, 0, 0});
+    square.never_faster_than(0.1);
+    folder.write("all.csv", bent + off);
+    square.set("reload", 1);
+    square.run(0.5);
+    EXPECT_EQ(square.get("serial"), 1);
+    EXPECT_TRUE(square.get("ramping"));
+    square.run(15);
+    EXPECT_FALSE(square.get("ramping"));
+    const double x = 40 + square.get("x-correction");
+    EXPECT_NEAR(x + 2e-5 * x * x + 1, 40, 1e-9);
+}
+
+// On a long tool a turn of 0.09 mrad per mm of travel moves the tip by 0.72 mm per mm.
+TEST(SquarenessTables, ErrorsThatChangeTooFastAreNotFollowedAndRampBothWays) {
+    const Folder folder;
+    std::string steep = "X,EBX";
+    for (int x = -200; x <= 200; x += 10)
+        steep += "\n" + std::to_string(x) + "," + std::to_string(x < 0 ? 0 : 9e-5 * x);
+    Square square(std::string(column_chain) + " table=" + folder.write("x.csv", steep + "\n").string());
+    square.set({{"max-correction", 100}, {"max-rate", 0.5}, {"max-speed", 1e5}, {"ea0y", 100 * urad}});
+    square.set_tool({0, 0, -8000});
+    square.go({-30, 0, 0, 0});
+    const double wanted = square.get("y-correction");
+    EXPECT_GT(std::abs(wanted), 0.5);
+    square.never_faster_than(0.5);
+    square.set("x-position", 60);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 9);
+    EXPECT_TRUE(square.get("fault"));
+    EXPECT_TRUE(square.get("ramping"));
+    square.run(4);
+    EXPECT_EQ(square.get_xyz("correction").length(), 0);
+    EXPECT_EQ(square.get("fault-code"), 9);
+    square.set("x-position", -30);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 0);
+    EXPECT_TRUE(square.get("ramping"));
+    square.run(4);
+    EXPECT_NEAR(square.get("y-correction"), wanted, 1e-9);
 }
 
 TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndSayWhy) {

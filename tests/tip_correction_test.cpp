@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/tip_correction.hpp"
 
+#include "components/math/blocks/pi.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double um = 1e-3;    // mm
 constexpr double urad = 1e-6;  // rad
-constexpr double arcsec = 3.14159265358979323846 / 180 / 3600;
+constexpr double arcsec = pi / 180 / 3600;
 
 const std::size_t x = 0, y = 1, z = 2, w = 3;  // in a position
 
@@ -114,10 +116,7 @@ TEST(TipCorrection, EveryTiltOfAColumnLeavesNothing) {
     worst.hold("column");
 }
 
-class OfAPortal : public testing::TestWithParam<std::tuple<TiltReading, TiltDatum>> {};
-
-TEST_P(OfAPortal, EveryTiltLeavesNothing) {
-    const auto [reading, datum] = GetParam();
+void every_tilt_of_a_portal_leaves_nothing(TiltReading reading, TiltDatum datum) {
     Worst worst;
     for (int combination = 0; combination < 81; ++combination) {
         const auto angle = [&](int divisor) { return (combination / divisor % 3 - 1) * 100 * arcsec; };
@@ -133,10 +132,13 @@ TEST_P(OfAPortal, EveryTiltLeavesNothing) {
     worst.hold(reading == TiltReading::component ? "portal, component" : "portal, axis direction");
 }
 
-INSTANTIATE_TEST_SUITE_P(TipCorrection, OfAPortal,
-                         testing::Combine(testing::Values(TiltReading::component,
-                                                          TiltReading::axis_direction),
-                                          testing::Values(TiltDatum::rail, TiltDatum::bed)));
+TEST(TipCorrection, EveryTiltOfAPortalLeavesNothingInAllReadings) {
+    for (const TiltReading reading : {TiltReading::component, TiltReading::axis_direction})
+        for (const TiltDatum datum : {TiltDatum::rail, TiltDatum::bed}) {
+            SCOPED_TRACE(datum == TiltDatum::rail ? "to the rail" : "to the bed");
+            every_tilt_of_a_portal_leaves_nothing(reading, datum);
+        }
+}
 
 TEST(TipCorrection, FirstOrderIsTheNegativeOfTheError) {
     const double ea = 60 * urad, ec = -80 * urad;
@@ -149,6 +151,7 @@ TEST(TipCorrection, FirstOrderIsTheNegativeOfTheError) {
     const Vector3d expected = -Vector3d(-ec * 825, -ea * 250, ea * 825);
     EXPECT_LT((correction.at(q, tool).offset - expected).norm(), 0.02 * um);
     EXPECT_LT((correction.at(q, tool).error + expected).norm(), 0.02 * um);
+    EXPECT_LT((correction.at(q, tool, {1, -2, 3}).error + expected).norm(), 0.02 * um);
 }
 
 TEST(TipCorrection, ParallelAxisStaysClamped) {
@@ -196,8 +199,7 @@ private:
 
     // A wave of 20 um and 50 urad over 600 mm.
     static AxisError error(double position, double phase) {
-        const double k = 2 * 3.14159265358979323846 / 600, s = std::sin(k * position + phase),
-                     c = std::cos(k * position + phase);
+        const double k = 2 * pi / 600, s = std::sin(k * position + phase), c = std::cos(k * position + phase);
         const Vector3d um_each(20 * um, -15 * um, 10 * um), urad_each(50 * urad, 40 * urad, -30 * urad);
         return {position, {s * um_each, c * urad_each}, {k * c * um_each, -k * s * urad_each}};
     }
@@ -211,7 +213,7 @@ const Vector3d long_tool(40, 30, -400);
 struct Corrected {
     Corrected(Worn& machine, const AxisPosition& q) {
         c = TipCorrection(machine.at(q)).at(q, long_tool).offset;
-        const auto correction = TipCorrection(machine.at(TipCorrection::corrected(q, c))).at(q, long_tool);
+        const auto correction = TipCorrection(machine.at(TipCorrection::corrected(q, c))).at(q, long_tool, c);
         c = correction.offset;
         slopes = correction.slopes;
     }

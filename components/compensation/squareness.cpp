@@ -95,7 +95,8 @@ limited-code:
 
 fault-code:
 
-    1 a position or velocity of an axis of the chain is not a number, or beyond 1e6: the last good one stays
+    1 a position or velocity of an axis of the chain is not a number, or beyond 1e6: the last good position stays,
+      and its velocity counts as 0
     2 a tool offset likewise, or beyond 1e4
     3 an angle, a pivot, a radial or reference offset likewise, or an angle of 0.1 rad or more
     4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10) or max-speed (to 1e5) is not above 0 or too large:
@@ -161,7 +162,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
         tables_.load(table, axes_);
         model_ = SquarenessModel(axes_, unit.get() == "inch" ? 25.4 : 1);
         settings.judge(axes_);
-        model_.set(situation());
+        model_.set(settings.values(), tool_, false);
     }
 
     void background() noexcept override {
@@ -172,23 +173,25 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     void update(double dt) noexcept {
         const bool jumped = read_motion(dt);
         const bool tool_known = read_tool();
-        settings.judge(axes_);
+        const bool edited = settings.judge(axes_);
         const bool reloaded = take_over_tables();
+        const bool homed = all_homed, was_active = model_.active();
 
-        follow(situation(), jumped, reloaded, dt);
+        follow(edited, enable && homed, jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
             correction[i] = ramp_.offset()[i];
             corrected_position[i] = motion_.position[i] + ramp_.offset()[i];
             corrected_velocity[i] = motion_.velocity[i] + ramp_.velocity()[i];
-            error[i] = homed_ ? result_.error[i] : 0;
+            error[i] = homed ? result_.error[i] : 0;
         }
         ramping = ramp_.ramping();
-        report(tool_known, jumped);
+        report(tool_known, jumped && was_active);
     }
 
 private:
     // Positions and velocities of the axes that there are.  Whether one has changed faster than it can move.
+    // Of what is not known the last good position stays, and so does not move.
     bool read_motion(double dt) noexcept {
         bool jumped = false;
         motion_known_ = true;
@@ -200,10 +203,11 @@ private:
                 double& position = motion_.position[coordinate(axis)];
                 double& velocity = motion_.velocity[coordinate(axis)];
                 const double last = position;
-                motion_known_ &=
+                const bool known =
                     std::abs(p) <= SquarenessAxis::farthest && std::abs(v) <= SquarenessAxis::farthest;
+                motion_known_ &= known;
                 position = usable(p, SquarenessAxis::farthest, position);
-                velocity = usable(v, SquarenessAxis::farthest, velocity);
+                velocity = known ? v : 0;
                 jumped |= std::abs(position - last) > way;
             }
         }
@@ -230,32 +234,28 @@ private:
         return reloaded;
     }
 
-    SquarenessModel::Situation situation() noexcept {
-        homed_ = all_homed;
-        return {settings.values(), tool_ + settings.values().radial, enable && homed_};
-    }
-
     // The correction by what was in force until now, where the axes are now, and by what is in force from now
     // on: their difference is what motion did not cause.
-    void follow(const SquarenessModel::Situation& next, bool jumped, bool reloaded, double dt) noexcept {
+    void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
+        const Eigen::Vector3d tool = tool_ + settings.values().radial;
         const SquarenessModel::Result last = result_;
-        const bool changed = reloaded || !(next == model_.situation());
         SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
         result_ = before;
-        if (changed) model_.set(next);
-        if (changed || jumped) result_ = model_.at(motion_, tables_.in_use());
-        if ((changed || jumped) && !model_.linear())  // again, by the errors of where that has led to
+        if (edited || reloaded || active != model_.active() || tool != model_.tool()) {
+            model_.set(settings.values(), tool, active);
             result_ = model_.at(motion_, tables_.in_use());
+        }
         if (jumped || before.steady != last.steady) before = last;
         ramp_.step(result_.wanted, before.wanted, settings.values().max_rate, dt);
     }
 
     void report(bool tool_known, bool jumped) noexcept {
-        const std::int32_t bounded_code = settings.limited()     ? 1
-                                          : ramp_.limited()      ? 2
-                                          : jumped               ? 3
-                                          : result_.beyond_table ? 4
-                                                                 : 0;
+        const bool active = model_.active();
+        const std::int32_t bounded_code = settings.limited()               ? 1
+                                          : ramp_.limited()                ? 2
+                                          : active && jumped               ? 3
+                                          : active && result_.beyond_table ? 4
+                                                                           : 0;
         limited_code = bounded_code;
         limited = bounded_code != 0;
         const std::int32_t code = !motion_known_ ? 1
@@ -279,7 +279,7 @@ private:
     SquarenessModel model_{AxisChain{}, 1};
     SquarenessModel::Motion motion_;                  // the last good one
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // likewise; mu, from the gauge point to the tip
-    bool motion_known_ = true, homed_ = false;
+    bool motion_known_ = true;
     SquarenessModel::Result result_;
     RampedCorrection ramp_;
     bool reloading_ = true;  // a reload that is true already asks for nothing

@@ -44,18 +44,17 @@ struct SquarenessAxis {
               {owner, "eb0" + name + "-in-use", "rad", "EB0" + capital + " that is corrected for."},
               {owner, "ec0" + name + "-in-use", "rad", "EC0" + capital + " that is corrected for."}} {}
 
+    Settings read() const noexcept { return {pivot, {angles[0], angles[1], angles[2]}, tool_follows}; }
+
     // A value that cannot be keeps what it was; `bad` tells.
-    Settings read(const Settings& last, bool& bad) noexcept {
-        Settings now;
-        const double its_pivot = pivot;
-        now.pivot = usable(its_pivot, farthest, last.pivot);
-        bad |= !(now.pivot == its_pivot);
+    static Settings usable_of(const Settings& given, const Settings& last, bool& bad) noexcept {
+        Settings now = given;
+        now.pivot = usable(given.pivot, farthest, last.pivot);
+        bad |= !(now.pivot == given.pivot);
         for (int i = 0; i < 3; ++i) {
-            const double angle = angles[i];
-            now.angles[i] = std::abs(angle) < 0.1 ? angle : last.angles[i];
-            bad |= !(now.angles[i] == angle);
+            if (!(std::abs(given.angles[i]) < 0.1)) now.angles[i] = last.angles[i];
+            bad |= !(now.angles[i] == given.angles[i]);
         }
-        now.tool_follows = tool_follows;
         return now;
     }
 

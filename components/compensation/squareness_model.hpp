@@ -16,15 +16,6 @@ namespace plumb {
 // The correction that a position wants with one set of settings, one tool and one set of tables.
 class SquarenessModel {
 public:
-    struct Situation {
-        SquarenessSettings::Values settings;
-        Eigen::Vector3d tool = Eigen::Vector3d::Zero();  // mu, from the gauge point to the tip
-        bool active = false;                             // else the correction is 0
-
-        bool operator==(const Situation& other) const noexcept {
-            return settings == other.settings && tool == other.tool && active == other.active;
-        }
-    };
     struct Motion {
         AxisPosition position = AxisPosition::Zero(), velocity = AxisPosition::Zero();  // mu, mu/s
     };
@@ -37,47 +28,48 @@ public:
 
     // A machine unit has so many millimetres, which are what tables are in.
     SquarenessModel(const AxisChain& axes, double millimetres) noexcept
-        : axes_(axes), millimetres_(millimetres), chain_({axes, {}, {}, {}}) {}
+        : axes_(axes), millimetres_(millimetres), correction_(KinematicChain({axes, {}, {}, {}})) {}
 
-    const Situation& situation() const noexcept { return situation_; }
-    bool linear() const noexcept { return chain_.linear(); }  // no table was in force the last time
+    const Eigen::Vector3d& tool() const noexcept { return tool_; }
+    bool active() const noexcept { return active_; }
 
-    void set(const Situation& situation) noexcept {
-        situation_ = situation;
+    // The tool in mu, from the gauge point to the tip; not active, the correction is 0.
+    void set(const SquarenessSettings::Values& settings, const Eigen::Vector3d& tool, bool active) noexcept {
+        tool_ = tool;
+        active_ = active;
+        most_ = settings.max_correction;
         KinematicChain::Settings s;
         s.axes = axes_;
-        s.reading = situation.settings.reading;
-        s.datum = situation.settings.datum;
+        s.reading = settings.reading;
+        s.datum = settings.datum;
         for_each_axis([&](Axis axis, std::size_t i) {
-            s.tilts[i] = {situation.settings.angles(axis), situation.settings.of(axis).tool_follows};
-            pivot_[static_cast<Eigen::Index>(i)] = situation.settings.of(axis).pivot;
+            s.tilts[i] = {settings.angles(axis), settings.of(axis).tool_follows};
+            pivot_[static_cast<Eigen::Index>(i)] = settings.of(axis).pivot;
         });
-        chain_ = KinematicChain(s);
+        correction_ = TipCorrection(KinematicChain(s), settings.reference);
     }
 
-    // Best called each period: it takes the errors of the axes where it had led to the last time.
+    // Best called each period: it begins where it had led to the last time, and so need not go far.
     Result at(const Motion& motion, const ErrorTables::Set& tables) noexcept {
         Result result;
         const AxisPosition q = motion.position - pivot_;
-        const AxisPosition there = TipCorrection::corrected(q, led_to_);
-        for_each_axis([&](Axis axis, std::size_t i) {
-            if (!tables[i]) return;
-            const auto k = static_cast<Eigen::Index>(i);
-            const double place = (there[k] + pivot_[k]) * millimetres_;
-            chain_.set_error(axis, error(there[k], tables[i]->at(place)));
-            result.beyond_table |= !(place >= tables[i]->first() && place <= tables[i]->last());
-        });
-        const TipCorrection::Correction c =
-            TipCorrection(chain_, situation_.settings.reference).at(q, situation_.tool);
-        result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5;
-        if (!result.steady) {
-            led_to_.setZero();
-            return result;
+        TipCorrection::Correction c;
+        for (int step = 0; step < 3; ++step) {
+            result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_), tables);
+            c = correction_.at(q, tool_, led_to_);
+            result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5;
+            if (!result.steady) {
+                led_to_.setZero();
+                return result;
+            }
+            if (correction_.chain().linear()) break;
+            const double way = (c.offset - led_to_).norm();
+            led_to_ = c.offset;
+            if (way * millimetres_ < near) break;
         }
-        led_to_ = c.offset;
         result.error = c.error;
-        result.wanted.most = situation_.settings.max_correction;
-        if (situation_.active) {
+        result.wanted.most = most_;
+        if (active_) {
             result.wanted.offset = c.offset;
             result.wanted.velocity = c.slopes * motion.velocity;
         }
@@ -85,6 +77,22 @@ public:
     }
 
 private:
+    // mm; the errors of the axes leave of it 1e-9 where they bend by 0.002 per mm.
+    static constexpr double near = 1e-3;
+
+    // The errors of the axes from the tables.  Whether one of them does not reach there.
+    bool take_errors(const AxisPosition& there, const ErrorTables::Set& tables) noexcept {
+        bool beyond = false;
+        for_each_axis([&](Axis axis, std::size_t i) {
+            if (!tables[i]) return;
+            const auto k = static_cast<Eigen::Index>(i);
+            const double place = (there[k] + pivot_[k]) * millimetres_;
+            correction_.chain().set_error(axis, error(there[k], tables[i]->at(place)));
+            beyond |= !(place >= tables[i]->first() && place <= tables[i]->last());
+        });
+        return beyond;
+    }
+
     template <typename Function>
     void for_each_axis(const Function& call) const noexcept {
         for (const AxisBranch* branch : {&axes_.work, &axes_.tool})
@@ -106,9 +114,11 @@ private:
 
     AxisChain axes_;
     double millimetres_;
-    Situation situation_;
     AxisPosition pivot_ = AxisPosition::Zero();
-    KinematicChain chain_;
+    TipCorrection correction_;
+    Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
+    bool active_ = false;
+    double most_ = 0;                                   // mu
     Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the correction of the last time
 };
 

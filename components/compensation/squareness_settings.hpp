@@ -4,7 +4,7 @@
 #include "components/compensation/squareness_axis.hpp"
 #include "components/math/axis_chain.hpp"
 #include "components/math/blocks/bounded.hpp"
-#include "components/math/blocks/usable.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/tilted_branch.hpp"
 #include "hal/component.hpp"
 
@@ -23,7 +23,8 @@ struct SquarenessSettings {
         std::array<SquarenessAxis::Settings, 6> axes;
         TiltReading reading = TiltReading::component;
         TiltDatum datum = TiltDatum::rail;
-        Eigen::Vector3d radial = Eigen::Vector3d::Zero();  // mu, of the tool
+        double radius = 0;                                 // mu, of the tool
+        Eigen::Vector3d radial = Eigen::Vector3d::Zero();  // mu, where that lies
         Eigen::Vector3d reference =
             Eigen::Vector3d::Zero();  // mu, the reference tool from gauge point to tip
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0;
@@ -34,29 +35,21 @@ struct SquarenessSettings {
         Eigen::Vector3d angles(Axis axis) const noexcept {
             return of(axis).angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); });
         }
-        bool operator==(const Values& other) const noexcept {
-            return axes == other.axes && reading == other.reading && datum == other.datum &&
-                   radial == other.radial && reference == other.reference && max_angle == other.max_angle &&
-                   max_correction == other.max_correction;
-        }
     };
     enum class Wrong { nothing, value, limit, axis, datum, direction };
 
     explicit SquarenessSettings(hal::Component* component) : owner(component) {}
 
-    // Takes over what is there, unless it contradicts itself.
-    void judge(const AxisChain& chain) noexcept {
-        bool bad_value = false;
-        Values given = read(bad_value);
-        const Wrong contradiction = contradiction_of(given, chain);
-        if (contradiction == Wrong::nothing) values_ = given;
-        wrong_ = contradiction != Wrong::nothing ? contradiction : bad_value ? Wrong::value : Wrong::nothing;
-        limited_ = false;
-        for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W}) {
-            const Eigen::Vector3d in_use = values_.angles(axis);
-            limited_ |= in_use != values_.of(axis).angles;
-            axes[static_cast<std::size_t>(axis)].show(in_use);
+    // Takes over what is there, unless it contradicts itself.  Whether anything may have changed.
+    bool judge(const AxisChain& chain) noexcept {
+        const Given given = read();
+        const bool changed = !(given == given_);
+        if (changed) {
+            given_ = given;
+            judge(given, chain);
         }
+        for (std::size_t i = 0; i < 6; ++i) axes[i].show(in_use_[i]);
+        return changed;
     }
 
     const Values& values() const noexcept { return values_; }
@@ -92,53 +85,101 @@ struct SquarenessSettings {
                               "A position that changes faster did not move: it is ramped."};
 
 private:
-    Values read(bool& bad) noexcept {
+    // The pins as they are.
+    struct Given {
+        std::array<SquarenessAxis::Settings, 6> axes;
+        bool axis_direction = false, to_bed = false, is_diameter = false;
+        double radial_offset = 0, radial_direction = 0;
+        Eigen::Vector3d reference_offset = Eigen::Vector3d::Zero();
+        double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0;
+
+        bool operator==(const Given& other) const noexcept {
+            return axes == other.axes && axis_direction == other.axis_direction && to_bed == other.to_bed &&
+                   is_diameter == other.is_diameter && radial_offset == other.radial_offset &&
+                   radial_direction == other.radial_direction && reference_offset == other.reference_offset &&
+                   max_angle == other.max_angle && max_correction == other.max_correction &&
+                   max_rate == other.max_rate && max_speed == other.max_speed;
+        }
+    };
+
+    Given read() const noexcept {
+        Given given;
+        for (std::size_t i = 0; i < given.axes.size(); ++i) given.axes[i] = axes[i].read();
+        given.axis_direction = axis_direction;
+        given.to_bed = to_bed;
+        given.is_diameter = radial_is_diameter;
+        given.radial_offset = radial_offset;
+        given.radial_direction = radial_direction;
+        for (int i = 0; i < 3; ++i) given.reference_offset[i] = reference_tool_offset[i];
+        given.max_angle = max_angle;
+        given.max_correction = max_correction;
+        given.max_rate = max_rate;
+        given.max_speed = max_speed;
+        return given;
+    }
+
+    void judge(const Given& given, const AxisChain& chain) noexcept {
+        bool bad_value = false;
+        const Values usable = usable_of(given, bad_value);
+        const Wrong contradiction = contradiction_of(usable, given, chain);
+        wrong_ = contradiction != Wrong::nothing ? contradiction : bad_value ? Wrong::value : Wrong::nothing;
+        if (contradiction != Wrong::nothing) return;
+        values_ = usable;
+        limited_ = false;
+        for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W}) {
+            Eigen::Vector3d& in_use = in_use_[static_cast<std::size_t>(axis)];
+            in_use = values_.angles(axis);
+            limited_ |= in_use != values_.of(axis).angles;
+        }
+    }
+
+    // A value that cannot be keeps what it was.
+    Values usable_of(const Given& given, bool& bad) const noexcept {
         Values now;
-        for (std::size_t i = 0; i < now.axes.size(); ++i) now.axes[i] = axes[i].read(values_.axes[i], bad);
-        now.reading = axis_direction ? TiltReading::axis_direction : TiltReading::component;
-        now.datum = to_bed ? TiltDatum::bed : TiltDatum::rail;
-        radius_ = usable_radius(bad);
-        const double degrees = radial_direction;
-        const double direction = std::remainder(degrees, 360) * (3.14159265358979323846 / 180);
-        directed_ = std::abs(degrees) <= 1e6;
-        if (directed_) now.radial = radius_ * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+        for (std::size_t i = 0; i < now.axes.size(); ++i)
+            now.axes[i] = SquarenessAxis::usable_of(given.axes[i], values_.axes[i], bad);
+        now.reading = given.axis_direction ? TiltReading::axis_direction : TiltReading::component;
+        now.datum = given.to_bed ? TiltDatum::bed : TiltDatum::rail;
+        const bool good_radius = std::abs(given.radial_offset) <= longest;
+        bad |= !good_radius;
+        now.radius = !good_radius        ? values_.radius
+                     : given.is_diameter ? given.radial_offset / 2
+                                         : given.radial_offset;
+        if (now.radius != 0 && directed(given)) {
+            const double direction = std::remainder(given.radial_direction, 360) * (pi / 180);
+            now.radial = now.radius * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+        }
         for (int i = 0; i < 3; ++i) {
-            const double offset = reference_tool_offset[i];
-            const bool good = std::abs(offset) <= longest;
-            now.reference[i] = good ? -offset : values_.reference[i];
+            const bool good = std::abs(given.reference_offset[i]) <= longest;
+            now.reference[i] = good ? -given.reference_offset[i] : values_.reference[i];
             bad |= !good;
         }
-        now.max_angle = max_angle;
-        now.max_correction = max_correction;
-        now.max_rate = max_rate;
-        now.max_speed = max_speed;
+        now.max_angle = given.max_angle;
+        now.max_correction = given.max_correction;
+        now.max_rate = given.max_rate;
+        now.max_speed = given.max_speed;
         return now;
     }
 
-    double usable_radius(bool& bad) noexcept {
-        const double offset = radial_offset;
-        const bool good = std::abs(offset) <= longest;
-        bad |= !good;
-        if (!good) return radius_;
-        return radial_is_diameter ? offset / 2 : offset;
-    }
+    static bool directed(const Given& given) noexcept { return std::abs(given.radial_direction) <= 1e6; }
 
-    Wrong contradiction_of(const Values& given, const AxisChain& chain) const noexcept {
+    static Wrong contradiction_of(const Values& usable, const Given& given, const AxisChain& chain) noexcept {
         const auto within = [](double x, double most) { return x > 0 && x <= most; };
-        if (!(within(given.max_angle, 0.1) && within(given.max_correction, 100) &&
-              within(given.max_rate, 10) && within(given.max_speed, 1e5)))
+        if (!(within(usable.max_angle, 0.1) && within(usable.max_correction, 100) &&
+              within(usable.max_rate, 10) && within(usable.max_speed, 1e5)))
             return Wrong::limit;
         for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W})
-            if (!chain.has(axis) && !given.of(axis).names_nothing()) return Wrong::axis;
-        if (given.datum == TiltDatum::bed && !chain.work.stacked() && !chain.tool.stacked())
-            return Wrong::datum;
-        if (radius_ != 0 && !directed_) return Wrong::direction;
+            if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Wrong::axis;
+        if (usable.datum == TiltDatum::bed && !chain.stacked()) return Wrong::datum;
+        if (usable.radius != 0 && !directed(given)) return Wrong::direction;
         return Wrong::nothing;
     }
 
-    Values values_;
-    double radius_ = 0;     // mu, the last that could be
-    bool directed_ = true;  // the radial offset has a direction
+    Given given_;    // the last time
+    Values values_;  // the last good set
+    std::array<Eigen::Vector3d, 6> in_use_{
+        Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
+        Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // rad, EA0 EB0 EC0
     Wrong wrong_ = Wrong::nothing;
     bool limited_ = false;
 };

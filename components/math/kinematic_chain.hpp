@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <algorithm>
 #include <cstddef>
 
 namespace plumb {
@@ -46,18 +45,18 @@ public:
         : work_(s.axes.work, s.tilts, s.reading, s.datum), tool_(s.axes.tool, s.tilts, s.reading, s.datum) {
         for (const AxisBranch& branch : {s.axes.work, s.axes.tool})
             for (const Axis axis : branch) ideal_slopes_(direction(axis), coordinate(axis)) = 1;
+        end_rotation_ = work_.end_rotation().transpose() * tool_.end_rotation();
+        tilted_slopes_ = by_all_members(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes;
     }
 
     // In force until the next one; none at first.
     void set_error(Axis axis, const AxisError& error) noexcept {
         errors_[static_cast<std::size_t>(coordinate(axis))] = {true, error};
+        linear_ = false;
     }
 
     // Tilts alone: the tip is linear in the position.
-    bool linear() const noexcept {
-        return std::none_of(errors_.begin(), errors_.end(),
-                            [](const Source& source) { return source.given; });
-    }
+    bool linear() const noexcept { return linear_; }
 
     const PositionSlopes& ideal_slopes() const noexcept { return ideal_slopes_; }
 
@@ -66,24 +65,13 @@ public:
     }
 
     Tip tip(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
-        const PerAxis<Error> errors = errors_at(q);
-        Tip sum = {tool, PositionSlopes::Zero()};
-        turn_to_bed(tool_, tool_.size(), errors, sum);
-        for (const TiltedBranch* branch : {&tool_, &work_}) {
-            for (int i = 0; i < branch->size(); ++i) {
-                Tip travel = travel_of(branch->axis(i), q, errors);
-                turn_to_bed(*branch, i, errors, travel);
-                sum.place += travel.place;
-                sum.slopes += travel.slopes;
-            }
-        }
-        turn_from_bed(work_, errors, sum);
-        return sum;
+        if (linear_) return {tilted_slopes_ * q + end_rotation_ * tool, tilted_slopes_};
+        return by_all_members(q, tool);
     }
 
     // (R - 1) T: by how much the tilts alone displace the tip of a tool.  In mu.
     Eigen::Vector3d tool_displacement(const Eigen::Vector3d& tool) const noexcept {
-        return work_.end_rotation().transpose() * (tool_.end_rotation() * tool) - tool;
+        return end_rotation_ * tool - tool;
     }
 
 private:
@@ -99,6 +87,22 @@ private:
         Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
         Eigen::Vector3d rotation_slope = Eigen::Vector3d::Zero();  // rad/mu, ω
     };
+
+    Tip by_all_members(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
+        const PerAxis<Error> errors = errors_at(q);
+        Tip sum = {tool, PositionSlopes::Zero()};
+        turn_to_bed(tool_, tool_.size(), errors, sum);
+        for (const TiltedBranch* branch : {&tool_, &work_}) {
+            for (int i = 0; i < branch->size(); ++i) {
+                Tip travel = travel_of(branch->axis(i), q, errors);
+                turn_to_bed(*branch, i, errors, travel);
+                sum.place += travel.place;
+                sum.slopes += travel.slopes;
+            }
+        }
+        turn_from_bed(work_, errors, sum);
+        return sum;
+    }
 
     static const Error& of(const PerAxis<Error>& errors, Axis axis) noexcept {
         return errors[static_cast<std::size_t>(coordinate(axis))];
@@ -156,7 +160,10 @@ private:
 
     TiltedBranch work_, tool_;
     PerAxis<Source> errors_;
+    bool linear_ = true;
     PositionSlopes ideal_slopes_ = PositionSlopes::Zero();
+    PositionSlopes tilted_slopes_;  // of tilts alone
+    Eigen::Matrix3d end_rotation_;  // of the tool, as the work sees it, likewise
 };
 
 }  // namespace plumb

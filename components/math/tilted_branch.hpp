@@ -38,9 +38,9 @@ public:
         : axes_(axes) {
         for (int i = 0; i < size(); ++i) {
             const AxisTilt& tilt = tilts[static_cast<std::size_t>(coordinate(axis(i)))];
+            if (tilt.angles.isZero(0)) continue;
             Member& member = members_[static_cast<std::size_t>(i)];
             member.rotation = rotation(tilt.angles);
-            if (tilt.angles.isZero(0)) continue;
             for (int k = i; k <= size(); ++k) {
                 const bool follows = k == size()
                                          ? tilt.end_follows

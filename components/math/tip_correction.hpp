@@ -19,7 +19,9 @@ public:
     // is in there already.
     explicit TipCorrection(const KinematicChain& chain,
                            const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
-        : chain_(&chain), origin_(chain.tool_displacement(reference_tool)) {}
+        : chain_(chain), origin_(chain.tool_displacement(reference_tool)) {}
+
+    KinematicChain& chain() noexcept { return chain_; }
 
     struct Correction {
         Eigen::Vector3d offset;  // mu, c of X, Y and Z
@@ -27,28 +29,24 @@ public:
         Eigen::Vector3d error;   // mu, of the tip without correction
     };
 
-    // A step of Newton, which is exact for tilts; and a second one, which leaves of errors of the axes what
-    // the second order of their second order is.
-    Correction at(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
-        const Eigen::Vector3d target = chain_->ideal_tip(q, tool) + origin_;
-        Correction c = {Eigen::Vector3d::Zero(), PositionSlopes::Zero(), Eigen::Vector3d::Zero()};
-        for (int step = 0; step < (chain_->linear() ? 1 : 2); ++step) {
-            const KinematicChain::Tip tip = chain_->tip(corrected(q, c.offset), tool);
-            const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
-            const Eigen::Matrix3d inverse = by_offset.inverse();
-            const Eigen::Vector3d error = tip.place - target;
-            if (step == 0) c.error = error;
-            c.offset -= inverse * error;
-            c.slopes = inverse * (chain_->ideal_slopes() - tip.slopes);
-        }
-        return c;
+    // A step of Newton from a guess, which is exact for tilts whatever the guess.  With errors of the axes it
+    // leaves what is of second order in its way: take it again from where it has led, with the errors of
+    // there, as long as that way is too long.
+    Correction at(const AxisPosition& q, const Eigen::Vector3d& tool,
+                  const Eigen::Vector3d& guess = Eigen::Vector3d::Zero()) const noexcept {
+        const KinematicChain::Tip tip = chain_.tip(corrected(q, guess), tool);
+        const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
+        const Eigen::Matrix3d inverse = by_offset.inverse();
+        const Eigen::Vector3d rest = tip.place - chain_.ideal_tip(q, tool) - origin_;
+        return {guess - inverse * rest, inverse * (chain_.ideal_slopes() - tip.slopes),
+                rest - by_offset * guess};
     }
 
     // The position q whose correction leads to this one.
     AxisPosition un_corrected(const AxisPosition& corrected, const Eigen::Vector3d& tool) const noexcept {
-        const Eigen::Vector3d place = chain_->tip(corrected, tool).place - origin_;
+        const Eigen::Vector3d place = chain_.tip(corrected, tool).place - origin_;
         AxisPosition q = corrected;
-        q.head<3>() += place - chain_->ideal_tip(corrected, tool);
+        q.head<3>() += place - chain_.ideal_tip(corrected, tool);
         return q;
     }
 
@@ -58,7 +56,7 @@ public:
     }
 
 private:
-    const KinematicChain* chain_;
+    KinematicChain chain_;
     Eigen::Vector3d origin_;
 };
 
