@@ -67,6 +67,20 @@ TEST(Squareness, WorkedExampleHasItsError) {
     EXPECT_EQ(square.get("limited-code"), 0);
 }
 
+// Y leans by 20 um in 300 mm to +X, as a square on the table shows; Y carries X in the second chain.
+TEST(Squareness, SquareOnTheTableIsFollowedOnEitherChain) {
+    for (const char* chain : {column_chain, "chain=w-X-Y.b-Z-C-t"}) {
+        Square square(chain);
+        square.set("ec0y", -66.7 * urad);
+        if (chain != column_chain) square.set("ec0x", 66.7 * urad);
+        for (const double x : {0.0, 200.0}) {
+            square.go({x, 300, 0, 0});
+            EXPECT_NEAR(square.get("x-correction"), -20 * um, 0.02 * um) << chain;
+            EXPECT_NEAR(square.get("y-correction"), 0, 0.02 * um) << chain;
+        }
+    }
+}
+
 // Where the machine brings the tip, against where an ideal one would: over a cube of 1 m, with a tool of
 // 400 mm that is 50 mm out of centre.  On an exact machine the way back is exact likewise: q = tip - tool.
 struct Scored {

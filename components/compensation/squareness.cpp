@@ -36,8 +36,11 @@ leans to where its + end lies:
     Y leans to +X: EC0Y < 0      Z, W lean to +X: EB0Z, EB0W > 0      X leans to +Y: EC0X > 0
     Y leans to +Z: EA0Y > 0      Z, W lean to +Y: EA0Z, EA0W < 0      X leans to +Z: EB0X < 0
 
-So if a square on the table shows that the + end of Y lies 20 um per 300 mm towards +X, ec0y is -66.7e-6.  Check the
-sign with one move: with enable true the indicator that climbs the square must stand still.
+A square on the table sees the corner of two axes.  If it shows that the + end of Y lies 20 um per 300 mm towards +X, ec0y
+is -66.7e-6 on a column, where Y does not carry X.  Where Y carries X, as in the default chain, that tilt turns X and the
+work, too, and alone corrects nothing: there ec0x is 66.7e-6 beside it, which takes them back.  `plumb squareness --square`
+tells what to set on which chain.  Check the sign with one move: with enable true the indicator that climbs the square
+must stand still.
 
 axis-direction says what a tilt turns: all that the axis carries, so that a rail that leans takes the saddle with it
 (false), or only the axes parallel to it, and the tool, so that the saddle stays level (true).  to-bed says against what
