@@ -119,6 +119,15 @@ TEST(RampedCorrection, MostBoundsItAndMovesItByTheRate) {
     run(wanted({0.5, 0, 0}, 0.2), wanted({0.5, 0, 0}, 0.2), 2010);
     EXPECT_EQ(y.offset().x(), 0.2);
     EXPECT_EQ(y.velocity().x(), 0);
+    // Motion takes it to the bound while it is on its way from elsewhere.
+    RampedCorrection other;
+    other.step({{0.15, 0, 0}, {0, 0, 0}, 0.2}, {{0.15, 0, 0}, {0, 0, 0}, 0.2}, rate, dt);
+    other.step({{0, 0, 0}, {0, 0, 0}, 0.2}, {{0.15, 0, 0}, {0, 0, 0}, 0.2}, rate, dt);
+    EXPECT_GT(other.offset().x(), 0.1);
+    other.step({{0.19, 0, 0}, {50, 0, 0}, 0.2}, rate, dt);
+    EXPECT_EQ(other.offset().x(), 0.2);
+    EXPECT_EQ(other.velocity().x(), 0);
+    EXPECT_TRUE(other.limited());
     // Out of the bound by motion, without lag.
     y.step(wanted({0.19, 0, 0}, 0.2), rate, dt);
     EXPECT_EQ(y.offset().x(), 0.19);
