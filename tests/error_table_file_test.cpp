@@ -144,12 +144,12 @@ TEST(ErrorTableFile, RefusesARowWithItsReason) {
         {"0,0,0", "column X: 0 is not beyond 0 by at least 0.001 mm"},
         {"-5,0,0", "column X: -5 is not beyond 0 by at least 0.001 mm"},
         {"0.0009,0,0", "column X: 0.0009 is not beyond 0 by at least 0.001 mm"},
-        {"5,0.06,0", "column EXX: from 0 to 0.06 within 5 mm is too steep; is it in mm?"},
+        {"5,0.006,0", "column EXX: from 0 to 0.006 within 5 mm is too steep; is it in mm?"},
         {"5,0,-6e-4", "column EAX: from 0 to -0.0006 within 5 mm is too steep; is it in rad?"},
     };
     for (const auto& [row, words] : cases)
         EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n" + row + "\n9,0,0\n"), "/a.csv: line 3: " + words);
-    EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n5,0.05,-5e-4\n10,0,0\n"), "");
+    EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n5,0.005,-5e-4\n10,0,0\n"), "");
 }
 
 TEST(ErrorTableFile, RefusesASecondTableOfAnAxisInAnotherFile) {

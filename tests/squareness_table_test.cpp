@@ -180,7 +180,7 @@ TEST(SquarenessTables, OnesThatAreFarFromThoseBeforeComeWithoutAStepToo) {
     const Folder folder;
     std::string bent = "X,EXX";
     for (int x = -100; x <= 100; x += 5)
-        bent += "\n" + std::to_string(x) + "," + std::to_string(2e-5 * x * x);
+        bent += "\n" + std::to_string(x) + "," + std::to_string(5e-6 * x * x);
     const std::string straight = "\nY,EXY\n-100,0\n100,0\n", off = "\nY,EXY\n-100,1\n100,1\n";
     Square square(std::string(column_chain) + " table=" + folder.write("all.csv", bent + straight).string());
     square.set("max-rate", 0.1);
@@ -194,7 +194,7 @@ TEST(SquarenessTables, OnesThatAreFarFromThoseBeforeComeWithoutAStepToo) {
     square.run(15);
     EXPECT_FALSE(square.get("ramping"));
     const double x = 40 + square.get("x-correction");
-    EXPECT_NEAR(x + 2e-5 * x * x + 1, 40, 1e-9);
+    EXPECT_NEAR(x + 5e-6 * x * x + 1, 40, 1e-9);
 }
 
 // On a long tool a turn of 0.09 mrad per mm of travel moves the tip by 0.72 mm per mm.

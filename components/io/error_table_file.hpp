@@ -40,7 +40,7 @@ constexpr std::string_view axes = "XYZUVW";
 constexpr double longest = 1e5;                                   // mm, a position
 constexpr double nearest = 1e-3;                                  // mm, between two positions
 constexpr double largest[] = {10, 10, 10, 0.1, 0.1, 0.1};         // mm, rad
-constexpr double steepest[] = {.01, .01, .01, 1e-4, 1e-4, 1e-4};  // mm/mm, rad/mm
+constexpr double steepest[] = {1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4};  // mm/mm, rad/mm
 constexpr std::size_t most_rows = 4096;
 
 inline std::vector<std::string> error_names(char axis) {
