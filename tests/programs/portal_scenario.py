@@ -194,7 +194,7 @@ class Shift:
         self.begin("on_again")
         self.set_ramps(0.04)  # so that the program comes before their end
         self.machine.turn_on()
-        self.machine.mdi("M66 P0 L4 Q60")
+        self.machine.mdi("M66 P5 L4 Q60")
         self.facts["waited for the stages"] = not self.stages_ramp()
         self.set_ramps(0.1)
         self.await_stages()
