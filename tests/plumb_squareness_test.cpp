@@ -15,6 +15,7 @@ namespace plumb {
 namespace {
 
 using testing::ContainsRegex;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -107,9 +108,10 @@ TEST(PlumbSquareness, PrintsAllThatBelongsTogether) {
     EXPECT_THAT(
         output,
         HasSubstr("  EA0Y    6.0000e-05    12.38   0.00344     60.00    0.0180   0.00072  Y to +Z\n"));
-    EXPECT_THAT(below("For the .hal file", output),
-                HasSubstr("\n  loadrt squareness names=square chain=w-Z.b-X-Y-C-t\n"
-                          "  setp square.axis-direction 0      # reading: component\n"
+    EXPECT_THAT(below("Where squareness is loaded", output),
+                EndsWith("\n  loadrt squareness names=square chain=w-Z.b-X-Y-C-t"));
+    EXPECT_THAT(below("Behind it, in the file of settings", output),
+                HasSubstr("\n  setp square.axis-direction 0      # reading: component\n"
                           "  setp square.ea0y 6e-05            # Y leans to +Z by 12.38 arcsec\n"
                           "  setp square.ec0y -8e-05           # Y leans to +X by 16.50 arcsec\n"));
     EXPECT_THAT(output,
@@ -156,8 +158,7 @@ TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
 // The component with the lines for the .hal file in an output.
 void set_up(Bench& bench, const std::string& output) {
     const Folder folder;
-    const std::string block = below("For the .hal file", output).substr(1);  // its title is the first line
-    bench.source(folder.write("square.hal", block.substr(block.find('\n') + 1) + '\n'));
+    bench.source(folder.write("square.hal", hal_lines(output)));
     bench.command("addf square.update servo-thread");
     bench.set("square.all-homed", 1);
 }

@@ -186,10 +186,8 @@ struct SquarenessRecipe : testing::Test {
 
     // The component with the lines that were printed, between the axes and their drives.
     void load(const std::string& output) {
-        const std::size_t begin = output.find("  loadrt squareness");
         const Folder folder;
-        bench.source(
-            folder.write("square.hal", output.substr(begin, output.find("\n\n", begin) - begin) + '\n'));
+        bench.source(folder.write("square.hal", hal_lines(output)));
         for (const std::string axis : {"x", "y", "z", "w"}) {
             const bool chained = output.find("-W-") != std::string::npos || axis != "w";
             const std::string square = chained ? " square." + axis + "-position" : "";

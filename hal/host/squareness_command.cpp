@@ -107,8 +107,8 @@ void print_quantities(const std::vector<SquarenessQuantity>& quantities) {
 }
 
 void print_hal(const std::string& instance, const SquarenessAdvice& advice) {
-    std::cout << "\nFor the .hal file\n  loadrt squareness names=" << instance << ' ' << advice.options
-              << '\n';
+    std::cout << "\nWhere squareness is loaded\n  loadrt squareness names=" << instance << ' '
+              << advice.options << "\n\nBehind it, in the file of settings\n";
     for (const SquarenessAdvice::Setting& setting : advice.settings) {
         const std::string line =
             (setting.in_force ? "  setp " : "  # setp ") + instance + '.' + setting.pin + ' ' + setting.value;

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 namespace plumb {
@@ -86,6 +87,14 @@ Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::fi
     close(terminal);
     outcome.status = await_status(process);
     return outcome;
+}
+
+std::string hal_lines(const std::string& output) {
+    std::string found;
+    std::istringstream lines(output);
+    for (std::string line; std::getline(lines, line);)
+        if (line.rfind("  loadrt ", 0) == 0 || line.rfind("  setp ", 0) == 0) found += line + '\n';
+    return found;
 }
 
 }  // namespace plumb

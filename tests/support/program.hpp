@@ -26,4 +26,7 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
 Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
                         const std::string& cue = "", const std::string& keys = "");
 
+// Of what a program has printed the lines that load and set something in HAL.
+std::string hal_lines(const std::string& output);
+
 }  // namespace plumb
