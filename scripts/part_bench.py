@@ -77,6 +77,7 @@ def prepare(kind, seed, feed, folder):
     at = lambda *names: os.path.join(machine, *names)
     ini = at(kind + ".ini")
     change(ini, "common/headless.py", os.path.join(ROOT, "scripts", "part_cuts.py"))
+    change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")  # of a run; the disk may keep LinuxCNC waiting
     # Task gives motion up after a time of the faster clock, which passes on a busy computer.
     change(at("common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
     change(at("compensation.hal"), "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + at("errors.csv"))

@@ -13,9 +13,11 @@ sys.path.insert(0, os.path.join(ROOT, "scripts"))
 import pairs_bench
 from pairs_bench import CASES, FIT, LOW, MIDDLE, rms
 
+SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 PAIRS = 80  # 8 % of an rms is its standard deviation
 
 
+@unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
 class Pairs(unittest.TestCase):
     def scatter(self, case):
         return pairs_bench.simulate(case, PAIRS, lambda seconds: True)
@@ -64,6 +66,7 @@ class Bound(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
+    @unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
     def test_prints_a_table(self):
         script = os.path.join(ROOT, "scripts", "pairs_bench.py")
         done = subprocess.run([sys.executable, script, "--pairs", "3"], capture_output=True, text=True, timeout=100)
