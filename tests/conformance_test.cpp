@@ -337,8 +337,12 @@ TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
     const Live* const live = Live::of(GetParam().module);
     ASSERT_TRUE(live) << "no Live fixture for " << GetParam().module << ": see tests/live.hpp";
     const Module module(BUILD_DIR "/modules/" + GetParam().module + ".so");
-    for (const std::string& pin : GetParam().pins)
+    for (const std::string& pin : GetParam().pins) {
         EXPECT_THAT(about_poison(*live, hal::Declarations(module.model()), pin), IsEmpty()) << pin;
+#ifdef PLUMB_SANITIZED
+        break;  // ten times slower: one of them
+#endif
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_compensations()),
