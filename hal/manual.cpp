@@ -26,6 +26,20 @@ void write_pins(std::ostream& out, const Declarations& declared, bool output) {
     }
 }
 
+void write_offsets(std::ostream& out, const Declarations& declared) {
+    if (declared.offsets.empty()) return;
+    out << ".SH MOVES AN AXIS\n";
+    for (const OffsetInfo& offset : declared.offsets) {
+        out << ".TP\n.BI NAME ." << escaped(offset.counts.empty() ? offset.value : offset.counts) << '\n';
+        if (!offset.counts.empty()) out << "Counts of " << escaped(offset.scale) << " each. ";
+        out << "The offset never grows beyond " << escaped(offset.bound)
+            << " either way, and changes by at most " << escaped(offset.rate)
+            << (offset.motion.empty() ? "" : " apart from motion");
+        if (!offset.acceleration.empty()) out << ", its speed by at most " << escaped(offset.acceleration);
+        out << ". While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
+    }
+}
+
 }  // namespace
 
 std::string manual(const Model& model, int section) {
@@ -61,6 +75,7 @@ std::string manual(const Model& model, int section) {
         for (const Function* function : declared.functions)
             out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
     }
+    write_offsets(out, declared);
     const auto& pins = declared.pins;
     out << ".SH PINS\n";
     if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {

@@ -26,10 +26,12 @@ public:
         options.push_back(option);
         return option.initial;
     }
+    void add(const OffsetInfo& offset) override { offsets.push_back(offset); }
 
     std::vector<PinInfo> pins;
     std::vector<const Function*> functions;  // live as long as this object
     std::vector<OptionInfo> options;
+    std::vector<OffsetInfo> offsets;
 
 private:
     std::deque<double> cells_;

@@ -17,15 +17,21 @@ public:
     Pin(const Pin&) = delete;
     Pin& operator=(const Pin&) = delete;
 
+    const std::string& name() const { return name_; }  // without the instance's name
+
 protected:
     Pin(Component* owner, bool output, const std::string& name, T initial, const std::string& unit,
         const std::string& doc)
         : slot_(registrar(owner).add(
-              PinInfo{type_of<T>, output, name, unit, static_cast<double>(initial), doc})) {
+              PinInfo{type_of<T>, output, name, unit, static_cast<double>(initial), doc})),
+          name_(name) {
         slot_.template write<T>(initial);
     }
 
     const Slot slot_;
+
+private:
+    const std::string name_;
 };
 
 // An input: `setp` gives it a constant, `net` a signal; unconnected it keeps its initial value.

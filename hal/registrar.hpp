@@ -6,6 +6,7 @@
 #include "hal/value.hpp"
 
 #include <string>
+#include <vector>
 
 namespace plumb::hal {
 
@@ -29,11 +30,22 @@ struct OptionInfo {
     std::string doc;
 };
 
+// ... and about an offset that an output brings into an axis (see hal/offset.hpp): names of pins, without the
+// instance's name, "" for none.
+struct OffsetInfo {
+    std::string value;          // the offset
+    std::string counts, scale;  // where it is brought in by counts
+    std::string bound, rate, limited, acceleration;
+    std::vector<std::string> motion;  // positions that it depends on,
+    double slope = 0;                 // by so much at most
+};
+
 class Registrar {
 public:
     virtual Slot add(const PinInfo& pin) = 0;
     virtual void add(Function& function) = 0;
     virtual std::string add(const OptionInfo& option) = 0;  // returns the text given for this instance
+    virtual void add(const OffsetInfo&) {}
 
 protected:
     ~Registrar() = default;

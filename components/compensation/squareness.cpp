@@ -5,6 +5,7 @@
 #include "components/math/ramped_correction.hpp"
 #include "hal/component.hpp"
 #include "hal/message.hpp"
+#include "hal/offset.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -155,6 +156,9 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     hal::Out<std::int32_t> tables{this, "tables", "Axes that have a table."};
     hal::Out<std::int32_t> serial{this, "serial", "How often tables were read anew and taken over."};
 
+    hal::Offset moves[3]{
+        {this, moving(correction[0])}, {this, moving(correction[1])}, {this, moving(correction[2])}};
+
     hal::Function run{this, "update", &Squareness::update,
                       "After motion-controller and before the stages of the joints."};
 
@@ -193,6 +197,14 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     }
 
 private:
+    // The slope of six tilts of max-angle, and of tables.
+    hal::MovingPin moving(const hal::Out<double>& its) {
+        hal::MovingPin pin(its);
+        pin.bound(settings.max_correction).rate(settings.max_rate).limited(limited);
+        for (const SquarenessAxis& axis : settings.axes) pin.motion(axis.position, 0.02);
+        return pin;
+    }
+
     // Positions and velocities of the axes that there are.  Whether one has changed faster than it can move.
     // Of what is not known the last good position stays, and so does not move.
     bool read_motion(double dt) noexcept {

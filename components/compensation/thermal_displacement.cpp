@@ -8,6 +8,7 @@
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/growth_by_contact.hpp"
 #include "hal/component.hpp"
+#include "hal/offset.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -173,6 +174,8 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
     ContactReport report{this};
     hal::Records records{this};
     ReferenceRow row{this};
+
+    hal::Offset moves{this, hal::MovingPin(z_offset).bound(max_offset).rate(max_rate).limited(limited)};
 
     hal::Function run{this, "update", &ThermalDisplacement::update, "After all inputs, before the stage."};
 

@@ -3,6 +3,7 @@
 #include "components/math/blocks/usable.hpp"
 #include "components/math/offset_counter.hpp"
 #include "hal/component.hpp"
+#include "hal/offset.hpp"
 
 #include <cmath>
 
@@ -64,6 +65,10 @@ Take the offset back before homing anew: a joint that homes where it stands take
 home.  When the joints become homed with an offset in force, it stays as it is, and the stage has fault 6 and cannot be
 armed.
 
+At a soft limit LinuxCNC holds axis and offset together, and limited is true.  It stops the axis there as abruptly as
+motion and offset arrive: that is LinuxCNC's own, and the stage cannot brake before it.  Leave the offset as much room
+before the limits as max-offset.
+
 fault-code:
 
     1 offset is not a number, or beyond 1e3: the last good one stays
@@ -105,6 +110,11 @@ The defaults are for millimetres; on an inch machine divide scale, max-offset an
     hal::Out<bool> probing_refused{this, "probing-refused", "Probing has begun with an offset in force."};
     hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
     hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+
+    hal::Offset moves{this, hal::MovingPin(counts, counts_scale, offset_request)
+                                .bound(max_offset)
+                                .rate(max_rate)
+                                .limited(limited)};
 
     hal::Function run{this, "update", &AxisOffset::update,
                       "After motion-controller and the source of offset."};

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// An output that moves an axis says so, and by how much at most:
+//
+//     hal::Offset moves{this,
+//     hal::MovingPin(applied_offset).bound(max_offset).rate(max_rate).limited(limited)};
+//
+// The manual page and the tests read it: every component that declares one is attacked by random sequences of
+// faults, and held to what it declares.
+#pragma once
+
+#include "hal/pin.hpp"
+#include "hal/registrar.hpp"
+
+#include <string>
+
+namespace plumb::hal {
+
+// Describes the offset that an output brings into an axis.
+class MovingPin {
+public:
+    explicit MovingPin(const Out<double>& value) { info_.value = value.name(); }
+    // In counts of LinuxCNC's external offsets, of `scale` each; `taken` is the offset that LinuxCNC has made
+    // of them.
+    MovingPin(const Out<std::int32_t>& counts, const Out<double>& scale, const In<double>& taken) {
+        info_.value = taken.name();
+        info_.counts = counts.name();
+        info_.scale = scale.name();
+    }
+
+    // |offset| never grows beyond this setting.
+    MovingPin& bound(const In<double>& pin) { return set(info_.bound, pin.name()); }
+    // Apart from motion, the offset changes by at most this setting per second.
+    MovingPin& rate(const In<double>& pin) { return set(info_.rate, pin.name()); }
+    // True while the offset is kept from its wanted value.
+    MovingPin& limited(const Out<bool>& pin) { return set(info_.limited, pin.name()); }
+    // The rate itself changes by at most this setting per second. Optional.
+    MovingPin& acceleration(const In<double>& pin) { return set(info_.acceleration, pin.name()); }
+    // While this position moves the offset may change besides, by at most `slope` of that movement. Optional.
+    MovingPin& motion(const In<double>& position, double slope) {
+        info_.motion.push_back(position.name());
+        info_.slope = slope;
+        return *this;
+    }
+
+    const OffsetInfo& info() const { return info_; }
+
+private:
+    MovingPin& set(std::string& member, const std::string& name) {
+        member = name;
+        return *this;
+    }
+
+    OffsetInfo info_;
+};
+
+class Offset {
+public:
+    Offset(Component* owner, const MovingPin& pin) { registrar(owner).add(pin.info()); }
+    Offset(const Offset&) = delete;
+    Offset& operator=(const Offset&) = delete;
+};
+
+}  // namespace plumb::hal
