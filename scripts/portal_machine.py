@@ -106,7 +106,7 @@ class Machine:
         for axis in AXES:
             self.set({f"{axis}-path.amplitude": 0, f"{axis}-path.offset": 0, **{f"{axis}-motion.{name}": v for name, v in FAST.items()}})
             if axis != "w":
-                self.set({f"{axis}-stage.max-rate": 1e4, f"{axis}-stage.ramp-rate": 1e4, f"{axis}-stage.max-offset": 100})
+                self.set({f"{axis}-stage.max-rate": 1e4, f"{axis}-stage.ramp-rate": 1e4, f"{axis}-stage.max-offset": 100, f"{axis}-stage.offset-acceleration": 1e9})
         host.command("start")
 
     def set(self, values):

@@ -282,7 +282,13 @@ void axis_offset_beside_pid(benchmark::State& state) {
 void joint_offset_beside_pid(benchmark::State& state) {
     beside_pid(state, {"joint_offset",
                        "update",
-                       {{"motion-enabled", "1"}, {"homed", "1"}, {"min-limit", "-50"}, {"max-offset", "50"}},
+                       {{"motion-enabled", "1"},
+                        {"homed", "1"},
+                        {"min-limit", "-50"},
+                        {"max-limit", "50"},
+                        {"joint-acceleration", "1000"},
+                        {"offset-acceleration", "500"},
+                        {"max-offset", "50"}},
                        {{"offset-0", "steps"}, {"position", "slow"}, {"joint-command", "slow"}},
                        "applied-offset"});
 }

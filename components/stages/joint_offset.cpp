@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/usable.hpp"
+#include "components/math/soft_limit_taper.hpp"
 #include "hal/component.hpp"
+#include "hal/offset.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,11 +22,9 @@ drive, and taken from what the drive reports, so that motion knows nothing of it
     drive-command  = joint-command  + applied-offset
     joint-feedback = drive-feedback - applied-offset of the last drive-command
 
-    applied-offset = the sum, bounded, + r     r = what keeps it from stepping, which goes to 0 by ramp-rate
-
-What motion causes is followed without lag, by max-rate at most.  What motion does not cause is ramped: enable, the joint
-becoming homed, the machine turned on.  A source that has a ramp of its own may be on it at the same time; the two add up
-then.  No speed or acceleration of the axis is used up, and it works in every mode.
+The sum is bounded by max-offset and followed without lag, at most at max-rate.  Changes that motion does not cause are
+ramped at ramp-rate: enable, the joint becoming homed, the machine turned on.  A source may be on a ramp of its own at the
+same time; the two add up then.  No speed of the axis is used up, and it works in every mode.
 
 One instance a joint.  Its two functions have motion-controller between them; a drive that reads and writes
 hardware reads before the first and writes after the second.  Here for joint 0, with one source:
@@ -40,6 +41,8 @@ hardware reads before the first and writes after the second.  Here for joint 0, 
 
     setp x-stage.min-limit [JOINT_0]MIN_LIMIT
     setp x-stage.max-limit [JOINT_0]MAX_LIMIT
+    setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION
+    setp x-stage.offset-acceleration 500
 
     addf motion-command-handler  servo-thread
     addf x-stage.update-feedback servo-thread
@@ -70,9 +73,23 @@ until the joint is unhomed and homed again.  The stage sees the origin as the di
 Backlash and screw compensation of LinuxCNC move it, too: a joint that has them, and is moved while its offset is
 released, has to be homed again without need.
 
-Motion checks its soft limits without the offset.  So the stage keeps position and offset within min-limit and max-limit:
-set them from the INI file.  Where the offset would lead the drive beyond a limit, the drive stops at it, up to the offset's
-length before motion does, and limited is true.  A joint that is beyond a limit itself is not taken back.
+Motion checks its soft limits without the offset.  So the stage keeps position and offset within min-limit and max-limit.
+An offset that leads towards a limit fades out before it, with the distance of the joint from the limit, and limited is
+true there:
+
+    fade = 4 offset joint-acceleration / offset-acceleration     0.8 mm for 0.05 mm, 2000 and 500 mm/s2
+
+It depends on the position alone, not on the speed, so that the same place always has the same offset.  The offset never
+adds more than offset-acceleration to the acceleration of motion, on the way to a limit and away from it.  The drive must
+be able to follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.  Set the four from the INI file: no
+offset is applied before that.  A joint that is beyond a limit itself is not taken back.
+
+Where these contradict each other, the first one wins:
+
+    1 max-offset: the offset never grows beyond it, and returns to it when max-offset was reduced
+    2 the soft limits: motion takes the drive no further beyond than it was, even if motion itself brakes too late
+    3 offset-acceleration
+    4 max-rate
 
 fault-code:
 
@@ -80,7 +97,8 @@ fault-code:
     2 joint-command or position is not a number, or beyond 1e9: likewise
     3 drive-feedback likewise: LinuxCNC sees the joint stand, and stops with a following error when it moves
     4 max-offset (0 to 1e3), ramp-rate or max-rate (above 0, to 1e4): the last good set is in force
-    5 min-limit is not below max-limit: likewise
+    5 min-limit, max-limit (to 1e9, the one below the other), joint-acceleration or offset-acceleration (above 0) is
+      not set or out of range: the last good set is in force; without one, no offset is applied
     6 the origin was set with an offset in force: unhome, and home again
 
 The defaults are for millimetres; on an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"};
@@ -94,8 +112,12 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
     hal::In<double> position{this, "position", 0, "mu", "Where the program has the joint: joint.N.pos-cmd."};
     hal::In<double> joint_command{this, "joint-command", 0, "mu", "From motion: joint.N.motor-pos-cmd."};
     hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu", "From the drive, offset included."};
-    hal::In<double> min_limit{this, "min-limit", -1e99, "mu", "Lower soft limit of the joint."};
-    hal::In<double> max_limit{this, "max-limit", 1e99, "mu", "Upper soft limit of the joint."};
+    hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
+    hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint."};
+    hal::In<double> joint_acceleration{this, "joint-acceleration", 0, "mu/s2",
+                                       "Largest acceleration of the joint by motion."};
+    hal::In<double> offset_acceleration{this, "offset-acceleration", 0, "mu/s2",
+                                        "Largest acceleration that the offset adds to it."};
     hal::In<double> max_offset{this, "max-offset", 1, "mu", "Largest sum of the offsets either way."};
     hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of what motion does not cause."};
     hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Fastest change of the offset, away from limits."};
@@ -106,74 +128,69 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
     hal::Out<double> applied_offset{this, "applied-offset", "mu", "Offset that drive-command contains."};
     hal::Out<bool> ramping{this, "ramping", "The offset is on its way to what it is to be."};
     hal::Out<bool> limited{this, "limited",
-                           "Max-offset, max-rate or a soft limit keeps the offset from what it is to be."};
+                           "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
     hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
     hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
     hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+
+    hal::Offset moves{this, hal::MovingPin(applied_offset)
+                                .bound(max_offset)
+                                .rate(max_rate)
+                                .limited(limited)
+                                .acceleration(offset_acceleration)
+                                .motion(joint_command, 1)};
 
     hal::Function un_correct{this, "update-feedback", &JointOffset::update_feedback,
                              "After the drive's feedback is read, before motion-controller."};
     hal::Function run{this, "update", &JointOffset::update,
                       "After motion-controller and the sources, before the drive's command is written."};
 
-    void prepare() override {
-        settings_ = {max_offset, ramp_rate, max_rate};
-        limits_ = {min_limit, max_limit};
-    }
+    void prepare() override { settings_ = {max_offset, ramp_rate, max_rate}; }
 
     void update_feedback(double) noexcept {
         const double given = drive_feedback;
         feedback_ = usable(given, farthest, feedback_);
         hears_ = within(given, farthest);
-        joint_feedback = feedback_ - applied_;
+        joint_feedback = feedback_ - applied_.value();
     }
 
     void update(double dt) noexcept {
         const Settings settings{max_offset, ramp_rate, max_rate};
         if (settings.valid()) settings_ = settings;
-        const Limits limits{min_limit, max_limit};
+        const Limits limits{min_limit, max_limit, joint_acceleration, offset_acceleration};
         if (limits.valid()) limits_ = limits;
-        const double place = position, command = joint_command;
-        const bool knew_place = knows_place_;
-        knows_place_ = within(place, farthest);
-        const double last_position = position_;
-        position_ = usable(place, farthest, position_);
+        const double command = joint_command;
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
+        const bool jumped = !read_position();
         const bool good_sources = read_sources();
         const bool is_homed = homed;
         watch_origin(is_homed, knows_place_ && within(command, farthest));
-        const bool active = enable && is_homed && !shifted_;
+        const bool active = enable && is_homed && !shifted_ && limits_.valid();
         const double wanted = active ? sum() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
 
-        start_a_ramp(active, is_homed && !motion_enabled, possible);
-        if (!holding_) {
-            ramp_ -= bounded(ramp_, settings_.ramp_rate * dt);
-            followed_ += bounded(possible + ramp_ - followed_, settings_.max_rate * dt);
-            const double allowed = is_homed ? limits_.nearest(followed_, position_) : followed_;
-            const double way = allowed - applied_;
-            // Motion may take the joint to a limit, or away from it, faster than by max-rate; a limit or a
-            // position that changes without it may not.
-            double by_motion = 0;
-            if (is_homed && knew_place && knows_place_)
-                by_motion = bounded(allowed - limits_.nearest(followed_, last_position), moved);
-            if (by_motion * way <= 0) by_motion = 0;
-            applied_ += bounded(way, settings_.max_rate * dt + std::abs(by_motion));
-        }
+        const bool holding = is_homed && !motion_enabled;
+        if (active != active_ || (holding_ && !holding)) ramping_ = true;
+        active_ = active;
+        holding_ = holding;
+        if (holding)
+            hold();
+        else
+            follow(possible, is_homed && limits_.valid(), jumped ? 0 : moved, dt);
 
-        drive_command = command_ + applied_;
-        applied_offset = applied_;
-        ramping = ramp_ != 0;
-        inhibit_homing = std::abs(applied_) > slack;
-        limited = std::abs(wanted + ramp_ - applied_) > slack && !holding_;
-        const std::int32_t code = !good_sources                                            ? 1
-                                  : !within(command, farthest) || !within(place, farthest) ? 2
-                                  : !hears_                                                ? 3
-                                  : !settings.valid()                                      ? 4
-                                  : !limits.valid()                                        ? 5
-                                  : shifted_                                               ? 6
-                                                                                           : 0;
+        drive_command = command_ + applied_.value();
+        applied_offset = applied_.value();
+        ramping = ramping_;
+        inhibit_homing = std::abs(applied_.value()) > slack;
+        limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
+        const std::int32_t code = !good_sources                                 ? 1
+                                  : !within(command, farthest) || !knows_place_ ? 2
+                                  : !hears_                                     ? 3
+                                  : !settings.valid()                           ? 4
+                                  : !limits.valid()                             ? 5
+                                  : shifted_                                    ? 6
+                                                                                : 0;
         fault_code = code;
         fault = code != 0;
     }
@@ -181,7 +198,9 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
 private:
     static constexpr double largest = 1e3;   // mu, of an offset
     static constexpr double farthest = 1e9;  // mu, of a position
+    static constexpr double hardest = 1e9;   // mu/s2
     static constexpr double slack = 1e-9;    // mu, of no meaning
+    static constexpr double gentle = 100;    // mu/s2, where nothing else is known
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
@@ -195,14 +214,34 @@ private:
     };
 
     struct Limits {
-        double min, max;
+        double min = 0, max = 0, joint_acceleration = 0, offset_acceleration = 0;
 
-        bool valid() const noexcept { return min < max; }
-        // The offset next to x that does not lead beyond a limit, or no further beyond.
-        double nearest(double x, double place) const noexcept {
-            return std::clamp(x, std::fmin(0, min - place), std::fmax(0, max - place));
+        bool valid() const noexcept {
+            return min < max && within(min, farthest) && within(max, farthest) && joint_acceleration > 0 &&
+                   joint_acceleration <= hardest && offset_acceleration > 0 && offset_acceleration <= hardest;
+        }
+        // The rest of the acceleration is for what motion does not cause.
+        double share() const noexcept {
+            return std::min(0.75 * offset_acceleration / joint_acceleration, 1.0);
+        }
+        double distance(double offset, double place) const noexcept {
+            return offset > 0 ? max - place : place - min;
+        }
+        // The part of an offset that may be applied at a place.
+        double allowed(double offset, double place) const noexcept {
+            return std::copysign(tapered(std::abs(offset), distance(offset, place), share()), offset);
         }
     };
+
+    // The last good one stays.  Whether the joint can have moved from there to here.
+    bool read_position() noexcept {
+        const double place = position;
+        const bool knew = knows_place_;
+        knows_place_ = within(place, farthest);
+        last_position_ = position_;
+        position_ = usable(place, farthest, position_);
+        return knew && knows_place_;
+    }
 
     bool read_sources() noexcept {
         bool good = true;
@@ -222,31 +261,71 @@ private:
         const double origin = known ? command_ - position_ : origin_;
         if (homed_ && !is_homed) shifted_ = false;
         const bool homes = !homed_ || !is_homed;
-        if (homes && std::abs(applied_) > slack && std::abs(origin - origin_) > slack) shifted_ = true;
+        if (homes && std::abs(applied_.value()) > slack && std::abs(origin - origin_) > slack)
+            shifted_ = true;
         origin_ = origin;
         homed_ = is_homed;
     }
 
-    // From the offset there is, whatever has been wanted before.
-    void start_a_ramp(bool active, bool holding, double possible) noexcept {
-        if (active != active_ || (holding_ && !holding)) {
-            followed_ = applied_;
-            ramp_ = applied_ - possible;
-        }
-        active_ = active;
-        holding_ = holding;
+    // The drives are off, or about to be.
+    void hold() noexcept {
+        source_.hold();
+        applied_.hold();
     }
+
+    // The sources, then the limits, then what the drive may be given.  `moved` is the way of the joint by
+    // motion in this period.
+    void follow(double possible, bool guarded, double moved, double dt) noexcept {
+        const double most = settings_.max_offset, rate = settings_.max_rate;
+        const double acceleration = limits_.valid() ? limits_.offset_acceleration : gentle;
+        const auto bound = [&](AccelerationLimit& limit, double before) {
+            const double allowed = std::max(most, std::abs(before));
+            if (std::abs(limit.value()) > allowed) limit.move_to(std::copysign(allowed, limit.value()), dt);
+        };
+
+        if (guarded_ && !guarded) {  // nothing of what a limit has kept away
+            source_.move_to(applied_.value(), dt);
+            source_.hold();
+        }
+        guarded_ = guarded;
+        const double source = source_.value(), applied = applied_.value();
+        source_.step(possible, {ramping_ ? settings_.ramp_rate : rate, rate, acceleration / 4}, dt);
+        bound(source_, source);
+        ramping_ = ramping_ && source_.value() != possible;
+
+        const double now = source_.value();
+        const double allowed = guarded ? limits_.allowed(now, position_) : now;
+        tapered_ = allowed != now;
+        const double by_motion =
+            guarded ? std::min(std::abs(allowed - limits_.allowed(now, last_position_)), moved) : 0;
+        applied_.step(allowed, {rate, rate + by_motion / dt, acceleration}, dt);
+        bound(applied_, applied);
+        if (guarded) keep_from_limit(applied, moved, dt);
+    }
+
+    // Motion takes the drive no further beyond a limit than it was, however late it brakes.
+    void keep_from_limit(double before, double moved, double dt) noexcept {
+        const double y = applied_.value();
+        const auto room = [&](double place) { return std::max(limits_.distance(y, place), 0.0); };
+        const double last = y * before > 0 ? std::abs(before) : 0;
+        const double beyond = std::max(last - room(last_position_), 0.0);
+        const double most = std::max(room(position_) + beyond, last - moved);
+        if (std::abs(y) > most) applied_.move_to(std::copysign(most, y), dt);
+    }
+
+    double lag(double possible) const noexcept { return std::abs(possible - applied_.value()); }
 
     Settings settings_{};                               // the last good ones
     Limits limits_{};                                   // likewise
     std::array<double, 4> sources_{};                   // likewise
     double position_ = 0, command_ = 0, feedback_ = 0;  // likewise
-    double ramp_ = 0;                                   // what keeps the offset from stepping
-    double followed_ = 0;                               // the offset, but for the soft limits
-    double applied_ = 0;                                // by the last command
-    bool active_ = false, holding_ = false;
-    double origin_ = 0;                     // of motion, for the drive
-    bool homed_ = false, shifted_ = false;  // shifted: fault 6
+    double last_position_ = 0;
+    AccelerationLimit source_;   // the sum, bounded and ramped
+    AccelerationLimit applied_;  // by the last command; that, within the soft limits
+    bool active_ = false, holding_ = false, ramping_ = false;
+    bool guarded_ = false, tapered_ = false;  // by the soft limits
+    double origin_ = 0;                       // of motion, for the drive
+    bool homed_ = false, shifted_ = false;    // shifted: fault 6
     bool hears_ = true, knows_place_ = true;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // What LinuxCNC's motion does with a joint, for tests that need no LinuxCNC.
-#include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/acceleration_limit.hpp"
 #include "hal/component.hpp"
 
 #include <cmath>
@@ -9,7 +9,7 @@ namespace plumb {
 
 struct MotionJoint final : hal::Component {
     static constexpr hal::About about{"motion_joint", "LinuxCNC's motion of one joint", R"(
-While it is on, the joint goes to program at the given speed; while it is off, it is where its feedback says.  A following
+While it is on, the joint goes to program at the given speed and acceleration; while it is off, it is where its feedback says.  A following
 error turns it off.  Homing takes the place where its feedback says that it stands as 0, and is done after the final
 move.)"};
 
@@ -20,6 +20,7 @@ move.)"};
     hal::In<double> final_move{this, "final-move", 0, "s", "What homing takes after that."};
     hal::In<double> program{this, "program", 0, "mu", "Where the program wants the joint."};
     hal::In<double> speed{this, "speed", 20, "mu/s", "Speed on the way there."};
+    hal::In<double> acceleration{this, "acceleration", 1e9, "mu/s2", "Acceleration and braking on the way."};
     hal::In<double> max_error{this, "max-error", 1, "mu", "Largest following error."};
     hal::In<double> motor_feedback{this, "motor-feedback", 0, "mu", "Where the drive is."};
     hal::Out<bool> enabled{this, "enabled", "The machine is on."};
@@ -32,30 +33,36 @@ move.)"};
     void update(double dt) noexcept {
         const double feedback = motor_feedback - origin_;
         if (!on) tripped_ = false;
-        const double following = position_ - feedback;
+        const double following = position_.value() - feedback;
         const bool runs = on && !tripped_;
         if (runs && was_on_ && !(std::abs(following) <= max_error)) tripped_ = true;
         if (!runs || !was_on_)
-            position_ = feedback;
+            stand_at(feedback, dt);
         else
-            position_ += bounded(program - position_, speed * dt);
+            position_.step(program, {speed, speed, acceleration}, dt);
         was_on_ = runs;
         if (home && !homing_) {
             origin_ += feedback;
-            position_ -= feedback;
+            stand_at(position_.value() - feedback, dt);
             moves_for_ = final_move;
         }
         homing_ = home;
         enabled = runs && !tripped_;
         homed = homing_ && moves_for_ <= 0;
         moves_for_ -= dt;
-        motor_command = position_ + origin_;
-        command = position_;
+        motor_command = position_.value() + origin_;
+        command = position_.value();
         error = following;
     }
 
 private:
-    double position_ = 0, origin_ = 0, moves_for_ = 0;
+    void stand_at(double place, double dt) noexcept {
+        position_.move_to(place, dt);
+        position_.hold();
+    }
+
+    AccelerationLimit position_;
+    double origin_ = 0, moves_for_ = 0;
     bool was_on_ = false, tripped_ = false, homing_ = false;
 };
 

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+
+// Follows a target with a limited acceleration:  |ÿ| <= acceleration.
+//
+// A target that obeys rate and acceleration itself is followed without lag. Any other one is approached at
+// most at `approach` relative to it, with a speed from which braking ends at the target. A target that comes
+// back is awaited, not led away from: no sequence of targets adds up. The speed stays within ±rate, except
+// while a reduced rate is reached by braking: the acceleration wins.
+class AccelerationLimit {
+public:
+    struct Limits {
+        double approach, rate;  // mu/s, above 0
+        double acceleration;    // mu/s2, above 0
+    };
+
+    // target finite, dt above 0.
+    double step(double target, const Limits& limits, double dt) noexcept {
+        const double change = target - target_;
+        target_ = target;
+        const double along = y_ + (std::abs(change) <= limits.rate * dt ? change : 0);  // faster is a step
+        const double nearest = std::clamp(target, std::min(y_, along), std::max(y_, along));
+        const double lag = target - nearest;
+
+        const double loss = limits.acceleration * dt;  // of speed, in a period
+        const double most = std::min(braking_speed(std::abs(lag) / dt, loss), limits.approach);
+        const bool arrives = std::abs(lag) <= most * dt;
+        const double wanted = (nearest - y_) / dt + (arrives ? lag / dt : std::copysign(most, lag));
+        const double speed =
+            std::clamp(std::clamp(wanted, -limits.rate, limits.rate), speed_ - loss, speed_ + loss);
+        y_ = arrives && std::abs(speed - wanted) <= 1e-9 * loss ? target : y_ + speed * dt;
+        speed_ = speed;
+        return y_;
+    }
+
+    // Stands still at once.
+    void hold() noexcept {
+        speed_ = 0;
+        target_ = y_;
+    }
+
+    // Goes to a value at once, where something else has the last word.
+    void move_to(double value, double dt) noexcept {
+        speed_ += (value - y_) / dt;
+        y_ = value;
+    }
+
+    double value() const noexcept { return y_; }
+
+private:
+    // The speed from which the way s, in units of dt, is just enough to stop, losing `loss` in each period:
+    // s = v + (v - loss) + (v - 2 loss) + ...,  n + 1 terms above 0.
+    static double braking_speed(double s, double loss) noexcept {
+        const double n = std::floor((std::sqrt(1 + 8 * s / loss) - 1) / 2);
+        return s / (n + 1) + loss * n / 2;
+    }
+
+    double y_ = 0, speed_ = 0, target_ = 0;
+};
+
+}  // namespace plumb
