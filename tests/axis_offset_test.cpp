@@ -61,7 +61,24 @@ void bring_to_life(Bench& bench) {
 }
 
 // One count a millisecond is max-rate: the steps of the counts are no faster.
-const Live live{"axis_offset", "z-stage", bring_to_life, {{"z-axis.request", "z-stage.max-rate"}}, 3.5, 3};
+const Live live{
+    {{"axis_offset", "z-stage"}},
+    bring_to_life,
+    3.5,
+    3,
+    {{{"z-axis.on", {1, 0}},
+      {"zhomed", {1, 0}},
+      {"z-axis.joint-mode", {0, 1}},
+      {"z-axis.program", {0, 5, -5}}},
+     {},
+     // A cycle starts in the meantime, and arms it: unless the machine was homed with an offset in force.
+     [](Bench& bench) {
+         bench.run(2);
+         std::vector<std::string> complaints;
+         if (bench.get("z-stage.fault") == 0 && !(std::abs(bench.get("z-axis.offset") - 0.05) <= 1.1 * count))
+             complaints.push_back("the offset is " + std::to_string(bench.get("z-axis.offset")));
+         return complaints;
+     }}};
 
 struct Machine {
     explicit Machine(double unit = 1, long nanoseconds = 1000000) : period(static_cast<double>(nanoseconds)) {

@@ -3,6 +3,7 @@
 #include "tests/bench.hpp"
 #include "tests/live.hpp"
 #include "tests/module.hpp"
+#include "tests/support/hal_pins.hpp"
 
 #include <gmock/gmock.h>
 
@@ -96,26 +97,6 @@ Complaints about_symbols(const std::filesystem::path& module) {
     return result;
 }
 
-// A pin in the host, as `halcmd show pin` tells it.
-struct Wired {
-    std::string owner;
-    bool output;
-    std::string signal;  // "" if none
-};
-
-std::map<std::string, Wired> wiring(Bench& bench) {
-    std::map<std::string, Wired> result;
-    std::istringstream lines(bench.client().halcmd({"-s", "show", "pin"}).output);
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream words(line);
-        std::string owner, type, direction, value, name, arrow, signal;
-        if (!(words >> owner >> type >> direction >> value >> name)) continue;
-        words >> arrow >> signal;
-        result[name] = {owner, direction == "OUT", signal};
-    }
-    return result;
-}
-
 // Pins of compensations (and stages) that are netted to a truth pin.
 Complaints about_truth(Bench& bench, const std::set<std::string>& compensations) {
     const std::map<std::string, Wired> pins = wiring(bench);
@@ -141,6 +122,22 @@ host::Start with_specimens() {
     return start;
 }
 
+// An output that moves an axis, and the setting that limits its change per second; pins of the bench.
+struct Moving {
+    std::string output, max_rate;
+};
+
+std::vector<Moving> moving(Bench& bench, const Live::Part& part) {
+    const Module module(BUILD_DIR "/modules/" + part.module + ".so");
+    std::vector<Moving> result;
+    for (const hal::OffsetInfo& offset : hal::Declarations(module.model()).offsets) {
+        const std::string pin = part.instance + "." + offset.value;
+        const std::string signal = offset.counts.empty() ? "" : wiring(bench).at(pin).signal;
+        result.push_back({signal.empty() ? pin : signal, part.instance + "." + offset.rate});
+    }
+    return result;
+}
+
 // The outputs that a live component has in the end when nothing bad happens; by name.
 const std::map<std::string, double>& undisturbed(const Live& live) {
     static std::map<const Live*, std::map<std::string, double>> known;
@@ -149,7 +146,7 @@ const std::map<std::string, double>& undisturbed(const Live& live) {
         Bench bench(Bench::Thread::none, with_specimens());
         live.start(bench);
         bench.run(live.span + live.recovery);
-        for (const Live::Ramp& ramp : live.ramps) outputs[ramp.output] = bench.get(ramp.output);
+        for (const Moving& each : moving(bench, live.parts[0])) outputs[each.output] = bench.get(each.output);
     }
     return outputs;
 }
@@ -160,17 +157,19 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
     Bench bench(Bench::Thread::none, with_specimens());
     host::Client& client = bench.client();
     live.start(bench);
-    const std::string pin = live.instance + "." + input;
+    const std::string& instance = live.parts[0].instance;
+    const std::string pin = instance + "." + input;
+    const std::vector<Moving> movings = moving(bench, live.parts[0]);
     const std::string signal = wiring(bench).at(pin).signal;
     const double own = bench.get(pin);
     for (const hal::PinInfo& output : declared.pins)
         if (output.output && output.type == hal::Type::real)
-            client.expect("finite " + output.name, "finite(x)", {{"x", live.instance + "." + output.name}});
-    for (const Live::Ramp& ramp : live.ramps) {
+            client.expect("finite " + output.name, "finite(x)", {{"x", instance + "." + output.name}});
+    for (const Moving& each : movings) {
         std::ostringstream bound;
         bound.precision(17);
-        bound << "abs(x_rate) <= " << bench.get(ramp.max_rate) * (1 + 1e-6) + 1e-12;
-        client.expect("rate of " + ramp.output, bound.str(), {{"x", ramp.output}});
+        bound << "abs(x_rate) <= " << bench.get(each.max_rate) * (1 + 1e-6) + 1e-12;
+        client.expect("rate of " + each.output, bound.str(), {{"x", each.output}});
     }
 
     const auto declaration = std::find_if(declared.pins.begin(), declared.pins.end(),
@@ -182,8 +181,8 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
                                   std::numeric_limits<std::int32_t>::max()};
 
     Complaints result;
-    const bool alive = std::any_of(live.ramps.begin(), live.ramps.end(),
-                                   [&](const Live::Ramp& ramp) { return bench.get(ramp.output) != 0; });
+    const bool alive = std::any_of(movings.begin(), movings.end(),
+                                   [&](const Moving& each) { return bench.get(each.output) != 0; });
     if (!alive) result.push_back("the outputs are zero: not alive");
     const double end = bench.time() + live.span;
     while (bench.time() < end)
@@ -316,12 +315,14 @@ std::ostream& operator<<(std::ostream& out, const Inputs& inputs) {
     return out << inputs.module << '.' << inputs.pins.front() << " and those after it";
 }
 
-std::vector<Inputs> inputs_of_compensations() {
+std::vector<Inputs> inputs_of_what_moves_an_axis() {
     constexpr std::size_t together = 4;
     std::vector<Inputs> result;
-    for (const std::string& name : split(COMPENSATION)) {
+    for (const std::string& name : split(MODULES)) {
         const Module module(BUILD_DIR "/modules/" + name + ".so");
-        for (const hal::PinInfo& pin : hal::Declarations(module.model()).pins) {
+        const hal::Declarations declared(module.model());
+        if (declared.offsets.empty()) continue;
+        for (const hal::PinInfo& pin : declared.pins) {
             if (pin.output || pin.type == hal::Type::bit) continue;
             if (result.empty() || result.back().module != name || result.back().pins.size() == together)
                 result.push_back({name, {}});
@@ -345,15 +346,14 @@ TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_compensations()),
+INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_what_moves_an_axis()),
                          [](const auto& each) {
                              return plain(each.param.module + "_from_" + each.param.pins.front());
                          });
 
 // A compensation that trusts its inputs: the rule about bad values must catch it.
 TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
-    const Live trusting{"sloppy",
-                        "it",
+    const Live trusting{{{"../specimens/sloppy", "it"}},
                         [](Bench& bench) {
                             bench.command("loadrt threads name1=servo-thread period1=1000000");
                             bench.command("loadrt sloppy names=it");
@@ -362,7 +362,6 @@ TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
                             bench.set("it.in", 0.1);
                             bench.run(0.1);
                         },
-                        {{"it.out", "it.max-rate"}},
                         1,
                         10};
     const Module module(BUILD_DIR "/specimens/sloppy.so");

@@ -57,21 +57,67 @@ void wire(Bench& bench) {
 // whatever following error a bad command leads to.
 void bring_to_life(Bench& bench) {
     wire(bench);
-    for (const char* line :
-         {"loadrt siggen names=path,swing", "addf path.update servo-thread", "addf swing.update servo-thread",
-          "setp path.frequency 0.5", "setp path.amplitude 5", "setp path.offset 20",
-          "setp swing.frequency 0.3", "setp swing.amplitude 0.05", "setp motion.speed 100",
-          "setp motion.max-error 1e9", "setp x-stage.min-limit 10", "setp x-stage.max-limit 30",
-          "net path path.triangle motion.program", "net swing swing.sine x-stage.offset-0",
-          "setp motion.on 1", "setp motion.home 1", "start"})
+    for (const char* line : {"loadrt siggen names=path,swing",
+                             "loadrt limit1 names=room",
+                             "setp room.min 10",
+                             "setp room.max 30",
+                             "addf path.update servo-thread",
+                             "addf room servo-thread",
+                             "addf swing.update servo-thread",
+                             "setp path.frequency 0.5",
+                             "setp path.amplitude 5",
+                             "setp path.offset 20",
+                             "setp swing.frequency 0.3",
+                             "setp swing.amplitude 0.05",
+                             "setp motion.speed 100",
+                             "setp motion.acceleration 2000",
+                             "setp motion.max-error 1e9",
+                             "setp x-stage.min-limit 10",
+                             "setp x-stage.max-limit 30",
+                             "net path path.square room.in",
+                             "net program room.out motion.program",
+                             "net swing swing.sine x-stage.offset-0",
+                             "setp motion.on 1",
+                             "setp motion.home 1",
+                             "start"})
         bench.command(line);
     bench.set("x-stage.offset-2", 0.1);
     bench.set("tilt.gain", slope);
     bench.run(3);
 }
 
-const Live live{
-    "joint_offset", "x-stage", bring_to_life, {{"x-stage.applied-offset", "x-stage.max-rate"}}, 3.5, 5};
+// The sum of its sources, unless the origin was set while an offset was in force, or the joint stands at a
+// limit.
+std::vector<std::string> complaints_at_rest(Bench& bench) {
+    bench.set("path.amplitude", 0);
+    bench.set("swing.amplitude", 0);
+    bench.set("motion.home", 0);
+    bench.run(4);
+    bench.set("motion.home", 1);
+    bench.run(6);
+    double sum = 0;
+    for (const char* pin : {"offset-0", "offset-1", "offset-2", "offset-3"})
+        sum += bench.get(std::string("x-stage.") + pin);
+    const double applied = bench.get("x-stage.applied-offset");
+    std::vector<std::string> complaints;
+    if (bench.get("x-stage.fault") != 0)
+        complaints.push_back("fault " + std::to_string(bench.get("x-stage.fault-code")));
+    else if (bench.get("x-stage.limited") == 0 && !(std::abs(applied - sum) <= 1e-9))
+        complaints.push_back("offset " + std::to_string(applied) + " instead of " + std::to_string(sum));
+    return complaints;
+}
+
+const Live live{{{"joint_offset", "x-stage"}},
+                bring_to_life,
+                3.5,
+                5,
+                {{{"motion.on", {1, 0}},
+                  {"motion.home", {1, 0}},
+                  {"path.offset", {20, 25, 15, 28, 12}, true},
+                  {"path.amplitude", {5, 0, 30, 1}, true},
+                  {"tilt.gain", {slope, 0, -slope}}},
+                 {"enable", "offset-0", "offset-2", "offset-3", "ramp-rate", "max-rate"},
+                 complaints_at_rest}};
 
 struct Machine {
     Machine() {

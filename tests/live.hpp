@@ -1,53 +1,71 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// How to bring a compensation to life for the conformance test: enabled, fed, its output not zero.
+// How to bring a component that moves an axis to life: enabled, fed, its offset not zero.
 //
-// A disabled component passes every test of bad inputs.  So the test file of each component that drives an
-// axis registers one of these, at namespace scope:
+// A disabled component passes every test of bad inputs.  So the test file of each component that declares a
+// hal::Offset registers one of these, at namespace scope:
 //
-//     const Live live{"rod_growth", "z", [](Bench& bench) { ... }, {{"z.offset", "z.max-rate"}}, 10, 60};
+//     const Live live{{"rod_growth", "z"}, [](Bench& bench) { ... }, 10, 60};
 #pragma once
 
 #include "tests/bench.hpp"
 
 #include <functional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plumb {
 
 struct Live {
-    // An output that moves an axis, and the setting that limits its change per second.
-    struct Ramp {
-        std::string output;
-        std::string max_rate;
+    struct Part {
+        std::string module, instance;
+    };
+    // A pin of the machine around it, and the values that it may take there, the first one at rest.
+    struct Knob {
+        std::string pin;
+        std::vector<double> values;
+        bool smooth = false;  // what it does to the offset obeys the acceleration that the component declares
     };
 
-    Live(std::string module_name, std::string instance_name, std::function<void(Bench&)> bring_to_life,
-         std::vector<Ramp> limited, double seconds_of_life, double seconds_to_recover)
-        : module(std::move(module_name)),
-          instance(std::move(instance_name)),
+    // For random attacks.
+    struct Around {
+        std::vector<Knob> knobs;
+        std::set<std::string> smooth_inputs;  // no value of theirs breaks a declared acceleration
+        // Brings motion to rest once all is given back, and says what is wrong there.
+        std::function<std::vector<std::string>(Bench&)> rest;
+    };
+
+    Live(std::vector<Part> its_parts, std::function<void(Bench&)> bring_to_life, double seconds_of_life,
+         double seconds_to_recover, Around machine = {})
+        : parts(std::move(its_parts)),
           start(std::move(bring_to_life)),
-          ramps(std::move(limited)),
           span(seconds_of_life),
-          recovery(seconds_to_recover) {
+          recovery(seconds_to_recover),
+          around(std::move(machine)) {
         all().push_back(this);
     }
     Live(const Live&) = delete;
     Live& operator=(const Live&) = delete;
 
-    // The one of a module, or null.
+    // The one of a module alone, or null.
     static const Live* of(const std::string& module) {
         for (const Live* live : all())
-            if (live->module == module) return live;
+            if (live->parts.size() == 1 && live->parts[0].module == module) return live;
+        return nullptr;
+    }
+    // The one of several modules in one HAL.
+    static const Live* together() {
+        for (const Live* live : all())
+            if (live->parts.size() > 1) return live;
         return nullptr;
     }
 
-    const std::string module;
-    const std::string instance;
+    const std::vector<Part> parts;
     const std::function<void(Bench&)> start;  // on a bench without threads
-    const std::vector<Ramp> ramps;
     const double span;      // seconds from there in which all happens that can happen, outputs in motion, too
     const double recovery;  // seconds after which a bad value must be forgotten
+    const Around around;
 
 private:
     static std::vector<const Live*>& all() {

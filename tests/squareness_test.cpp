@@ -45,14 +45,23 @@ start
     bench.run(2);
 }
 
-const Live live{"squareness",
-                "square",
+const Live live{{{"squareness", "square"}},
                 bring_to_life,
-                {{"square.x-correction", "square.max-rate"},
-                 {"square.y-correction", "square.max-rate"},
-                 {"square.z-correction", "square.max-rate"}},
                 3.6,
-                3.3};
+                3.3,
+                {{{"tools.amplitude", {50, 0}}}, {}, [](Bench& bench) {
+                     bench.set("tools.amplitude", 0);
+                     bench.run(3);
+                     std::vector<std::string> complaints;
+                     for (const char* axis : {"x", "y", "z"}) {
+                         const double error = bench.get(std::string("square.") + axis + "-error");
+                         const double correction = bench.get(std::string("square.") + axis + "-correction");
+                         if (!(std::abs(error + correction) <= 1 * um && error != 0))
+                             complaints.push_back(std::string(axis) + ": " + std::to_string(correction) +
+                                                  " for an error of " + std::to_string(error));
+                     }
+                     return complaints;
+                 }}};
 
 TEST(Squareness, WorkedExampleHasItsError) {
     Square square(column_chain);

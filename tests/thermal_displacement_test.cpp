@@ -22,8 +22,7 @@ void bring_to_life(Bench& bench) {
 }
 
 // For as long as the rest of that part takes, and the start of the next; then that one, and another contact.
-const Live live{
-    "thermal_displacement", "thermal", bring_to_life, {{"thermal.z-offset", "thermal.max-rate"}}, 50, 80};
+const Live live{{{"thermal_displacement", "thermal"}}, bring_to_life, 50, 80};
 
 // A mill that is seen by thermal_displacement, through its pins.  The offset is applied between two cycles.
 struct Mill {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Breaks the rules that the conformance test holds, so that the rules can be tested.
 #include "hal/component.hpp"
+#include "hal/offset.hpp"
 
 namespace plumb {
 
@@ -12,11 +13,14 @@ struct Sloppy final : hal::Component {
 
     hal::In<double> in{this, "in", 0, "mu", "Goes straight to the output."};
     hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Is not heeded."};
+    hal::In<double> max_offset{this, "max-offset", 1, "mu", "Is not heeded."};
     hal::In<double> unit{this, "No_Unit", 0, "Has no unit."};
     hal::In<double> wordy{this, "a-name-longer-than-it-may-be", 0, "mu", "Leaves no room for the instance."};
     hal::In<double> nameless{this, "nameless", 0, "mu", "no period"};
     hal::Out<bool> flag{this, "flag", "mu", "A bit with a unit."};
     hal::Out<double> out{this, "out", "mu", "The input."};
+    hal::Out<bool> limited{this, "limited", "Never true."};
+    hal::Offset moves{this, hal::MovingPin(out).bound(max_offset).rate(max_rate).limited(limited)};
     hal::Out<double> truth{this, "truth-growth", "mu", "A truth."};
     hal::Function run{this, "update", &Sloppy::update, "anywhere"};
 
