@@ -83,29 +83,39 @@ std::map<std::string, Texts> option_values(std::size_t instances) {
 }
 
 int component_id = -1;
-std::vector<std::unique_ptr<Component>> instances;
-std::unique_ptr<Background> background;
+
+// Plain pointers, which no destructor follows: when rtapi_app is asked to end, as at a logout or when the
+// computer is turned off, it calls exit() while its threads go on calling update().
+struct Loaded {
+    std::vector<std::unique_ptr<Component>> instances;
+    std::unique_ptr<Background> background;
+};
+Loaded* loaded = nullptr;
 
 void load() {
     const Texts instance = instance_names();
     const auto options = option_values(instance.size());
     component_id = check(hal_init(model().about.name), "hal_init");
+    loaded = new Loaded;
     for (std::size_t i = 0; i < instance.size(); ++i) {
         std::map<std::string, std::string> own;
         for (const auto& [option, values] : options) own[option] = values[i];
         HalRegistrar registrar(component_id, instance[i], std::move(own));
-        instances.push_back(model().make(registrar));
-        instances.back()->prepare();
+        loaded->instances.push_back(model().make(registrar));
+        loaded->instances.back()->prepare();
     }
-    if (model().has_background) background = std::make_unique<Background>(instances);
+    if (model().has_background) loaded->background = std::make_unique<Background>(loaded->instances);
     check(hal_ready(component_id), "hal_ready");
 }
 
+// HAL takes our functions out of its threads but does not wait for one that runs: unloadrt wants threads that
+// stand, else it can kill rtapi_app, whatever the module is written in.
 void unload() noexcept {
-    if (component_id > 0) hal_exit(component_id);  // HAL stops calling our functions here
+    if (loaded) loaded->background.reset();  // it writes pins, whose memory HAL takes back
+    if (component_id > 0) hal_exit(component_id);
     component_id = -1;
-    background.reset();
-    instances.clear();
+    delete loaded;
+    loaded = nullptr;
 }
 
 }  // namespace

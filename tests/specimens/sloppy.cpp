@@ -2,7 +2,11 @@
 // Breaks the rules that the conformance test holds, so that the rules can be tested.
 #include "hal/component.hpp"
 
+#include <string>
+
 namespace plumb {
+
+static std::string global = "A text that is destroyed when its process exits.";
 
 struct Sloppy final : hal::Component {
     static constexpr hal::About about{"sloppy", "trusts whatever it is given",
@@ -23,6 +27,7 @@ struct Sloppy final : hal::Component {
     void update(double) noexcept {
         lasting_ += in - lasting_;  // once not a number, for ever not a number
         out = lasting_;
+        flag = global.empty();
     }
 
 private:
