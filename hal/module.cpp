@@ -129,7 +129,7 @@ void load() {
         loaded->instances.push_back(model().make(registrar));
         loaded->instances.back()->prepare();
     }
-    if (model().has_background) loaded->background = std::make_unique<Background>(loaded->instances);
+    if (model().has_background) loaded->background = Background::of(loaded->instances);
     check(hal_ready(component_id), "hal_ready");
 }
 

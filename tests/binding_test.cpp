@@ -143,6 +143,28 @@ TEST_F(Binding, BackgroundWorkIsDoneBetweenTwoPeriods) {
     EXPECT_EQ(bench.get("it.done"), 49);
 }
 
+TEST(BackgroundWork, ThatFailsIsToldOnceAndTriedAgain) {
+    host::Start shown = with_specimens();
+    shown.show_output = true;
+    Bench bench(Bench::Thread::servo, shown);
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    for (const auto& [order, words] : {std::pair(13, "bad_alloc"), std::pair(14, "unknown exception")}) {
+        SCOPED_TRACE(order);
+        testing::internal::CaptureStderr();
+        bench.set("it.order", order);
+        bench.run(0.01);
+        const std::string said = testing::internal::GetCapturedStderr();
+        EXPECT_THAT(said, HasSubstr(words));
+        EXPECT_EQ(said.find("specimen: "), said.rfind("specimen: ")) << said;
+        bench.set("it.order", 7);
+        bench.run(0.002);
+        EXPECT_EQ(bench.get("it.done"), 49);
+        bench.set("it.order", 0);
+        bench.run(0.002);
+    }
+}
+
 TEST_F(Binding, BackgroundWorkEndsWithTheModule) {
     for (int round = 0; round < 3; ++round) {
         bench.command("loadrt specimen names=it");

@@ -107,13 +107,13 @@ class Machine:
     def __exit__(self, *_):
         self.host.close()
 
-    def retain(self, toml, name="retain", wait=True, environment=""):
+    def retain(self, toml, name="retain", wait=True, environment="", before=""):
         """Loads retain with a TOML file of this text, NAME.toml."""
         path = os.path.join(self.folder, name + ".toml")
         with open(path, "w") as file:
             file.write(toml)
         self.errors = os.path.join(self.folder, name + ".errors")
-        shell = 'trap "" XFSZ; exec env %s "$0" "$@" 2>"%s"' % (environment, self.errors)
+        shell = before + 'trap "" XFSZ; exec env %s "$0" "$@" 2>"%s"' % (environment, self.errors)
         self.host.command(
             "loadusr %s /bin/sh -c '%s' %s %s --file %s --period 0.01"
             % ("-Wn " + name if wait else "", shell, RETAIN, name, path)
@@ -439,6 +439,23 @@ class Keeping(unittest.TestCase):
         machine.host.set("it.in", 42)
         machine.unload()
         self.assertEqual(contents(self.store)[0]["it.in"], "42.0")
+
+    def test_a_closed_terminal_ends_it_as_a_request_does(self):
+        machine = self.machine()
+        for name, ignored in (("kept", ""), ("nohup", 'trap "" HUP; ')):
+            machine.retain(SETTINGS.replace("every = %g" % EVERY, "every = 1000"), name, before=ignored)
+            machine.await_pin(name + ".saves", 1)
+            machine.host.set("it.in", 7)
+            process = processes()[os.path.join(self.folder, name + ".toml")]
+            os.kill(process, signal.SIGHUP)
+            if ignored:
+                machine.go(0.3)
+                self.assertTrue(alive(process), "nohup has no effect")
+                continue
+            machine.until(lambda: not alive(process), "the end of " + name)
+            self.assertEqual(contents(os.path.join(self.folder, name + ".retained"))[0]["it.in"], "7.0")
+            with self.assertRaises(plumb.Refused, msg="it has left its pins in HAL"):
+                machine.get(name + ".saves")
 
     def test_when_the_threads_stand_records_are_kept_as_seen_last(self):
         machine = self.machine()

@@ -9,10 +9,12 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -28,6 +30,15 @@ std::string contents(const std::string& file) {
     std::ostringstream text;
     text << std::ifstream(file).rdbuf();
     return text.str();
+}
+
+// From a file with lines `Name: value`, as the kernel has them.
+std::string field(const std::string& file, const std::string& name) {
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);)
+        if (line.rfind(name + ":", 0) == 0) return line.substr(name.size() + 1);
+    ADD_FAILURE() << file << " has no " << name;
+    return "0";
 }
 
 struct StockRtapi : testing::Test {
@@ -101,6 +112,60 @@ TEST_F(StockRtapi, UnloadingDestroysComponentsOnceThreadsStand) {
         halcmd("stop");
         halcmd("unloadrt afterlife");
         EXPECT_EQ(contents(notes), "dd");
+        halcmd("unloadrt all");
+    });
+}
+
+// The threads of a process, and how often each has slept.
+std::map<std::string, long> threads(pid_t process) {
+    std::map<std::string, long> found;
+    for (const auto& thread :
+         std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task"))
+        found[thread.path().filename()] =
+            std::atol(field(thread.path() / "status", "voluntary_ctxt_switches").c_str());
+    return found;
+}
+
+// Bytes of memory that a process may write: rtapi_app locks all of it.
+long writable_memory(pid_t process) {
+    std::ifstream maps("/proc/" + std::to_string(process) + "/maps");
+    long sum = 0;
+    for (std::string line; std::getline(maps, line);) {
+        unsigned long begin = 0, end = 0;
+        char mode[5] = "";
+        if (std::sscanf(line.c_str(), "%lx-%lx %4s", &begin, &end, mode) == 3 && mode[1] == 'w')
+            sum += static_cast<long>(end - begin);
+    }
+    return sum;
+}
+
+TEST_F(StockRtapi, AModuleHasAThreadOfItsOwnOnlyWhereItHasWorkAndASmallOne) {
+    on_machine("modules", [] {
+        std::ofstream("/tmp/y.csv") << "Y,EXY\n0,0\n100,0.01\n";
+        halcmd("loadrt threads name1=thread period1=1000000");
+        const pid_t rtapi = Processes::called("rtapi_app");
+        const auto without = threads(rtapi);
+        const long memory = writable_memory(rtapi);
+        halcmd("loadrt squareness names=a,b");
+        EXPECT_EQ(threads(rtapi).size(), without.size()) << "there is nothing to do";
+        halcmd("unloadrt squareness");
+        halcmd("loadrt squareness names=a,b table=,/tmp/y.csv");
+        EXPECT_LT(writable_memory(rtapi) - memory, 1 << 20);
+
+        const auto before = threads(rtapi);
+        ASSERT_EQ(before.size(), without.size() + 1);
+        std::this_thread::sleep_for(500ms);
+        const auto after = threads(rtapi);
+        for (const auto& [thread, slept] : before) {
+            if (without.count(thread)) continue;
+            EXPECT_GT(after.at(thread) - slept, 0) << "it does not work";
+            EXPECT_LE(after.at(thread) - slept, 6) << "ten times a second is enough";
+            const auto status = "/proc/" + std::to_string(rtapi) + "/task/" + thread + "/status";
+            const unsigned long blocked = std::stoul(field(status, "SigBlk"), nullptr, 16);
+            for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGALRM})
+                EXPECT_TRUE(blocked >> (number - 1) & 1) << "it takes signal " << number;
+            EXPECT_FALSE(blocked >> (SIGSEGV - 1) & 1) << "rtapi_app could not tell that it has failed";
+        }
         halcmd("unloadrt all");
     });
 }

@@ -12,6 +12,7 @@
 #include <iostream>
 #include <map>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,7 +22,8 @@
 
 namespace plumb {
 
-// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.
+// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.  Threads
+// may call step(), finish() and state() at a time.
 class Keeper {
 public:
     // Fault codes 1 to 3 are those of retained_file::Reason.
@@ -52,7 +54,7 @@ public:
     std::int32_t fault_code() const { return code_ != 0 ? code_ : writing_code_; }
     std::int32_t saves() const { return saves_; }
 
-    // The next bit of work, if it is time for it.
+    // The next bit of work, if it is time for it.  Throws std::bad_alloc, and does it in the next step then.
     void step() {
         const std::lock_guard alone(mutex_);
         const auto now = Clock::now();
@@ -61,6 +63,8 @@ public:
             if (phase_ == Phase::finding) find();
             if (phase_ == Phase::waiting) restore();
             if (phase_ == Phase::keeping) keep();
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const RecordRefused& error) {
             fail(refused, toml_ + ": " + error.what());
         } catch (const std::exception& error) {

@@ -4,6 +4,7 @@
 #include "hal/component.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <ctime>
 #include <iostream>
 #include <memory>
@@ -100,14 +101,14 @@ within a second.  Heartbeat stands still when the disk has not answered for 5 s.
         today();
     }
 
-    void background() noexcept override {
+    void background() override {
         ++rounds_;
         keeper_->step();
-        if (rounds_ % 100 == 0) identify();
+        if (std::chrono::steady_clock::now() >= identify_again_) identify();
         show();
     }
 
-    void finish() noexcept override { keeper_->finish(); }
+    void finish() override { keeper_->finish(); }
 
 private:
     static constexpr std::int32_t program_unreadable = 7;
@@ -121,7 +122,8 @@ private:
         restored = keeper_->restored();
     }
 
-    void identify() noexcept {
+    void identify() {
+        identify_again_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
         try {
             program_id = identity_->look();
             identity_code_ = 0;
@@ -142,6 +144,7 @@ private:
     std::unique_ptr<Keeper> keeper_;
     std::unique_ptr<ProgramIdentity> identity_;
     std::int32_t identity_code_ = 0;
+    std::chrono::steady_clock::time_point identify_again_{};
     std::atomic<int> rounds_{0};  // of background()
     int seen_rounds_ = -1;
     double stuck_ = 0;  // s
