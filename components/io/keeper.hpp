@@ -49,10 +49,20 @@ public:
     }
 
     const RetainSettings& settings() const { return settings_; }
-    bool restored() const { return phase_ == Phase::keeping; }
-    bool waiting() const { return phase_ == Phase::waiting; }
-    std::int32_t fault_code() const { return code_ != 0 ? code_ : writing_code_; }
-    std::int32_t saves() const { return saves_; }
+
+    struct State {
+        bool restored = false;
+        bool waiting = false;
+        std::int32_t fault_code = 0;
+        std::int32_t saves = 0;
+    };
+
+    // While a step or finish() runs, this waits for its end.
+    State state() const {
+        const std::lock_guard alone(mutex_);
+        return {phase_ == Phase::keeping, phase_ == Phase::waiting, code_ != 0 ? code_ : writing_code_,
+                saves_};
+    }
 
     // The next bit of work, if it is time for it.  Throws std::bad_alloc, and does it in the next step then.
     void step() {
@@ -85,7 +95,7 @@ public:
         if (phase_ == Phase::over) return;
         try {
             if (phase_ == Phase::keeping) look();
-        } catch (const Unfit&) {
+        } catch (const std::exception&) {
         }
         write();
         phase_ = Phase::over;
@@ -243,7 +253,7 @@ private:
     std::string written_;            // what the file holds
     std::map<std::string, RecordWalk> walks_;
     Phase phase_ = Phase::finding;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     Clock::time_point due_{};
     Clock::time_point write_due_{};
     Clock::time_point asked_{};

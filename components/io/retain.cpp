@@ -113,13 +113,14 @@ within a second.  Heartbeat stands still when the disk has not answered for 5 s.
 private:
     static constexpr std::int32_t program_unreadable = 7;
 
-    void show() noexcept {
-        const std::int32_t code = keeper_->fault_code() != 0 ? keeper_->fault_code() : identity_code_;
+    void show() {
+        const Keeper::State state = keeper_->state();
+        const std::int32_t code = state.fault_code != 0 ? state.fault_code : identity_code_;
         fault_code = code;
         fault = code != 0;
-        saves = keeper_->saves();
-        waiting = keeper_->waiting();
-        restored = keeper_->restored();
+        saves = state.saves;
+        waiting = state.waiting;
+        restored = state.restored;
     }
 
     void identify() {
