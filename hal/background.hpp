@@ -30,8 +30,8 @@ namespace plumb::hal {
 
 class Background {
 public:
-    // What a request waits at most, besides the work: update() can only leave it, for waking a thread is a
-    // system call.
+    // The longest time that a request waits before the work begins. update() cannot wake the thread: that is
+    // a system call.
     static constexpr std::chrono::milliseconds longest_pause{100};
     // rtapi_app locks all of it in memory. Reading three tables of 4096 rows takes 12 KiB.
     static constexpr std::size_t stack_size = 256 * 1024;
@@ -67,8 +67,7 @@ private:
     }
 
     void start_thread() {
-        // A signal is for the program's own threads, but for those that tell that this thread itself has
-        // failed.
+        // The program's own threads take the signals. This one takes only those of its own failures.
         sigset_t blocked, before;
         sigfillset(&blocked);
         for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS, SIGABRT})
@@ -89,7 +88,7 @@ private:
         return nullptr;
     }
 
-    // A lack of memory, or of whatever else, must not end the program in which realtime runs.
+    // A lack of memory here must not end the program in which realtime runs.
     static void work(void* self) noexcept {
         auto& background = *static_cast<Background*>(self);
         bool failed = false;

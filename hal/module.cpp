@@ -109,7 +109,7 @@ std::map<std::string, Texts> option_values(std::size_t instances) {
 
 int component_id = -1;
 
-// Plain pointers, which no destructor follows: when rtapi_app is asked to end, as at a logout or when the
+// A plain pointer, which no destructor follows: when rtapi_app is asked to end, as at a logout or when the
 // computer is turned off, it calls exit() while its threads go on calling update().
 struct Loaded {
     std::vector<std::unique_ptr<Component>> instances;
@@ -133,8 +133,8 @@ void load() {
     check(hal_ready(component_id), "hal_ready");
 }
 
-// HAL takes our functions out of its threads but does not wait for one that runs: unloadrt wants threads that
-// stand, else it can kill rtapi_app, whatever the module is written in.
+// HAL takes our functions out of its threads but does not wait for one that runs. So unloadrt while the
+// threads run can kill rtapi_app, with LinuxCNC's own modules as well.
 void unload() noexcept {
     if (loaded) loaded->background.reset();  // it writes pins, whose memory HAL takes back
     if (component_id > 0) hal_exit(component_id);
