@@ -38,12 +38,16 @@ public:
 
     // Called again and again on a thread of the module, never on a realtime one, and never twice at a time;
     // the virtual-time host calls it between periods.  Does what update() has asked for through an atomic
-    // flag and hands the finished result over by an atomic index.  Bounded work, reported by pins.
-    virtual void background() noexcept {}
+    // flag and hands the finished result over by an atomic index.  Bounded work, reported by pins.  What it
+    // throws is shown to the operator, and it is called again.
+    virtual void background() {}
+
+    // Asked once, after prepare(): where no instance has work for background(), there is no thread.
+    virtual bool has_background() const noexcept { return true; }
 
     // Called once when a program is asked to end, at once, as other components may be unloaded the next
     // moment; background() may run beside it.  LinuxCNC waits 2 s.  Never called in a module.
-    virtual void finish() noexcept {}
+    virtual void finish() {}
 
 private:
     friend Registrar& registrar(Component*);
@@ -71,7 +75,7 @@ struct Model {
 template <class C>
 Model model_of() {
     return {C::about, [](Registrar& r) -> std::unique_ptr<Component> { return std::make_unique<C>(r); },
-            !std::is_same_v<decltype(&C::background), void (Component::*)() noexcept>};
+            !std::is_same_v<decltype(&C::background), void (Component::*)()>};
 }
 
 Model model();  // defined by each component's .cpp, once per module

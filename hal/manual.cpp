@@ -74,6 +74,10 @@ std::string manual(const Model& model, int section) {
         out << ".SH FUNCTIONS\nIn the order of a thread:\n";
         for (const Function* function : declared.functions)
             out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
+        out << ".SH UNLOADING\nStop the threads first:\n.IP\n.nf\nhalcmd stop\nhalcmd unloadrt " << name
+            << "\n.fi\n.PP\nLinuxCNC does not wait for a function that runs. To unload any component while "
+               "the "
+               "threads run can kill\n.BR rtapi_app .\n";
     }
     write_offsets(out, declared);
     const auto& pins = declared.pins;

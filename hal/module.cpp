@@ -13,19 +13,21 @@
 #include <rtapi_app.h>
 #include <rtapi_errno.h>
 
-#include <climits>
+#include <charconv>
+#include <cstddef>
 #include <exception>
 #include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 static char* names = nullptr;
 RTAPI_MP_STRING(names, "instance names, comma separated")
-static int count = INT_MIN;  // no number that a user would give
-RTAPI_MP_INT(count, "number of instances")
+static char* count = nullptr;  // a text: of a number RTAPI hands on the low 32 bits
+RTAPI_MP_STRING(count, "number of instances")
 MODULE_LICENSE("GPL")
 
 namespace plumb::hal {
@@ -43,25 +45,48 @@ Texts split(const std::string& list) {
     return result;
 }
 
+constexpr std::size_t most_instances = 64;  // far more than any machine has; HAL's memory is small
+
+void refuse_more_instances(std::size_t number, const std::string& given) {
+    if (number > most_instances)
+        throw std::invalid_argument(given + ": at most " + std::to_string(most_instances) +
+                                    " instances are possible");
+}
+
+std::size_t counted_instances() {
+    if (!count) return 1;
+    const std::string given = count;
+    const char* const end = given.data() + given.size();
+    long long number = 0;
+    const auto [rest, error] = std::from_chars(given.data(), end, number);
+    if (rest != end || error == std::errc::invalid_argument)
+        throw std::invalid_argument("count=" + given + ": not a whole number");
+    const bool negative = given.front() == '-';
+    if (negative || (error == std::errc{} && number == 0))
+        throw std::invalid_argument("count=" + given + " is below 1");
+    refuse_more_instances(error == std::errc{} ? static_cast<std::size_t>(number) : most_instances + 1,
+                          "count=" + given);
+    return static_cast<std::size_t>(number);
+}
+
 // names=a,b gives {a, b}; otherwise <component>.0, <component>.1, ...
 Texts instance_names() {
-    if (names && count != INT_MIN) throw std::invalid_argument("count= and names= exclude each other");
+    if (names && count) throw std::invalid_argument("count= and names= exclude each other");
     Texts result;
     if (names) {
         result = split(names);
+        refuse_more_instances(result.size(), "names= gives " + std::to_string(result.size()) + " names");
         std::set<std::string> seen;
         for (const std::string& name : result) {
             check_instance_name(name);
             if (!seen.insert(name).second) throw std::invalid_argument("name '" + name + "' is given twice");
         }
     } else {
-        if (count != INT_MIN && count < 1)
-            throw std::invalid_argument("count=" + std::to_string(count) + " is below 1");
         std::string stem = model().about.name;
         for (char& c : stem)
             if (c == '_') c = '-';
-        for (int i = 0; i < (count == INT_MIN ? 1 : count); ++i)
-            result.push_back(stem + "." + std::to_string(i));
+        const std::size_t number = counted_instances();
+        for (std::size_t i = 0; i < number; ++i) result.push_back(stem + "." + std::to_string(i));
     }
     return result;
 }
@@ -83,29 +108,39 @@ std::map<std::string, Texts> option_values(std::size_t instances) {
 }
 
 int component_id = -1;
-std::vector<std::unique_ptr<Component>> instances;
-std::unique_ptr<Background> background;
+
+// A plain pointer, which no destructor follows: when rtapi_app is asked to end, as at a logout or when the
+// computer is turned off, it calls exit() while its threads go on calling update().
+struct Loaded {
+    std::vector<std::unique_ptr<Component>> instances;
+    std::unique_ptr<Background> background;
+};
+Loaded* loaded = nullptr;
 
 void load() {
     const Texts instance = instance_names();
     const auto options = option_values(instance.size());
     component_id = check(hal_init(model().about.name), "hal_init");
+    loaded = new Loaded;
     for (std::size_t i = 0; i < instance.size(); ++i) {
         std::map<std::string, std::string> own;
         for (const auto& [option, values] : options) own[option] = values[i];
         HalRegistrar registrar(component_id, instance[i], std::move(own));
-        instances.push_back(model().make(registrar));
-        instances.back()->prepare();
+        loaded->instances.push_back(model().make(registrar));
+        loaded->instances.back()->prepare();
     }
-    if (model().has_background) background = std::make_unique<Background>(instances);
+    if (model().has_background) loaded->background = Background::of(loaded->instances);
     check(hal_ready(component_id), "hal_ready");
 }
 
+// HAL takes our functions out of its threads but does not wait for one that runs. So unloadrt while the
+// threads run can kill rtapi_app, with LinuxCNC's own modules as well.
 void unload() noexcept {
-    if (component_id > 0) hal_exit(component_id);  // HAL stops calling our functions here
+    if (loaded) loaded->background.reset();  // it writes pins, whose memory HAL takes back
+    if (component_id > 0) hal_exit(component_id);
     component_id = -1;
-    background.reset();
-    instances.clear();
+    delete loaded;
+    loaded = nullptr;
 }
 
 }  // namespace

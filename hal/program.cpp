@@ -15,6 +15,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <exception>
@@ -34,6 +35,18 @@ struct HalComponent {
     ~HalComponent() { hal_exit(id); }
     const int id;
 };
+
+// A closed terminal ends the program as any request does, but not under nohup.
+sigset_t signals_that_end() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    struct sigaction hangup {};
+    sigaction(SIGHUP, nullptr, &hangup);
+    if (hangup.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);
+    return signals;
+}
 
 // Waits for a signal that asks the program to end.  False when the time is over.
 bool told_to_end(const sigset_t& signals, double seconds) {
@@ -69,11 +82,9 @@ int main(int argc, char** argv) try {
         return 0;
     }
 
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
+    const sigset_t signals = signals_that_end();
     sigprocmask(SIG_BLOCK, &signals, nullptr);  // before any thread starts
+    signal(SIGPIPE, SIG_IGN);                   // who reads the messages may be gone
 
     std::string prefix = name;
     if (name == component.about.name) std::replace(prefix.begin(), prefix.end(), '_', '-');
@@ -84,11 +95,17 @@ int main(int argc, char** argv) try {
     instances.push_back(component.make(registrar));
     instances.back()->prepare();
     std::unique_ptr<Background> background;
-    if (component.has_background) background = std::make_unique<Background>(instances);
+    if (component.has_background)
+        background = Background::of(instances, std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                                   std::chrono::duration<double>(period)));
     check(hal_ready(hal.id), "hal_ready");
     do registrar.call_functions(period);
     while (!told_to_end(signals, period));
-    instances.back()->finish();
+    try {
+        instances.back()->finish();
+    } catch (const std::exception& error) {
+        report_error(error.what());  // and leaves HAL
+    }
     background.reset();
     return 0;
 } catch (const std::exception& error) {

@@ -7,10 +7,14 @@
 //
 // declares row, row-shown, rows, restore, forget, restores, restores-refused, kept, row-tool and
 // restore-tool.
+//
+// The program runs on another core, to which an ARM processor shows pins in any order: fences keep a record
+// together with the pin that says that it is there.
 #pragma once
 
 #include "hal/component.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 
@@ -41,10 +45,15 @@ public:
           kept_{owner, "kept", false, "Set by retain, which keeps the records; for retain alone."} {}
 
     bool wants_forget() noexcept { return rose(forget_, forgetting_); }
-    bool wants_restore() noexcept { return rose(restore_, restoring_); }
+    bool wants_restore() noexcept {
+        const bool wants = rose(restore_, restoring_);
+        if (wants) std::atomic_thread_fence(std::memory_order_acquire);  // before the restore-... pins
+        return wants;
+    }
 
     // The answer to wants_restore().
     void restored(bool accepted) noexcept {
+        std::atomic_thread_fence(std::memory_order_release);  // the restore-... pins have been read
         if (accepted)
             restores_ = ++accepted_count_;
         else
@@ -58,6 +67,7 @@ public:
         const std::int32_t shown = wanted >= 0 && wanted < count ? wanted : -1;
         if (shown >= 0) write(shown);
         rows_ = count;
+        std::atomic_thread_fence(std::memory_order_release);
         shown_ = shown;  // last: whoever waits for it finds the record complete
     }
 

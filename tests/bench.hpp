@@ -11,6 +11,7 @@
 #pragma once
 
 #include "hal/host/client.hpp"
+#include "tests/folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -34,23 +35,6 @@ struct Table {
 
 // A CSV file as the host writes it.  Throws std::runtime_error with file and line if it is malformed.
 Table read_table(const std::filesystem::path& file);
-
-// A folder for a test's files, removed with all that is in it.
-class Folder {
-public:
-    Folder();
-    ~Folder();
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    const std::filesystem::path& path() const { return path_; }
-    // Writes a file and returns its path.
-    std::filesystem::path write(const std::string& name, const std::string& text) const;
-
-private:
-    std::filesystem::path path_;
-};
 
 class Bench {
 public:

@@ -1,8 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // What the binding promises to every component, shown on specimens.
 #include "tests/bench.hpp"
+#include "tests/support/machine.hpp"
 
 #include <gmock/gmock.h>
+
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <iterator>
+#include <utility>
 
 namespace plumb {
 namespace {
@@ -46,10 +57,21 @@ TEST_F(Binding, RefusesNamesAndCountsThatAreWrongAndNamesThem) {
     };
     expect_refused("count=0", "count=0 is below 1");
     expect_refused("count=-1", "count=-1 is below 1");
+    expect_refused("count=-99999999999999999999", "is below 1");
+    expect_refused("count=65", "count=65: at most 64 instances are possible");
+    expect_refused("count=99999999999", "count=99999999999: at most 64 instances are possible");
+    expect_refused("count=99999999999999999999", "count=99999999999999999999: at most 64");
+    expect_refused("count=4294967297", "count=4294967297: at most 64");
+    expect_refused("count=two", "count=two: not a whole number");
+    expect_refused("count=2.5", "count=2.5: not a whole number");
+    expect_refused("count=", "count=: not a whole number");
     expect_refused("count=2 names=a,b", "exclude each other");
     expect_refused("names=a,,b", "name '' is empty");
     expect_refused("names=a,", "name '' is empty");
     expect_refused("names=a,b,a", "name 'a' is given twice");
+    std::string many = "names=a0";
+    for (int i = 1; i <= 64; ++i) many += ",a" + std::to_string(i);
+    expect_refused(many, "names= gives 65 names: at most 64 instances are possible");
     expect_refused("names=A_b", "name 'A_b' has a 'A'");
     expect_refused("names=a_b", "name 'a_b' has a '_'");
     expect_refused("names=a..b", "name 'a..b' has an empty level");
@@ -130,6 +152,28 @@ TEST_F(Binding, BackgroundWorkIsDoneBetweenTwoPeriods) {
     EXPECT_EQ(bench.get("it.done"), 0);
     bench.run(0.001);
     EXPECT_EQ(bench.get("it.done"), 49);
+}
+
+TEST(BackgroundWork, ThatFailsIsToldOnceAndTriedAgain) {
+    host::Start shown = with_specimens();
+    shown.show_output = true;
+    Bench bench(Bench::Thread::servo, shown);
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    for (const auto& [order, words] : {std::pair(13, "bad_alloc"), std::pair(14, "unknown exception")}) {
+        SCOPED_TRACE(order);
+        testing::internal::CaptureStderr();
+        bench.set("it.order", order);
+        bench.run(0.01);
+        const std::string said = testing::internal::GetCapturedStderr();
+        EXPECT_THAT(said, HasSubstr(words));
+        EXPECT_EQ(said.find("specimen: "), said.rfind("specimen: ")) << said;
+        bench.set("it.order", 7);
+        bench.run(0.002);
+        EXPECT_EQ(bench.get("it.done"), 49);
+        bench.set("it.order", 0);
+        bench.run(0.002);
+    }
 }
 
 TEST_F(Binding, BackgroundWorkEndsWithTheModule) {
@@ -239,11 +283,48 @@ TEST_F(Guard, SeesAnAllocation) {
 }
 
 TEST_F(Guard, SeesASystemCall) {
+#ifndef __x86_64__
+    GTEST_SKIP() << "only the kernel of x86-64 dispatches system calls";
+#endif
     bench.set("it.call-system", 1);
     bench.run(0.001);
     ASSERT_FALSE(bench.client().guard().empty());
     EXPECT_EQ(bench.client().guard().front().function, "it.update");
     EXPECT_THAT(bench.client().guard().front().what, HasSubstr("system call"));
+}
+
+// From now on the kernel refuses to dispatch system calls, as all but that of x86-64 do.
+void forbid_dispatch() {
+    sock_filter filter[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_prctl, 0, 3),
+                            BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[0])),
+                            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 59, 0, 1),  // PR_SET_SYSCALL_USER_DISPATCH
+                            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EINVAL),
+                            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+    const sock_fprog program{static_cast<unsigned short>(std::size(filter)), filter};
+    ASSERT_EQ(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0), 0);
+    ASSERT_EQ(prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program), 0);
+}
+
+TEST(GuardWithoutDispatch, SeesAllocationsAndSaysThatItDoesNotSeeSystemCalls) {
+    Child child(true, [](Child&) {
+        forbid_dispatch();
+        host::Start start = with_specimens(true);
+        start.show_output = true;
+        testing::internal::CaptureStderr();
+        Bench bench(Bench::Thread::servo, start);
+        bench.command("loadrt specimen names=it");
+        bench.command("addf it.update servo-thread");
+        bench.set("it.call-system", 1);
+        bench.run(0.001);
+        EXPECT_TRUE(bench.client().guard().empty());
+        bench.set("it.allocate", 1);
+        bench.run(0.001);
+        EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("but not system calls"));
+        ASSERT_FALSE(bench.client().guard().empty());
+        EXPECT_THAT(bench.client().guard().front().what, HasSubstr("16 bytes"));
+    });
+    child.await_success();
 }
 
 #endif

@@ -97,6 +97,15 @@ Complaints about_symbols(const std::filesystem::path& module) {
     return result;
 }
 
+// Whether a module registers work for the end of its process, as an object with a destructor does that is not
+// in a function's frame: rtapi_app calls exit() while its threads run.
+bool works_at_exit(const std::filesystem::path& module) {
+    std::istringstream lines(output_of("nm -D --undefined-only --format=just-symbols " + module.string()));
+    for (std::string symbol; std::getline(lines, symbol);)
+        if (symbol.rfind("__cxa_atexit", 0) == 0 || symbol.rfind("__cxa_thread_atexit", 0) == 0) return true;
+    return false;
+}
+
 // Pins of compensations (and stages) that are netted to a truth pin.
 Complaints about_truth(Bench& bench, const std::set<std::string>& compensations) {
     const std::map<std::string, Wired> pins = wiring(bench);
@@ -227,6 +236,10 @@ TEST_P(Conformance, ShowsNothingElseToOtherModules) {
     EXPECT_THAT(about_symbols(module.file), IsEmpty());
 }
 
+TEST_P(Conformance, DestroysNothingWhenItsProcessExits) {
+    EXPECT_FALSE(works_at_exit(module.file)) << "a global or static object has a destructor";
+}
+
 TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
     const std::filesystem::path page = BUILD_DIR "/man/" + name + ".9";
     std::ifstream file(page);
@@ -292,6 +305,10 @@ TEST(ConformanceRules, CatchBadDeclarations) {
                     "for the instance",
                     "flag: a bit or a count has no unit, not 'mu'", "nameless: not one sentence: no period",
                     "update: its place is not one sentence"));
+}
+
+TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {
+    EXPECT_TRUE(works_at_exit(BUILD_DIR "/specimens/sloppy.so"));
 }
 
 std::string plain(std::string name) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/error_table_file.hpp"
 
-#include "tests/bench.hpp"
+#include "tests/folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

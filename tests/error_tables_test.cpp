@@ -2,7 +2,7 @@
 // Error tables that one thread reads while another uses them.
 #include "components/compensation/error_tables.hpp"
 
-#include "tests/bench.hpp"
+#include "tests/folder.hpp"
 
 #include <gtest/gtest.h>
 

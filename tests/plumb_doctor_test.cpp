@@ -441,6 +441,26 @@ TEST_F(PlumbDoctor, KnowsARealtimeKernel) {
     });
 }
 
+TEST_F(PlumbDoctor, AdvisesAKernelThatTheComputerBoots) {
+    on_computer([] {
+        for (const char* folder : {"/sys/kernel", "/sys/firmware"})
+            ASSERT_EQ(mount("tmpfs", folder, "tmpfs", 0, "mode=755"), 0);
+        const std::string debians = "apt install linux-image-rt-$(dpkg --print-architecture)";
+        const std::string model = "/sys/firmware/devicetree/base/model";
+        if (contents("/proc/version").find("PREEMPT_RT") != std::string::npos) GTEST_SKIP() << "it is one";
+        EXPECT_THAT(doctor().output,
+                    Finds("note", "It is no realtime kernel (PREEMPT_RT)*a machine does.", debians));
+        write(model, std::string("Radxa ROCK 5B\0", 14));
+        EXPECT_THAT(doctor().output,
+                    Finds("note", "It is no realtime kernel (PREEMPT_RT)*a machine does.", debians));
+        write(model, std::string("Raspberry Pi 5 Model B Rev 1.0\0", 31));
+        EXPECT_THAT(
+            doctor().output,
+            Finds("note", "It is no realtime kernel (PREEMPT_RT)* does not boot Debian's: *kernel8_rt.img*",
+                  "apt install linux-image-rpi-v8-rt"));
+    });
+}
+
 TEST_F(PlumbDoctor, AnotherPlumbForPythonIsWrong) {
     on_computer([] {
         write("/tmp/other/plumb.py", contents("/tmp/python/plumb.py") + "\n");

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""retain, the real program, beside components in the virtual-time host, and on stock LinuxCNC.
+"""retain, the real program, beside components in the virtual-time host; retain_stock_test.py has it on LinuxCNC.
 
     PLUMB_BUILD=build tests/retain_test.py --kills 5000
 
@@ -11,7 +11,6 @@ import math
 import os
 import random
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -22,9 +21,7 @@ import zlib
 
 BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
 sys.path.insert(0, os.path.join(BUILD, "python"))
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scripts"))
 import plumb  # noqa: E402
-import stock_linuxcnc  # noqa: E402
 
 RETAIN = os.path.join(BUILD, "bin", "retain")
 PATIENCE = 30  # s of real time, for what takes a moment
@@ -107,13 +104,13 @@ class Machine:
     def __exit__(self, *_):
         self.host.close()
 
-    def retain(self, toml, name="retain", wait=True, environment=""):
+    def retain(self, toml, name="retain", wait=True, environment="", before=""):
         """Loads retain with a TOML file of this text, NAME.toml."""
         path = os.path.join(self.folder, name + ".toml")
         with open(path, "w") as file:
             file.write(toml)
         self.errors = os.path.join(self.folder, name + ".errors")
-        shell = 'trap "" XFSZ; exec env %s "$0" "$@" 2>"%s"' % (environment, self.errors)
+        shell = before + 'trap "" XFSZ; exec env %s "$0" "$@" 2>"%s"' % (environment, self.errors)
         self.host.command(
             "loadusr %s /bin/sh -c '%s' %s %s --file %s --period 0.01"
             % ("-Wn " + name if wait else "", shell, RETAIN, name, path)
@@ -440,6 +437,23 @@ class Keeping(unittest.TestCase):
         machine.unload()
         self.assertEqual(contents(self.store)[0]["it.in"], "42.0")
 
+    def test_a_closed_terminal_ends_it_as_a_request_does(self):
+        machine = self.machine()
+        for name, ignored in (("kept", ""), ("nohup", 'trap "" HUP; ')):
+            machine.retain(SETTINGS.replace("every = %g" % EVERY, "every = 1000"), name, before=ignored)
+            machine.await_pin(name + ".saves", 1)
+            machine.host.set("it.in", 7)
+            process = processes()[os.path.join(self.folder, name + ".toml")]
+            os.kill(process, signal.SIGHUP)
+            if ignored:
+                machine.go(0.3)
+                self.assertTrue(alive(process), "nohup has no effect")
+                continue
+            machine.until(lambda: not alive(process), "the end of " + name)
+            self.assertEqual(contents(os.path.join(self.folder, name + ".retained"))[0]["it.in"], "7.0")
+            with self.assertRaises(plumb.Refused, msg="it has left its pins in HAL"):
+                machine.get(name + ".saves")
+
     def test_when_the_threads_stand_records_are_kept_as_seen_last(self):
         machine = self.machine()
         machine.retain(SETTINGS)
@@ -731,48 +745,6 @@ class Kill(unittest.TestCase):
                 kept = found
         self.assertEqual(ends, {True, False})
         self.assertEqual(steps, 10)  # one more than there are
-
-
-class Stock(unittest.TestCase):
-    """On LinuxCNC's own realtime side, by halrun."""
-
-    HAL = """\
-loadrt threads name1=servo-thread period1=1000000
-loadrt lowpass names=filter
-setp filter.in 1.5
-loadusr -W {retain} --file {folder}/mill.toml
-start
-loadusr -w sh until_restored
-loadusr -w halcmd getp filter.in
-setp filter.in {value}
-loadusr -w sh until_saved {value}
-"""
-
-    def test_values_outlive_halrun(self):
-        folder = own_folder(self)
-        with open(folder + "/mill.toml", "w") as file:
-            file.write('machine = "m"\npins = ["filter.in"]\nevery = 0.05\n')
-        with open(folder + "/until_restored", "w") as file:
-            file.write("until halcmd getp retain.restored | grep -q TRUE; do sleep 0.02; done\n")
-        with open(folder + "/until_saved", "w") as file:
-            file.write('until grep -q "filter.in.*$1" mill.retained; do sleep 0.02; done\n')
-        retain = shutil.copy(RETAIN, folder)
-        seen = []
-        for value in (2.5, 3.5, 4.5):
-            with open(folder + "/mill.hal", "w") as file:
-                file.write(self.HAL.format(retain=retain, folder=folder, value=value))
-            done = subprocess.run(
-                stock_linuxcnc.closed_in(["halrun", "-f", "mill.hal"], folder),
-                cwd=folder,
-                env=stock_linuxcnc.ENVIRONMENT,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=PATIENCE,
-            )
-            self.assertEqual(done.returncode, 0, done.stderr)
-            seen.append(done.stdout.strip())
-        self.assertEqual(seen, ["1.5", "2.5", "3.5"])
 
 
 if __name__ == "__main__":

@@ -44,6 +44,8 @@ public:
         sets_[0] = read();
     }
 
+    bool any() const noexcept { return !files_.empty(); }
+
     // Realtime: asks for the tables to be read anew, after what is being read already.
     void ask() noexcept { wanted_ = true; }
 
@@ -68,7 +70,8 @@ public:
     bool refused() const noexcept { return refused_; }                 // when they were read last
 
     // Another thread: reads when it was asked.  Returns the reason when nothing is taken over, else "".
-    std::string work() noexcept {
+    // Throws std::bad_alloc where not even that can be said, and reads in the next call then.
+    std::string work() {
         const std::int32_t asked = asked_.load(std::memory_order_acquire);
         if (asked == done_.load(std::memory_order_relaxed)) return "";
         std::string reason;

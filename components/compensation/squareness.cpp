@@ -62,7 +62,7 @@ unit, such as
 
 for Y at its machine positions, whatever the pivot.  They count beside the tilts: do not give the same squareness in both.
 Between rows they are cubic; beyond the ends the last value holds.  A rising edge of reload has them read anew, aside:
-it takes some 10 ms and the time to read.  Good ones take over by max-rate, and serial counts up; of bad ones none is
+it takes some 0.1 s and the time to read.  Good ones take over by max-rate, and serial counts up; of bad ones none is
 taken, those before stay, and LinuxCNC shows file, line and reason.
 
 Motion is followed without lag: corrected-velocity is that of joint and correction together, from the slopes of the
@@ -172,7 +172,9 @@ tool vector; not to the letter: there the turned tool and the length of the tool
         model_.set(settings.values(), tool_, false);
     }
 
-    void background() noexcept override {
+    bool has_background() const noexcept override { return tables_.any(); }
+
+    void background() override {
         const std::string reason = tables_.work();
         if (!reason.empty()) hal::report_error((reason + "; the tables before stay in force").c_str());
     }

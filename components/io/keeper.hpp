@@ -12,6 +12,7 @@
 #include <iostream>
 #include <map>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,7 +22,8 @@
 
 namespace plumb {
 
-// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.
+// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.  Threads
+// may call step(), finish() and state() at a time.
 class Keeper {
 public:
     // Fault codes 1 to 3 are those of retained_file::Reason.
@@ -47,12 +49,22 @@ public:
     }
 
     const RetainSettings& settings() const { return settings_; }
-    bool restored() const { return phase_ == Phase::keeping; }
-    bool waiting() const { return phase_ == Phase::waiting; }
-    std::int32_t fault_code() const { return code_ != 0 ? code_ : writing_code_; }
-    std::int32_t saves() const { return saves_; }
 
-    // The next bit of work, if it is time for it.
+    struct State {
+        bool restored = false;
+        bool waiting = false;
+        std::int32_t fault_code = 0;
+        std::int32_t saves = 0;
+    };
+
+    // While a step or finish() runs, this waits for its end.
+    State state() const {
+        const std::lock_guard alone(mutex_);
+        return {phase_ == Phase::keeping, phase_ == Phase::waiting, code_ != 0 ? code_ : writing_code_,
+                saves_};
+    }
+
+    // The next bit of work, if it is time for it.  Throws std::bad_alloc, and does it in the next step then.
     void step() {
         const std::lock_guard alone(mutex_);
         const auto now = Clock::now();
@@ -61,6 +73,8 @@ public:
             if (phase_ == Phase::finding) find();
             if (phase_ == Phase::waiting) restore();
             if (phase_ == Phase::keeping) keep();
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const RecordRefused& error) {
             fail(refused, toml_ + ": " + error.what());
         } catch (const std::exception& error) {
@@ -81,7 +95,7 @@ public:
         if (phase_ == Phase::over) return;
         try {
             if (phase_ == Phase::keeping) look();
-        } catch (const Unfit&) {
+        } catch (const std::exception&) {
         }
         write();
         phase_ = Phase::over;
@@ -239,7 +253,7 @@ private:
     std::string written_;            // what the file holds
     std::map<std::string, RecordWalk> walks_;
     Phase phase_ = Phase::finding;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     Clock::time_point due_{};
     Clock::time_point write_due_{};
     Clock::time_point asked_{};

@@ -83,6 +83,7 @@ public:
             const auto before = answers();
             write("restore", true);
             const bool answered = await([&] { return answers() != before; });
+            std::atomic_thread_fence(std::memory_order_acquire);  // before the next record
             write("restore", false);
             if (!answered) return false;
             if (answers().second != before.second) {
@@ -166,8 +167,11 @@ private:
     }
 
     bool show(std::int64_t row) const {
+        std::atomic_thread_fence(std::memory_order_release);  // the row before has been read
         write("row", row);
-        return await([&] { return whole("row-shown") == row; });
+        const bool shown = await([&] { return whole("row-shown") == row; });
+        std::atomic_thread_fence(std::memory_order_acquire);  // before the row-... pins
+        return shown;
     }
 
     // Leaves the component without records. False where it does not answer; it forgets them when it works

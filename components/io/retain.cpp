@@ -4,6 +4,7 @@
 #include "hal/component.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <ctime>
 #include <iostream>
 #include <memory>
@@ -100,28 +101,30 @@ within a second.  Heartbeat stands still when the disk has not answered for 5 s.
         today();
     }
 
-    void background() noexcept override {
+    void background() override {
         ++rounds_;
         keeper_->step();
-        if (rounds_ % 100 == 0) identify();
+        if (std::chrono::steady_clock::now() >= identify_again_) identify();
         show();
     }
 
-    void finish() noexcept override { keeper_->finish(); }
+    void finish() override { keeper_->finish(); }
 
 private:
     static constexpr std::int32_t program_unreadable = 7;
 
-    void show() noexcept {
-        const std::int32_t code = keeper_->fault_code() != 0 ? keeper_->fault_code() : identity_code_;
+    void show() {
+        const Keeper::State state = keeper_->state();
+        const std::int32_t code = state.fault_code != 0 ? state.fault_code : identity_code_;
         fault_code = code;
         fault = code != 0;
-        saves = keeper_->saves();
-        waiting = keeper_->waiting();
-        restored = keeper_->restored();
+        saves = state.saves;
+        waiting = state.waiting;
+        restored = state.restored;
     }
 
-    void identify() noexcept {
+    void identify() {
+        identify_again_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
         try {
             program_id = identity_->look();
             identity_code_ = 0;
@@ -142,6 +145,7 @@ private:
     std::unique_ptr<Keeper> keeper_;
     std::unique_ptr<ProgramIdentity> identity_;
     std::int32_t identity_code_ = 0;
+    std::chrono::steady_clock::time_point identify_again_{};
     std::atomic<int> rounds_{0};  // of background()
     int seen_rounds_ = -1;
     double stuck_ = 0;  // s

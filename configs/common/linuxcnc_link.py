@@ -269,8 +269,9 @@ def main():
         messages = read_messages(arguments.messages) if arguments.messages else []
     except SettingsError as error:
         sys.exit("linuxcnc_link: %s" % error)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: sys.exit(0))
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, lambda *_: sys.exit(0))
     component = hal.component(arguments.name)
     try:
         for pin in ("program-id", "tool-set-id"):

@@ -367,7 +367,8 @@ faster than the clock, whether a file says start or not: HAL, its threads and th
 Every function is told the nominal period, as on the machine, and time moves only from period to period.
 
 Two runs of the same files give the same values to the last bit, unless a file starts user-space
-programs (loadusr): they live by the clock on the wall, and the command says so.
+programs (loadusr): they live by the clock on the wall, and the command says so. This holds on one kind of
+processor. On another kind, with or without fused multiply-add, the last digit can differ.
 
 The bench has a HAL of its own. It does not disturb a LinuxCNC that runs on the same computer, nor
 another bench.

@@ -26,10 +26,12 @@ namespace {
 constexpr std::size_t stack_size = 1 << 16;
 
 const void* place_of(const void* context) {
-#ifdef __x86_64__
-    return reinterpret_cast<const void*>(static_cast<const ucontext_t*>(context)->uc_mcontext.gregs[REG_RIP]);
+    [[maybe_unused]] const auto& registers = static_cast<const ucontext_t*>(context)->uc_mcontext;
+#if defined(__x86_64__)
+    return reinterpret_cast<const void*>(registers.gregs[REG_RIP]);
+#elif defined(__aarch64__)
+    return reinterpret_cast<const void*>(registers.pc);
 #else
-    (void)context;
     return nullptr;
 #endif
 }

@@ -202,6 +202,24 @@ Findings linuxcnc(const Trial& trial) {
     return findings;
 }
 
+// Of a computer whose firmware looks for a kernel of its own make. The text ends with a zero byte.
+bool is_raspberry_pi() {
+    return first_line("/sys/firmware/devicetree/base/model").rfind("Raspberry Pi", 0) == 0;
+}
+
+Finding no_realtime_kernel() {
+    const std::string what =
+        "It is no realtime kernel (PREEMPT_RT), which virtual time does not need, but a machine does.";
+    if (is_raspberry_pi())
+        return {Mark::note,
+                what +
+                    " A Raspberry Pi does not boot Debian's: take the image for it from linuxcnc.org, or, in "
+                    "Raspberry Pi OS, this kernel, and write kernel=kernel8_rt.img into "
+                    "/boot/firmware/config.txt.",
+                as_root("apt install linux-image-rpi-v8-rt")};
+    return {Mark::note, what, as_root("apt install linux-image-rt-$(dpkg --print-architecture)")};
+}
+
 Findings kernel(const Trial&) {
     utsname system{};
     uname(&system);
@@ -210,10 +228,7 @@ Findings kernel(const Trial&) {
     if (first_line("/sys/kernel/realtime") == "1" || std::strstr(system.version, "PREEMPT_RT"))
         findings.push_back({Mark::ok, "It is a realtime kernel (PREEMPT_RT)."});
     else
-        findings.push_back(
-            {Mark::note,
-             "It is no realtime kernel (PREEMPT_RT), which virtual time does not need, but a machine does.",
-             as_root("apt install linux-image-rt-$(dpkg --print-architecture)")});
+        findings.push_back(no_realtime_kernel());
     const int can = socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);  // the kernel loads what it has for it
     if (can >= 0) close(can);
     findings.push_back(can >= 0 ? Finding{Mark::ok, "It has CAN, for sensors on a CAN bus."}

@@ -13,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdio>
 #include <cstring>
 #include <deque>
 #include <stdexcept>
@@ -144,7 +145,8 @@ void on_system_call(int, siginfo_t*, void* context) {
     errno = saved_errno;
 }
 
-void dispatch_system_calls() {
+// Empty, or why they cannot be watched.
+std::string dispatch_system_calls() {
     constexpr unsigned long sa_restorer = 0x04000000;
     const KernelAction action{on_system_call, SA_SIGINFO | SA_NODEFER | sa_restorer,
                               plumb_host_return_from_signal, 0};
@@ -152,14 +154,14 @@ void dispatch_system_calls() {
     if (syscall(SYS_rt_sigaction, SIGSYS, &action, nullptr, sizeof action.mask) != 0 ||
         prctl(PR_SET_SYSCALL_USER_DISPATCH, PR_SYS_DISPATCH_ON, begin,
               &plumb_host_return_from_signal_end - begin, &system_calls) != 0)
-        throw std::runtime_error(std::string("the kernel cannot watch system calls: ") +
-                                 std::strerror(errno));
+        return std::string("this kernel refuses to dispatch them (") + std::strerror(errno) + ")";
+    return "";
 }
 
 #else
 
-void dispatch_system_calls() {
-    throw std::runtime_error("system calls can only be watched on x86-64");
+std::string dispatch_system_calls() {
+    return "on this kind of processor Linux does not dispatch them";
 }
 
 #endif
@@ -167,7 +169,10 @@ void dispatch_system_calls() {
 }  // namespace
 
 void enable_guard() {
-    dispatch_system_calls();
+    const std::string not_watched = dispatch_system_calls();
+    if (!not_watched.empty())
+        std::fprintf(stderr, "plumb-host: the guard watches memory and messages, but not system calls: %s\n",
+                     not_watched.c_str());
 #ifdef __SANITIZE_ADDRESS__
     const auto allocated = [](const volatile void*, std::size_t size) {
         if (running != nullptr) note(Deed::allocated, size);

@@ -4,8 +4,8 @@
 // after enable_guard() are watched; without it nothing is, and nothing costs anything.
 //
 // Memory is watched by the malloc family, which this executable exports before the C library's, or in a build
-// with AddressSanitizer by its hooks; system calls by the kernel's dispatch to a signal, which x86-64 has
-// since Linux 5.11.
+// with AddressSanitizer by its hooks; system calls by the kernel's dispatch to a signal, which x86-64 alone
+// has, since Linux 5.11. Elsewhere they are not watched, and stderr says so.
 #pragma once
 
 #include <string>
@@ -19,7 +19,8 @@ struct Misdeed {
     std::string what;  // "allocated 16 bytes", "released memory", "printed a message", "system call 39"
 };
 
-// Begins to watch. Throws std::runtime_error when the kernel cannot dispatch system calls.
+// Begins to watch. Says on stderr where system calls are left out. Throws std::runtime_error when memory
+// cannot be watched.
 void enable_guard();
 
 bool guard_enabled();

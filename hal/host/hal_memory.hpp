@@ -2,16 +2,17 @@
 // The beginning of HAL's memory, the same in all LinuxCNC 2.x.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 
 #include "hal/host/shared_memory.hpp"
 
 namespace plumb::host {
 
 struct HalMemory {
-    std::int32_t version;           // of the layout; hal_lib and user-space programs compare it
-    alignas(8) unsigned long lock;  // its lowest bit says that it is held
+    int version;         // of the layout; hal_lib and user-space programs compare it
+    unsigned long lock;  // its lowest bit says that it is held
 };
+static_assert(offsetof(HalMemory, lock) == sizeof(unsigned long));  // at 8, or at 4 on 32 bit, as HAL has it
 
 // Null while hal_lib is not loaded.
 inline HalMemory* hal_memory() {

@@ -59,7 +59,7 @@ class Host:
 
     modules      folders of realtime modules, searched before the build's and LinuxCNC's own
     namespaces   False: in the machine's one HAL, one host at a time
-    guard        watch for allocations and system calls in realtime functions
+    guard        watch for allocations and, on x86-64, system calls in realtime functions
     show_output  pass what the host and its programs print on to stderr
     executable   plumb-host; by default the one beside this file's build, else the one in PATH
 

@@ -108,7 +108,8 @@ int main(int argc, char** argv) {
     options.add_flag(
         "--no-namespaces", no_namespaces,
         "Runs in the machine's one HAL, for systems that forbid namespaces; one host at a time.");
-    options.add_flag("--guard", guard, "Watches realtime functions for allocations and system calls.");
+    options.add_flag("--guard", guard,
+                     "Watches realtime functions for allocations, messages and, on x86-64, system calls.");
     const std::string see = "With PROGRAM; see plumb-run(1).";
     options.add_option("--speed", speed, see)->check(speed_problem)->type_name("K");
     options.add_flag("--free", free, see);

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cstdlib>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -53,8 +54,10 @@ Two functions share a state; a table is chosen at load time; work that is not re
         if (gain.get() == 14) throw 14;
     }
 
-    void background() noexcept override {
+    void background() override {
         const std::int32_t wanted = wanted_;
+        if (wanted == 13) throw std::bad_alloc();
+        if (wanted == 14) throw 14;
         result_ = wanted * wanted;
     }
 

@@ -60,24 +60,6 @@ Table read_table(const std::filesystem::path& file) {
     return table;
 }
 
-Folder::Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "plumb-test-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot make a folder like " + pattern);
-    path_ = pattern;
-}
-
-Folder::~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-}
-
-std::filesystem::path Folder::write(const std::string& name, const std::string& text) const {
-    std::ofstream out(path_ / name);
-    out << text;
-    if (!out.flush()) throw std::runtime_error("cannot write " + (path_ / name).string());
-    return path_ / name;
-}
-
 Bench::Bench(Thread thread, const host::Start& start) : client_(start) {
     if (thread == Thread::none) return;
     command("loadrt threads name1=servo-thread period1=1000000");
