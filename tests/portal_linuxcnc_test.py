@@ -337,6 +337,17 @@ class Configuration(unittest.TestCase):
             self.assertEqual(headless, screen)
             self.assertGreater(len(headless), 8)
 
+    def test_no_joint_is_faster_than_squareness_takes_for_a_motion(self):
+        def values(ini, name):
+            files = [self.read(file) for file in re.findall("^#INCLUDE (.*)$", self.read(ini), re.M)]
+            return [float(value) for value in re.findall(r"^%s *= *(\S+)" % name, "\n".join(files), re.M)]
+
+        self.assertIn("setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY\n", self.read("compensation.hal"))
+        for ini, joints in (("column.ini", 3), ("portal.ini", 4)):
+            speeds = values(ini, "MAX_VELOCITY")
+            self.assertEqual(len(speeds), 2 * joints)
+            self.assertLessEqual(max(speeds), values(ini, "MAX_LINEAR_VELOCITY")[0])
+
     def test_settings_are_what_plumb_squareness_makes_of_the_leans_of_the_readme(self):
         commands = re.findall(r"^    plumb (squareness .*)$", self.read("README.md"), re.M)
         self.assertEqual(len(commands), 2)
@@ -362,7 +373,7 @@ class Configuration(unittest.TestCase):
             command = ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", page + ".9")]
             text = re.sub(".\b", "", subprocess.run(command, capture_output=True, text=True, check=True).stdout)
             block = re.search(r"^ +%s:\n((?:\n| {8,}.*\n)+)" % listed, text, re.M)[1]
-            codes = re.findall(r"^ +(\d) ", block, re.M)
+            codes = re.findall(r"^ +(\d+) ", block, re.M)
             self.assertGreater(len(codes), 3)
             for pin in pins:
                 self.assertEqual(list(messages[pin]["codes"]), codes, pin)

@@ -67,9 +67,11 @@ taken, those before stay, and LinuxCNC shows file, line and reason.
 Motion is followed without lag: corrected-velocity is that of joint and correction together, from the slopes of the
 model, not from differences.  What motion did not cause comes by max-rate, as a vector: enable, homed, an
 edited angle, G43, another radial offset or pivot, tables.  An angle may be driven, as by heat; slower than max-rate
-it is followed without lag, too.  A position that changes faster than max-speed did not move.
+it is followed without lag, too.  A position that changes faster than max-speed by more than a tenth did not move.
 
 Wiring, here of X and of the tool; the other axes of the chain likewise:
+
+    setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY
 
     net x-position-cmd joint.0.pos-cmd       => square.x-position x-stage.position
     net x-velocity-cmd joint.0.vel-cmd       => square.x-velocity
@@ -86,7 +88,7 @@ Wiring, here of X and of the tool; the other axes of the chain likewise:
     addf x-stage.update          servo-thread
 
 The positions are those of joint.N.pos-cmd, which the correction is not in, and not of motor-pos-cmd, which screw
-compensation is in.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
+compensation is in.  max-speed is a speed that no axis exceeds, in a joint's jog neither.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
 its max-offset not below max-correction.  corrected-velocity is for the feed-forward of a drive.
 
 limited-code:
@@ -109,9 +111,11 @@ fault-code:
     7 a radial-offset without radial-direction: likewise
     8 the tables could not be read anew: those before stay
     9 the tables change so fast with the position that the correction means nothing: it returns to 0
+    10 max-speed is 0, that is, not set: set it to the speed of the fastest axis, [TRAJ]MAX_LINEAR_VELOCITY of the INI
+      file.  The last good set of settings stays in force; before the first one nothing is corrected
 
 Positions, tool offsets, enable and all-homed are no settings, and go on while a set is refused.  The defaults are for
-millimetres; on an inch machine set the option unit, and divide max-correction, max-rate and max-speed by 25.4.
+millimetres; on an inch machine set the option unit, and divide max-correction and max-rate by 25.4.
 
 Sources: ISO 230-1 (names and signs), ISO 10791 (chains), JP7448336B2 and US 11,241,766 (tilts by direction and angle,
 tool vector; not to the letter: there the turned tool and the length of the tool in the portal are left out).)"};
@@ -180,7 +184,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
         const bool reloaded = take_over_tables();
         const bool homed = all_homed, was_active = model_.active();
 
-        follow(edited, enable && homed, jumped, reloaded, dt);
+        follow(edited, enable && homed && settings.complete(), jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
             correction[i] = ramp_.offset()[i];
@@ -193,12 +197,14 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     }
 
 private:
+    static constexpr double play = 0.1;  // of max-speed: blended moves add up
+
     // Positions and velocities of the axes that there are.  Whether one has changed faster than it can move.
     // Of what is not known the last good position stays, and so does not move.
     bool read_motion(double dt) noexcept {
         bool jumped = false;
         motion_known_ = true;
-        const double way = settings.values().max_speed * dt * (1 + 1e-9);
+        const double way = settings.values().max_speed * dt * (1 + play);
         for (const AxisBranch* branch : {&axes_.work, &axes_.tool}) {
             for (const Axis axis : *branch) {
                 const SquarenessAxis& pins = settings.axes[static_cast<std::size_t>(axis)];

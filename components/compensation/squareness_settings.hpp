@@ -36,7 +36,7 @@ struct SquarenessSettings {
             return of(axis).angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); });
         }
     };
-    enum class Wrong { nothing, value, limit, axis, datum, direction };
+    enum class Wrong { nothing, value, limit, axis, datum, direction, speed = 8 };  // fault-code - 2
 
     explicit SquarenessSettings(hal::Component* component) : owner(component) {}
 
@@ -53,6 +53,7 @@ struct SquarenessSettings {
     }
 
     const Values& values() const noexcept { return values_; }
+    bool complete() const noexcept { return values_.max_speed > 0; }  // there has been a good set
     Wrong wrong() const noexcept { return wrong_; }
     bool limited() const noexcept { return limited_; }  // an angle is beyond max-angle
 
@@ -81,8 +82,8 @@ struct SquarenessSettings {
                                    "Largest correction of an axis either way."};
     hal::In<double> max_rate{owner, "max-rate", 0.1, "mu/s",
                              "Fastest change of the correction that motion did not cause."};
-    hal::In<double> max_speed{owner, "max-speed", 1000, "mu/s",
-                              "A position that changes faster did not move: it is ramped."};
+    hal::In<double> max_speed{owner, "max-speed", 0, "mu/s",
+                              "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set."};
 
 private:
     // The pins as they are.
@@ -164,6 +165,7 @@ private:
     static bool directed(const Given& given) noexcept { return std::abs(given.radial_direction) <= 1e6; }
 
     static Wrong contradiction_of(const Values& usable, const Given& given, const AxisChain& chain) noexcept {
+        if (usable.max_speed == 0) return Wrong::speed;
         const auto within = [](double x, double most) { return x > 0 && x <= most; };
         if (!(within(usable.max_angle, 0.1) && within(usable.max_correction, 100) &&
               within(usable.max_rate, 10) && within(usable.max_speed, 1e5)))
