@@ -159,7 +159,7 @@ TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
 void set_up(Bench& bench, const std::string& output) {
     const Folder folder;
     bench.source(folder.write("square.hal", hal_lines(output)),
-                     folder.write("machine.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n"));
+                 folder.write("machine.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n"));
     bench.command("addf square.update servo-thread");
     bench.set("square.all-homed", 1);
 }
@@ -253,6 +253,23 @@ TEST(PlumbSquareness, RepeatingDoesNotMakeTheSquareItselfMoreCertain) {
     EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-t", "--square", field, "--square", field, "--square", field,
                            "--square", field}),
                 ContainsRegex("k=1 +4.84[0-9]+e-05 +10.00 "));
+}
+
+TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
+    const Folder folder;
+    const std::string head = "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n";
+    const std::string file = folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n# end, 2 rows\n");
+    EXPECT_EQ(output_of({"--table", file}),
+              file +
+                  "\n  axes         X\n  rows         2\n  machine      mill 7\n"
+                  "  date         2026-11-20\n  temperature  20.1 degC\n"
+                  "  checksum     d12a0290, which the file does not state\n"
+                  "X from -5 to 10 mm\n");
+    folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n");
+    const Outcome outcome = squareness({"--table", file});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors, HasSubstr("plumb squareness: " + file + ": the end is missing"));
+    EXPECT_THAT(outcome.errors, HasSubstr("add as the last line: # end, 2 rows\n"));
 }
 
 TEST(SquarenessAdvice, IsThereForAScreenToo) {

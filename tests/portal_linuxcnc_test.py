@@ -55,7 +55,7 @@ class Shift:
         change(hal, "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + table)
         change(hal, "loadrt squareness", "newsig scene s32\nloadrt squareness")
         with open(table, "w") as file:
-            file.write("X,EYX\n-260,0\n260,0\n")
+            file.write("X,EYX\n-260,0\n260,0\n# end, 2 rows\n")
         status, output = finish(start(folder, ini))
         if status != 42:
             raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -232,6 +232,10 @@ class Shift:
     def test_table_read_anew_is_in_force(self):
         crooked, straight = self.facts["reloaded"]
         self.assertAlmostEqual(crooked - straight, -15 * um, delta=EXACT)
+
+    def test_tables_that_are_read_say_of_which_machine_they_are(self):
+        self.assertRegex(self.output, "squareness: /.*/errors.csv: error tables of X, 2 rows, no machine, ")
+        self.assertRegex(self.output, "squareness: /.*/errors.csv: error tables of X, 2 rows, machine a lathe, ")
 
     def test_drive_stops_at_the_soft_limit_and_steps_nowhere(self):
         rows = self.rows["soft_limit"]

@@ -340,6 +340,7 @@ void with_tables_beside_pid(benchmark::State& state, Subject subject) {
             }
             file << '\n';
         }
+        file << "# end, " << 4 * 101 << " rows\n";
     }
     subject.options.emplace_back("table", path.string());
     beside_pid(state, subject);

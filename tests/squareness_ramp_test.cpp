@@ -80,8 +80,11 @@ TEST(SquarenessRamp, MotionIsFollowedWithoutLagMeanwhile) {
         "net place wave.sine square.w-position other.w-position square.y-position other.y-position");
     for (const std::string it : {"square", "other"}) {
         bench.command("addf " + it + ".update servo-thread");
-        for (const auto& [pin, value] :
-             Square::Values{{"all-homed", 1}, {"ea0w", 400 * urad}, {"eb0w", -300 * urad}, {"max-rate", 0.1}, {"max-speed", 600}})
+        for (const auto& [pin, value] : Square::Values{{"all-homed", 1},
+                                                       {"ea0w", 400 * urad},
+                                                       {"eb0w", -300 * urad},
+                                                       {"max-rate", 0.1},
+                                                       {"max-speed", 600}})
             bench.set(it + "." + pin, value);
         bench.set(it + ".enable", 1);
     }
@@ -267,7 +270,8 @@ TEST(SquarenessRamp, MaxSpeedThatComesLaterBringsTheCorrectionByTheRamp) {
     EXPECT_NEAR(square.get("x-correction"), 30 * um, 0.01 * um);
 }
 
-// A rapid of LinuxCNC is exactly as fast as its INI file says, but for how numbers are rounded and paths are blended.
+// A rapid of LinuxCNC is exactly as fast as its INI file says, but for how numbers are rounded and paths are
+// blended.
 TEST(SquarenessRamp, RapidAtMaxSpeedIsFollowedWithoutLag) {
     Square square(column_chain);
     square.set({{"ec0y", 100 * urad}, {"max-speed", 1200}, {"max-rate", 0.1}});

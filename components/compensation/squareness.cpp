@@ -55,11 +55,20 @@ with, for whoever sets it without the correction: what the tilts do to that tool
 Tables hold all errors of an axis over its position, by the names of ISO 230-1, in mm and rad whatever the machine
 unit, such as
 
+    # machine: portal mill 7
+    # date: 2026-11-20
+    # temperature: 20.1 degC
+    # checksum: dd405666
     Y,EXY,EYY,EZY,EAY,EBY,ECY
     0,0,0,0,0,0,0
     50,0.0012,-0.003,0,0,0,1.5e-5
+    # end, 2 rows
 
-for Y at its machine positions, whatever the pivot.  They count beside the tilts: do not give the same squareness in both.
+for Y at its machine positions, whatever the pivot.  The last line counts the rows of all tables in the file.  Without
+it, or with another count, a part of the file may be missing: the file is refused, and the message prints the line to
+add.  The four lines in front may be left out, and are shown where LinuxCNC was started from when the file is read.  The
+checksum is the CRC-32, as in zip, of the lines that do not begin with #, without blanks at their ends, a line feed
+behind each.  A wrong one is refused, and the message prints the right one.  They count beside the tilts: do not give the same squareness in both.
 Between rows they are cubic; beyond the ends the last value holds.  A rising edge of reload has them read anew, aside:
 it takes some 10 ms and the time to read.  Good ones take over by max-rate, and serial counts up; of bad ones none is
 taken, those before stay, and LinuxCNC shows file, line and reason.
@@ -167,6 +176,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
             throw std::invalid_argument("unit=" + unit.get() + ": mm and inch are possible");
         axes_ = AxisChainReader::read(chain);
         tables_.load(table, axes_);
+        for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
         model_ = SquarenessModel(axes_, unit.get() == "inch" ? 25.4 : 1);
         settings.judge(axes_);
         model_.set(settings.values(), tool_, false);
@@ -174,6 +184,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
 
     void background() noexcept override {
         const std::string reason = tables_.work();
+        for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
         if (!reason.empty()) hal::report_error((reason + "; the tables before stay in force").c_str());
     }
 
