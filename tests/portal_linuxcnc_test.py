@@ -152,10 +152,16 @@ class Shift:
     def test_changes_come_while_it_moves(self):
         moving = self.moved() > 0
         ramping = self.shift["square.ramping"] == 1
-        for scene in ("change_amid_a_move", "change_the_tool"):
-            self.assertGreater(np.count_nonzero((moving & ramping)[self.rows[scene]]), 100, scene)
+        self.assertGreater(np.count_nonzero((moving & ramping)[self.rows["change_amid_a_move"]]), 100)
         stopped = np.ptp(self.position[0, self.rows["emergency_stop"]])
         self.assertTrue(10 < stopped < 240, stopped)
+
+    def test_no_cut_begins_before_the_correction_of_its_tool_is_in_force(self):
+        rows = self.rows["change_the_tool"]
+        ramping = self.shift["square.ramping"] == 1
+        self.assertGreater(np.count_nonzero(ramping[rows]), 1000)
+        begun = ramping & np.roll(ramping, 3)  # LinuxCNC changes the offset up to 3 cycles before the last move has ended
+        self.assertEqual(np.count_nonzero((begun & (self.moved() > 0))[rows]), 0)
 
     def test_stages_make_no_step_beyond_two_ramps_where_they_are_released_and_come_back(self):
         for scene in ("on_again", "unhome", "home_anew", "home_too_early", "home_once_more"):
@@ -372,6 +378,7 @@ class Configuration(unittest.TestCase):
         for page, listed, pins in (
             ("squareness", "fault-code", ["square-fault"]),
             ("squareness", "limited-code", ["square-limited"]),
+            ("squareness", "unsettled-code, until the tool changes again", ["unsettled"]),
             ("joint_offset", "fault-code", ["x-fault", "y-fault", "z-fault"]),
         ):
             command = ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", page + ".9")]

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/error_tables.hpp"
+#include "components/compensation/settling.hpp"
 #include "components/compensation/squareness_model.hpp"
 #include "components/compensation/squareness_settings.hpp"
 #include "components/math/ramped_correction.hpp"
@@ -100,6 +101,28 @@ The positions are those of joint.N.pos-cmd, which the correction is not in, and 
 compensation is in.  max-speed is a speed that no axis exceeds, in a joint's jog neither.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
 its max-offset not below max-correction.  corrected-velocity is for the feed-forward of a drive.
 
+After G43 or G49 the tip comes to its place by max-rate: 50 um take half a second, in which a cut would begin as much off.
+settling is true from there until ramping and stages-ramping are false; likewise where another tool brings another
+radial-offset or direction.  With
+
+    net ramping        on-its-way.out     => square.stages-ramping
+    net coordinated    motion.coord-mode  => square.coordinated
+    net motion-type    motion.motion-type => square.motion-type
+    net path-velocity  motion.current-vel => square.path-velocity
+    net settling       square.settling    => motion.feed-inhibit motion.feed-hold
+
+LinuxCNC waits at the start of the next move, a rapid too, in programs and MDI.  on-its-way is the or of ramping of all
+stages.  Jogs do not wait.
+
+settling is never true in a cut, that is, from the first motion that is no rapid until a rapid or the end of all motion,
+a hold in between included.  It ends early, with unsettled, where the correction is switched off, has a fault or is limited,
+after settling-time, and where a cut begins all the same.
+
+Net both pins.  LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.  After M53 P0 with one of
+the others nothing holds: the cut begins early, and unsettled-code is 5.  The same goes for threads and rigid taps, which
+LinuxCNC never holds: have a move in front of G33 or G33.1.  Ramps of other causes do not make settling true: enable, an
+edited angle, new tables, the machine turned on.  A program waits for all of them by M66 on the signal ramping.
+
 limited-code:
 
     1 an angle is beyond max-angle: it counts as that
@@ -113,8 +136,8 @@ fault-code:
       and its velocity counts as 0
     2 a tool offset likewise, or beyond 1e4
     3 an angle, a pivot, a radial or reference offset likewise, or an angle of 0.1 rad or more
-    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10) or max-speed (to 1e5) is not above 0 or too large:
-      the last good set of settings stays in force, as a whole
+    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10), max-speed (to 1e5) or settling-time (to 3600) is not
+      above 0 or too large: the last good set of settings stays in force, as a whole
     5 an angle or a pivot of an axis that the chain does not have: likewise
     6 to-bed, and no axis of the chain rides on one parallel to it: likewise
     7 a radial-offset without radial-direction: likewise
@@ -122,6 +145,15 @@ fault-code:
     9 the tables change so fast with the position that the correction means nothing: it returns to 0
     10 max-speed is 0, that is, not set: set it to the speed of the fastest axis, [TRAJ]MAX_LINEAR_VELOCITY of the INI
       file.  The last good set of settings stays in force; before the first one nothing is corrected
+
+unsettled-code, until the tool changes again:
+
+    1 the correction was switched off, or a joint is not homed any more
+    2 fault
+    3 limited
+    4 settling-time was over
+    5 a cut began: after M53 P0 with M49 or M51 P0, or a thread
+    6 the tool changed in a cut
 
 Positions, tool offsets, enable and all-homed are no settings, and go on while a set is refused.  The defaults are for
 millimetres; on an inch machine set the option unit, and divide max-correction and max-rate by 25.4.
@@ -143,6 +175,12 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     hal::In<double> tool_offset[3]{{this, "x-tool-offset", 0, "mu", "Offset of the tool in force, in X."},
                                    {this, "y-tool-offset", 0, "mu", "Likewise in Y."},
                                    {this, "z-tool-offset", 0, "mu", "Likewise in Z."}};
+    hal::In<bool> stages_ramping{this, "stages-ramping", false, "The stage of an axis is ramping."};
+    hal::In<bool> coordinated{this, "coordinated", true,
+                              "Programs and MDI move the axes, not jogs: motion.coord-mode."};
+    hal::In<std::int32_t> motion_type{this, "motion-type", 0, "What the axes do: motion.motion-type."};
+    hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
+                                  "How fast they do it: motion.current-vel."};
     hal::In<bool> reload{this, "reload", false, "Read the tables anew, when it rises."};
 
     hal::Out<double> correction[3]{{this, "x-correction", "mu", "What is to be added to X, by a stage."},
@@ -159,6 +197,10 @@ tool vector; not to the letter: there the turned tool and the length of the tool
                               {this, "y-error", "mu", "Likewise in Y."},
                               {this, "z-error", "mu", "Likewise in Z."}};
     hal::Out<bool> ramping{this, "ramping", "The correction is on its way to what is wanted."};
+    hal::Out<bool> settling{this, "settling", "The next cut has to wait for the correction of its tool."};
+    hal::Out<bool> unsettled{this, "unsettled", "Settling ended too early, as unsettled-code names."};
+    hal::Out<std::int32_t> unsettled_code{this, "unsettled-code",
+                                          "Why settling ended too early, as listed above; 0 for nothing."};
     hal::Out<bool> limited{this, "limited", "Something is bounded that limited-code names."};
     hal::Out<std::int32_t> limited_code{this, "limited-code",
                                         "What is bounded, as listed above; 0 for nothing."};
@@ -205,6 +247,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
         }
         ramping = ramp_.ramping();
         report(tool_known, jumped && was_active);
+        settle(dt);
     }
 
 private:
@@ -258,6 +301,7 @@ private:
     // on: their difference is what motion did not cause.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
         const Eigen::Vector3d tool = tool_ + settings.values().radial;
+        tool_changed_ = tool != model_.tool();
         const SquarenessModel::Result last = result_;
         SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
         result_ = before;
@@ -277,7 +321,7 @@ private:
                                           : active && result_.beyond_table ? 4
                                                                            : 0;
         limited_code = bounded_code;
-        limited = bounded_code != 0;
+        limited = is_limited_ = bounded_code != 0;
         const std::int32_t code = !motion_known_ ? 1
                                   : !tool_known  ? 2
                                   : settings.wrong() != SquarenessSettings::Wrong::nothing
@@ -286,12 +330,23 @@ private:
                                   : !result_.steady   ? 9
                                                       : 0;
         fault_code = code;
-        fault = code != 0;
+        fault = has_fault_ = code != 0;
         table_fault = tables_.refused();
         std::int32_t count = 0;
         for (const auto& its : tables_.in_use()) count += its.has_value();
         tables = count;
         serial = serial_;
+    }
+
+    void settle(double dt) noexcept {
+        const bool stages_ramp = stages_ramping;
+        settling_.step(
+            {tool_changed_, ramp_.ramping() || stages_ramp, model_.active(), has_fault_, is_limited_,
+             coordinated, motion_type, path_velocity, settings.values().settling_time},
+            dt);
+        settling = settling_.holds();
+        unsettled = settling_.ended() != Settling::Ended::in_force;
+        unsettled_code = static_cast<std::int32_t>(settling_.ended());
     }
 
     AxisChain axes_;
@@ -304,6 +359,8 @@ private:
     RampedCorrection ramp_;
     bool reloading_ = true;  // a reload that is true already asks for nothing
     std::int32_t serial_ = 0;
+    Settling settling_;
+    bool tool_changed_ = false, has_fault_ = false, is_limited_ = false;  // in this period
 };
 
 hal::Model hal::model() {

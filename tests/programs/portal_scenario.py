@@ -163,7 +163,7 @@ class Shift:
 
     def change_the_tool(self):
         self.to_a_far_place()
-        self.host.set("square.max-rate", 0.02)  # so that it moves meanwhile, however late a busy computer lets it go on
+        self.host.set("square.max-rate", 0.02)  # so that it would move meanwhile, however late a busy computer is
         self.machine.run("portal_tools.ngc")
         self.to_a_far_place()
         self.await_ramp()
