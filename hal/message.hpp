@@ -7,4 +7,7 @@ namespace plumb::hal {
 // background(); update() does not speak.
 void report_error(const char* text) noexcept;
 
+// Writes a line, likewise, to where LinuxCNC was started from; no error.
+void report(const char* text) noexcept;
+
 }  // namespace plumb::hal

@@ -149,6 +149,10 @@ void report_error(const char* text) noexcept {
     rtapi_print_msg(RTAPI_MSG_ERR, "%s: %s\n", model().about.name, text);
 }
 
+void report(const char* text) noexcept {
+    rtapi_print("%s: %s\n", model().about.name, text);
+}
+
 }  // namespace plumb::hal
 
 extern "C" int rtapi_app_main() {

@@ -62,6 +62,10 @@ void plumb::hal::report_error(const char* text) noexcept {
     std::cerr << model().about.name << ": " << text << std::endl;
 }
 
+void plumb::hal::report(const char* text) noexcept {
+    std::cout << model().about.name << ": " << text << std::endl;
+}
+
 int main(int argc, char** argv) try {
     const Model component = model();
     const Declarations declared(component);

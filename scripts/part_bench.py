@@ -23,6 +23,7 @@ import tempfile
 import numpy as np
 
 from bench_command import errors_told, make_writable, whole
+from error_tables import blank_table, write_error_tables
 from part_inspection import FEATURES, UM, Samples, corners_of, measure_part, measure_side, on_circle, on_line
 from portal_bench import COLOURS, micrometres
 from portal_machine import draw_tilts
@@ -81,9 +82,8 @@ def prepare(kind, seed, feed, folder):
     # Task gives motion up after a time of the faster clock, which passes on a busy computer.
     change(at("common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
     change(at("compensation.hal"), "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + at("errors.csv"))
-    with open(at("errors.csv"), "w", encoding="ascii") as file:
-        for letter in "XYZW" if kind == "portal" else "XYZ":
-            file.write(f"{letter},EX{letter}\n-1000,0\n1000,0\n")
+    letters = "XYZW" if kind == "portal" else "XYZ"
+    write_error_tables(at("errors.csv"), [blank_table(letter, -1000, 1000) for letter in letters], f"ideal {kind}")
     tilts = draw_tilts(kind, seed) if seed else {}  # machine 0 is that of the configuration
     settings = [f"square.{name} {angle!r}" for name, angle in tilts.items()]
     truth = [f"portal.{name} {angle!r}" for name, angle in tilts.items()]

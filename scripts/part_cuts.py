@@ -6,13 +6,13 @@ Each cut leaves PROGRAM-RUN.csv, a row for each servo cycle, and says so.
 """
 
 import argparse
-import csv
 import os
 import re
 import subprocess
 import sys
 
 import linuxcnc
+from error_tables import write_error_tables
 from part_bench import COLUMNS, MACHINES, PARTS, RUNS, read_recording
 from part_inspection import lengths_of_diagonals
 from plumb_linuxcnc import Machine
@@ -82,18 +82,18 @@ class Cuts:
         """Writes all error motions of all axes as error tables."""
         motions = ("ex", "ey", "ez", "ea", "eb", "ec")
         ini = linuxcnc.ini(self.machine.status.ini_filename)
-        with open(path, "w", newline="", encoding="ascii") as file:
-            writer = csv.writer(file)
-            for number, letter in enumerate("XYZW"[: self.machine.status.joints]):
-                low, high = (float(ini.find("JOINT_%d" % number, limit)) for limit in ("MIN_LIMIT", "MAX_LIMIT"))
-                self.host.set("portal.gauge-axis", number)
-                writer.writerow([letter] + [motion.upper() + letter for motion in motions])
-                for step in range(STEPS + 1):
-                    position = low + (high - low) * step / STEPS
-                    self.host.set("portal.gauge-position", position)
-                    self.machine.wait(0.01)
-                    measured = self.host.get(["portal.truth-gauge-" + motion for motion in motions])
-                    writer.writerow([repr(float(value)) for value in (position, *measured)])
+        tables = []
+        for number, letter in enumerate("XYZW"[: self.machine.status.joints]):
+            low, high = (float(ini.find("JOINT_%d" % number, limit)) for limit in ("MIN_LIMIT", "MAX_LIMIT"))
+            self.host.set("portal.gauge-axis", number)
+            rows = []
+            for step in range(STEPS + 1):
+                position = low + (high - low) * step / STEPS
+                self.host.set("portal.gauge-position", position)
+                self.machine.wait(0.01)
+                rows.append((position, *self.host.get(["portal.truth-gauge-" + motion for motion in motions])))
+            tables.append((letter, [motion.upper() + letter for motion in motions], rows))
+        write_error_tables(path, tables, f"simulated {self.kind} {self.host.get('portal.seed')}")
 
     def reload(self):
         serial = self.host.get("square.serial")

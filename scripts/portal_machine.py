@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The machines of portal_bench: configs/portal/bench.hal in the virtual-time host, stopped at the points of a cube."""
 
-import csv
 import dataclasses
 import itertools
 import math
@@ -12,6 +11,7 @@ import tempfile
 
 import numpy as np
 
+from error_tables import blank_table, write_error_tables
 from simulations import ROOT
 
 CONFIG = os.path.join(ROOT, "configs", "portal", "bench.hal")
@@ -182,23 +182,22 @@ def gauge(machine, path, steps=20):
     """Writes the error motions of all axes, measured at steps + 1 positions each, as error tables."""
     host = machine.host
     outputs = [f"portal.truth-gauge-{error}" for error in ("ex", "ey", "ez", "ea", "eb", "ec")]
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        for number, axis in enumerate(AXES if machine.kind == "portal" else AXES[:3]):
-            host.set("portal.gauge-axis", number)
-            letter = axis.upper()
-            writer.writerow([letter] + [error + letter for error in ("EX", "EY", "EZ", "EA", "EB", "EC")])
-            for position in np.linspace(*travel(axis), steps + 1):
-                host.set("portal.gauge-position", position)
-                host.run(ONE_PERIOD)
-                writer.writerow([repr(float(value)) for value in (position, *host.get(outputs))])
+    tables = []
+    for number, axis in enumerate(AXES if machine.kind == "portal" else AXES[:3]):
+        host.set("portal.gauge-axis", number)
+        rows = []
+        for position in np.linspace(*travel(axis), steps + 1):
+            host.set("portal.gauge-position", position)
+            host.run(ONE_PERIOD)
+            rows.append((position, *host.get(outputs)))
+        letter = axis.upper()
+        tables.append((letter, [error + letter for error in ("EX", "EY", "EZ", "EA", "EB", "EC")], rows))
+    write_error_tables(path, tables, f"simulated {machine.kind} {host.get('portal.seed')}")
 
 
 def blank_tables(machine, path):
-    with open(path, "w", encoding="ascii") as file:
-        for axis in AXES if machine == "portal" else AXES[:3]:
-            letter = axis.upper()
-            file.write(f"{letter},EX{letter}\n" + "".join(f"{place},0\n" for place in travel(axis)))
+    axes = AXES if machine == "portal" else AXES[:3]
+    write_error_tables(path, [blank_table(axis.upper(), *travel(axis)) for axis in axes], f"ideal {machine}")
 
 
 def reload_tables(machine):

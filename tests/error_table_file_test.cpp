@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/error_table_file.hpp"
 
+#include "tests/error_table_text.hpp"
 #include "tests/folder.hpp"
 
 #include <gmock/gmock.h>
@@ -28,7 +29,7 @@ std::map<char, ErrorTable> tables_of(const Texts& texts) {
 }
 
 ErrorMotions errors_of(char axis, const std::string& text, double position) {
-    return tables_of({{"a.csv", text}}).at(axis).at(position).errors;
+    return tables_of({{"a.csv", closed(text)}}).at(axis).at(position).errors;
 }
 
 // The sentence of the refusal; empty where there is none.
@@ -74,7 +75,7 @@ TEST(ErrorTableFile, CommentsBlanksMarksAndLineEndsSayNothing) {
 
 TEST(ErrorTableFile, TablesOfSeveralAxesComeInOneFileOrInSeveral) {
     const std::string x = "X,EXX\n0,0.001\n10,0\n", z = "Z,EZZ\n0,0.002\n20,0\n";
-    for (const Texts& texts : {Texts{{"a", x + z}}, Texts{{"a", x}, {"b", z}}}) {
+    for (const Texts& texts : {Texts{{"a", closed(x + z)}}, Texts{{"a", closed(x)}, {"b", closed(z)}}}) {
         const std::map<char, ErrorTable> tables = tables_of(texts);
         ASSERT_EQ(tables.size(), 2u);
         EXPECT_EQ(tables.at('X').at(0).errors[0], 0.001);
@@ -149,11 +150,113 @@ TEST(ErrorTableFile, RefusesARowWithItsReason) {
     };
     for (const auto& [row, words] : cases)
         EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n" + row + "\n9,0,0\n"), "/a.csv: line 3: " + words);
-    EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n5,0.005,-5e-4\n10,0,0\n"), "");
+    EXPECT_EQ(refusal(closed("X,EXX,EAX\n0,0,0\n5,0.005,-5e-4\n10,0,0\n")), "");
+}
+
+// What a copy that broke off leaves, or a program that is still writing.
+void none_but_the_whole_is_taken(std::string whole) {
+    ASSERT_EQ(refusal(whole), "") << whole;
+    while (whole.back() == '\n' || whole.back() == '\r')
+        whole.pop_back();  // of the last line nothing is missing then
+    ASSERT_EQ(refusal(whole), "") << whole;
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        EXPECT_NE(refusal(whole.substr(0, length)), "") << "of " << whole.size() << " bytes " << length;
+}
+
+std::string with_line_ends(const std::string& text, const std::string& end) {
+    std::string result;
+    for (const char c : text) result += c == '\n' ? end : std::string(1, c);
+    return result;
+}
+
+TEST(ErrorTableFile, TakesNoPartOfAFile) {
+    const auto table = [](int count) {
+        std::string rows = "# machine: mill\n# date: 2026-11-20\n# end mill 10\n\nY,EXY,EYY,EAY\n";
+        for (int y = 0; y < count; ++y)
+            rows += std::to_string(10 * y) + ",0.00" + std::to_string(y % 10) + ",-1e-3,2.5e-6\n";
+        return rows;
+    };
+    none_but_the_whole_is_taken(closed(table(89)));
+    for (const char* end : {"\n", "\r\n", "\n\n", "\r\n\r\n"})
+        none_but_the_whole_is_taken(with_line_ends(closed(table(19) + "X,EXX\n0,0\n10,0.001\n"), end));
+}
+
+TEST(ErrorTableFile, SaysWhichLineClosesTheTable) {
+    const std::string x = "X,EXX\n0,0\n10,0.001\n", z = "Z,EZZ\n0,0.002\n20,0\n30,0\n",
+                      end = "# end, 2 rows\n";
+    const std::string not_all =
+        " does not count the 2 rows before it: a part may be missing; if they are all, write: ";
+    const std::string more =
+        "rows or another end follow the end: delete this line, and let the last line be: ";
+    for (const auto& [text, sentence] :
+         Texts{{x,
+                "/a.csv: the end is missing, and with it perhaps a part of the table; if the 2 rows are all, "
+                "add as the last line: # end, 2 rows"},
+               {x + "# end\n",
+                "/a.csv: the end is missing, and with it perhaps a part of the table; if the 2 rows are "
+                "all, add as the last line: # end, 2 rows"},
+               {x + "# end, 3 rows\n", "/a.csv: line 4: '# end, 3 rows'" + not_all + "# end, 2 rows"},
+               {x + "# end, 2\n", "/a.csv: line 4: '# end, 2'" + not_all + "# end, 2 rows"},
+               {x + "\n# end, 02 rows", "/a.csv: line 5: '# end, 02 rows'" + not_all + "# end, 2 rows"},
+               {x + end + z, "/a.csv: line 4: " + more + "# end, 5 rows"},
+               {x + end + z + "# end, 3 rows\n", "/a.csv: line 4: " + more + "# end, 5 rows"},
+               {x + end + z + "# end, 5 rows\n", "/a.csv: line 4: " + more + "# end, 5 rows"},
+               {x + end + "20,0\n" + end, "/a.csv: line 4: " + more + "# end, 3 rows"},
+               {x + end + end, "/a.csv: line 4: " + more + "# end, 2 rows"}})
+        EXPECT_EQ(refusal(text), sentence) << text;
+    for (const std::string& text :
+         {x + end, x + z + "# end, 5 rows", x + end + "\n# by Jo\n", x + "#end, 2 rows,,"})
+        EXPECT_EQ(refusal(text), "") << text;
+}
+
+std::vector<error_table_file::Facts> facts_of(const Texts& texts) {
+    error_table_file::Reader reader;
+    for (const auto& [name, text] : texts) reader.read(name, text);
+    return reader.files();
+}
+
+TEST(ErrorTableFile, ShowsWhatTheHeadStates) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n";  // whose CRC-32 is that of Python's zlib
+    const auto facts = facts_of({{"/a.csv",
+                                  "# Machine : portal mill 7 ,,\r\n#date:2026-11-20\n# temperature: 20.1 °C\n"
+                                  "# checksum: 540AFF5D\n# note: cold\n" +
+                                      closed(rows)},
+                                 {"/b.csv", closed("Z,EZZ\n0,0\n9,0\nY,EYY\n0,0\n9,0\n")}});
+    ASSERT_EQ(facts.size(), 2u);
+    EXPECT_EQ(facts[0].sentence(),
+              "/a.csv: error tables of X, 2 rows, machine portal mill 7, date 2026-11-20, "
+              "temperature 20.1 °C, checksum 540aff5d");
+    EXPECT_EQ(facts[1].sentence(),
+              "/b.csv: error tables of Z, Y, 4 rows, no machine, no date, no temperature, "
+              "checksum 35a2272c (not in the file)");
+}
+
+TEST(ErrorTableFile, RefusesAHeadThatIsWrong) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n# end, 2 rows\n";
+    const std::string changed =
+        " is not that of the rows, which are changed or damaged; if they are right, write: "
+        "# checksum: 540aff5d";
+    for (const auto& [text, sentence] :
+         Texts{{"# checksum: 540aff5e\n" + rows, "/a.csv: line 1: checksum '540aff5e'" + changed},
+               {"#\n# checksum: 540aff\n" + rows, "/a.csv: line 2: checksum '540aff'" + changed},
+               {"# checksum:\n" + rows, "/a.csv: line 1: there is no checksum"},
+               {"# machine: a\n# MACHINE: b\n" + rows, "/a.csv: line 2: the machine is there twice"},
+               {rows + "# checksum: 540aff5d\n",
+                "/a.csv: line 5: the checksum stands in the head, before the first table"}})
+        EXPECT_EQ(refusal(text), sentence) << text;
+}
+
+// Lines that end otherwise, or remarks, are no other table.
+TEST(ErrorTableFile, ChecksumIsOfTheRowsAlone) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n";
+    for (const std::string& text : {closed(rows), with_line_ends(closed(rows), "\r\n"),
+                                    "\n# cold\n" + closed(" X,EXX \n\n0,0\n10,0.001")})
+        EXPECT_EQ(facts_of({{"a", text}})[0].checksum, "540aff5d") << text;
+    EXPECT_NE(facts_of({{"a", closed("X,EXX\n0,0\n10,0.002\n")}})[0].checksum, "540aff5d");
 }
 
 TEST(ErrorTableFile, RefusesASecondTableOfAnAxisInAnotherFile) {
-    const std::string x = "X,EXX\n0,0\n10,0.001\n";
+    const std::string x = closed("X,EXX\n0,0\n10,0.001\n");
     EXPECT_EQ(refusal({{"/a.csv", x}, {"/b.csv", "#\n" + x}}),
               "/b.csv: line 2: X has a table already, in /a.csv, line 1");
 }
@@ -161,16 +264,16 @@ TEST(ErrorTableFile, RefusesASecondTableOfAnAxisInAnotherFile) {
 TEST(ErrorTableFile, TakesAsManyRowsAsItSaysAndNotOneMore) {
     std::string text = "X,EXX\n";
     for (int i = 0; i < 4096; ++i) text += std::to_string(i) + ",0\n";
-    EXPECT_EQ(refusal(text), "");
+    EXPECT_EQ(refusal(closed(text)), "");
     EXPECT_EQ(refusal(text + "4096,0\n"), "/a.csv: line 4098: more than 4096 rows");
 }
 
 TEST(ErrorTableFile, ReadsFilesAndRefusesWhatIsNone) {
     const Folder folder;
-    const std::string x = folder.write("x.csv", "X,EXX\n0,0\n10,0.001\n");
-    const std::string y = folder.write("y.csv", "Y,EYY\n0,0.002\n10,0\n");
-    EXPECT_EQ(read_error_tables({x, y}).at('Y').at(0).errors[1], 0.002);
-    EXPECT_TRUE(read_error_tables({}).empty());
+    const std::string x = folder.write("x.csv", closed("X,EXX\n0,0\n10,0.001\n"));
+    const std::string y = folder.write("y.csv", closed("Y,EYY\n0,0.002\n10,0\n"));
+    EXPECT_EQ(read_error_tables({x, y}).tables.at('Y').at(0).errors[1], 0.002);
+    EXPECT_TRUE(read_error_tables({}).tables.empty());
 
     const std::string missing = folder / "none.csv", here = folder / ".";
     const std::string large = folder.write("large.csv", std::string((4 << 20) + 1, '#'));

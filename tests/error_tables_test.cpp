@@ -2,6 +2,7 @@
 // Error tables that one thread reads while another uses them.
 #include "components/compensation/error_tables.hpp"
 
+#include "tests/error_table_text.hpp"
 #include "tests/folder.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ std::string all_are(double number) {
     std::string text;
     for (const std::string axis : {"X", "Y"})
         text += axis + ",EX" + axis + "\n0," + value + "\n100," + value + "\n";
-    return text;
+    return closed(text);
 }
 
 double of(const ErrorTables::Set& set, std::size_t axis) {

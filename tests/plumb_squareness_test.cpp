@@ -158,7 +158,8 @@ TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
 // The component with the lines for the .hal file in an output.
 void set_up(Bench& bench, const std::string& output) {
     const Folder folder;
-    bench.source(folder.write("square.hal", hal_lines(output)));
+    bench.source(folder.write("square.hal", hal_lines(output)),
+                 folder.write("machine.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n"));
     bench.command("addf square.update servo-thread");
     bench.set("square.all-homed", 1);
 }
@@ -185,8 +186,15 @@ TEST(PlumbSquareness, LinesForAnInchMachineBoundByTheSameLengths) {
     const std::string output = output_of({"--iso", "EC0Y=50urad", "--unit", "inch"});
     EXPECT_THAT(output, HasSubstr("\n  setp square.max-correction 0.03937 "));
     EXPECT_THAT(output, HasSubstr("\n  setp square.max-rate 0.003937 "));
-    EXPECT_THAT(output, HasSubstr("\n  setp square.max-speed 39.37 "));
-    EXPECT_THAT(output_of({"--iso", "EC0Y=50urad"}), Not(HasSubstr("max-")));
+    EXPECT_THAT(output_of({"--iso", "EC0Y=50urad"}),
+                testing::AllOf(Not(HasSubstr("max-correction")), Not(HasSubstr("max-rate"))));
+}
+
+// No other number suits each machine; a setting that is left out would be a fault.
+TEST(PlumbSquareness, LinesForTheHalFileTakeTheSpeedOfTheAxesFromTheIniFile) {
+    for (const char* unit : {"mm", "inch"})
+        EXPECT_THAT(output_of({"--iso", "EC0Y=50urad", "--unit", unit}),
+                    HasSubstr("\n  setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY # of the INI file"));
 }
 
 TEST(PlumbSquareness, LinesForTheHalFileLetTheComponentTakeALargeAngle) {
@@ -247,6 +255,23 @@ TEST(PlumbSquareness, RepeatingDoesNotMakeTheSquareItselfMoreCertain) {
                 ContainsRegex("k=1 +4.84[0-9]+e-05 +10.00 "));
 }
 
+TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
+    const Folder folder;
+    const std::string head = "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n";
+    const std::string file = folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n# end, 2 rows\n");
+    EXPECT_EQ(output_of({"--table", file}),
+              file +
+                  "\n  axes         X\n  rows         2\n  machine      mill 7\n"
+                  "  date         2026-11-20\n  temperature  20.1 degC\n"
+                  "  checksum     d12a0290, which the file does not state\n"
+                  "X from -5 to 10 mm\n");
+    folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n");
+    const Outcome outcome = squareness({"--table", file});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors, HasSubstr("plumb squareness: " + file + ": the end is missing"));
+    EXPECT_THAT(outcome.errors, HasSubstr("add as the last line: # end, 2 rows\n"));
+}
+
 TEST(SquarenessAdvice, IsThereForAScreenToo) {
     host::TiltedMachine machine;
     machine.chain_text = "w-Z.b-X-Y-C-t";
@@ -254,11 +279,12 @@ TEST(SquarenessAdvice, IsThereForAScreenToo) {
     machine.order = {Axis::X, Axis::Y, Axis::Z};
     machine.measured = {{Axis::X, Axis::Y, -80e-6, 2e-6, 0, 0}};
     const host::SquarenessAdvice advice = host::advice_on(machine);
-    ASSERT_EQ(advice.settings.size(), 3u);
-    EXPECT_EQ(advice.settings[1].pin, "ec0y");
-    EXPECT_EQ(advice.settings[1].value, "-8e-05");
-    EXPECT_EQ(advice.settings[2].pin, "y-tool-follows");
-    EXPECT_FALSE(advice.settings[2].in_force);
+    ASSERT_EQ(advice.settings.size(), 4u);
+    EXPECT_EQ(advice.settings[0].pin, "max-speed");
+    EXPECT_EQ(advice.settings[2].pin, "ec0y");
+    EXPECT_EQ(advice.settings[2].value, "-8e-05");
+    EXPECT_EQ(advice.settings[3].pin, "y-tool-follows");
+    EXPECT_FALSE(advice.settings[3].in_force);
     ASSERT_EQ(advice.moves.size(), 1u);
     EXPECT_EQ(advice.moves[0].moved, Axis::Y);
     EXPECT_EQ(advice.moves[0].base, Axis::X);

@@ -299,6 +299,7 @@ Subject squareness() {
             "update",
             {{"enable", "1"},
              {"all-homed", "1"},
+             {"max-speed", "1000"},
              {"ea0w", "0.0004"},
              {"eb0w", "-0.0003"},
              {"ea0z", "-0.0002"},
@@ -322,7 +323,7 @@ void squareness_beside_pid(benchmark::State& state) {
 // As when heat bends the column: an angle is another one in each period.
 Subject drifting(Subject subject) {
     subject.inputs.emplace_back("ea0w", "heat");
-    subject.settings.erase(subject.settings.begin() + 2);
+    subject.settings.erase(subject.settings.begin() + 3);
     return subject;
 }
 
@@ -345,6 +346,7 @@ void with_tables_beside_pid(benchmark::State& state, Subject subject) {
             }
             file << '\n';
         }
+        file << "# end, " << 4 * 101 << " rows\n";
     }
     subject.options.emplace_back("table", path.string());
     beside_pid(state, subject);

@@ -28,7 +28,7 @@ struct Square {
         : bench(Bench::Thread::servo, start) {
         bench.command("loadrt squareness names=square " + options);
         bench.command("addf square.update servo-thread");
-        set({{"all-homed", 1}, {"enable", 1}, {"max-correction", 5}, {"max-rate", 10}});
+        set({{"all-homed", 1}, {"enable", 1}, {"max-correction", 5}, {"max-rate", 10}, {"max-speed", 1000}});
     }
 
     void set(const std::string& pin, double value) { bench.set("square." + pin, value); }

@@ -80,8 +80,11 @@ TEST(SquarenessRamp, MotionIsFollowedWithoutLagMeanwhile) {
         "net place wave.sine square.w-position other.w-position square.y-position other.y-position");
     for (const std::string it : {"square", "other"}) {
         bench.command("addf " + it + ".update servo-thread");
-        for (const auto& [pin, value] :
-             Square::Values{{"all-homed", 1}, {"ea0w", 400 * urad}, {"eb0w", -300 * urad}, {"max-rate", 0.1}})
+        for (const auto& [pin, value] : Square::Values{{"all-homed", 1},
+                                                       {"ea0w", 400 * urad},
+                                                       {"eb0w", -300 * urad},
+                                                       {"max-rate", 0.1},
+                                                       {"max-speed", 600}})
             bench.set(it + "." + pin, value);
         bench.set(it + ".enable", 1);
     }
@@ -137,7 +140,8 @@ TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
     for (const auto& [settings, code] :
          {Contradiction{{{"max-angle", 0}}, 4}, Contradiction{{{"max-angle", 0.2}}, 4},
           Contradiction{{{"max-correction", -1}}, 4}, Contradiction{{{"max-rate", not_a_number}}, 4},
-          Contradiction{{{"max-speed", 0}}, 4}, Contradiction{{{"eb0w", 10 * urad}}, 5},
+          Contradiction{{{"max-speed", -1}}, 4}, Contradiction{{{"max-speed", 2e5}}, 4},
+          Contradiction{{{"max-speed", 0}}, 10}, Contradiction{{{"eb0w", 10 * urad}}, 5},
           Contradiction{{{"u-pivot", 10}}, 5}, Contradiction{{{"to-bed", 1}}, 6},
           Contradiction{{{"radial-offset", 30}, {"radial-direction", not_a_number}}, 7}}) {
         SCOPED_TRACE(settings.begin()->first);
@@ -237,6 +241,49 @@ TEST(SquarenessRamp, PositionThatJumpsIsRamped) {
     EXPECT_EQ(square.get("limited-code"), 0);
     square.run(4);
     EXPECT_FALSE(square.get("ramping"));
+}
+
+// As long as nobody has said how fast the axes are, nothing can tell a rapid from a position that jumps.
+TEST(SquarenessRamp, MaxSpeedThatIsNotSetIsAFaultAndNothingIsCorrected) {
+    Bench bench;
+    bench.command(std::string("loadrt squareness names=square ") + column_chain);
+    bench.command("addf square.update servo-thread");
+    for (const auto& [pin, value] : Square::Values{
+             {"all-homed", 1}, {"enable", 1}, {"ec0y", 100 * urad}, {"y-position", 300}, {"max-rate", 10}})
+        bench.set("square." + pin, value);
+    bench.expect("x == 0 && limited == 0", {{"x", "square.x-correction"}, {"limited", "square.limited"}});
+    bench.run(0.1);
+    EXPECT_EQ(bench.get("square.fault-code"), 10);
+    EXPECT_TRUE(bench.get("square.fault"));
+    EXPECT_EQ(bench.get("square.ec0y-in-use"), 0);
+}
+
+TEST(SquarenessRamp, MaxSpeedThatComesLaterBringsTheCorrectionByTheRamp) {
+    Square square(column_chain);
+    square.set({{"max-speed", 0}, {"ec0y", 100 * urad}, {"max-rate", 0.1}});
+    square.set("y-position", 300);
+    square.run(0.1);
+    square.never_faster_than(0.1);
+    square.set("max-speed", 1200);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 0);
+    EXPECT_NEAR(square.get("x-correction"), 30 * um, 0.01 * um);
+}
+
+// A rapid of LinuxCNC is exactly as fast as its INI file says, but for how numbers are rounded and paths are
+// blended.
+TEST(SquarenessRamp, RapidAtMaxSpeedIsFollowedWithoutLag) {
+    Square square(column_chain);
+    square.set({{"ec0y", 100 * urad}, {"max-speed", 1200}, {"max-rate", 0.1}});
+    square.go({0, -600, 0, 0});
+    square.bench.expect("abs(x - y * 0.0001) < 1e-5 && limited == 0 && ramping == 0",
+                        {{"x", "square.x-correction"},
+                         {"y", "square.y-position"},
+                         {"limited", "square.limited"},
+                         {"ramping", "square.ramping"}});
+    square.follow([](double t) { return Square::Moving{{0, 1212 * t - 600, 0, 0}, {0, 1212, 0, 0}}; }, 1);
+    square.run(1);
+    EXPECT_GT(square.get("y-position"), 590);
 }
 
 // In motion, too, no bad value makes a step that motion would not make.

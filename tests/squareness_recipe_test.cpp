@@ -187,7 +187,8 @@ struct SquarenessRecipe : testing::Test {
     // The component with the lines that were printed, between the axes and their drives.
     void load(const std::string& output) {
         const Folder folder;
-        bench.source(folder.write("square.hal", hal_lines(output)));
+        bench.source(folder.write("square.hal", hal_lines(output)),
+                     folder.write("machine.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n"));
         for (const std::string axis : {"x", "y", "z", "w"}) {
             const bool chained = output.find("-W-") != std::string::npos || axis != "w";
             const std::string square = chained ? " square." + axis + "-position" : "";

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // squareness with tables of errors, which parabolas meet exactly.
+#include "tests/error_table_text.hpp"
+#include "tests/module.hpp"
 #include "tests/square.hpp"
 
 #include <gmock/gmock.h>
@@ -50,7 +52,7 @@ struct WornColumn {
         v = turned(x.angles(q[0]), turned(tilt, v)) + Vec{q[0], 0, 0} + x.translation(q[0]);
         return turned_back(z.angles(q[2]), v + Vec{0, 0, q[2]} + z.translation(q[2]));
     }
-    std::string tables() const { return table_of('X', x) + table_of('Y', y) + table_of('Z', z); }
+    std::string tables() const { return closed(table_of('X', x) + table_of('Y', y) + table_of('Z', z)); }
     void tell(Square& square, double unit = 1) const {
         square.set({{"ea0y", tilt.x}, {"ec0y", tilt.z}, {"y-pivot", y_pivot / unit}});
     }
@@ -65,8 +67,8 @@ const Vec long_tool{40, 30, -400};
 TEST(SquarenessTables, ErrorsOfAllAxesAreCorrectedExactly) {
     const Folder folder;
     const WornColumn machine;
-    const auto first = folder.write("xy.csv", table_of('X', machine.x) + table_of('Y', machine.y));
-    const auto second = folder.write("z.csv", table_of('Z', machine.z));
+    const auto first = folder.write("xy.csv", closed(table_of('X', machine.x) + table_of('Y', machine.y)));
+    const auto second = folder.write("z.csv", closed(table_of('Z', machine.z)));
     Square square(std::string(column_chain) + " table=" + first.string() + ":" + second.string());
     EXPECT_EQ(square.get("tables"), 0);
     machine.tell(square);
@@ -106,7 +108,7 @@ TEST(SquarenessTables, InchMachineReadsTheSameTables) {
 void velocity_is_the_derivative_of_position(double unit) {
     const Folder folder;
     const std::string tables =
-        table_of('X', {1}) + table_of('Y', {-1.2}) + table_of('Z', {0.7}) + table_of('W', {1.5});
+        closed(table_of('X', {1}) + table_of('Y', {-1.2}) + table_of('Z', {0.7}) + table_of('W', {1.5}));
     Square square(std::string(portal_chain) + " table=" + folder.write("all.csv", tables).string() +
                   (unit > 1 ? " unit=inch" : ""));
     square.set({{"ea0w", 100 * arcsec}, {"eb0z", 70 * arcsec}});
@@ -149,7 +151,7 @@ TEST(SquarenessTables, AreReadAnewWithoutAStep) {
     square.never_faster_than(0.1);
 
     machine.x.seed = -0.5;
-    folder.write("all.csv", table_of('X', machine.x) + table_of('Y', machine.y) + table_of('Z', machine.z));
+    folder.write("all.csv", machine.tables());
     square.run(0.1);
     EXPECT_GT(machine.rest(square, q, long_tool), 10 * um);
     square.set("reload", 1);
@@ -163,7 +165,7 @@ TEST(SquarenessTables, AreReadAnewWithoutAStep) {
     // Once more while the first is on its way, and tables that are there no more.
     square.set("reload", 0);
     square.run(0.001);
-    folder.write("all.csv", table_of('X', machine.x));
+    folder.write("all.csv", closed(table_of('X', machine.x)));
     square.set("reload", 1);
     square.run(0.001);
     square.set("reload", 0);
@@ -182,11 +184,12 @@ TEST(SquarenessTables, OnesThatAreFarFromThoseBeforeComeWithoutAStepToo) {
     for (int x = -100; x <= 100; x += 5)
         bent += "\n" + std::to_string(x) + "," + std::to_string(5e-6 * x * x);
     const std::string straight = "\nY,EXY\n-100,0\n100,0\n", off = "\nY,EXY\n-100,1\n100,1\n";
-    Square square(std::string(column_chain) + " table=" + folder.write("all.csv", bent + straight).string());
+    Square square(std::string(column_chain) +
+                  " table=" + folder.write("all.csv", closed(bent + straight)).string());
     square.set("max-rate", 0.1);
     square.go({40, 0, 0, 0});
     square.never_faster_than(0.1);
-    folder.write("all.csv", bent + off);
+    folder.write("all.csv", closed(bent + off));
     square.set("reload", 1);
     square.run(0.5);
     EXPECT_EQ(square.get("serial"), 1);
@@ -203,7 +206,8 @@ TEST(SquarenessTables, ErrorsThatChangeTooFastAreNotFollowedAndRampBothWays) {
     std::string steep = "X,EBX";
     for (int x = -200; x <= 200; x += 10)
         steep += "\n" + std::to_string(x) + "," + std::to_string(x < 0 ? 0 : 9e-5 * x);
-    Square square(std::string(column_chain) + " table=" + folder.write("x.csv", steep + "\n").string());
+    Square square(std::string(column_chain) +
+                  " table=" + folder.write("x.csv", closed(steep + "\n")).string());
     square.set({{"max-correction", 100}, {"max-rate", 0.5}, {"max-speed", 1e5}, {"ea0y", 100 * urad}});
     square.set_tool({0, 0, -8000});
     square.go({-30, 0, 0, 0});
@@ -249,7 +253,10 @@ TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndSayWhy) {
              {"X,EXX\n0,0\n100,nan\n", "line 3: column EXX: 'nan' is no number"},
              {"X,EXX\n0,0\n100,25\n", "line 3: column EXX: '25' is beyond 10 mm"},
              {"X,EXX\n0,0\n0,0\n", "line 3: column X: 0 is not beyond 0"},
-             {"W,EXW\n0,0\n100,0\n", "there is one of W, an axis that the chain does not have"},
+             {"W,EXW\n0,0\n100,0\n# end, 2 rows\n",
+              "there is one of W, an axis that the chain does not have"},
+             {closed("X,EXX\n0,0\n50,0\n100,0\n").substr(0, 15),
+              "if the 2 rows are all, add as the last line: # end, 2 rows"},
              {"", "there is no table in it"}}) {
         folder.write("all.csv", text);
         EXPECT_THAT(reload(), testing::AllOf(HasSubstr("squareness: "), HasSubstr(reason), HasSubstr(stay)));
@@ -262,7 +269,8 @@ TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndSayWhy) {
     EXPECT_EQ(square.get("serial"), 0);
 
     folder.write("all.csv", machine.tables());
-    EXPECT_EQ(reload(), "");
+    EXPECT_THAT(reload(),
+                testing::StartsWith("squareness: " + file.string() + ": error tables of X, Y, Z, 93 rows, "));
     EXPECT_EQ(square.get("serial"), 1);
     EXPECT_EQ(square.get("fault-code"), 0);
     EXPECT_EQ((square.get_xyz("correction") - before).length(), 0);
@@ -280,13 +288,23 @@ TEST(SquarenessTables, AreRefusedAtLoadWithFileLineAndReason) {
         return answer.output;
     };
     EXPECT_THAT(refusal("X,EXX\n0,0\n100,\n"), HasSubstr("line 3: column EXX: there is no value"));
-    EXPECT_THAT(refusal("W,EXW\n0,0\n100,0\n"),
+    EXPECT_THAT(refusal("W,EXW\n0,0\n100,0\n# end, 2 rows\n"),
                 HasSubstr("there is one of W, an axis that the chain does not have"));
+}
+
+TEST(SquarenessTables, ExampleOfTheManualPageIsTaken) {
+    const Module module(BUILD_DIR "/modules/squareness.so");
+    const std::string page = module.model().about.description, end = "# end, 2 rows\n";
+    const std::size_t from = page.find("    # machine: "), to = page.find(end, from) + end.size();
+    const Folder folder;
+    Square square("chain=b-Y-t table=" + folder.write("y.csv", page.substr(from, to - from)).string());
+    square.go({0, 50, 0, 0});
+    EXPECT_NEAR(square.get("x-correction"), -1.2 * um, 0.01 * um);
 }
 
 TEST(SquarenessTables, BeyondItsEndsTheLastValueHoldsAndIsTold) {
     const Folder folder;
-    const auto file = folder.write("x.csv", "X,EXX\n-100,-0.01\n100,0.01\n");
+    const auto file = folder.write("x.csv", closed("X,EXX\n-100,-0.01\n100,0.01\n"));
     Square square(std::string(column_chain) + " table=" + file.string());
     square.go({50, 0, 0, 0});
     EXPECT_NEAR(square.get("x-correction"), -5 * um, 0.01 * um);

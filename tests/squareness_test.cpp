@@ -35,6 +35,7 @@ setp square.ea0z -0.0002
 setp square.eb0z 0.0001
 setp square.radial-offset 30
 setp square.max-rate 0.5
+setp square.max-speed 250
 setp square.all-homed 1
 setp square.enable 1
 net tool-length tools.square => square.z-tool-offset
@@ -231,6 +232,7 @@ TEST(Squareness, InstancesHaveTheirOwnChains) {
         bench.command("addf " + it + ".update servo-thread");
         for (const char* pin : {".enable", ".all-homed"}) bench.set(it + pin, 1);
         bench.set(it + ".max-rate", 10);
+        bench.set(it + ".max-speed", 1000);
         bench.set(it + ".y-position", 500);
         bench.set(it + ".z-position", 200);
         bench.set(it + ".ea0y", 50 * urad);

@@ -86,22 +86,28 @@ public:
         return reason;
     }
 
+    // What the files that were read since the last call state of themselves.  By the thread that reads.
+    std::vector<std::string> take_facts() { return std::exchange(facts_, {}); }
+
 private:
-    Set read() const {
+    Set read() {
         Set result;
-        for (auto& [letter, table] : read_error_tables(files_)) {
+        ErrorTableFiles read = read_error_tables(files_);
+        for (auto& [letter, table] : read.tables) {
             const auto axis = static_cast<Axis>(error_table_file::axes.find(letter));
             if (!chain_.has(axis))
                 throw std::runtime_error("table=" + paths_ + ": there is one of " + letter +
                                          ", an axis that the chain does not have");
             result[static_cast<std::size_t>(coordinate(axis))] = std::move(table);
         }
+        for (const error_table_file::Facts& file : read.files) facts_.push_back(file.sentence());
         return result;
     }
 
     AxisChain chain_;
     std::string paths_;
     std::vector<std::filesystem::path> files_;
+    std::vector<std::string> facts_;
     std::array<Set, 2> sets_;
     std::size_t in_use_ = 0;  // written in realtime, while nothing is being read
     bool good_ = false;       // what was read last; handed over by done_

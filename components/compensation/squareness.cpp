@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/error_tables.hpp"
+#include "components/compensation/settling.hpp"
 #include "components/compensation/squareness_model.hpp"
 #include "components/compensation/squareness_settings.hpp"
 #include "components/math/ramped_correction.hpp"
@@ -56,11 +57,20 @@ with, for whoever sets it without the correction: what the tilts do to that tool
 Tables hold all errors of an axis over its position, by the names of ISO 230-1, in mm and rad whatever the machine
 unit, such as
 
+    # machine: portal mill 7
+    # date: 2026-11-20
+    # temperature: 20.1 degC
+    # checksum: dd405666
     Y,EXY,EYY,EZY,EAY,EBY,ECY
     0,0,0,0,0,0,0
     50,0.0012,-0.003,0,0,0,1.5e-5
+    # end, 2 rows
 
-for Y at its machine positions, whatever the pivot.  They count beside the tilts: do not give the same squareness in both.
+for Y at its machine positions, whatever the pivot.  The last line counts the rows of all tables in the file.  Without
+it, or with another count, a part of the file may be missing: the file is refused, and the message prints the line to
+add.  The four lines in front may be left out, and are shown where LinuxCNC was started from when the file is read.  The
+checksum is the CRC-32, as in zip, of the lines that do not begin with #, without blanks at their ends, a line feed
+behind each.  A wrong one is refused, and the message prints the right one.  They count beside the tilts: do not give the same squareness in both.
 Between rows they are cubic; beyond the ends the last value holds.  A rising edge of reload has them read anew, aside:
 it takes some 0.1 s and the time to read.  Good ones take over by max-rate, and serial counts up; of bad ones none is
 taken, those before stay, and LinuxCNC shows file, line and reason.
@@ -68,9 +78,11 @@ taken, those before stay, and LinuxCNC shows file, line and reason.
 Motion is followed without lag: corrected-velocity is that of joint and correction together, from the slopes of the
 model, not from differences.  What motion did not cause comes by max-rate, as a vector: enable, homed, an
 edited angle, G43, another radial offset or pivot, tables.  An angle may be driven, as by heat; slower than max-rate
-it is followed without lag, too.  A position that changes faster than max-speed did not move.
+it is followed without lag, too.  A position that changes faster than max-speed by more than a tenth did not move.
 
 Wiring, here of X and of the tool; the other axes of the chain likewise:
+
+    setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY
 
     net x-position-cmd joint.0.pos-cmd       => square.x-position x-stage.position
     net x-velocity-cmd joint.0.vel-cmd       => square.x-velocity
@@ -87,8 +99,30 @@ Wiring, here of X and of the tool; the other axes of the chain likewise:
     addf x-stage.update          servo-thread
 
 The positions are those of joint.N.pos-cmd, which the correction is not in, and not of motor-pos-cmd, which screw
-compensation is in.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
+compensation is in.  max-speed is a speed that no axis exceeds, in a joint's jog neither.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
 its max-offset not below max-correction.  corrected-velocity is for the feed-forward of a drive.
+
+After G43 or G49 the tip comes to its place by max-rate: 50 um take half a second, in which a cut would begin as much off.
+settling is true from there until ramping and stages-ramping are false; likewise where another tool brings another
+radial-offset or direction.  With
+
+    net ramping        on-its-way.out     => square.stages-ramping
+    net coordinated    motion.coord-mode  => square.coordinated
+    net motion-type    motion.motion-type => square.motion-type
+    net path-velocity  motion.current-vel => square.path-velocity
+    net settling       square.settling    => motion.feed-inhibit motion.feed-hold
+
+LinuxCNC waits at the start of the next move, a rapid too, in programs and MDI.  on-its-way is the or of ramping of all
+stages.  Jogs do not wait.
+
+settling is never true in a cut, that is, from the first motion that is no rapid until a rapid or the end of all motion,
+a hold in between included.  It ends early, with unsettled, where the correction is switched off, has a fault or is limited,
+after settling-time, and where a cut begins all the same.
+
+Net both pins.  LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.  After M53 P0 with one of
+the others nothing holds: the cut begins early, and unsettled-code is 5.  The same goes for threads and rigid taps, which
+LinuxCNC never holds: have a move in front of G33 or G33.1.  Ramps of other causes do not make settling true: enable, an
+edited angle, new tables, the machine turned on.  A program waits for all of them by M66 on the signal ramping.
 
 limited-code:
 
@@ -103,16 +137,27 @@ fault-code:
       and its velocity counts as 0
     2 a tool offset likewise, or beyond 1e4
     3 an angle, a pivot, a radial or reference offset likewise, or an angle of 0.1 rad or more
-    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10) or max-speed (to 1e5) is not above 0 or too large:
-      the last good set of settings stays in force, as a whole
+    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10), max-speed (to 1e5) or settling-time (to 3600) is not
+      above 0 or too large: the last good set of settings stays in force, as a whole
     5 an angle or a pivot of an axis that the chain does not have: likewise
     6 to-bed, and no axis of the chain rides on one parallel to it: likewise
     7 a radial-offset without radial-direction: likewise
     8 the tables could not be read anew: those before stay
     9 the tables change so fast with the position that the correction means nothing: it returns to 0
+    10 max-speed is 0, that is, not set: set it to the speed of the fastest axis, [TRAJ]MAX_LINEAR_VELOCITY of the INI
+      file.  The last good set of settings stays in force; before the first one nothing is corrected
+
+unsettled-code, until the tool changes again:
+
+    1 the correction was switched off, or a joint is not homed any more
+    2 fault
+    3 limited
+    4 settling-time was over
+    5 a cut began: after M53 P0 with M49 or M51 P0, or a thread
+    6 the tool changed in a cut
 
 Positions, tool offsets, enable and all-homed are no settings, and go on while a set is refused.  The defaults are for
-millimetres; on an inch machine set the option unit, and divide max-correction, max-rate and max-speed by 25.4.
+millimetres; on an inch machine set the option unit, and divide max-correction and max-rate by 25.4.
 
 Sources: ISO 230-1 (names and signs), ISO 10791 (chains), JP7448336B2 and US 11,241,766 (tilts by direction and angle,
 tool vector; not to the letter: there the turned tool and the length of the tool in the portal are left out).)"};
@@ -131,6 +176,12 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     hal::In<double> tool_offset[3]{{this, "x-tool-offset", 0, "mu", "Offset of the tool in force, in X."},
                                    {this, "y-tool-offset", 0, "mu", "Likewise in Y."},
                                    {this, "z-tool-offset", 0, "mu", "Likewise in Z."}};
+    hal::In<bool> stages_ramping{this, "stages-ramping", false, "The stage of an axis is ramping."};
+    hal::In<bool> coordinated{this, "coordinated", true,
+                              "Programs and MDI move the axes, not jogs: motion.coord-mode."};
+    hal::In<std::int32_t> motion_type{this, "motion-type", 0, "What the axes do: motion.motion-type."};
+    hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
+                                  "How fast they do it: motion.current-vel."};
     hal::In<bool> reload{this, "reload", false, "Read the tables anew, when it rises."};
 
     hal::Out<double> correction[3]{{this, "x-correction", "mu", "What is to be added to X, by a stage."},
@@ -147,6 +198,10 @@ tool vector; not to the letter: there the turned tool and the length of the tool
                               {this, "y-error", "mu", "Likewise in Y."},
                               {this, "z-error", "mu", "Likewise in Z."}};
     hal::Out<bool> ramping{this, "ramping", "The correction is on its way to what is wanted."};
+    hal::Out<bool> settling{this, "settling", "The next cut has to wait for the correction of its tool."};
+    hal::Out<bool> unsettled{this, "unsettled", "Settling ended too early, as unsettled-code names."};
+    hal::Out<std::int32_t> unsettled_code{this, "unsettled-code",
+                                          "Why settling ended too early, as listed above; 0 for nothing."};
     hal::Out<bool> limited{this, "limited", "Something is bounded that limited-code names."};
     hal::Out<std::int32_t> limited_code{this, "limited-code",
                                         "What is bounded, as listed above; 0 for nothing."};
@@ -167,6 +222,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
             throw std::invalid_argument("unit=" + unit.get() + ": mm and inch are possible");
         axes_ = AxisChainReader::read(chain);
         tables_.load(table, axes_);
+        for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
         model_ = SquarenessModel(axes_, unit.get() == "inch" ? 25.4 : 1);
         settings.judge(axes_);
         model_.set(settings.values(), tool_, false);
@@ -176,6 +232,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
 
     void background() override {
         const std::string reason = tables_.work();
+        for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
         if (!reason.empty()) hal::report_error((reason + "; the tables before stay in force").c_str());
     }
 
@@ -186,7 +243,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
         const bool reloaded = take_over_tables();
         const bool homed = all_homed, was_active = model_.active();
 
-        follow(edited, enable && homed, jumped, reloaded, dt);
+        follow(edited, enable && homed && settings.complete(), jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
             correction[i] = ramp_.offset()[i];
@@ -196,9 +253,12 @@ tool vector; not to the letter: there the turned tool and the length of the tool
         }
         ramping = ramp_.ramping();
         report(tool_known, jumped && was_active);
+        settle(dt);
     }
 
 private:
+    static constexpr double play = 0.1;  // of max-speed: blended moves add up
+
     // The slope of six tilts of max-angle, and of tables.
     hal::MovingPin moving(const hal::Out<double>& its) {
         hal::MovingPin pin(its);
@@ -212,7 +272,7 @@ private:
     bool read_motion(double dt) noexcept {
         bool jumped = false;
         motion_known_ = true;
-        const double way = settings.values().max_speed * dt * (1 + 1e-9);
+        const double way = settings.values().max_speed * dt * (1 + play);
         for (const AxisBranch* branch : {&axes_.work, &axes_.tool}) {
             for (const Axis axis : *branch) {
                 const SquarenessAxis& pins = settings.axes[static_cast<std::size_t>(axis)];
@@ -255,6 +315,7 @@ private:
     // on: their difference is what motion did not cause.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
         const Eigen::Vector3d tool = tool_ + settings.values().radial;
+        tool_changed_ = tool != model_.tool();
         const SquarenessModel::Result last = result_;
         SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
         result_ = before;
@@ -274,7 +335,7 @@ private:
                                           : active && result_.beyond_table ? 4
                                                                            : 0;
         limited_code = bounded_code;
-        limited = bounded_code != 0;
+        limited = is_limited_ = bounded_code != 0;
         const std::int32_t code = !motion_known_ ? 1
                                   : !tool_known  ? 2
                                   : settings.wrong() != SquarenessSettings::Wrong::nothing
@@ -283,12 +344,23 @@ private:
                                   : !result_.steady   ? 9
                                                       : 0;
         fault_code = code;
-        fault = code != 0;
+        fault = has_fault_ = code != 0;
         table_fault = tables_.refused();
         std::int32_t count = 0;
         for (const auto& its : tables_.in_use()) count += its.has_value();
         tables = count;
         serial = serial_;
+    }
+
+    void settle(double dt) noexcept {
+        const bool stages_ramp = stages_ramping;
+        settling_.step(
+            {tool_changed_, ramp_.ramping() || stages_ramp, model_.active(), has_fault_, is_limited_,
+             coordinated, motion_type, path_velocity, settings.values().settling_time},
+            dt);
+        settling = settling_.holds();
+        unsettled = settling_.ended() != Settling::Ended::in_force;
+        unsettled_code = static_cast<std::int32_t>(settling_.ended());
     }
 
     AxisChain axes_;
@@ -301,6 +373,8 @@ private:
     RampedCorrection ramp_;
     bool reloading_ = true;  // a reload that is true already asks for nothing
     std::int32_t serial_ = 0;
+    Settling settling_;
+    bool tool_changed_ = false, has_fault_ = false, is_limited_ = false;  // in this period
 };
 
 hal::Model hal::model() {

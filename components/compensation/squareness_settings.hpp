@@ -28,6 +28,7 @@ struct SquarenessSettings {
         Eigen::Vector3d reference =
             Eigen::Vector3d::Zero();  // mu, the reference tool from gauge point to tip
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0;
+        double settling_time = 0;  // s
 
         const SquarenessAxis::Settings& of(Axis axis) const noexcept {
             return axes[static_cast<std::size_t>(axis)];
@@ -36,7 +37,7 @@ struct SquarenessSettings {
             return of(axis).angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); });
         }
     };
-    enum class Wrong { nothing, value, limit, axis, datum, direction };
+    enum class Wrong { nothing, value, limit, axis, datum, direction, speed = 8 };  // fault-code - 2
 
     explicit SquarenessSettings(hal::Component* component) : owner(component) {}
 
@@ -53,6 +54,7 @@ struct SquarenessSettings {
     }
 
     const Values& values() const noexcept { return values_; }
+    bool complete() const noexcept { return values_.max_speed > 0; }  // there has been a good set
     Wrong wrong() const noexcept { return wrong_; }
     bool limited() const noexcept { return limited_; }  // an angle is beyond max-angle
 
@@ -81,8 +83,10 @@ struct SquarenessSettings {
                                    "Largest correction of an axis either way."};
     hal::In<double> max_rate{owner, "max-rate", 0.1, "mu/s",
                              "Fastest change of the correction that motion did not cause."};
-    hal::In<double> max_speed{owner, "max-speed", 1000, "mu/s",
-                              "A position that changes faster did not move: it is ramped."};
+    hal::In<double> max_speed{owner, "max-speed", 0, "mu/s",
+                              "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set."};
+    hal::In<double> settling_time{owner, "settling-time", 10, "s",
+                                  "Maximum time for which settling is true."};
 
 private:
     // The pins as they are.
@@ -91,14 +95,15 @@ private:
         bool axis_direction = false, to_bed = false, is_diameter = false;
         double radial_offset = 0, radial_direction = 0;
         Eigen::Vector3d reference_offset = Eigen::Vector3d::Zero();
-        double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0;
+        double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
 
         bool operator==(const Given& other) const noexcept {
             return axes == other.axes && axis_direction == other.axis_direction && to_bed == other.to_bed &&
                    is_diameter == other.is_diameter && radial_offset == other.radial_offset &&
                    radial_direction == other.radial_direction && reference_offset == other.reference_offset &&
                    max_angle == other.max_angle && max_correction == other.max_correction &&
-                   max_rate == other.max_rate && max_speed == other.max_speed;
+                   max_rate == other.max_rate && max_speed == other.max_speed &&
+                   settling_time == other.settling_time;
         }
     };
 
@@ -115,6 +120,7 @@ private:
         given.max_correction = max_correction;
         given.max_rate = max_rate;
         given.max_speed = max_speed;
+        given.settling_time = settling_time;
         return given;
     }
 
@@ -158,15 +164,18 @@ private:
         now.max_correction = given.max_correction;
         now.max_rate = given.max_rate;
         now.max_speed = given.max_speed;
+        now.settling_time = given.settling_time;
         return now;
     }
 
     static bool directed(const Given& given) noexcept { return std::abs(given.radial_direction) <= 1e6; }
 
     static Wrong contradiction_of(const Values& usable, const Given& given, const AxisChain& chain) noexcept {
+        if (usable.max_speed == 0) return Wrong::speed;
         const auto within = [](double x, double most) { return x > 0 && x <= most; };
         if (!(within(usable.max_angle, 0.1) && within(usable.max_correction, 100) &&
-              within(usable.max_rate, 10) && within(usable.max_speed, 1e5)))
+              within(usable.max_rate, 10) && within(usable.max_speed, 1e5) &&
+              within(usable.settling_time, 3600)))
             return Wrong::limit;
         for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W})
             if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Wrong::axis;

@@ -55,8 +55,8 @@ std::vector<SquarenessAdvice::Setting> settings_of(const TiltedMachine& machine,
     if (machine.inch) {  // the defaults are numbers of millimetres
         add("max-correction", formatted("%.4g", 1 / inch), "in, which is 1 mm");
         add("max-rate", formatted("%.4g", 0.1 / inch), "in/s, which is 0.1 mm/s");
-        add("max-speed", formatted("%.4g", 1000 / inch), "in/s, which is 1000 mm/s");
     }
+    add("max-speed", "[TRAJ]MAX_LINEAR_VELOCITY", "of the INI file: no axis is faster");
     double largest = 0;
     for (const SquarenessQuantity& q : quantities) largest = std::max(largest, std::abs(q.angle));
     if (largest > usual_largest_angle)

@@ -412,6 +412,13 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
             },
             "Name of the component's instance in the lines for the .hal file. By default square.")
         ->type_name("NAME");
+    command
+        .add_option(
+            "--table", options.tables,
+            "Checks a file of error tables as the component does, and prints what it states: machine, "
+            "date, temperature and checksum. Nothing else is printed. May be given many times.")
+        ->allow_extra_args(false)
+        ->type_name("FILE");
     command.final_callback([arguments, &options] { read_all(*arguments, options); });
 }
 

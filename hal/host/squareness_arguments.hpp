@@ -30,6 +30,7 @@ struct SquarenessOptions {
     std::string instance = "square";
     std::vector<Measured> measured;
     std::vector<Points> points;
+    std::vector<std::string> tables;  // files to be checked, and nothing else
 };
 
 // Declares the arguments of the command, which are parsed into `options`.

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "components/io/error_table_file.hpp"
 #include "hal/host/squareness_advice.hpp"
 #include "hal/host/squareness_wording.hpp"
 #include "hal/markup.hpp"
@@ -154,9 +155,26 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
     for (const std::string& text : advice.unseen) paragraph(text, "  ");
 }
 
+// Throws std::runtime_error with file, line and reason.
+void print_tables(const std::vector<std::string>& files) {
+    const ErrorTableFiles read = read_error_tables({files.begin(), files.end()});
+    const auto told = [](const std::string& fact) { return fact.empty() ? "not stated" : fact; };
+    for (const error_table_file::Facts& its : read.files)
+        std::cout << its.file << "\n  axes         " << its.axes << "\n  rows         " << its.rows
+                  << "\n  machine      " << told(its.machine) << "\n  date         " << told(its.date)
+                  << "\n  temperature  " << told(its.temperature) << "\n  checksum     " << its.checksum
+                  << (its.is_checked ? "" : ", which the file does not state") << '\n';
+    for (const auto& [axis, table] : read.tables)
+        std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
+}
+
 }  // namespace
 
 int squareness(const SquarenessOptions& options) {
+    if (!options.tables.empty()) {
+        print_tables(options.tables);
+        return 0;
+    }
     std::vector<SquarenessOptions::Measured> measured = options.measured;
     for (const SquarenessOptions::Points& points : options.points)
         measured.push_back(measured_by(points, options.machine.chain));

@@ -104,6 +104,14 @@ G38.2 onto a face that looks to +X.
 It takes two points on each of two faces that are neither parallel nor at 45 deg to the axes, or five around a ring; better many.
 They need not be corrected for the ball of the probe. Probe the artifact again after turning it by 90 deg, and its own error is
 told from that of the axes. own-u is an ANGLE, of the direction of a face; of a ring a LENGTH, of its ovality.)"},
+         {"ERROR TABLES",
+          R"(Before the component reads a file of error tables, see whether it is whole, and which machine it is of:
+
+  plumb squareness --table errors.csv
+
+prints axes and rows, the machine, date and temperature that the head of the file states, and the checksum of the rows. A
+file without its last line, or with a checksum that is not that of its rows, is refused, and the right line is printed.
+squareness(9) has the form of the file.)"},
          {"EXIT STATUS",
           R"(0 after success; 1 where a file cannot be taken, or what was measured contradicts what was set; 2 for a wrong
 command line.)"},

@@ -24,8 +24,8 @@ for number, letter in enumerate("xyz"):
 RAIL = ["joint.3.pos-cmd"]
 RAIL += ["square.e%s0%s-in-use" % (rotation, letter) for letter in "wz" for rotation in "ab"]
 
-STRAIGHT = "X,EYX\n-260,0\n260,0\n"
-CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n"
+STRAIGHT = "# machine: a lathe\nX,EYX\n-260,0\n260,0\n# end, 2 rows\n"
+CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n# end, 3 rows\n"
 
 MOVES = (
     "G1 X100 Y120 Z-120 F9000",
@@ -163,7 +163,7 @@ class Shift:
 
     def change_the_tool(self):
         self.to_a_far_place()
-        self.host.set("square.max-rate", 0.02)  # so that it moves meanwhile, however late a busy computer lets it go on
+        self.host.set("square.max-rate", 0.02)  # so that it would move meanwhile, however late a busy computer is
         self.machine.run("portal_tools.ngc")
         self.to_a_far_place()
         self.await_ramp()

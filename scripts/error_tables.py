@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Writes the error tables that squareness reads, with their head and the line that closes them."""
+
+import datetime
+import os
+import zlib
+
+
+def write_error_tables(path, tables, machine, temperature="20 degC"):
+    """The tables are triples: the letter of an axis, the names of its errors, and rows of position and errors.
+
+    The file appears whole under its name, or not at all.
+    """
+    lines, count = [], 0
+    for letter, errors, rows in tables:
+        lines.append(",".join([letter, *errors]))
+        lines += [",".join(repr(float(value)) for value in row) for row in rows]
+        count += len(rows)
+    content = "".join(line + "\n" for line in lines)
+    head = {"machine": machine, "date": datetime.date.today().isoformat(), "temperature": temperature}
+    head["checksum"] = "%08x" % zlib.crc32(content.encode("ascii"))
+    text = "".join(f"# {name}: {value}\n" for name, value in head.items())
+    text += content + f"# end, {count} rows\n"
+    with open(path + ".new", "w", newline="", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(path + ".new", path)
+
+
+def blank_table(letter, low, high):
+    """A table that corrects nothing between two positions."""
+    return letter, ["EX" + letter], [(low, 0), (high, 0)]

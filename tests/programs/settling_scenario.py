@@ -1,0 +1,152 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of portal_settling_test: cuts behind changes of the tool, in all ways that LinuxCNC has to begin one.
+
+shift.csv has a row for each servo cycle, with the number of the scene; facts.json has their names, and what the
+operator was told. The exit status, 42, is no one else's.
+"""
+
+import json
+import sys
+
+import linuxcnc
+from plumb_linuxcnc import Machine
+
+COLUMNS = ["scene", "motion.motion-type", "motion.current-vel", "motion.tooloffset.z", "spindle.0.revs"]
+COLUMNS += ["motion.feed-inhibit", "motion.feed-hold", "motion.coord-mode"]
+COLUMNS += ["square." + pin for pin in ("ramping", "settling", "unsettled-code", "fault-code")]
+for number, letter in enumerate("xyz"):
+    COLUMNS += ["joint.%d.pos-cmd" % number, "portal.truth-%s-error" % letter]
+
+ENABLES = {  # name -> what a program says in front of the change of the tool
+    "plain": "",
+    "m48": "M48",
+    "m49": "M49",
+    "m50": "M50 P0",
+    "m51": "M51 P0",
+    "m52": "M52 P1",
+    "m53": "M53 P0",
+    "m49_m53": "M49\nM53 P0",
+    "m51_m53": "M51 P0\nM53 P0",
+}
+AS_BEFORE = "M48\nM50 P1\nM51 P1\nM52 P0\nM53 P1\n"
+SLOWLY = 0.003  # mm/s: the change takes 4 s, in which a busy computer gets to what is to come meanwhile
+BEGIN = "G54 G64 P0.01\nT1 M6 G43\nG0 X0 Y0 Z0\nM66 P5 L4 Q60\n"
+
+
+class Shift:
+    def __init__(self, machine):
+        self.machine = machine
+        self.host = machine.host
+        self.scenes = []
+        self.facts = {}
+        self.told = {}  # scene -> messages
+
+    def work(self):
+        self.begin("start")
+        self.machine.turn_on()
+        self.machine.home()
+        self.machine.mdi("G10 L2 P1 X0 Y0 Z-270 R0")
+        for name, words in ENABLES.items():
+            # Both kinds of override come back in the middle of the cut, and must not stop it.
+            cut = words + "\nT3 M6\nG43\nG1 X20\n" + AS_BEFORE + "G1 X40\n"
+            self.scene(name, cut, rate=SLOWLY if name in ("m49_m53", "m51_m53") else 0.02)
+        self.scene("g49", "G49\nG1 X20\n")
+        self.scene("between_cuts", "G1 X10\nT3 M6\nG43\nG1 X20\n")
+        self.scene("behind_a_rapid", "T3 M6\nG43\nG0 X10\nG1 X20\n")
+        self.scene("arc", "T3 M6\nG43\nG0 X0\nG2 X10 Y10 I10\n")
+        self.scene("no_longer", "T1 M6\nG43\nG1 X20\n")
+        for scene in (self.mdi, self.abort, self.jog, self.late, self.disable, self.in_a_cut):
+            self.scene(scene.__name__, scene, rate=SLOWLY)
+        for name, thread in (("thread", "G33 Z-20 K1"), ("tap", "G33.1 Z-20 K1")):
+            words = "S600 M3\nG4 P1\nG43 H3\n%sG91 " + thread + "\nG90 M5\n"
+            self.scene(name + "_settled", words % "M66 P5 L4 Q60\n", rate=0.1)
+            self.scene(name, words % "", rate=SLOWLY)
+        for pin in ("feed-inhibit", "feed-hold"):
+            self.host.command("unlinkp motion." + pin)
+        self.scene("without", "T3 M6\nG43\nG1 X40\n", rate=SLOWLY)
+
+    def scene(self, name, what, rate=0.02):
+        """From rest, with tool 1 in force: a program, or what a method does, with this rate of the ramp."""
+        self.begin(name)
+        self.host.set("square.max-rate", 0.1)
+        self.run(BEGIN)
+        self.host.set("square.max-rate", rate)
+        if callable(what):
+            what()
+        else:
+            self.run(what)
+        self.machine.poll()
+        if self.host.get("square.unsettled"):
+            self.machine.wait_for(lambda status: self.machine.messages, "the message", 60)
+        self.told[name] = self.machine.messages + self.machine.errors
+        self.machine.messages.clear()
+
+    def run(self, words):
+        with open("settling.ngc", "w") as file:
+            file.write("F3000\n" + words + "M2\n")
+        self.machine.run("settling.ngc", timeout=100)
+
+    def mdi(self):
+        self.machine.mdi("T3 M6 G43")
+        self.machine.mdi("G1 X20 F3000")
+
+    def abort(self):
+        """Where the cut waits; then the next one waits for what is left."""
+        self.machine.mdi("T3 M6 G43")
+        self.machine.mdi("G1 X20 F3000", wait=False)
+        self.machine.wait_for(lambda status: self.host.get("motion.motion-type") == linuxcnc.MOTION_TYPE_FEED, "G1")
+        self.machine.abort()
+        self.facts["aborted"] = [self.host.get("joint.0.pos-cmd"), self.host.get("square.settling")]
+        self.machine.mdi("G1 X20 F3000")
+
+    def jog(self):
+        self.machine.mdi("T3 M6 G43")
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        for is_joint, change in ((False, self.machine.axis_mode), (True, self.machine.joint_mode)):
+            change()
+            end = self.host.get("joint.1.pos-cmd") + 5
+            self.machine.command.jog(linuxcnc.JOG_INCREMENT, is_joint, 1, 50, 5)
+            self.machine.wait_for(lambda status: abs(self.host.get("joint.1.pos-cmd") - end) < 1e-6, "the jog", 10)
+            self.facts.setdefault("jogged while it ramps", []).append(self.host.get("square.ramping"))
+        self.machine.axis_mode()
+
+    def late(self):
+        self.host.set("square.settling-time", 0.3)
+        self.mdi()
+        self.host.set("square.settling-time", 10)
+
+    def disable(self):
+        self.machine.mdi("T3 M6 G43")
+        self.machine.mdi("G1 X20 F3000", wait=False)
+        self.machine.wait_for(lambda status: self.host.get("motion.motion-type") == linuxcnc.MOTION_TYPE_FEED, "G1")
+        self.host.set("correct.in0", False)
+        self.machine.wait_until_idle()
+        self.host.set("correct.in0", True)
+
+    def in_a_cut(self):
+        """Somebody sets another boring bar while it cuts."""
+        self.machine.mdi("G1 X100 F3000", wait=False)
+        self.machine.wait_for(lambda status: self.host.get("motion.current-vel") > 49.9, "the cut")
+        self.host.set("square.radial-offset", 20)
+        self.machine.wait_until_idle()
+        self.host.set("square.radial-offset", 0)
+
+    def begin(self, scene):
+        self.scenes.append(scene)
+        self.host.set("scene", len(self.scenes))
+
+
+def main():
+    with Machine() as machine:
+        shift = Shift(machine)
+        with machine.recording("shift.csv", COLUMNS):
+            shift.work()
+        machine.turn_off()
+    with open("facts.json", "w") as file:
+        json.dump({"scenes": shift.scenes, "facts": shift.facts, "told": shift.told, "errors": machine.errors}, file)
+    return 42
+
+
+if __name__ == "__main__":
+    sys.exit(main())
