@@ -126,13 +126,17 @@ int main(int argc, char** argv) {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);
         std::vector<std::string> folders = module_folders(std::move(modules));  // before /proc changes
         const bool runs_program = !program.empty();
+        end_on_termination(runs_program ? 14 : 3);
+        using Namespaces = Isolation::Namespaces;
+        const Namespaces namespaces = no_namespaces  ? Namespaces::none
+                                      : runs_program ? Namespaces::required
+                                                     : Namespaces::preferred;
         const Isolated isolated =
-            isolate({!no_namespaces, control_descriptor, runs_program && !network, runs_program});
+            isolate({namespaces, control_descriptor, runs_program && !network, runs_program});
         explain_crashes();
         name_user_for_rtapi_app();
         if (guard) enable_guard();
         signal(SIGPIPE, SIG_IGN);
-        end_on_termination(runs_program ? 14 : 3);
         int status = 0;
         {
             Control control({std::move(folders), isolated.namespaces, isolated.process, control_descriptor,
