@@ -9,6 +9,7 @@
 #include <signal.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -421,6 +422,56 @@ chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.rep
         EXPECT_EQ(contents("/tmp/plumb-report"), "six\n");
         EXPECT_FALSE(std::filesystem::exists("/tmp/.X3-lock"));
         EXPECT_FALSE(std::filesystem::exists("/tmp/linuxcnc.print.x"));
+    });
+}
+
+TEST_P(PlumbRunFiles, WhatAFullTmpDoesNotTakeIsToldAndFailsTheRun) {
+    MachineOptions options = machine_of(GetParam());
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    const auto run = [] {
+        std::filesystem::create_directory("/tmp/inner");
+        const std::string write =
+            "echo few > /tmp/few; mkdir /tmp/folder; head -c 1000000 /dev/zero | tee /tmp/result > ";
+        const Outcome outcome = run_on_machine(write + "/tmp/folder/result");
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_THAT(outcome.errors,
+                    AllOf(HasSubstr("plumb run: /tmp/result is lost: No space left on device\n"),
+                          HasSubstr("plumb run: /tmp/folder/result is lost: No space left on device\n"),
+                          Not(HasSubstr("few"))));
+        EXPECT_EQ(contents("/tmp/few"), "few\n");
+        EXPECT_FALSE(std::filesystem::exists("/tmp/result")) << "half of it";
+        EXPECT_FALSE(std::filesystem::exists("/tmp/folder/result")) << "half of it";
+        EXPECT_EQ(run_on_machine("head -c 1000000 /dev/zero > /tmp/result; exit 7").status, 7);
+    };
+    on_own_machine(
+        [&] {
+            struct statvfs state {};
+            ASSERT_EQ(statvfs("/tmp", &state), 0);
+            const auto used = (state.f_blocks - state.f_bfree) * state.f_frsize;
+            const std::string size = "size=" + std::to_string(used + 200'000);
+            ASSERT_EQ(mount("none", "/tmp", nullptr, MS_REMOUNT, size.c_str()), 0);
+            Child(GetParam() != Role::user, [&](Child&) { run(); }).await_success();
+        },
+        options);
+}
+
+TEST_P(PlumbRunFiles, NoLinkThatIsPutIntoTmpMeanwhileIsFollowed) {
+    on_machine([] {
+        std::filesystem::create_directory("/tmp/inner");
+        std::filesystem::create_directory("/tmp/inner/elsewhere");
+        const Outcome outcome = run_on_machine(
+            "mkdir /tmp/folder; echo file | tee /tmp/file > /tmp/folder/file; touch ready; while [ ! -e go "
+            "]; do sleep "
+            "0.02; done",
+            [](pid_t) {
+                await_file("/tmp/inner/ready");
+                std::filesystem::create_symlink("/tmp/inner/elsewhere", "/tmp/folder");
+                std::filesystem::create_symlink("/tmp/inner/elsewhere/new", "/tmp/file");
+                std::ofstream("/tmp/inner/go");
+            });
+        EXPECT_EQ(outcome.status, 0) << outcome.errors;
+        EXPECT_TRUE(std::filesystem::is_empty("/tmp/inner/elsewhere"));
+        EXPECT_EQ(contents("/tmp/folder.plumb-1/file") + contents("/tmp/file.plumb-1"), "file\nfile\n");
     });
 }
 

@@ -144,7 +144,10 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
     }
     server_.flush();
     report_lost_pace(Clock::now() - began);
-    return programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
+    const int status = programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
+    programs_.end_all();
+    const bool complete = !files_ || files_->bring_back();
+    return complete || status != 0 ? status : 1;
 }
 
 void Control::start_program(const std::vector<std::string>& words) {

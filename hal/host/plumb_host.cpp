@@ -15,6 +15,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/host/arguments.hpp"
@@ -38,7 +39,13 @@ void end_on_termination(unsigned seconds) {
     if (end_event < 0) throw std::runtime_error(std::string("eventfd: ") + std::strerror(errno));
     struct sigaction action {};
     action.sa_flags = SA_RESTART;
-    action.sa_handler = [](int) { _exit(1); };
+    action.sa_handler = [](int) {
+        constexpr std::string_view words =
+            "plumb-host: does not end in order, so it ends at once; what a program of plumb run has put into "
+            "/tmp is lost\n";
+        if (write(STDERR_FILENO, words.data(), words.size()) < 0) _exit(1);
+        _exit(1);
+    };
     sigaction(SIGALRM, &action, nullptr);
     action.sa_handler = [](int) {
         const std::uint64_t one = 1;
