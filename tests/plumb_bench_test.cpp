@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // `plumb bench` as its users meet it.
 #include "tests/bench.hpp"
+#include "tests/support/machine.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -133,6 +134,33 @@ TEST_F(PlumbBench, ThreadsWithoutAFunctionAreRemarkedOn) {
     const Outcome outcome = bench({"idle.hal", "--for", "1"});
     EXPECT_EQ(outcome.status, 0);
     EXPECT_THAT(outcome.errors, HasSubstr("no function was added to a thread (addf)"));
+}
+
+// As halcmd of LinuxCNC 2.10 does, which has another socket.
+TEST(PlumbBenchOnAMachine, ARealtimeThatHalcmdStartsItselfIsRefusedByName) {
+    MachineOptions options;
+    options.as_root = false;  // a stock realtime does not run where root is the only user
+    options.programs = {plumb_program};
+    on_own_machine(
+        [] {
+            setenv("RTAPI_UID", "65534", 1);  // which a stock realtime of root's asks for
+            std::ofstream("/tmp/lag.hal") << lag;
+            std::filesystem::create_directory("/tmp/later");
+            std::ofstream("/tmp/later/halcmd")
+                << "#!/bin/sh\nunset RTAPI_FIFO_PATH\nexec /usr/bin/halcmd \"$@\"\n";
+            std::filesystem::permissions("/tmp/later/halcmd", static_cast<std::filesystem::perms>(0755));
+            setenv("PATH", ("/tmp/later:" + std::string(std::getenv("PATH"))).c_str(), 1);
+            const auto expect_refusal = [](const Outcome& outcome) {
+                EXPECT_EQ(outcome.status, 1);
+                EXPECT_THAT(outcome.errors,
+                            HasSubstr("halcmd has started a realtime of LinuxCNC's own (rtapi_app)"));
+                EXPECT_THAT(outcome.output, Not(HasSubstr("simulated")));
+            };
+            expect_refusal(run_program({"/tmp/bin/plumb", "bench", "lag.hal", "--for", "1"}, "/tmp"));
+            expect_refusal(
+                run_program({"/tmp/bin/plumb", "run", "sh", "-c", "halcmd -f lag.hal; sleep 100"}, "/tmp"));
+        },
+        options);
 }
 
 TEST_F(PlumbBench, WrongCommandLinesAreOneSentenceEach) {
@@ -309,7 +337,8 @@ TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
 }
 
 TEST(PlumbProgram, ManualPagesAreWithoutFault) {
-    for (const char* command : {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb squareness", "plumb-host"}) {
+    for (const char* command :
+         {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb squareness", "plumb-host"}) {
         const Folder folder;
         const std::string page = (folder / "page.1").string();
         ASSERT_EQ(std::system((BUILD_DIR "/bin/" + std::string(command) + " --man > " + page).c_str()), 0);

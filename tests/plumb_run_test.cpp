@@ -622,5 +622,29 @@ TEST(PlumbRunBesideLinuxCnc, NeitherSeesTheOther) {
         options);
 }
 
+// A LinuxCNC outside that starts or ends sends SIGTERM to all that pidof calls milltask.
+TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndSaysSo) {
+    MachineOptions options;
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    on_own_machine(
+        [] {
+            std::filesystem::create_directory("/tmp/inner");
+            std::filesystem::create_symlink("/bin/sleep", "/tmp/inner/milltask");
+            std::ofstream("/tmp/inner/linuxcnc")
+                << "#!/bin/bash\nhalcmd loadrt threads name1=t period1=1000000\n"
+                   "./milltask 1000 &\nsleep 1000\n";
+            std::filesystem::permissions("/tmp/inner/linuxcnc", static_cast<std::filesystem::perms>(0755));
+            const Outcome outcome = run_on_machine("./linuxcnc", [](pid_t) {
+                const pid_t task = Processes::called("milltask");
+                std::this_thread::sleep_for(1200ms);  // so that it was seen
+                kill(task, SIGTERM);
+            });
+            EXPECT_NE(outcome.status, 0);
+            EXPECT_THAT(outcome.errors,
+                        HasSubstr("plumb run: milltask has ended, and linuxcnc waits without it"));
+        },
+        options);
+}
+
 }  // namespace
 }  // namespace plumb
