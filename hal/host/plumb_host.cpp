@@ -82,7 +82,8 @@ RTAPI_FIFO_PATH names, and the real modules run in it. Time stands still but whe
 Clients start a host themselves: plumb bench, and the Python module plumb. Started by hand, it prints the
 path of its socket.
 
-By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer.)"},
+By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer. Where the system gives
+no namespaces, it says so and uses the computer's one HAL, under a lock.)"},
              {"EXIT STATUS", "0 after it was told to end, 1 after an error, more for a wrong command line."}},
             ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR halcmd (1)"};
 }
