@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 
+#include <sys/shm.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -76,6 +77,24 @@ TEST_F(HostSocket, AFolderForItThatOthersCanWriteIsNotTaken) {
         EXPECT_THAT(socket(), StartsWith("/tmp/open/plumb-host-"));
         ASSERT_EQ(chown("/tmp/open", 65534, 65534), 0);  // who could rename what is in it
         EXPECT_THAT(socket(), StartsWith("/tmp/plumb-host-"));
+    });
+}
+
+// The one HAL's shared memory has keys that everybody knows.
+TEST_F(HostSocket, MemoryThatAStrangerHasMadeIsNotUsed) {
+    on_own_machine([] {
+        constexpr int streamer_key = 0x48535430;
+        Child other(false, [](Child&) { EXPECT_GE(shmget(streamer_key, 1000, IPC_CREAT | 0666), 0); });
+        other.await_success();
+        host::Client host(on_machine_start(false));
+        try {
+            host.command("loadrt streamer depth=10 cfg=f");
+            ADD_FAILURE() << "it uses the memory of a stranger";
+        } catch (const std::runtime_error& refusal) {
+            EXPECT_THAT(refusal.what(), HasSubstr("shared memory 0x48535430 is user 65534's"));
+        }
+        ASSERT_EQ(shmctl(shmget(streamer_key, 0, 0), IPC_RMID, nullptr), 0);
+        host.command("loadrt streamer depth=10 cfg=f");
     });
 }
 
