@@ -7,6 +7,7 @@ programs run as root, as an ordinary user, and on the one HAL of that machine (-
     run      plumb run, with a program that uses halcmd
     bench    plumb bench
     client   a Python program with a host
+    attached a Python program that records in the host of a plumb run, and is killed alone
     retain   the same with retain, whose store belongs to another user
 
 kills one process of it, often in its first milliseconds, and then looks for processes, shared memory, sockets, files,
@@ -86,8 +87,19 @@ head -c %d /dev/zero | tr '\\0' x > /tmp/result
 halcmd -f one.hal
 echo "$RTAPI_FIFO_PATH" > socket
 while [ ! -e end ]; do halcmd getp integ.0.out > pin; done
+[ "$(stat -c %%s /tmp/result)" = %d ] || exit 3
 touch done
-""" % RESULT
+""" % (RESULT, RESULT)
+
+ATTACHED = """\
+import sys, plumb
+host = plumb.Host(attach=sys.argv[1])
+host.record("recorded.csv", ["integ.0.out"], every=0.001)
+host.expect("x >= 0", x="integ.0.out")
+while True:
+    host.get("integ.0.out")
+    host.set("integ.0.gain", 2)
+"""
 
 CLIENT = """\
 import sys, plumb
@@ -143,11 +155,13 @@ def plan_of(seed):
 
 def one_try(draw, number):
     role = draw.choice(("root", "user", "shared"))
-    scenario = draw.choices(("run", "bench", "client", "retain"), (5, 2, 2, 3))[0]
+    scenario = draw.choices(("run", "bench", "client", "attached", "retain"), (5, 2, 2, 1, 3))[0]
     # How deep below the program that was started the victim is; "any" is any process there is.
     depth = draw.choice((0, 1, 1, 2, 3, "any", "any", "retain")) if scenario == "retain" else draw.choice((0, 1, 1, 2, 3, "any"))
     # From the moment the victim is there, or from the start for any.
     delay = draw.choice((draw.uniform(0, 0.02), 10 ** draw.uniform(-4, -0.3)))
+    if scenario == "attached":
+        depth, delay = 0, 10 ** draw.uniform(-3, -0.3)
     if depth in ("any", "retain"):
         delay = 10 ** draw.uniform(-2, 0.3)
     return {
@@ -159,7 +173,7 @@ def one_try(draw, number):
         "which": draw.random(),
         "speed": draw.choice(("1", "10")),
         "mode": draw.choice((0o600, 0o640, 0o644)),
-        "trap": draw.random() < 0.3,  # links where Plumb makes files
+        "trap": draw.random() < 0.3 and scenario != "attached",  # links where Plumb makes files
     }
 
 
@@ -366,7 +380,7 @@ class Try:
 
     def find(self, text):
         said = ""
-        for name in ("run.out", "bench.out", "client.out", "keeping.out"):
+        for name in ("run.out", "attached.out", "bench.out", "client.out", "keeping.out"):
             path = os.path.join(WORK, name)
             if os.path.exists(path):
                 with open(path, errors="replace") as file:
@@ -383,7 +397,7 @@ class Try:
         write("program", PROGRAM, 0o755)
         self.set_traps()
         try:
-            {"run": self.run, "bench": self.bench, "client": self.client, "retain": self.retain}[self.plan["scenario"]]()
+            getattr(self, self.plan["scenario"])()
             self.look_at_traps()
         finally:
             os.chdir("/")
@@ -440,6 +454,22 @@ class Try:
                 self.find("exit status 0, though the program has not come to its end")
             elif not os.path.exists("/tmp/result") or os.stat("/tmp/result").st_size != RESULT:
                 self.find("exit status 0, though /tmp/result is lost or truncated")
+        self.look()
+
+    def attached(self):
+        """The run goes on without its client."""
+        started = self.machine.start([*self.words("run", "--speed", self.plan["speed"]), "--", "./program"], self.role, "run.out")
+        end = time.monotonic() + PATIENCE
+        while not os.path.exists("pin") and time.monotonic() < end and self.goes_on(started):
+            time.sleep(0.002)
+        with open("socket") as file:
+            path = file.read().strip()
+        write("attached.py", ATTACHED)
+        self.kill(self.machine.start(["/usr/bin/python3", "attached.py", path], self.role, "attached.out"))
+        self.ask_host()
+        write("end", "")
+        if self.await_end(started) != 0:
+            self.find("the run does not end with 0")
         self.look()
 
     def bench(self):
