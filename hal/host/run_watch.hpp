@@ -27,10 +27,8 @@ private:
     using Clock = std::chrono::steady_clock;
 
     std::optional<std::string> look_for_task(const Programs& programs, unsigned long changes);
-    std::optional<std::string> look_for_realtime(const Programs& programs, bool own_hal);
 
     Clock::time_point last_look_{};
-    int looks_with_realtime_ = 0;
     bool task_ = false;              // there was one at the last look
     std::vector<pid_t> scripts_;     // linuxcnc, when its task went
     Clock::time_point task_gone_{};  // when that was
