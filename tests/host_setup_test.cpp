@@ -104,19 +104,23 @@ protected:
     void run_and_kill(const std::function<void(pid_t keeper, pid_t host)>& kill_one,
                       const std::function<void(const Outcome&)>& check) const {
         Child child(role != Role::user, [&](Child&) {
+            int killed = 0;
             for (int round = 0; round < 24; ++round) {
                 std::vector<std::string> words{plumb_program, "run"};
                 if (role == Role::no_namespaces) words.push_back("--no-namespaces");
                 words.insert(words.end(), {"sh", "-c", "readlink /proc/self/ns/ipc; ls /dev"});
-                check(run_program(words, "/tmp", [&](pid_t keeper) {
+                const Outcome outcome = run_program(words, "/tmp", [&](pid_t keeper) {
                     const std::string number = std::to_string(keeper);
                     pid_t host = 0;
                     while (host == 0 && !ended(keeper))
                         std::ifstream("/proc/" + number + "/task/" + number + "/children") >> host;
                     for (const auto end = Clock::now() + round * 150us; Clock::now() < end;) continue;
                     if (host != 0) kill_one(keeper, host);
-                }));
+                });
+                killed += outcome.status == 128 + SIGKILL;
+                check(outcome);
             }
+            EXPECT_GT(killed, 0) << "each came too late";
         });
         child.await_success();
     }
@@ -126,11 +130,13 @@ TEST_P(KilledWhileItIsSetUp, AHostEndsTheRunAndNoProgramSeesTheComputersDevices)
     on_machine([this] {
         const std::string machines = std::filesystem::read_symlink("/proc/self/ns/ipc");
         const std::string devices = run_program({"/bin/ls", "/dev"}, "/").output;
-        int killed = 0;
         run_and_kill([](pid_t, pid_t host) { kill(host, SIGKILL); },
                      [&](const Outcome& outcome) {
-                         killed += outcome.status == 128 + SIGKILL;
                          EXPECT_THAT(outcome.status, testing::AnyOf(0, 128 + SIGKILL)) << outcome.errors;
+                         if (outcome.status != 0) {
+                             EXPECT_THAT(outcome.errors,
+                                         HasSubstr("plumb run: the virtual-time host was killed"));
+                         }
                          if (role == Role::no_namespaces) return;
                          EXPECT_THAT(outcome.output, Not(HasSubstr(machines)));
                          EXPECT_THAT(outcome.output, Not(HasSubstr(devices)));

@@ -345,6 +345,9 @@ void leave_terminal_signals_to_program() {
     leftovers().clear_away();
     if (!namespaces) leftovers().clear_machine();
     if (!WIFSIGNALED(status)) _exit(WEXITSTATUS(status));
+    if (wanted.on_terminal && WTERMSIG(status) == SIGKILL)
+        std::fputs("plumb run: the virtual-time host was killed (signal 9), and the program with it\n",
+                   stderr);
     // Ends as the host did, so that whoever waits for this process learns the signal.
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
