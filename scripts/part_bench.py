@@ -25,6 +25,7 @@ import numpy as np
 from bench_command import errors_told, make_writable, whole
 from error_tables import blank_table, write_error_tables
 from part_inspection import FEATURES, UM, Samples, corners_of, measure_part, measure_side, on_circle, on_line
+from plumb_run import plumb_run
 from portal_bench import COLOURS, micrometres
 from portal_machine import draw_tilts
 from simulations import BUILD, ROOT
@@ -100,7 +101,7 @@ def cut(kind, seed, feed, parts=PARTS):
     """What read_recording() says of each (run, part) on machine `seed`."""
     with tempfile.TemporaryDirectory(prefix="plumb-part-") as folder:
         ini = prepare(kind, seed, feed, folder)
-        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", f"{SPEED}", "--", "linuxcnc", "-r", ini, *parts]
+        command = [*plumb_run(BUILD, "--speed", f"{SPEED}"), "linuxcnc", "-r", ini, *parts]
         environment = {**os.environ, "HOME": folder, "PLUMB_BUILD": BUILD}
         said = []
         process = subprocess.Popen(

@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 import linuxcnc_runs
-from linuxcnc_runs import BUILD, ROOT
+from linuxcnc_runs import BUILD, ROOT, plumb_run
 
 LINK = os.path.join(ROOT, "configs", "common", "linuxcnc_link.py")
 PATIENCE = 100  # s, for what takes a few
@@ -81,7 +81,7 @@ class Days(unittest.TestCase):
         cls.facts = []
         for _ in range(2):
             ended = subprocess.run(
-                [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "10", "--", "linuxcnc", "-r", ini],
+                [*plumb_run(BUILD, "--speed", "10"), "linuxcnc", "-r", ini],
                 env=linuxcnc_runs.environment(folder.name),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,

@@ -16,6 +16,9 @@ import numpy as np
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
+sys.path.insert(0, os.path.join(ROOT, "scripts"))
+from plumb_run import plumb_run  # noqa: E402
+
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
 PATIENCE = 200  # seconds, for what takes a few
 PERIOD = 0.001  # seconds, of the servo thread
@@ -62,7 +65,7 @@ def environment(folder, **more):
 
 
 def start(folder, ini, *arguments, prefix=()):
-    plumb = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "%g" % speed, "--"]
+    plumb = plumb_run(BUILD, "--speed", "%g" % speed)
     return subprocess.Popen(
         [*prefix, *plumb, "linuxcnc", "-r", ini, *arguments],
         env=environment(folder, ROOT=ROOT, BUILD=BUILD, FOLDER=folder),

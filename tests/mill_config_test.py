@@ -14,7 +14,7 @@ import unittest
 import numpy as np
 
 import linuxcnc_runs
-from linuxcnc_runs import BUILD, PROGRAMS, ROOT, change, changes, finish, own_folder, read_recording, um
+from linuxcnc_runs import BUILD, PROGRAMS, ROOT, change, changes, finish, own_folder, plumb_run, read_recording, um
 
 README = os.path.join(ROOT, "configs", "mill", "README.md")
 SPEED = 20
@@ -58,7 +58,7 @@ class Shift(unittest.TestCase):
         with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = record.hal\n")
         status, output = run(
-            folder, cls.machine, "plumb", "run", "--speed", "%g" % SPEED, "--", "linuxcnc", "-r", "mill.ini"
+            folder, cls.machine, *plumb_run(BUILD, "--speed", "%g" % SPEED), "linuxcnc", "-r", "mill.ini"
         )
         if status != 42:
             raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -348,7 +348,7 @@ class Screen(unittest.TestCase):
         with open(os.path.join(machine, "axis.ini"), "a") as ini:
             ini.write("[APPLICATIONS]\nAPP = ./mill_operator.py\n")
         status, output = run(
-            folder, machine, "plumb", "run", "--speed", "5", "--", "linuxcnc", "-r", "axis.ini", DISPLAY=display
+            folder, machine, *plumb_run(BUILD, "--speed", "5"), "linuxcnc", "-r", "axis.ini", DISPLAY=display
         )
         self.assertEqual(status, 0, output)
         with open(os.path.join(machine, "panel.json")) as file:

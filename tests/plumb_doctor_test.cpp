@@ -352,7 +352,10 @@ TEST_F(PlumbDoctor, SaysWhichSettingForbidsNamespacesToRoot) {
         EXPECT_EQ(outcome.status, 0);
         EXPECT_THAT(outcome.output, Finds("ok", "Tried: *", ""));
         EXPECT_THAT(outcome.output,
-                    Finds("note", "No namespaces: one host at a time, and none while LinuxCNC runs.", ""));
+                    Finds("note",
+                          "No namespaces: one host at a time, none while LinuxCNC runs, and plumb run needs "
+                          "--no-namespaces.",
+                          ""));
         EXPECT_THAT(outcome.output, Finds("note", "The reason: user.max_pid_namespaces is 0.",
                                           "sysctl -w user.max_pid_namespaces=10000"));
         EXPECT_THAT(outcome.output, Not(HasSubstr("unprivileged")));

@@ -9,6 +9,7 @@
 #include <signal.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -48,7 +49,16 @@ void await_file(const std::filesystem::path& file) {
 struct PlumbRun : testing::Test {
     const Folder folder;
 
+    // Where the system forbids namespaces, as containers do, a run goes without them.
+    static bool namespaces() {
+        static const bool have =
+            run_program({BUILD_DIR "/bin/plumb", "run", "true"}, "/").errors.find("no namespaces") ==
+            std::string::npos;
+        return have;
+    }
+
     Outcome run(std::vector<std::string> words, const std::function<void(pid_t)>& meanwhile = {}) {
+        if (!namespaces()) words.insert(words.begin(), "--no-namespaces");
         words.insert(words.begin(), {BUILD_DIR "/bin/plumb", "run"});
         return run_program(words, folder.path(), meanwhile);
     }
@@ -424,6 +434,56 @@ chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.rep
     });
 }
 
+TEST_P(PlumbRunFiles, WhatAFullTmpDoesNotTakeIsToldAndFailsTheRun) {
+    MachineOptions options = machine_of(GetParam());
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    const auto run = [] {
+        std::filesystem::create_directory("/tmp/inner");
+        const std::string write =
+            "echo few > /tmp/few; mkdir /tmp/folder; head -c 1000000 /dev/zero | tee /tmp/result > ";
+        const Outcome outcome = run_on_machine(write + "/tmp/folder/result");
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_THAT(outcome.errors,
+                    AllOf(HasSubstr("plumb run: /tmp/result is lost: No space left on device\n"),
+                          HasSubstr("plumb run: /tmp/folder/result is lost: No space left on device\n"),
+                          Not(HasSubstr("few"))));
+        EXPECT_EQ(contents("/tmp/few"), "few\n");
+        EXPECT_FALSE(std::filesystem::exists("/tmp/result")) << "half of it";
+        EXPECT_FALSE(std::filesystem::exists("/tmp/folder/result")) << "half of it";
+        EXPECT_EQ(run_on_machine("head -c 1000000 /dev/zero > /tmp/result; exit 7").status, 7);
+    };
+    on_own_machine(
+        [&] {
+            struct statvfs state {};
+            ASSERT_EQ(statvfs("/tmp", &state), 0);
+            const auto used = (state.f_blocks - state.f_bfree) * state.f_frsize;
+            const std::string size = "size=" + std::to_string(used + 200'000);
+            ASSERT_EQ(mount("none", "/tmp", nullptr, MS_REMOUNT, size.c_str()), 0);
+            Child(GetParam() != Role::user, [&](Child&) { run(); }).await_success();
+        },
+        options);
+}
+
+TEST_P(PlumbRunFiles, NoLinkThatIsPutIntoTmpMeanwhileIsFollowed) {
+    on_machine([] {
+        std::filesystem::create_directory("/tmp/inner");
+        std::filesystem::create_directory("/tmp/inner/elsewhere");
+        const Outcome outcome = run_on_machine(
+            "mkdir /tmp/folder; echo file | tee /tmp/file > /tmp/folder/file; touch ready; while [ ! -e go "
+            "]; do sleep "
+            "0.02; done",
+            [](pid_t) {
+                await_file("/tmp/inner/ready");
+                std::filesystem::create_symlink("/tmp/inner/elsewhere", "/tmp/folder");
+                std::filesystem::create_symlink("/tmp/inner/elsewhere/new", "/tmp/file");
+                std::ofstream("/tmp/inner/go");
+            });
+        EXPECT_EQ(outcome.status, 0) << outcome.errors;
+        EXPECT_TRUE(std::filesystem::is_empty("/tmp/inner/elsewhere"));
+        EXPECT_EQ(contents("/tmp/folder.plumb-1/file") + contents("/tmp/file.plumb-1"), "file\nfile\n");
+    });
+}
+
 TEST_P(PlumbRunFiles, DevicesAreHarmlessUnlessTheyAreAskedFor) {
     on_machine([] {
         std::filesystem::create_directory("/tmp/inner");
@@ -536,6 +596,7 @@ TEST_F(PlumbRun, TheNetworkIsALoopbackUnlessItIsAskedFor) {
         "server = socket.create_server(('127.0.0.1', 0))\n"
         "socket.create_connection(server.getsockname())\n"
         "print(open('/proc/net/dev').read())\n";
+    if (!namespaces()) GTEST_SKIP() << "the kernel gives no namespaces";
     const std::string script = folder.write("network.py", python);
     const Outcome own = run({"/usr/bin/python3", script});
     EXPECT_EQ(own.status, 0) << own.errors;
@@ -567,6 +628,30 @@ TEST(PlumbRunBesideLinuxCnc, NeitherSeesTheOther) {
             EXPECT_EQ(refused.status, 1);
             EXPECT_THAT(refused.errors, HasSubstr("plumb run: LinuxCNC's realtime runs on this machine"));
             EXPECT_EQ(std::system("halcmd unloadrt all"), 0);
+        },
+        options);
+}
+
+// A LinuxCNC outside that starts or ends sends SIGTERM to all that pidof calls milltask.
+TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndSaysSo) {
+    MachineOptions options;
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    on_own_machine(
+        [] {
+            std::filesystem::create_directory("/tmp/inner");
+            std::filesystem::create_symlink("/bin/sleep", "/tmp/inner/milltask");
+            std::ofstream("/tmp/inner/linuxcnc")
+                << "#!/bin/bash\nhalcmd loadrt threads name1=t period1=1000000\n"
+                   "./milltask 1000 &\nsleep 1000\n";
+            std::filesystem::permissions("/tmp/inner/linuxcnc", static_cast<std::filesystem::perms>(0755));
+            const Outcome outcome = run_on_machine("./linuxcnc", [](pid_t) {
+                const pid_t task = Processes::called("milltask");
+                std::this_thread::sleep_for(1200ms);  // so that it was seen
+                kill(task, SIGTERM);
+            });
+            EXPECT_NE(outcome.status, 0);
+            EXPECT_THAT(outcome.errors,
+                        HasSubstr("plumb run: milltask has ended, and linuxcnc waits without it"));
         },
         options);
 }

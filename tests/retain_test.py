@@ -12,6 +12,7 @@ import os
 import random
 import re
 import signal
+import stat
 import subprocess
 import sys
 import tempfile
@@ -176,6 +177,9 @@ every = %g
 """ % EVERY
 
 
+EMPTY = 'machine = "bench"\n\n[pins]\n"it.in" = 1.0\n\n[records]\n'
+
+
 class Keeping(unittest.TestCase):
     def setUp(self):
         self.folder = own_folder(self)
@@ -310,12 +314,93 @@ class Keeping(unittest.TestCase):
     def test_a_store_that_cannot_be_is_told(self):
         machine = self.machine()
         os.mkdir(os.path.join(self.folder, "folder"))
+        os.mkfifo(os.path.join(self.folder, "pipe"))
+        os.mkfifo(os.path.join(self.folder, "locked-by-pipe.lock"))
+        os.symlink("target", os.path.join(self.folder, "locked-by-link.lock"))
+        with open(os.path.join(self.folder, "first"), "w") as file:
+            file.write(checksummed(EMPTY))
+        os.link(os.path.join(self.folder, "first"), os.path.join(self.folder, "second"))
         for name, store, words in (
             ("a", self.folder + "/nowhere/mill.retained", "nowhere.*No such file or directory"),
             ("b", self.folder + "/folder", "folder: Is a directory"),
+            ("c", self.folder + "/pipe", "pipe is no regular file"),
+            ("d", self.folder + "/second", "second has another name, a hard link"),
+            ("e", self.folder + "/locked-by-link", "locked-by-link.lock is a link"),
+            ("f", self.folder + "/locked-by-pipe", "locked-by-pipe.lock is no regular file"),
         ):
             machine.retain(SETTINGS + 'store = "%s"\n' % store, name)
             self.refused(machine, INACCESSIBLE, words, name)
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "target")))
+
+    def test_a_pipe_for_its_settings_or_its_program_does_not_hang(self):
+        machine = self.machine()
+        os.mkfifo(os.path.join(self.folder, "pipe.toml"))
+        with self.assertRaisesRegex(plumb.Refused, "pipe.toml is no regular file"):
+            machine.host.command("loadusr -Wn it2 %s it2 --file %s/pipe.toml" % (RETAIN, self.folder))
+        machine.retain('machine = "m"\nprogram = ["%s/pipe.toml"]\n' % self.folder)
+        machine.await_pin("retain.fault-code", PROGRAM)
+        self.assertRegex(machine.said(), "pipe.toml is no regular file")
+
+    def await_change(self, machine, value):
+        machine.host.set("it.in", value)
+        machine.await_saved("it.in", "%.1f" % value)
+
+    def test_the_store_keeps_its_rights(self):
+        for mode in (0o600, 0o664, 0o444 | stat.S_IWUSR | stat.S_IXGRP):
+            with self.subTest(oct(mode)), self.machine() as machine:
+                self.write_store(checksummed(EMPTY))
+                os.chmod(self.store, mode)
+                machine.retain(SETTINGS)
+                machine.await_pin("retain.restored")
+                self.await_change(machine, 5)
+                self.assertEqual(stat.S_IMODE(os.stat(self.store).st_mode), mode)
+                os.unlink(self.store)  # which its owner may do; the next one is like it
+                self.await_change(machine, 6)
+                self.assertEqual(stat.S_IMODE(os.stat(self.store).st_mode), mode)
+                machine.unload()
+
+    @unittest.skipIf(os.geteuid() != 0, "only root may give a file away")
+    def test_the_store_keeps_its_owner(self):
+        machine = self.machine()
+        self.write_store(checksummed(EMPTY))
+        os.chmod(self.store, 0o600)
+        os.chown(self.store, 4321, 4322)
+        machine.retain(SETTINGS)
+        machine.await_pin("retain.restored")
+        self.await_change(machine, 5)
+        state = os.stat(self.store)
+        self.assertEqual((state.st_uid, state.st_gid, stat.S_IMODE(state.st_mode)), (4321, 4322, 0o600))
+
+    def test_a_link_where_it_writes_anew_is_not_followed(self):
+        machine = self.machine()
+        secret = os.path.join(self.folder, "secret")
+        with open(secret, "w") as file:
+            file.write("secret")
+        for link in (os.symlink, os.link):
+            link(secret, self.store + ".new")
+            machine.retain(SETTINGS)
+            machine.await_pin("retain.restored")
+            self.await_change(machine, 5)
+            machine.unload()
+            with open(secret) as file:
+                self.assertEqual(file.read(), "secret")
+            os.unlink(self.store)
+
+    @unittest.skipIf(os.geteuid() != 0, "only root is more than one user")
+    def test_a_link_of_another_user_in_a_folder_for_all_is_refused(self):
+        machine = self.machine()
+        shared = os.path.join(self.folder, "shared")
+        os.mkdir(shared)
+        os.chmod(shared, 0o1777)
+        os.symlink(self.folder + "/target", shared + "/theirs")
+        os.chown(shared + "/theirs", 4321, 4321, follow_symlinks=False)
+        machine.retain(SETTINGS + 'store = "%s/theirs"\n' % shared, "theirs")
+        self.refused(machine, INACCESSIBLE, "theirs is a link of user 4321 in a folder that all can write", "theirs")
+        os.symlink(self.folder + "/own-target", shared + "/own")
+        machine.retain(SETTINGS + 'store = "%s/own"\n' % shared, "own")
+        machine.await_pin("own.saves", 1)
+        self.assertEqual(sorted(os.listdir(shared)), ["own", "theirs"])
+        self.assertTrue(os.path.exists(self.folder + "/own-target"))
 
     def test_a_store_that_can_no_more_be_written_is_told_and_tried_again(self):
         machine = self.machine()
@@ -744,7 +829,7 @@ class Kill(unittest.TestCase):
                 ends.add(found == kept)
                 kept = found
         self.assertEqual(ends, {True, False})
-        self.assertEqual(steps, 10)  # one more than there are
+        self.assertEqual(steps, 12)  # one more than there are
 
 
 if __name__ == "__main__":

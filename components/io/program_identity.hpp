@@ -2,13 +2,12 @@
 #pragma once
 
 #include "components/io/crc_32.hpp"
+#include "components/io/regular_file.hpp"
 
 #include <sys/stat.h>
 
 #include <cerrno>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <system_error>
 #include <tuple>
@@ -51,11 +50,7 @@ private:
     std::int32_t identity() const {
         if (files_.empty()) return 0;
         std::string all;
-        for (const std::string& name : files_) {
-            std::ifstream file(name, std::ios::binary);
-            all.append(std::istreambuf_iterator<char>(file), {});
-            if (!file) fail(name);
-        }
+        for (const std::string& name : files_) all += RegularFile(name, O_RDONLY).read();
         const auto crc = static_cast<std::int32_t>(crc_32(all));
         return crc == 0 ? 1 : crc;
     }

@@ -49,8 +49,10 @@ restored.  Records are read twice, until both readings agree.  Written is a file
 place: after a crash or power cut the store is as it was, or as it was meant to be.  A component that does not answer any
 more, as after the threads were stopped, or that is gone, is kept as it was seen last.  kill -9 loses what was not yet written.
 
-The store is text: who reads it sees each value, and who changes it is found out by the checksum.  Beside it stays a
-file .lock, by which a second retain knows of the first.
+The store is text: who reads it sees each value, and who changes it is found out by the checksum.  It keeps its owner and
+its rights.  Beside it stays a file .lock, by which a second retain knows of the first.  A store is a regular file with
+one name: a pipe is refused, and so is a file with a hard link.  Neither is a link followed that another user has put
+into a folder that all can write.
 
 fault-code; what it is about is told on stderr:
 

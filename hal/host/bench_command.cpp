@@ -343,7 +343,8 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         ->type_name("DIR");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
-        "Runs in the machine's one HAL, for systems that forbid namespaces; one bench at a time.");
+        "Runs in the computer's one HAL, one bench at a time; so it does, after saying so, where the system "
+        "forbids namespaces.");
     command.final_callback([duration, replay, &options] {
         if (!duration->count() && !replay->count()) throw CLI::RequiredError("--for");
         std::set<std::string> recorded;

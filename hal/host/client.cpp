@@ -23,6 +23,8 @@
 #include <system_error>
 #include <utility>
 
+#include "hal/host/socket_folder.hpp"
+
 namespace plumb::host {
 namespace {
 
@@ -156,6 +158,7 @@ public:
         control_ = Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
         if (connect(*control_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
             fail("no virtual-time host at " + attach.socket);
+        require_own_host(attach.socket);
         greet();
     }
 
@@ -238,6 +241,16 @@ private:
             process_ = 0;
             fail("cannot start " + executable);
         }
+    }
+
+    // Whoever listens where a host was may be anybody; the system knows who it is.
+    void require_own_host(const std::string& path) const {
+        ucred peer{};
+        socklen_t size = sizeof peer;
+        if (getsockopt(*control_, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) fail(path);
+        if (peer.uid != geteuid() && peer.uid != 0)
+            throw std::runtime_error("what listens at " + path + " is user " + std::to_string(peer.uid) +
+                                     "'s, and no host of yours");
     }
 
     void greet() try {
@@ -330,8 +343,7 @@ private:
         const std::string cause = WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
                                                       : "exit status " + std::to_string(WEXITSTATUS(status));
         // The host itself clears up after its death, unless that part of it was killed as well.
-        unlink(socket.c_str());
-        rmdir(std::filesystem::path(socket).parent_path().c_str());
+        remove_socket_folder(std::filesystem::path(socket).parent_path());
         std::string words = trimmed(last_words_);
         if (words.size() > kept_words) words.erase(0, words.size() - kept_words);
         death_ = "the virtual-time host died (" + cause + "); " +

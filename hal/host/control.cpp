@@ -17,6 +17,7 @@
 #include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
 #include "hal/host/output_of.hpp"
+#include "hal/host/run_watch.hpp"
 #include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
@@ -131,8 +132,16 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
     const auto began = Clock::now();
     std::optional<Clock::time_point> asked;
     bool asked_all = false;
+    RunWatch watch;
+    bool given_up = false;
     while (!programs_.program_status() && !(asked && Clock::now() - *asked > patience)) {
         attend(asked ? -1 : end_descriptor);
+        if (!end_) {
+            if (const auto why = watch.look(programs_, modules_.hal_library_loaded(), modules_.changes())) {
+                std::fprintf(stderr, "plumb run: %s. The run ends.\n", why->c_str());
+                end_ = given_up = true;
+            }
+        }
         if (!end_) continue;
         if (!asked) {
             programs_.ask_program_to_end();
@@ -144,7 +153,10 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
     }
     server_.flush();
     report_lost_pace(Clock::now() - began);
-    return programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
+    const int status = programs_.program_status().value_or(128 + SIGKILL);  // it will not survive the host
+    programs_.end_all();
+    const bool complete = !files_ || files_->bring_back();
+    return given_up || (status == 0 && !complete) ? 1 : status;
 }
 
 void Control::start_program(const std::vector<std::string>& words) {
@@ -363,7 +375,9 @@ Json Control::hello() const {
 void Control::halcmd(Server::Connection from, const Json& request) {
     programs_.start_halcmd(
         required<std::vector<std::string>>(request, "args"), optional<std::string>(request, "cwd", ""),
-        [this, from](const Finished& finished) {
+        [this, from](Finished finished) {
+            const auto beside = modules_.hal_library_loaded() ? std::nullopt : realtime_beside(programs_);
+            if (beside) finished = {std::max(finished.status, 1), finished.output + *beside + "\n"};
             answer(from, {{"ok", true}, {"status", finished.status}, {"output", finished.output}});
         });
 }

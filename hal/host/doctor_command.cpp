@@ -276,7 +276,9 @@ Findings isolation(const Trial& trial) {
     else if (!trial.not_started.empty())
         findings.push_back({Mark::wrong, "No host starts: " + trial.not_started + '.',
                             trial.given_up ? "pgrep -a plumb-host" : "halrun -U"});
-    findings.push_back({Mark::note, "No namespaces: one host at a time, and none while LinuxCNC runs."});
+    findings.push_back({Mark::note,
+                        "No namespaces: one host at a time, none while LinuxCNC runs, and plumb run needs "
+                        "--no-namespaces."});
     const Findings reasons = refusals();
     findings.insert(findings.end(), reasons.begin(), reasons.end());
     return findings;

@@ -62,24 +62,49 @@ struct Namespaces {
     bool network;
 };
 
-// The keeper and the host speak over this pair of pipes while the host is set up.
-struct Setup {
-    int host_reads, keeper_writes;
-    int keeper_reads, host_writes;
+// What the host reports when it has furnished its namespaces.
+struct Report {
+    bool good;
+    char reason[256];  // why not
+};
 
+// The keeper and the host speak over this pair of sockets while the host is set up. Each holds its own end
+// alone, so that it learns of the other's death.
+class Setup {
+public:
     Setup() {
-        int ends[2];
-        if (pipe2(ends, O_CLOEXEC) != 0) fail("pipe");
-        host_reads = ends[0];
-        keeper_writes = ends[1];
-        if (pipe2(ends, O_CLOEXEC) != 0) fail("pipe");
-        keeper_reads = ends[0];
-        host_writes = ends[1];
+        if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_) != 0) fail("socketpair");
     }
     ~Setup() {
-        for (const int end : {host_reads, keeper_writes, keeper_reads, host_writes}) close(end);
+        for (const int end : ends_)
+            if (end >= 0) close(end);
     }
     Setup(const Setup&) = delete;
+
+    void become_keeper() { drop(1); }
+    void become_host() { drop(0); }
+
+    // False when the other is dead.
+    template <class Message>
+    bool say(const Message& message) const {
+        return send(end(), &message, sizeof message, MSG_NOSIGNAL) == sizeof message;
+    }
+    template <class Message>
+    bool hear(Message& message) const {
+        ssize_t count = 0;
+        do count = recv(end(), &message, sizeof message, 0);
+        while (count < 0 && errno == EINTR);
+        return count == sizeof message;
+    }
+
+private:
+    int end() const { return ends_[0] >= 0 ? ends_[0] : ends_[1]; }
+    void drop(int which) {
+        close(ends_[which]);
+        ends_[which] = -1;
+    }
+
+    int ends_[2] = {-1, -1};
 };
 
 constexpr uid_t nobody = 65534;
@@ -107,8 +132,9 @@ bool bring_loopback_up() {
 }
 
 // In the new namespaces: keeps the user's number, or makes root nobody, and gives /proc the host's own
-// processes.
-bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_group) {
+// processes. Returns why it cannot, or nothing.
+std::string furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_group) {
+    const auto reason = [](const std::string& what) { return what + ": " + std::strerror(errno); };
     if (namespaces.user) {
         const uid_t user = outer_user == 0 ? nobody : outer_user;
         const gid_t group = outer_user == 0 ? nobody : outer_group;
@@ -117,45 +143,60 @@ bool furnish_namespaces(Namespaces namespaces, uid_t outer_user, gid_t outer_gro
                         std::to_string(user) + " " + std::to_string(outer_user) + " 1") ||
             !write_file("/proc/self/gid_map",
                         std::to_string(group) + " " + std::to_string(outer_group) + " 1"))
-            return false;
+            return reason("users of its own");
     }
-    if (namespaces.network && !bring_loopback_up()) return false;
-    if (!namespaces.processes_and_memory) return true;
-    return mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
-           mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
+    if (namespaces.network && !bring_loopback_up()) return reason("a loopback of its own");
+    if (!namespaces.processes_and_memory) return "";
+    if (mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return reason("mounts of its own");
+    if (mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) != 0)
+        return reason("a /proc of its own");
+    return "";
 }
 
-// Forks the host. Returns 0 in the host and its number in the keeper, or -1 when the namespaces cannot be
-// had.
-pid_t fork_host(Namespaces namespaces, int& number) {
+// A clone() that fails like this has failed for good: the kernel, a container or a limit forbids namespaces.
+bool forbids_namespaces(int error) {
+    return error == EPERM || error == EACCES || error == EINVAL || error == ENOSYS || error == ENOSPC ||
+           error == EUSERS;
+}
+
+struct Forked {
+    pid_t host;           // 0 in the host, its number in the keeper, -1 when the namespaces cannot be had
+    std::string refusal;  // then the reason
+};
+
+// Forks the host and tells it its number as seen from outside. What can be had and fails nevertheless is an
+// exception: it must not end in a host without namespaces.
+Forked fork_host(Namespaces namespaces, int& number) {
     const uid_t user = geteuid();
     const gid_t group = getegid();
-    const Setup setup;
+    Setup setup;
     unsigned long flags = SIGCHLD;
     if (namespaces.processes_and_memory) flags |= CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNS;
     if (namespaces.user) flags |= CLONE_NEWUSER;
     if (namespaces.network) flags |= CLONE_NEWNET;
     const auto host = static_cast<pid_t>(syscall(SYS_clone, flags, nullptr, nullptr, nullptr, nullptr));
-    if (host < 0) return -1;
+    if (host < 0 && flags != SIGCHLD && forbids_namespaces(errno))
+        return {-1, std::string("clone: ") + std::strerror(errno)};
+    if (host < 0) fail("cannot fork the host");
     if (host == 0) {
+        setup.become_host();
         prctl(PR_SET_PDEATHSIG, SIGTERM);  // a killed keeper clears nothing away: the host does
-        const bool good = furnish_namespaces(namespaces, user, group);
-        if (write(setup.host_writes, &good, sizeof good) != sizeof good || !good) _exit(1);
-        if (read(setup.host_reads, &number, sizeof number) != sizeof number) _exit(1);
-        return 0;
+        const std::string refusal = furnish_namespaces(namespaces, user, group);
+        Report report{refusal.empty(), {}};
+        refusal.copy(report.reason, sizeof report.reason - 1);
+        // Its keeper may have died before that signal was asked for.
+        if (!setup.say(report) || !report.good || !setup.hear(number)) _exit(1);
+        return {0, {}};
     }
-    bool good = false;
-    // A host that dies here closes nothing that this process does not hold as well: look at it, too.
-    for (pollfd look{setup.keeper_reads, POLLIN, 0}; poll(&look, 1, 20) == 0;) {
-        if (waitpid(host, nullptr, WNOHANG) == host) return -1;
-    }
-    if (read(setup.keeper_reads, &good, sizeof good) != sizeof good || !good) {
-        waitpid(host, nullptr, 0);
-        return -1;
-    }
+    setup.become_keeper();
+    Report report{};
     number = host;
-    if (write(setup.keeper_writes, &number, sizeof number) != sizeof number) fail("pipe");
-    return host;
+    if (setup.hear(report) && !report.good) {
+        waitpid(host, nullptr, 0);
+        return {-1, report.reason};
+    }
+    setup.say(number);
+    return {host, {}};  // which may be dead: see keep()
 }
 
 // Number of a process with this name, or 0.
@@ -185,20 +226,49 @@ pid_t realtime_master() {
     return process_called("rtapi_app");
 }
 
+// The lock lies in a folder in which every user can make files, and links to another's. Nobody needs to write
+// to it, and nothing is changed but what is made here.
+int open_lock(const std::string& path) {
+    for (int tries = 0; tries < 100; ++tries) {
+        int lock = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (lock < 0 && errno == ELOOP)
+            throw std::runtime_error(
+                path + " is a symbolic link, and this host's lock file is to be there: remove it");
+        if (lock < 0 && errno == ENOENT) {
+            lock = open(path.c_str(), O_RDONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
+            if (lock < 0 && errno == EEXIST) continue;  // another host was faster
+            if (lock >= 0) fchmod(lock, 0644);          // for whoever comes next, whatever the umask
+        }
+        struct stat state {};
+        if (lock < 0 || fstat(lock, &state) != 0) fail("cannot lock " + path);
+        if (S_ISREG(state.st_mode)) return lock;
+        close(lock);
+        break;
+    }
+    throw std::runtime_error(path + " is no file, and this host's lock file is to be there: remove it");
+}
+
+// Ends this process, which waits, by a signal that has come, as if it had not been blocked.
+void obey_signals() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
+    const timespec pause{0, 50'000'000};
+    const int number = sigtimedwait(&signals, nullptr, &pause);
+    if (number > 0) std::exit(128 + number);
+}
+
 // Waits for the machine's HAL. The lock lasts until the last process that inherits it ends.
 void take_machine_hal(int control_descriptor) {
-    const char* const path = access("/run/lock", W_OK) == 0 ? "/run/lock/plumb-host" : "/tmp/plumb-host.lock";
-    int lock = open(path, O_RDWR | O_CLOEXEC);
-    if (lock < 0) lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock < 0) fail(std::string("cannot lock ") + path);
-    fchmod(lock, 0666);  // for whoever comes next
+    const std::string path = access("/run/lock", W_OK) == 0 ? "/run/lock/plumb-host" : "/tmp/plumb-host.lock";
+    const int lock = open_lock(path);
     for (bool waiting = false; flock(lock, LOCK_EX | LOCK_NB) != 0; waiting = true) {
-        if (errno != EWOULDBLOCK && errno != EINTR) fail(std::string("cannot lock ") + path);
+        if (errno != EWOULDBLOCK && errno != EINTR) fail("cannot lock " + path);
         if (!waiting)
             std::fputs("plumb-host: waits until the other host that uses this machine's one HAL has ended\n",
                        stderr);
         if (client_gone(control_descriptor)) std::exit(1);
-        poll(nullptr, 0, 50);
+        obey_signals();
     }
     if (const pid_t process = realtime_master())
         throw std::runtime_error("LinuxCNC's realtime runs on this machine (rtapi_app, process " +
@@ -275,6 +345,9 @@ void leave_terminal_signals_to_program() {
     leftovers().clear_away();
     if (!namespaces) leftovers().clear_machine();
     if (!WIFSIGNALED(status)) _exit(WEXITSTATUS(status));
+    if (wanted.on_terminal && WTERMSIG(status) == SIGKILL)
+        std::fputs("plumb run: the virtual-time host was killed (signal 9), and the program with it\n",
+                   stderr);
     // Ends as the host did, so that whoever waits for this process learns the signal.
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
@@ -297,18 +370,30 @@ Isolated isolate(const Isolation& wanted) {
     sigprocmask(SIG_BLOCK, &signals, &before);
 
     int number = 0;
-    bool namespaces = wanted.namespaces;
+    bool namespaces = wanted.namespaces != Isolation::Namespaces::none;
     const bool lonely_root = geteuid() == 0 && !nobody_exists();
-    pid_t host =
-        namespaces ? fork_host({true, lonely_root || geteuid() != 0, wanted.own_network}, number) : -1;
-    if (host < 0) {
-        namespaces = false;
-        take_machine_hal(wanted.control_descriptor);
-        if (lonely_root) host = fork_host({false, true, false}, number);
-        if (host < 0) host = fork_host({false, false, false}, number);
-        if (host < 0) fail("cannot fork the host");
+    Forked forked{-1, {}};
+    if (namespaces) {
+        forked = fork_host({true, lonely_root || geteuid() != 0, wanted.own_network}, number);
+        namespaces = forked.host >= 0;
+        if (!namespaces && wanted.namespaces == Isolation::Namespaces::required)
+            throw std::runtime_error("this system gives the run no namespaces (" + forked.refusal +
+                                     "), so the program would have the computer's own devices, network and "
+                                     "HAL; 'plumb doctor' says what "
+                                     "to do. --no-namespaces runs it nevertheless, with all of these");
+        if (!namespaces)
+            std::fprintf(
+                stderr,
+                "plumb-host: this system gives no namespaces (%s); this host uses the computer's one HAL, "
+                "one host at a time\n",
+                forked.refusal.c_str());
     }
-    if (host > 0) keep(host, namespaces, wanted);
+    if (!namespaces) {
+        take_machine_hal(wanted.control_descriptor);
+        if (lonely_root) forked = fork_host({false, true, false}, number);
+        if (forked.host < 0) forked = fork_host({false, false, false}, number);
+    }
+    if (forked.host > 0) keep(forked.host, namespaces, wanted);
     // A terminal's Ctrl-C is for the client, or for the program.
     if (wanted.on_terminal)
         leave_terminal_signals_to_program();

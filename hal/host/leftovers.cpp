@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
@@ -126,7 +127,7 @@ void Leftovers::add_segment(int system_id) {
 
 void Leftovers::set_folder(const std::string& folder) {
     if (page_ == nullptr) return;
-    std::strncpy(page_->folder, folder.c_str(), sizeof page_->folder - 1);
+    std::snprintf(page_->folder, sizeof page_->folder, "%s", folder.c_str());
 }
 
 void Leftovers::set_placeholder(const std::string& file) {
@@ -137,9 +138,7 @@ void Leftovers::set_placeholder(const std::string& file) {
 void Leftovers::clear_away() const {
     if (page_ == nullptr) return;
     if (page_->placeholder[0] != '\0') Placeholder::remove(page_->placeholder);
-    if (page_->folder[0] == '\0') return;
-    unlink((std::string(page_->folder) + "/" + socket_name).c_str());
-    rmdir(page_->folder);
+    if (page_->folder[0] != '\0') remove_socket_folder(page_->folder);
 }
 
 void Leftovers::clear_machine() const {

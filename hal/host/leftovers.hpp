@@ -5,14 +5,13 @@
 
 #include <string>
 
+#include "hal/host/socket_folder.hpp"
+
 namespace plumb::host {
 
-// What a host makes in a temporary folder is named like this, by mkdtemp() and its like.
+// What a host makes in a temporary folder is named like this.
 inline constexpr const char* host_file_beginning = "plumb-host-";
 inline constexpr const char* host_file_template = "plumb-host-XXXXXX";
-
-// Name of the socket in its folder.
-inline constexpr const char* socket_name = "rtapi";
 
 // LinuxCNC's files in /tmp: there is one lock file on a computer, and two logs of each start.
 inline constexpr const char* linuxcnc_lock_file = "linuxcnc.lock";

@@ -27,6 +27,7 @@ import select
 import shlex
 import shutil
 import socket
+import struct
 import subprocess
 import sys
 
@@ -83,6 +84,12 @@ class Host:
             except OSError as error:
                 self._control.close()
                 raise HostDied("no virtual-time host at %s: %s" % (attach, error.strerror)) from None
+            # Whoever listens where a host was may be anybody; the system knows who it is.
+            peer = self._control.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))
+            user = struct.unpack("3i", peer)[1]
+            if user not in (0, os.geteuid()):
+                self._control.close()
+                raise HostDied("what listens at %s is user %d's, and no host of yours" % (attach, user))
             self.socket = attach
         else:
             self.socket = None
@@ -352,10 +359,15 @@ class Host:
         else:
             status = self._await_end()
             if self.socket:  # the host clears up after its death, unless that part of it was killed as well
+                folder = os.path.dirname(self.socket)
                 with contextlib.suppress(OSError):
-                    os.unlink(self.socket)
+                    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)  # not what a link leads to
+                    try:
+                        os.unlink(os.path.basename(self.socket), dir_fd=opened)
+                    finally:
+                        os.close(opened)
                 with contextlib.suppress(OSError):
-                    os.rmdir(os.path.dirname(self.socket))
+                    os.rmdir(folder)
             cause = "signal %d" % -status if status < 0 else "exit status %d" % status
             words = self._last_words()
             self._death = "the virtual-time host died (%s); %s" % (

@@ -15,6 +15,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/host/arguments.hpp"
@@ -38,7 +39,13 @@ void end_on_termination(unsigned seconds) {
     if (end_event < 0) throw std::runtime_error(std::string("eventfd: ") + std::strerror(errno));
     struct sigaction action {};
     action.sa_flags = SA_RESTART;
-    action.sa_handler = [](int) { _exit(1); };
+    action.sa_handler = [](int) {
+        constexpr std::string_view words =
+            "plumb-host: does not end in order, so it ends at once; what a program of plumb run has put into "
+            "/tmp is lost\n";
+        if (write(STDERR_FILENO, words.data(), words.size()) < 0) _exit(1);
+        _exit(1);
+    };
     sigaction(SIGALRM, &action, nullptr);
     action.sa_handler = [](int) {
         const std::uint64_t one = 1;
@@ -75,7 +82,8 @@ RTAPI_FIFO_PATH names, and the real modules run in it. Time stands still but whe
 Clients start a host themselves: plumb bench, and the Python module plumb. Started by hand, it prints the
 path of its socket.
 
-By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer.)"},
+By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer. Where the system gives
+no namespaces, it says so and uses the computer's one HAL, under a lock.)"},
              {"EXIT STATUS", "0 after it was told to end, 1 after an error, more for a wrong command line."}},
             ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR halcmd (1)"};
 }
@@ -127,13 +135,17 @@ int main(int argc, char** argv) {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);
         std::vector<std::string> folders = module_folders(std::move(modules));  // before /proc changes
         const bool runs_program = !program.empty();
+        end_on_termination(runs_program ? 14 : 3);
+        using Namespaces = Isolation::Namespaces;
+        const Namespaces namespaces = no_namespaces  ? Namespaces::none
+                                      : runs_program ? Namespaces::required
+                                                     : Namespaces::preferred;
         const Isolated isolated =
-            isolate({!no_namespaces, control_descriptor, runs_program && !network, runs_program});
+            isolate({namespaces, control_descriptor, runs_program && !network, runs_program});
         explain_crashes();
         name_user_for_rtapi_app();
         if (guard) enable_guard();
         signal(SIGPIPE, SIG_IGN);
-        end_on_termination(runs_program ? 14 : 3);
         int status = 0;
         {
             Control control({std::move(folders), isolated.namespaces, isolated.process, control_descriptor,

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/private_files.hpp"
 
+#include <dirent.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace plumb::host {
 
@@ -52,42 +55,122 @@ void show(const files::path& there, const files::path& here) {
     mount(there.c_str(), here.c_str(), nullptr, MS_BIND | MS_REC, nullptr);
 }
 
-void complain(const files::path& file, const std::string& reason) {
-    std::fprintf(stderr, "plumb run: %s is lost: %s\n", file.c_str(), reason.c_str());
-}
-
-// Owner, rights and time; without its owner's name a file gets no more than its owner's rights.
-void copy_attributes(const struct stat& from, const files::path& to) {
-    const bool owned = lchown(to.c_str(), from.st_uid, from.st_gid) == 0;
-    if (S_ISLNK(from.st_mode)) return;
-    chmod(to.c_str(), from.st_mode & (owned ? 07777 : 0777));
-    const timespec times[] = {from.st_atim, from.st_mtim};
-    utimensat(AT_FDCWD, to.c_str(), times, 0);
-}
-
-// Copies a file, a link or a folder with all that is in it. Sockets and the like are nothing to keep.
-void copy_tree(const files::path& from, const files::path& to) {
-    struct stat state {};
-    if (lstat(from.c_str(), &state) != 0) return;
-    std::error_code error;
-    if (S_ISLNK(state.st_mode)) {
-        files::copy_symlink(from, to, error);
-    } else if (S_ISREG(state.st_mode)) {
-        files::copy_file(from, to, error);
-    } else if (S_ISDIR(state.st_mode)) {
-        files::create_directory(to, error);
-        std::error_code unreadable;
-        for (const files::directory_entry& entry : files::directory_iterator(from, unreadable))
-            copy_tree(entry.path(), to / entry.path().filename());
-        if (unreadable) complain(from, unreadable.message());
-    } else {
-        return;
+class Descriptor {
+public:
+    explicit Descriptor(int number) : number_(number) {}
+    ~Descriptor() {
+        if (number_ >= 0) close(number_);
     }
-    if (error)
-        complain(from, error.message());
-    else
-        copy_attributes(state, to);
-}
+    Descriptor(const Descriptor&) = delete;
+
+    int operator*() const { return number_; }
+    bool good() const { return number_ >= 0; }
+
+    // Says whether all that was written is there, as far as the system knows.
+    bool close_now() { return close(std::exchange(number_, -1)) == 0; }
+
+private:
+    int number_;
+};
+
+// Brings what a program has left in its own /tmp to the real one, where other users may do anything
+// meanwhile: nothing is opened but what has just been made, and no link is followed.
+class BroughtBack {
+public:
+    bool complete() const { return complete_; }
+
+    // Copies a file, a link or a folder with all that is in it. Sockets and the like are nothing to keep.
+    // `shown` is how people know it.
+    void copy(int from_folder, const std::string& name, int to_folder, const std::string& new_name,
+              const files::path& shown) {
+        struct stat state {};
+        if (fstatat(from_folder, name.c_str(), &state, AT_SYMLINK_NOFOLLOW) != 0) return lose(shown);
+        const auto from = [&](int flags) {
+            return openat(from_folder, name.c_str(), flags | O_NOFOLLOW | O_CLOEXEC);
+        };
+        if (S_ISLNK(state.st_mode)) {
+            copy_link(from_folder, name, to_folder, new_name, state, shown);
+        } else if (S_ISREG(state.st_mode)) {
+            const Descriptor file(from(O_RDONLY));
+            if (!file.good()) return lose(shown);
+            if (copy_file(*file, to_folder, new_name, state)) return;
+            const int error = errno;
+            unlinkat(to_folder, new_name.c_str(), 0);  // half a result would be taken for a whole one
+            errno = error;
+            lose(shown);
+        } else if (S_ISDIR(state.st_mode)) {
+            const Descriptor folder(from(O_RDONLY | O_DIRECTORY));
+            if (!folder.good() || mkdirat(to_folder, new_name.c_str(), 0700) != 0) return lose(shown);
+            const Descriptor made(
+                openat(to_folder, new_name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+            if (!made.good() || !is_own_folder(*made)) return lose(shown);
+            copy_entries(*folder, *made, shown);
+            copy_attributes(state, *made);
+        }
+    }
+
+    void lose(const files::path& shown) {
+        std::fprintf(stderr, "plumb run: %s is lost: %s\n", shown.c_str(), std::strerror(errno));
+        complete_ = false;
+    }
+
+private:
+    // Owner, rights and time; without its owner's name a file gets no more than its owner's rights.
+    static void copy_attributes(const struct stat& from, int to) {
+        const bool owned = fchown(to, from.st_uid, from.st_gid) == 0;
+        fchmod(to, from.st_mode & (owned ? 07777 : 0777));
+        const timespec times[] = {from.st_atim, from.st_mtim};
+        futimens(to, times);
+    }
+
+    static bool is_own_folder(int folder) {
+        struct stat state {};
+        return fstat(folder, &state) == 0 && state.st_uid == geteuid();
+    }
+
+    void copy_link(int from_folder, const std::string& name, int to_folder, const std::string& new_name,
+                   const struct stat& state, const files::path& shown) {
+        std::string target(PATH_MAX, '\0');
+        const ssize_t length = readlinkat(from_folder, name.c_str(), target.data(), target.size() - 1);
+        if (length < 0) return lose(shown);
+        target.resize(static_cast<std::size_t>(length));
+        if (symlinkat(target.c_str(), to_folder, new_name.c_str()) != 0) return lose(shown);
+        if (fchownat(to_folder, new_name.c_str(), state.st_uid, state.st_gid, AT_SYMLINK_NOFOLLOW) != 0)
+            return;  // it is this user's, then
+    }
+
+    // Returns whether all of it is there.
+    static bool copy_file(int from, int to_folder, const std::string& new_name, const struct stat& state) {
+        Descriptor to(
+            openat(to_folder, new_name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+        if (!to.good()) return false;
+        std::vector<char> bytes(1 << 16);
+        for (ssize_t n = 0; (n = read(from, bytes.data(), bytes.size())) != 0;) {
+            if (n < 0 && errno == EINTR) continue;
+            if (n < 0) return false;
+            for (ssize_t done = 0; done < n;) {
+                const ssize_t written = write(*to, bytes.data() + done, static_cast<std::size_t>(n - done));
+                if (written < 0 && errno != EINTR) return false;
+                done += std::max<ssize_t>(written, 0);
+            }
+        }
+        copy_attributes(state, *to);
+        return to.close_now();
+    }
+
+    void copy_entries(int from, int to, const files::path& shown) {
+        DIR* const entries = fdopendir(dup(from));
+        if (entries == nullptr) return lose(shown);
+        for (errno = 0; const dirent* const entry = readdir(entries); errno = 0) {
+            const std::string name = entry->d_name;
+            if (name != "." && name != "..") copy(from, name, to, name, shown / name);
+        }
+        if (errno != 0) lose(shown);
+        closedir(entries);
+    }
+
+    bool complete_ = true;
+};
 
 bool belongs_to_the_run(const std::string& name) {
     const bool display =
@@ -115,7 +198,6 @@ PrivateFiles::PrivateFiles(bool devices) {
 }
 
 PrivateFiles::~PrivateFiles() {
-    bring_back();
     umount2(tmp.c_str(), MNT_DETACH);
     close(real_tmp_);
     if (placeholder_) umount2(tool_table_.c_str(), MNT_DETACH);
@@ -188,19 +270,26 @@ void PrivateFiles::hide_tool_table() {
     close(file);
 }
 
-void PrivateFiles::bring_back() const {
+bool PrivateFiles::bring_back() const {
+    BroughtBack brought;
+    const Descriptor own(open(tmp.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    std::vector<std::string> names;
     std::error_code error;
-    for (const files::directory_entry& entry : files::directory_iterator(tmp, error)) {
-        const std::string name = entry.path().filename();
+    for (const files::directory_entry& entry : files::directory_iterator(tmp, error))
+        names.push_back(entry.path().filename());
+    if (!own.good() || error) brought.lose(tmp);
+    for (const std::string& name : names) {
         if (belongs_to_the_run(name) || std::find(seen_.begin(), seen_.end(), name) != seen_.end()) continue;
         std::string new_name = name;
-        for (int n = 1; files::exists(files::symlink_status(real_tmp() / new_name, error)); ++n)
+        struct stat state {};
+        for (int n = 1; fstatat(real_tmp_, new_name.c_str(), &state, AT_SYMLINK_NOFOLLOW) == 0; ++n)
             new_name = name + ".plumb-" + std::to_string(n);
         if (new_name != name)
             std::fprintf(stderr, "plumb run: /tmp/%s is another's meanwhile; the program's is /tmp/%s\n",
                          name.c_str(), new_name.c_str());
-        copy_tree(entry.path(), real_tmp() / new_name);
+        brought.copy(*own, name, real_tmp_, new_name, tmp / new_name);
     }
+    return brought.complete();
 }
 
 }  // namespace plumb::host

@@ -23,16 +23,19 @@ public:
     // mounts.
     explicit PrivateFiles(bool devices);
 
-    // Brings new files to the real /tmp, and makes it visible again.
+    // Makes the real /tmp visible again.
     ~PrivateFiles();
     PrivateFiles(const PrivateFiles&) = delete;
+
+    // Brings new files to the real /tmp, when the programs have ended. Says on stderr what cannot be brought,
+    // and returns whether all was.
+    bool bring_back() const;
 
 private:
     void furnish_devices();
     void furnish_terminals();
     void furnish_tmp();
     void hide_tool_table();
-    void bring_back() const;
     std::filesystem::path real_tmp() const;
 
     int real_tmp_;                   // a descriptor

@@ -299,6 +299,14 @@ std::vector<pid_t> Programs::others() const {
     return found;
 }
 
+std::vector<pid_t> Programs::called(const std::string& name) const {
+    std::vector<pid_t> processes = others();
+    processes.erase(std::remove_if(processes.begin(), processes.end(),
+                                   [&](pid_t process) { return program_name(process) != name; }),
+                    processes.end());
+    return processes;
+}
+
 std::vector<std::string> Programs::alive() {
     std::vector<pid_t> processes = others();
     // A halcmd does not wait until what it has forked becomes the program that it is to be.

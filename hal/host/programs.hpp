@@ -74,6 +74,10 @@ public:
     // User-space programs that are alive, by the name of their HAL component or else of their program file.
     std::vector<std::string> alive();
 
+    // Numbers of the processes that this host or its programs have started and whose program file has this
+    // name.
+    std::vector<pid_t> called(const std::string& name) const;
+
     // Asks all user-space programs to end, and kills those that do not.
     void end_all();
 

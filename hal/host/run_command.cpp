@@ -83,8 +83,10 @@ void declare_run(CLI::App& command, RunOptions& options) {
                      "that drives anything.");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
-        "Uses the machine's one HAL, and its /tmp, for systems that forbid namespaces; one host at a time, "
-        "and none beside a running LinuxCNC.");
+        "Runs on the computer's one HAL, with its /dev, its network and its /tmp, one host at a time and "
+        "none beside a running LinuxCNC. For systems that forbid namespaces: without this option a run is "
+        "refused "
+        "there.");
     command
         .add_option("--modules", options.modules,
                     "Folder of realtime modules to search first. May be given many times.")
@@ -108,10 +110,16 @@ unless --devices or --network give them. Do not give them beside a machine that 
 The program keeps the terminal, its folder, HOME and the X display. HAL's memory, process numbers, /dev and the network are
 the run's own, so it neither sees nor disturbs a LinuxCNC on the same computer, nor another run. The programs' tool table
 in memory (~/.tool.mmap) is the run's own too, which LinuxCNC remarks at its end with "tool_mmap_close(): unlink fail".
+All of this needs namespaces. Where the system gives none, the run is refused unless --no-namespaces is given.
+
+The other LinuxCNC sees the processes of a run. When it starts after a crash, or ends, it sends SIGTERM to every milltask
+and linuxcncsvr on the computer (pidof -x milltask). A run that has lost its milltask says so and ends with 1. Start and
+end no other LinuxCNC during a long run.
 
 In /tmp the program sees what is there at the start, but no lock file of LinuxCNC: it may read and write that, not remove or
 replace it. What it adds to the top level is in memory, and is brought to the real /tmp when the run ends in order; where
-there is something of that name by then, under another name. What is long or of worth belongs elsewhere.
+there is something of that name by then, under another name. What does not find room there is named, and the run fails.
+What is long or of worth belongs elsewhere.
 
 Like every start of LinuxCNC, this one writes the parameter file and the tool table of its configuration: run a
 copy of a machine's configuration.
@@ -147,7 +155,8 @@ A HAL configuration at twenty times the clock's speed, with its user-space progr
   plumb run --speed 20 -- halrun -f filter.hal)"},
          {"EXIT STATUS",
           R"(That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when it cannot
-be executed. 1 when the host cannot run, 2 for a wrong command line. The linuxcnc script ends with 0 when it is asked to end by a
+be executed. 1 when the host cannot run, has lost milltask, or could not bring all new files to /tmp; 2 for a wrong command
+line. The linuxcnc script ends with 0 when it is asked to end by a
 signal. Without a terminal it keeps its errors in files, or in a window on DISPLAY that waits for somebody: in CI, start
 linuxcnc -r without DISPLAY, and under timeout(1).)"},
          {"SIGNALS",

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <optional>
+#include <random>
 #include <stdexcept>
 
 #include "hal/host/leftovers.hpp"
@@ -71,6 +72,39 @@ bool trusted(int descriptor) {
     return user == geteuid() || user == 0;
 }
 
+// Whether nobody else can remove or rename what this process makes in the folder. In a user namespace its
+// owner has no number to be known by.
+bool is_safe(const std::string& folder) {
+    struct stat state {};
+    if (stat(folder.c_str(), &state) != 0 || (geteuid() == 0 && state.st_uid != 0)) return false;
+    return (state.st_mode & (S_IWGRP | S_IWOTH)) == 0 || (state.st_mode & S_ISVTX) != 0;
+}
+
+// A new folder that is this user's alone, in TMPDIR or /tmp. The keeper knows of it before it is there: the
+// host may be killed at any moment.
+std::string make_folder() {
+    const char* const asked_for = std::getenv("TMPDIR");
+    // A socket's path must be short, and TMPDIR may not be there.
+    const std::size_t most =
+        sizeof sockaddr_un::sun_path - 1 - 1 - std::strlen(socket_name) - std::strlen(host_file_template) - 1;
+    const bool good = asked_for != nullptr && *asked_for == '/' && std::strlen(asked_for) <= most;
+    std::random_device random;
+    for (const std::string base : {good ? asked_for : "/tmp", "/tmp"}) {
+        if (!is_safe(base)) continue;
+        for (int tries = 0; tries < 100; ++tries) {
+            std::string name = std::string(host_file_beginning) + "......";
+            for (char& letter : name)
+                if (letter == '.') letter = "abcdefghijklmnopqrstuvwxyz0123456789"[random() % 36];
+            const std::string folder = base + "/" + name;
+            leftovers().set_folder(folder);
+            if (mkdir(folder.c_str(), 0700) == 0) return folder;
+            if (errno != EEXIST) break;
+        }
+    }
+    leftovers().set_folder("");
+    fail("cannot make a folder for the host's socket in /tmp");
+}
+
 }  // namespace
 
 struct Server::Peer {
@@ -86,16 +120,7 @@ struct Server::Peer {
 };
 
 Server::Server(Service& service, int control_descriptor) : service_(service) {
-    const char* const base = std::getenv("TMPDIR");
-    const std::string in_tmp = std::string("/tmp/") + host_file_template;
-    folder_ = base != nullptr && *base == '/' ? std::string(base) + "/" + host_file_template : in_tmp;
-    // A socket's path must be short, and TMPDIR may not be there.
-    if (folder_.size() + 1 + std::strlen(socket_name) >= sizeof sockaddr_un::sun_path ||
-        mkdtemp(folder_.data()) == nullptr) {
-        folder_ = in_tmp;
-        if (mkdtemp(folder_.data()) == nullptr) fail("cannot create " + folder_);
-    }
-    leftovers().set_folder(folder_);
+    folder_ = make_folder();
     path_ = folder_ + "/" + socket_name;
 
     listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -105,14 +130,7 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
     if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
         listen(listener_, 64) != 0)
         fail("cannot listen on " + path_);
-    // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID;
-    // where there is no such user (EINVAL, in a user namespace), with root's.
-    if (const char* const user = geteuid() == 0 ? std::getenv("RTAPI_UID") : nullptr) {
-        const uid_t owner = static_cast<uid_t>(std::atoi(user));
-        for (const std::string& file : {path_, folder_})
-            if (chown(file.c_str(), owner, static_cast<gid_t>(-1)) != 0 && errno != EINVAL)
-                fail("cannot give " + file + " to user " + user);
-    }
+    admit_rtapi_app();
 
     if (control_descriptor >= 0) {
         fcntl(control_descriptor, F_SETFD, FD_CLOEXEC);
@@ -124,8 +142,20 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
 Server::~Server() {
     for (Peer& peer : peers_) close(peer.descriptor);
     if (listener_ >= 0) close(listener_);
-    unlink(path_.c_str());
-    rmdir(folder_.c_str());
+    remove_socket_folder(folder_);
+}
+
+// When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID. That
+// user may connect, and is not answered (see trusted()); the folder stays root's, so that nobody else can put
+// a socket of his own in the place of this one. Where there is no such user (EINVAL, in a user namespace)
+// rtapi_app has root's rights.
+void Server::admit_rtapi_app() const {
+    const char* const user = geteuid() == 0 ? std::getenv("RTAPI_UID") : nullptr;
+    if (user == nullptr) return;
+    const auto owner = static_cast<uid_t>(std::atoi(user));
+    if (lchown(path_.c_str(), owner, static_cast<gid_t>(-1)) != 0 && errno != EINVAL)
+        fail("cannot give " + path_ + " to user " + user);
+    if (chmod(folder_.c_str(), 0711) != 0) fail("cannot open " + folder_);
 }
 
 void Server::add_to(std::vector<pollfd>& waits) const {

@@ -72,6 +72,7 @@ public:
 private:
     struct Peer;
 
+    void admit_rtapi_app() const;
     void accept_all();
     void receive(Peer& peer);
     void take_requests(Peer& peer);

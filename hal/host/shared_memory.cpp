@@ -3,6 +3,7 @@
 
 #include <sched.h>
 #include <sys/shm.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,6 +12,7 @@
 #include <new>
 
 #include "hal/host/leftovers.hpp"
+#include "hal/host/messages.hpp"
 
 namespace plumb::host {
 
@@ -64,6 +66,16 @@ int SharedMemory::attach(int key, std::size_t size) {
         std::fprintf(stderr, "plumb-host: shared memory 0x%08x of %zu bytes: %s\n",
                      static_cast<unsigned>(key), size, std::strerror(error));
         return -error;
+    }
+    // Its key is known to all: another user may have been faster, and would write into HAL.
+    shmid_ds state{};
+    if (shmctl(system_id, IPC_STAT, &state) == 0 && state.shm_perm.cuid != geteuid() &&
+        state.shm_perm.cuid != 0) {
+        char text[120];
+        std::snprintf(text, sizeof text, "shared memory 0x%08x is user %u's: remove it (ipcrm -M 0x%08x)\n",
+                      static_cast<unsigned>(key), state.shm_perm.cuid, static_cast<unsigned>(key));
+        print_message(text, true);
+        return -EACCES;
     }
     void* const memory = shmat(system_id, nullptr, 0);
     if (memory == reinterpret_cast<void*>(-1)) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Preloaded into retain, it kills it at the KILL_AT-th step of its writing. A step is each call that opens a
-// file to be written anew or a folder, that writes, syncs or closes such, or renames; and the middle of each
-// write.  The first step waits until there is a file KILL_AFTER.
+// new file to be written or a folder, that writes, syncs, closes or gives rights to such, unlinks or renames;
+// and the middle of each write.  The first step waits until there is a file KILL_AFTER.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -45,7 +46,8 @@ int open(const char* path, int flags, ...) {
     va_start(more, flags);
     const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(more, mode_t) : 0;
     va_end(more);
-    const bool ours = (flags & (O_TRUNC | O_DIRECTORY)) != 0;
+    const bool written_anew = (flags & O_EXCL) != 0 && (flags & O_ACCMODE) == O_WRONLY;
+    const bool ours = written_anew || (flags & O_DIRECTORY) != 0;
     if (ours) step();
     const int file = real<int (*)(const char*, int, ...)>("open")(path, flags, mode);
     if (ours) watched().insert(file);
@@ -65,6 +67,21 @@ ssize_t write(int file, const void* bytes, size_t size) {
 int fsync(int file) {
     step();
     return real<int (*)(int)>("fsync")(file);
+}
+
+int fchown(int file, uid_t user, gid_t group) {
+    step();
+    return real<int (*)(int, uid_t, gid_t)>("fchown")(file, user, group);
+}
+
+int fchmod(int file, mode_t mode) {
+    step();
+    return real<int (*)(int, mode_t)>("fchmod")(file, mode);
+}
+
+int unlink(const char* path) {
+    step();
+    return real<int (*)(const char*)>("unlink")(path);
 }
 
 int rename(const char* from, const char* to) {

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace plumb {
+
+// A regular file that is open. All throw std::system_error, which names the file.
+class RegularFile {
+public:
+    // Does not wait, as it would for the writer of a pipe. Flags are those of open().
+    RegularFile(std::filesystem::path path, int flags, mode_t mode = 0) : path_(std::move(path)) {
+        number_ = ::open(path_.c_str(), flags | O_NONBLOCK | O_CLOEXEC, mode);
+        if (number_ < 0 && errno == ELOOP && (flags & O_NOFOLLOW) != 0)
+            throw std::system_error(errno, std::generic_category(), path_.string() + " is a link");
+        if (number_ < 0) fail();
+        const mode_t kind = state().st_mode;
+        if (S_ISREG(kind)) return;
+        close(number_);
+        number_ = -1;
+        errno = S_ISDIR(kind) ? EISDIR : EINVAL;
+        if (errno == EISDIR) fail();
+        throw std::system_error(errno, std::generic_category(), path_.string() + " is no regular file");
+    }
+    RegularFile(RegularFile&& other) noexcept
+        : path_(std::move(other.path_)), number_(std::exchange(other.number_, -1)) {}
+    ~RegularFile() {
+        if (number_ >= 0) close(number_);
+    }
+
+    int number() const { return number_; }
+
+    struct stat state() const {
+        struct stat state {};
+        if (fstat(number_, &state) != 0) fail();
+        return state;
+    }
+
+    std::string read() const {
+        std::string text;
+        char bytes[4096];
+        for (ssize_t n = 0; (n = ::read(number_, bytes, sizeof bytes)) != 0;)
+            if (n > 0)
+                text.append(bytes, static_cast<std::size_t>(n));
+            else if (errno != EINTR)
+                fail();
+        return text;
+    }
+
+    [[noreturn]] void fail() const {
+        throw std::system_error(errno, std::generic_category(), path_.string());
+    }
+
+private:
+    std::filesystem::path path_;
+    int number_ = -1;
+};
+
+}  // namespace plumb

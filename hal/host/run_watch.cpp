@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "hal/host/run_watch.hpp"
+
+#include <algorithm>
+#include <fstream>
+
+#include "hal/host/programs.hpp"
+
+namespace plumb::host {
+
+namespace {
+
+constexpr auto between_looks = std::chrono::milliseconds(500);
+constexpr auto patience = std::chrono::seconds(5);  // the clean-up of linuxcnc unloads modules long before
+
+// Whether a process has modules loaded. A messenger of halcmd to this host has none; what a set-uid program
+// has cannot be seen by an ordinary user, except in namespaces, where it has no more rights than he.
+bool serves_hal(pid_t process) {
+    std::ifstream maps("/proc/" + std::to_string(process) + "/maps");
+    for (std::string line; std::getline(maps, line);)
+        if (line.find("/hal_lib.so") != std::string::npos) return true;
+    return false;
+}
+
+}  // namespace
+
+std::optional<std::string> realtime_beside(const Programs& programs) {
+    const std::vector<pid_t> found = programs.called("rtapi_app");
+    if (std::none_of(found.begin(), found.end(), serves_hal)) return std::nullopt;
+    return "halcmd has started a realtime of LinuxCNC's own (rtapi_app) instead of using the virtual-time "
+           "host: "
+           "it does not look for the host at RTAPI_FIFO_PATH, as halcmd of LinuxCNC 2.9 does. The host works "
+           "with "
+           "LinuxCNC 2.9; 'plumb doctor' says which one is installed";
+}
+
+std::optional<std::string> RunWatch::look(const Programs& programs, bool own_hal, unsigned long changes) {
+    const auto now = Clock::now();
+    if (now - last_look_ < between_looks) return std::nullopt;
+    last_look_ = now;
+    if (!own_hal)
+        if (auto why = realtime_beside(programs)) return why;
+    return look_for_task(programs, changes);
+}
+
+std::optional<std::string> RunWatch::look_for_task(const Programs& programs, unsigned long changes) {
+    const bool task = !programs.called("milltask").empty();
+    if (task_ && !task) {
+        scripts_ = programs.called("linuxcnc");
+        task_gone_ = last_look_;
+        changes_then_ = changes;
+    }
+    task_ = task;
+    // A linuxcnc that ends unloads its modules next.
+    if (task || changes != changes_then_) scripts_.clear();
+    if (scripts_.empty() || last_look_ - task_gone_ < patience) return std::nullopt;
+    const std::vector<pid_t> alive = programs.called("linuxcnc");
+    if (std::find_first_of(alive.begin(), alive.end(), scripts_.begin(), scripts_.end()) == alive.end()) {
+        scripts_.clear();
+        return std::nullopt;
+    }
+    return "milltask has ended, and linuxcnc waits without it. A LinuxCNC that starts or ends outside the "
+           "run sends "
+           "SIGTERM to every milltask on the computer (pidof -x milltask), also to a run's: start and end "
+           "none "
+           "meanwhile";
+}
+
+}  // namespace plumb::host

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Looks, while a program runs on a host, for what would let it wait for ever or run on another clock.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plumb::host {
+
+class Programs;
+
+// A realtime of LinuxCNC's own that serves HAL beside the host, in a sentence; nothing where there is none.
+// Ask it only while the host itself has no HAL library loaded.
+std::optional<std::string> realtime_beside(const Programs& programs);
+
+class RunWatch {
+public:
+    // Why the run is to end, in a sentence, or nothing. Call it at least once a second. `own_hal` says
+    // whether the host has HAL, `changes` counts the modules that were loaded or unloaded.
+    std::optional<std::string> look(const Programs& programs, bool own_hal, unsigned long changes);
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    std::optional<std::string> look_for_task(const Programs& programs, unsigned long changes);
+
+    Clock::time_point last_look_{};
+    bool task_ = false;              // there was one at the last look
+    std::vector<pid_t> scripts_;     // linuxcnc, when its task went
+    Clock::time_point task_gone_{};  // when that was
+    unsigned long changes_then_ = 0;
+};
+
+}  // namespace plumb::host
