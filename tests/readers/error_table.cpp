@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Tables of `squareness`.
+#include "tests/readers/reader.hpp"
+
+#include "components/io/error_table_file.hpp"
+
+#include <cmath>
+
+namespace plumb::readers {
+namespace {
+
+using Tables = std::map<char, ErrorTable>;
+
+Tables tables_of(std::string_view text) {
+    error_table_file::Reader reader;
+    reader.read("table.csv", text);
+    return std::move(reader).tables();
+}
+
+void demand_numbers(const ErrorTable& table) {
+    constexpr int parts = 64;
+    demand(std::isfinite(table.first()) && table.first() < table.last(), "the positions of a table rise");
+    for (int i = -1; i <= parts + 1; ++i) {
+        const auto reading = table.at(table.first() + (table.last() - table.first()) * i / parts);
+        for (const auto& values : {reading.errors, reading.slopes})
+            for (const double value : values) demand(std::isfinite(value), "a table that is taken has numbers");
+    }
+}
+
+void read(std::string_view bytes) {
+    Tables tables;
+    if (!takes<std::runtime_error>([&] { tables = tables_of(bytes); })) return;
+    demand(!tables.empty(), "a file that is taken has a table");
+    for (const auto& [axis, table] : tables) demand_numbers(table);
+    const Tables again = tables_of(bytes);
+    demand(again.size() == tables.size(), "the same text gives the same tables");
+    for (const auto& [axis, table] : tables) {
+        const double middle = (table.first() + table.last()) / 2;
+        demand(table.at(middle).errors == again.at(axis).at(middle).errors, "the same text gives the same values");
+    }
+}
+
+const Reader reader{"error_table", read};
+
+}  // namespace
+}  // namespace plumb::readers
