@@ -14,7 +14,8 @@ void read(std::string_view bytes) {
     const int size = chain.work.size + chain.tool.size;
     demand(size == 3 || size == 4, "a chain has three axes or four");
     int count = 0;
-    for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W}) count += chain.has(axis) ? 1 : 0;
+    for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W})
+        count += chain.has(axis) ? 1 : 0;
     demand(count == size, "a chain has no axis twice");
 }
 

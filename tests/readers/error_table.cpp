@@ -23,7 +23,8 @@ void demand_numbers(const ErrorTable& table) {
     for (int i = -1; i <= parts + 1; ++i) {
         const auto reading = table.at(table.first() + (table.last() - table.first()) * i / parts);
         for (const auto& values : {reading.errors, reading.slopes})
-            for (const double value : values) demand(std::isfinite(value), "a table that is taken has numbers");
+            for (const double value : values)
+                demand(std::isfinite(value), "a table that is taken has numbers");
     }
 }
 
@@ -36,7 +37,8 @@ void read(std::string_view bytes) {
     demand(again.size() == tables.size(), "the same text gives the same tables");
     for (const auto& [axis, table] : tables) {
         const double middle = (table.first() + table.last()) / 2;
-        demand(table.at(middle).errors == again.at(axis).at(middle).errors, "the same text gives the same values");
+        demand(table.at(middle).errors == again.at(axis).at(middle).errors,
+               "the same text gives the same values");
     }
 }
 

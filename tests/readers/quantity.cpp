@@ -32,15 +32,18 @@ void read_number(const std::string& text) {
     std::string again;
     host::append_number(again, *number);
     const auto read_back = host::number_of(again);
-    demand(read_back && (*read_back == *number || std::isnan(*number)), "a number that was written is read back");
+    demand(read_back && (*read_back == *number || std::isnan(*number)),
+           "a number that was written is read back");
 }
 
 void read(std::string_view bytes) {
     const std::string text(bytes);
     takes<std::invalid_argument>([&] { demand(std::isfinite(angle_of(text)), "an angle is finite"); });
-    takes<std::invalid_argument>([&] { demand(std::abs(length_of(text)) <= 1e6, "a length is at most 1 km"); });
+    takes<std::invalid_argument>(
+        [&] { demand(std::abs(length_of(text)) <= 1e6, "a length is at most 1 km"); });
     takes<std::invalid_argument>([&] {
-        for (const double length : lengths_of(text)) demand(std::abs(length) <= 1e6, "a length is at most 1 km");
+        for (const double length : lengths_of(text))
+            demand(std::abs(length) <= 1e6, "a length is at most 1 km");
     });
     read_time(text);
     read_number(text);

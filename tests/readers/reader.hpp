@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The readers of Plumb, each under attack by bytes that anybody may have written.
 //
-// A reader is one file of this folder, with a corpus of the same name in tests/corpus. It is given bytes, reads them
-// as the product does, and demands what must be so whatever they are. The tests give each reader its corpus;
-// `scripts/campaign bytes` lets libFuzzer write the bytes.
+// A reader is one file of this folder, with a corpus of the same name in tests/corpus. It is given bytes,
+// reads them as the product does, and demands what must be so whatever they are. The tests give each reader
+// its corpus; `scripts/campaign bytes` lets libFuzzer write the bytes.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ public:
 // Ends the program with the sentence when it is not so: libFuzzer then keeps the bytes.
 void demand(bool so, const std::string& sentence);
 
-// Calls a reader that may refuse. Returns whether it took the bytes; a refusal without a sentence is a finding, and so
-// is any exception that is not an `Expected`.
+// Calls a reader that may refuse. Returns whether it took the bytes; a refusal without a sentence is a
+// finding, and so is any exception that is not an `Expected`.
 template <class Expected, class Read>
 bool takes(const Read& read) {
     try {

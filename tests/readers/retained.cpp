@@ -55,7 +55,8 @@ void read(std::string_view bytes) {
     if (const auto retained = parsed(text)) demand_round_trip(*retained);
     if (const auto retained = parsed(retained_file::first_line(text) + text)) {
         for (const auto& [component, records] : retained->records)
-            if (component.find_first_of("\"\\\n") != std::string::npos) return;  // retain names no such component
+            if (component.find_first_of("\"\\\n") != std::string::npos)
+                return;  // retain names no such component
         demand_round_trip(*retained);
     }
     demand_round_trip(store_of(bytes));
