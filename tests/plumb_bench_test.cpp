@@ -144,6 +144,8 @@ TEST_F(PlumbBench, WrongCommandLinesAreOneSentenceEach) {
     refused({}, "FILE.hal is required");
     refused({"lag.hal"}, "--for is required");
     refused({"none.hal", "--for", "1"}, "File does not exist: none.hal");
+    refused({"lag.hal", "--replay", "/dev/zero"}, "/dev/zero: is a device, no regular file");
+    refused({"lag.hal", "--for", "1", "--ini", "/dev/zero"}, "/dev/zero: is a device, no regular file");
     refused({"lag.hal", "--for", "soon"}, "'soon' is not a time");
     refused({"lag.hal", "--for", "10 min"}, "'10 min' is not a time");
     refused({"lag.hal", "--for", "-1"}, "'-1' is not a time");
