@@ -10,6 +10,7 @@
 #include "hal/identity.hpp"
 #include "hal/manual.hpp"
 #include "hal/message.hpp"
+#include "hal/standard_output.hpp"
 
 #include <signal.h>
 #include <CLI/CLI.hpp>
@@ -49,7 +50,7 @@ void plumb::hal::report_error(const char* text) noexcept {
     std::cerr << model().about.name << ": " << text << std::endl;
 }
 
-int main(int argc, char** argv) try {
+static int carry_out(int argc, char** argv) try {
     const Model component = model();
     const Declarations declared(component);
 
@@ -94,4 +95,9 @@ int main(int argc, char** argv) try {
 } catch (const std::exception& error) {
     std::cerr << argv[0] << ": " << error.what() << '\n';
     return 1;
+}
+
+int main(int argc, char** argv) {
+    const int status = carry_out(argc, argv);
+    return plumb::when_written(status, model().about.name);
 }
