@@ -13,8 +13,8 @@
 
 #include "hal/host/decimal.hpp"
 #include "hal/host/messages.hpp"
-#include "hal/host/scheduler.hpp"
 #include "hal/host/regular_file.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 
@@ -82,6 +82,8 @@ Nanoseconds Recorder::last_time(const std::string& name, const std::vector<std::
     if (line != header_of(columns))
         throw std::runtime_error(name + ": line 1: the columns are '" + line.substr(0, 200) +
                                  "', not those to be recorded");
+    if (file.eof())
+        throw std::runtime_error(name + ": the header breaks off: remove the file, or record elsewhere");
     while (std::getline(file, line)) {
         last = line;
         if (file.eof())

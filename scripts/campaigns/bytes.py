@@ -18,8 +18,10 @@ SOURCES = os.path.join(campaign.ROOT, "tests", "readers")
 CORPORA = os.path.join(campaign.ROOT, "tests", "corpus")
 WORK = os.path.join(campaign.BUILD, "campaigns", "bytes")
 FUZZED = os.path.join(campaign.BUILD, "bytes")  # the build by clang
-LIMITS = ("-timeout=5", "-rss_limit_mb=1500", "-malloc_limit_mb=256")  # s for one input, and memory
+LIMITS = ("-timeout=20", "-rss_limit_mb=1500", "-malloc_limit_mb=256")  # s for one input, on a busy computer, and MB
 LONGEST = 1 << 14  # bytes of an input
+
+READERS = sorted({os.path.splitext(name)[0] for name in os.listdir(SOURCES) if name.endswith(".cpp")} - {"reader", "corpus"})
 
 options = None
 
@@ -29,13 +31,8 @@ def main():
                  setup=("--with", "clang libclang-rt-dev llvm", "readers"), add_options=add_options, prepare=prepare)
 
 
-def readers():
-    names = (os.path.splitext(name)[0] for name in os.listdir(SOURCES) if name.endswith(".cpp"))
-    return sorted(set(names) - {"reader", "corpus"})
-
-
 def add_options(parser):
-    parser.add_argument("--reader", choices=readers(), metavar="NAME", help=f"attack this one alone: {', '.join(readers())}")
+    parser.add_argument("--reader", choices=READERS, metavar="NAME", help=f"attack this one alone: {', '.join(READERS)}")
     parser.add_argument("--seconds", type=campaign.seconds_of, default=20.0, metavar="TIME", help="for each seed (default: 20s)")
 
 
@@ -50,7 +47,7 @@ def prepare(given):
 
 def attack(seed):
     """One reader, from what the corpora hold now; a finding names the file that repeats it."""
-    reader = options.reader or readers()[(seed - 1) % len(readers())]
+    reader = options.reader or READERS[(seed - 1) % len(READERS)]
     corpus, findings = (os.path.join(WORK, kind, reader) for kind in ("corpus", "findings"))
     for folder in (corpus, findings):
         os.makedirs(folder, exist_ok=True)

@@ -16,8 +16,9 @@ void read(std::string_view bytes) {
     const std::size_t count = static_cast<unsigned char>(bytes.front()) % 4;
     const FileOf file(bytes.substr(1));
     takes<std::runtime_error>([&] {
-        const host::Replayer replayer(
-            {file.path(), {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count)}, 1});
+        const host::Replayer replayer({file.path(),
+                                       {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count)},
+                                       host::Nanoseconds{1} << (bytes.size() % 63)});
         demand(!replayer.columns().empty(), "a file that is taken has columns");
         demand(replayer.duration() >= 0, "a file ends after it begins");
         for (const std::string& column : replayer.columns())
