@@ -12,8 +12,8 @@
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
-#include "hal/host/scheduler.hpp"
 #include "hal/host/regular_file.hpp"
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 
@@ -214,7 +214,7 @@ void Replayer::read_samples() {
         if (fields.size() != columns_.size())
             throw std::runtime_error(at_line(settings_.file, line) + fields_text(fields.size()) + " for " +
                                      std::to_string(columns_.size()) + " columns");
-        const Nanoseconds time = first ? 0 : times_.back() + settings_.sample_period;
+        const Nanoseconds time = first ? 0 : after(times_.back(), settings_.sample_period);
         if (time > latest)
             throw std::runtime_error(at_line(settings_.file, line) + "is later than 146 years");
         add_row(line, time, fields);
