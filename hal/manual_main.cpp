@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // manual MODULE.so: prints the module's manual page.
 #include "hal/manual.hpp"
+#include "hal/standard_output.hpp"
 
 #include <dlfcn.h>
 
@@ -19,4 +20,5 @@ int main(int argc, char** argv) {
     }
     const auto model = reinterpret_cast<const plumb::hal::Model* (*)()>(symbol);
     std::cout << plumb::hal::manual(*model(), 9);
+    return plumb::when_written(0, "manual");
 }

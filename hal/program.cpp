@@ -10,6 +10,7 @@
 #include "hal/identity.hpp"
 #include "hal/manual.hpp"
 #include "hal/message.hpp"
+#include "hal/standard_output.hpp"
 
 #include <signal.h>
 #include <CLI/CLI.hpp>
@@ -66,7 +67,7 @@ void plumb::hal::report(const char* text) noexcept {
     std::cout << model().about.name << ": " << text << std::endl;
 }
 
-int main(int argc, char** argv) try {
+static int carry_out(int argc, char** argv) try {
     const Model component = model();
     const Declarations declared(component);
 
@@ -115,4 +116,9 @@ int main(int argc, char** argv) try {
 } catch (const std::exception& error) {
     std::cerr << argv[0] << ": " << error.what() << '\n';
     return 1;
+}
+
+int main(int argc, char** argv) {
+    const int status = carry_out(argc, argv);
+    return plumb::when_written(status, model().about.name);
 }

@@ -31,10 +31,21 @@ def make_writable(folder):
 
 @contextlib.contextmanager
 def errors_told():
-    """Ends the program with a sentence where something went wrong, and at Ctrl-C."""
+    """Ends the program with a sentence where something went wrong, as with a full disk, and at Ctrl-C."""
     try:
-        yield
+        try:
+            yield
+        finally:
+            flush_output()
     except KeyboardInterrupt:
         sys.exit(130)
     except (RuntimeError, OSError, ValueError) as error:
         sys.exit(f"scripts/bench: {error}")
+
+
+def flush_output():
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more at its end
+        raise OSError(f"standard output: {error.strerror}") from error

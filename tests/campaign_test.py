@@ -70,5 +70,54 @@ class Campaign(unittest.TestCase):
         self.assertIn("Campaigns:", outcome.stderr)
 
 
+
+class Bytes(unittest.TestCase):
+    """scripts/campaign bytes with stand-ins for cmake and for the readers that clang would build."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.build = folder.name
+        os.makedirs(os.path.join(self.build, "bytes", "readers"))
+        self.program("bytes/build.ninja", "")
+        self.program("cmake", "exit 0")
+
+    def program(self, name, script):
+        path = os.path.join(self.build, name)
+        with open(path, "w", encoding="ascii") as file:
+            file.write("#!/bin/sh\n" + script)
+        os.chmod(path, 0o755)
+
+    def attack(self, script, *arguments):
+        self.program("bytes/readers/readers", script)
+        environment = {**os.environ, "PLUMB_BUILD": self.build, "PATH": self.build + os.pathsep + os.environ["PATH"]}
+        return subprocess.run([os.path.join(ROOT, "scripts", "campaign"), "bytes", *arguments], env=environment,
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
+
+    def test_each_seed_is_a_reader_and_its_tries_are_counted(self):
+        outcome = self.attack('echo "stat::number_of_executed_units: 7" >&2; echo $PLUMB_READER >>$(dirname "$0")/log', "--count", "3")
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        self.assertIn("seeds 1 to 3, 21 tries", outcome.stdout)
+        with open(os.path.join(self.build, "bytes", "readers", "log"), encoding="ascii") as log:
+            self.assertEqual(len(set(log.read().split())), 3)
+
+    def test_a_finding_has_its_sentence_and_the_bytes_that_repeat_it(self):
+        outcome = self.attack('echo "demanded: it is true" >&2; echo "artifact_prefix=; Test unit written to /x/crash-1" >&2; exit 77',
+                              "--count", "1", "--reader", "chain")
+        self.assertEqual(outcome.returncode, 1)
+        self.assertRegex(outcome.stdout, "seed 1: chain: it is true; repeat it by PLUMB_READER=chain .*readers /x/crash-1\n")
+
+    def test_what_leaves_no_bytes_leaves_its_words(self):
+        outcome = self.attack("echo no reader >&2; exit 2", "--count", "1", "--reader", "chain")
+        log = os.path.join(self.build, "campaigns", "bytes", "findings", "chain.log")
+        self.assertIn(f"chain: exit status 2; see {log}", outcome.stdout)
+        with open(log, encoding="ascii") as file:
+            self.assertEqual(file.read(), "no reader\n")
+
+    def test_each_reader_has_a_corpus(self):
+        readers = {name[:-4] for name in os.listdir(os.path.join(ROOT, "tests", "readers")) if name.endswith(".cpp")}
+        self.assertEqual(readers - {"reader", "corpus"}, set(os.listdir(os.path.join(ROOT, "tests", "corpus"))))
+
+
 if __name__ == "__main__":
     unittest.main()

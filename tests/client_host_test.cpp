@@ -181,6 +181,14 @@ TEST_F(ClientOfHost, ExpectationsAreCheckedInEveryPeriod) {
     EXPECT_EQ(violations[0].first_time, 3ms);
     EXPECT_EQ(violations[0].values.at("x"), 3);
     EXPECT_THAT(refusal([&] { client.expect("bad", "x <", {{"x", "it.out"}}); }), HasSubstr("x <"));
+    EXPECT_THAT(refusal([&] {
+                    client.expect("bad", "x = 5", {{"x", "it.out"}});
+                }),
+                HasSubstr("'x = 5': = assigns a value"));
+    EXPECT_THAT(refusal([&] {
+                    client.expect("bad", "1 < 2", {{"x", "it.out"}});
+                }),
+                HasSubstr("'1 < 2': it is about no pin"));
 }
 
 TEST_F(ClientOfHost, ASecondClientSharesTheHostAndLeavesItRunning) {

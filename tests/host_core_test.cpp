@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // What the virtual-time host does with stock modules, damaged files, broken requests and killed programs.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -221,6 +223,79 @@ TEST_F(HostCore, AFullDiskEndsTheRunWithASentence) {
     }
 }
 
+TEST_F(HostCore, ARecordingThatFailsMeanwhileEndsTheRunAndIsTold) {
+    bench_.command("loadrt sum2");
+    bench_.command("addf sum2.0 servo-thread");
+    const std::string pipe = folder_ / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const auto refusal = [](const auto& action) -> std::string {
+        try {
+            action();
+        } catch (const std::runtime_error& refused) {
+            return refused.what();
+        }
+        return "not refused";
+    };
+    host::Client& client = bench_.client();
+    const auto record = [&] { client.record("r", {{"sum2.0.out"}, 1ms, pipe}); };
+    EXPECT_THAT(refusal(record), HasSubstr("pipe: is a pipe or socket that nobody reads"));
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    record();
+    client.record("other", {{"sum2.0.out"}, 1ms, folder_ / "other.csv"});
+    EXPECT_EQ(bench_.client().run(2ms).ran, 2ms);
+    close(reader);
+    EXPECT_THAT(refusal([&] { client.run(2ms); }), HasSubstr("pipe: Broken pipe"));
+    EXPECT_THAT(refusal([&] { client.record_stop("r"); }), HasSubstr("pipe: Broken pipe"));
+    EXPECT_THAT(refusal([&] { client.record_stop("r"); }), HasSubstr("there is no recording"));
+    EXPECT_EQ(client.run(2ms).ran, 2ms) << "the host goes on";
+    client.record_stop("other");
+    EXPECT_THAT(text_of(folder_ / "other.csv"), HasSubstr("\n0.006,0\n"));
+}
+
+TEST_F(HostCore, ARecordingThatBreaksOffIsNotGoneOnWith) {
+    bench_.command("loadrt sum2");
+    const auto refused = [&](const std::string& text, const std::string& why) {
+        const std::string file = folder_.write("out.csv", text);
+        try {
+            bench_.client().record("r", {{"sum2.0.out"}, 1ms, file, true});
+            ADD_FAILURE() << "not refused: " << text;
+        } catch (const std::runtime_error& refusal) {
+            EXPECT_THAT(refusal.what(), HasSubstr(why));
+        }
+        EXPECT_EQ(text_of(file), text);
+    };
+    refused("time,sum2.0.out\n0,1\n0.5,", "the last row breaks off");
+    refused("time,sum2.0.out\n0,1\n1e300,1\n", "the last row has no time");
+    refused("time,sum2.0.out\n0,1\nnan,1\n", "the last row has no time");
+}
+
+TEST_F(HostCore, OnlyARegularFileIsReplayed) {
+    bench_.command("loadrt sum2");
+    const std::string pipe = folder_ / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const std::string long_line = folder_.write("long.csv", std::string(3 << 20, 'x'));
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"/dev/zero", "/dev/zero: is a device, no regular file"},
+        {pipe, "pipe: is a pipe, no regular file"},
+        {folder_ / "", "is a folder, no regular file"},
+        {folder_ / "none.csv", "none.csv: No such file or directory"},
+        {long_line, "long.csv: line 1: is longer than 1 MiB"},
+    };
+    for (const auto& [file, words] : cases) {
+        for (const bool samples : {false, true}) {
+            try {
+                if (samples)
+                    bench_.client().replay({file, {"sum2.0.in0"}, 1ms});
+                else
+                    bench_.client().replay({file});
+                ADD_FAILURE() << "not refused: " << file;
+            } catch (const std::runtime_error& refusal) {
+                EXPECT_THAT(refusal.what(), HasSubstr(words));
+            }
+        }
+    }
+}
+
 TEST_F(HostCore, RtapiAppsProtocolMayArriveInPieces) {
     const std::string& socket_path = bench_.client().socket();
     EXPECT_EQ(talk(socket_path, {"2 4 lo", "ad3 or", "2"}), "0 ");
@@ -242,6 +317,37 @@ TEST_F(HostCore, WhatIsNoProtocolIsHungUpOn) {
     EXPECT_THAT(talk(socket_path, {"{\"do\":\"run\",\"ns\":1.5}\n"}, 1),
                 HasSubstr("whole number of nanoseconds"));
     bench_.run(1);  // it lives
+}
+
+TEST_F(HostCore, RequestsBeyondAllMeasureAreRefusedAtOnce) {
+    const std::string& socket_path = bench_.client().socket();
+    const std::string hello = "{\"do\":\"hello\"}\n";
+    const std::string deep =
+        "{\"do\":\"get\",\"names\":" + std::string(200'000, '[') + std::string(200'000, ']') + "}\n";
+    EXPECT_THAT(talk(socket_path, {deep}, 1), HasSubstr("the request is nested more than 32 deep"));
+    const auto began = std::chrono::steady_clock::now();
+    const std::string large =
+        "{\"do\":\"set\",\"name\":\"" + std::string(40'000'000, 'x') + "\",\"value\":1}\n";
+    const std::string answers = talk(socket_path, {hello + large + hello}, 3);
+    EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
+    EXPECT_THAT(answers, testing::MatchesRegex(
+                             ".*\"ok\":true.*\n.*the request is longer than 1 MiB.*\n.*\"ok\":true.*\n"));
+    EXPECT_EQ(talk(socket_path, {"2 4 load900000 " + std::string(300'000, 'x')}), "");
+    bench_.run(1);  // it lives
+}
+
+TEST_F(HostCore, ALargeRequestAndManyAreCarriedOut) {
+    bench_.command("loadrt sum2");
+    std::string names = "\"sum2.0.in0\"";
+    for (int i = 0; i < 50'000; ++i) names += ",\"sum2.0.out\"";
+    const std::string answer =
+        talk(bench_.client().socket(), {"{\"do\":\"get\",\"names\":[" + names + "]}\n"}, 1);
+    EXPECT_THAT(answer.substr(0, 10), HasSubstr("{\"ok\":true"));
+    std::string many;
+    for (int i = 0; i < 5'000; ++i) many += "{\"do\":\"get\",\"names\":[\"sum2.0.in0\"]}\n";
+    const std::string answers = talk(bench_.client().socket(), {many}, 5'000);
+    EXPECT_EQ(std::count(answers.begin(), answers.end(), '\n'), 5'000);
+    EXPECT_THAT(answers, testing::Not(HasSubstr("false")));
 }
 
 TEST_F(HostCore, RequestsThatAreSentAtOnceAreAnsweredInOrder) {

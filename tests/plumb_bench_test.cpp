@@ -176,6 +176,8 @@ TEST_F(PlumbBench, WrongCommandLinesAreOneSentenceEach) {
     refused({}, "FILE.hal is required");
     refused({"lag.hal"}, "--for is required");
     refused({"none.hal", "--for", "1"}, "File does not exist: none.hal");
+    refused({"lag.hal", "--replay", "/dev/zero"}, "/dev/zero: is a device, no regular file");
+    refused({"lag.hal", "--for", "1", "--ini", "/dev/zero"}, "/dev/zero: is a device, no regular file");
     refused({"lag.hal", "--for", "soon"}, "'soon' is not a time");
     refused({"lag.hal", "--for", "10 min"}, "'10 min' is not a time");
     refused({"lag.hal", "--for", "-1"}, "'-1' is not a time");
@@ -238,9 +240,46 @@ TEST_F(PlumbBench, StatementsThatCannotBeReadAreRefusedWithTheReason) {
     EXPECT_THAT(
         expect("{lag.oot} < 1").errors,
         HasSubstr("--expect: there is no pin, parameter or signal 'lag.oot'; did you mean 'lag.out'?"));
-    EXPECT_THAT(expect("{lag.out} <").errors,
-                HasSubstr("--expect: '{lag.out} <', read as 'v0 <': Unexpected end"));
-    EXPECT_EQ(expect("{lag.out} <").status, 1);
+    EXPECT_THAT(expect("{lag.out} <").errors, HasSubstr("--expect: '{lag.out} <': it breaks off"));
+    EXPECT_EQ(expect("{lag.out} <").status, 2);
+    EXPECT_THAT(expect("lowest({lag.out}) < 1").errors,
+                HasSubstr("--expect: 'lowest({lag.out}) < 1', read as 'lowest(v0) < 1': Unexpected token"));
+}
+
+TEST_F(PlumbBench, AStatementThatCouldNotFailIsRefused) {
+    const auto refused = [this](const std::string& statement, const std::string& why, int status = 2) {
+        const Outcome outcome = bench({"lag.hal", "--for", "1ms", "--expect", statement});
+        EXPECT_EQ(outcome.status, status) << statement;
+        EXPECT_THAT(outcome.errors, AllOf(HasSubstr('\'' + statement + '\''), HasSubstr(why)));
+    };
+    refused("{lag.out} = 5", ": = assigns a value, which always holds; write == to compare, as in x == 5");
+    refused("({lag.gain} = 7) || {lag.out} > 1", "= assigns a value");
+    refused("abs({lag.out}) <= 0.5, 1", "a comma stands between the arguments of a function only");
+    refused("abs({lag.out} <= 0.5), 1", "a comma stands between the arguments of a function only");
+    refused("abs({lag.out})", "its value is a number, which would always hold unless it is 0; compare it");
+    refused("{lag.out}_rate", "its value is a number");
+    refused("min({lag.out} < 1, 1)", "its value is a number");
+    refused("{lag.out} > 5 || 1", "'1' beside || is a number; compare it, as in x <= 5");
+    refused("1 < {lag.out} < 5", "'1 < {lag.out}' is compared once more; join two comparisons by &&");
+    refused("{lag.out} < 1 ? 1 : 2", "its value is a number");
+    refused("!{lag.out}", "there is no !; not is == 0");
+    refused("{lag.out}1 < 5", "'{lag.out}1' is unknown");
+    refused("v0 < {lag.out}", "'v0' is unknown");
+    refused(std::string(200, '(') + "{lag.out} < 1" + std::string(200, ')'), "nested more than 100 deep");
+    refused("{lag.out}", "its value is a number", 1);  // which only the host knows
+    refused("{lag.in} == 0 && {lag.out}", "beside && is a number", 1);
+}
+
+TEST_F(PlumbBench, ABitOrAChoiceIsAStatement) {
+    folder.write("bits.hal", std::string(lag) + "loadrt comp names=above\naddf above servo-thread\n");
+    for (const char* statement :
+         {"{above.out} == 0", "{above.out} || {lag.out} >= 0", "({lag.out} < 1) == ({lag.in} < 1)",
+          "{lag.in} > 1 ? {above.out} : 1", "min({lag.in}, -{lag.out}^2) <= 1e0", "finite({lag.out}_rate)"}) {
+        const Outcome outcome = bench({"bits.hal", "--for", "10ms", "--expect", statement});
+        EXPECT_EQ(outcome.status, 0) << statement << outcome.errors;
+    }
+    EXPECT_THAT(bench({"bits.hal", "--for", "10ms", "--expect", "{above.out}"}).output,
+                HasSubstr("did not hold: {above.out}\n    in 10 periods"));
 }
 
 TEST_F(PlumbBench, ReplaysARecordingUpToItsEnd) {

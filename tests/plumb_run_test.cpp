@@ -4,6 +4,7 @@
 #include "tests/support/machine.hpp"
 #include "tests/support/program.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 
 #include <signal.h>
@@ -273,6 +274,29 @@ TEST_F(PlumbRun, AClientWatchesEveryPeriodWhileTimePasses) {
     for (auto value = begin + 1; value < ramp.end(); ++value)
         EXPECT_NEAR(*value - *(value - 1), *(value - 1) < 5 ? 0.01 : 0, 1e-9);
     EXPECT_EQ(ramp.back(), 5);
+}
+
+TEST_F(PlumbRun, ARecordingThatCannotBeWrittenEndsAloneAndIsTold) {
+    const std::string pipe = folder / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const Outcome outcome = run_with_client("--speed 10", growing, [&](host::Client& client) {
+        const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+        client.record("lost", {{"integ.0.out"}, host::seconds(0.001), pipe});
+        client.record("kept", {{"filter.out"}, host::seconds(0.001), folder / "kept.csv"});
+        close(reader);
+        const auto closed = client.time();
+        await([&] { return client.time() > closed + host::seconds(10); }, "more than the host keeps");
+        try {
+            client.record_stop("lost");
+            ADD_FAILURE() << "it is not told";
+        } catch (const std::runtime_error& refusal) {
+            EXPECT_THAT(refusal.what(), HasSubstr("pipe: Broken pipe"));
+        }
+        client.record_stop("kept");
+    });
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_THAT(outcome.output + outcome.errors, HasSubstr("pipe: Broken pipe: the recording ends here"));
+    EXPECT_GT(read_table(folder / "kept.csv").rows.size(), 9'000u);
 }
 
 TEST_F(PlumbRun, ARecordingFollowsANetThatIsMadeMeanwhile) {

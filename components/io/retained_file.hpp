@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <stdexcept>
@@ -45,9 +46,10 @@ inline std::string hexadecimal(std::uint32_t number) {
 inline std::string value_text(const hal::Value& value) {
     if (const auto* const bit = std::get_if<bool>(&value)) return *bit ? "true" : "false";
     if (const auto* const whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
-    char digits[32];  // the shortest that give the same number again
-    const std::string real(digits,
-                           std::to_chars(digits, digits + sizeof digits, std::get<double>(value)).ptr);
+    const double number = std::get<double>(value);
+    if (std::isnan(number)) return "nan";  // TOML's has no sign
+    char digits[32];                       // the shortest that give the same number again
+    const std::string real(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
     return real.find_first_of(".en") == std::string::npos ? real + ".0" : real;
 }
 

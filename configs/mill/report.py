@@ -115,6 +115,8 @@ class Recording:
 
     def __init__(self, file, period):
         self.file, self.period = file, period
+        if os.path.exists(file) and not os.path.isfile(file):
+            raise Unusable("%s is no regular file" % file)
         try:
             rows = np.loadtxt(complete_lines(file), ndmin=2)
         except ValueError as error:

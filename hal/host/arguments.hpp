@@ -8,11 +8,17 @@
 
 #include "hal/host/decimal.hpp"
 #include "hal/host/pace.hpp"
+#include "hal/host/regular_file.hpp"
 
 namespace plumb::host {
 
 inline CLI::Validator existing_file() {
-    return CLI::Validator(CLI::ExistingFile).description("");
+    const auto check = [](const std::string& name) {
+        const std::string missing = CLI::ExistingFile(name);
+        const std::string why = missing.empty() ? irregularity(name) : missing;
+        return missing.empty() && !why.empty() ? name + ": " + why : why;
+    };
+    return CLI::Validator(check, "");
 }
 
 inline CLI::Validator existing_folder() {

@@ -377,10 +377,13 @@ another bench.
 A TIME is a number with a unit, ns, us, ms, s, min, h or d; without a unit it is in seconds: 600, 250ms,
 10min, 4h.)"},
          {"STATEMENTS",
-          R"(A statement is an expression of muParser about numbers; a bit is 0 or 1, and "not" is == 0. It has + - * / ^,
-comparisons (< <= > >= == !=), && and ||, a choice (a ? b : c), brackets, and among its functions abs, min, max,
-sqrt, sin, cos, atan2, exp, ln, sign, rint. {NAME}_rate is the change of a value per second since the period before,
-finite({NAME}) is 0 for what is infinite or no number.)"},
+          R"(A statement is an expression of muParser that is true or false: a comparison (< <= > >= == !=), a pin of type
+bit, finite({NAME}), or several of them joined by && and || or chosen by a ? b : c; "not" is == 0. It compares numbers; a bit is 0 or 1.
+There are + - * / ^, brackets, and among the functions abs, min, max, sqrt, sin, cos, atan2, exp, ln, log10, sign, rint.
+{NAME}_rate is the change of a value per second since the period before, finite({NAME}) is 0 for what is infinite or no number.
+
+Refused is what could not fail, or would change a value: a number by itself, {NAME} = 5 (write ==), a comma outside the
+arguments of a function, and 0 < {NAME} < 5 (write 0 < {NAME} && {NAME} < 5).)"},
          {"EXIT STATUS",
           R"(0 when the whole time was simulated and every statement held, 1 when one did not or after an error, 2 for
 a wrong command line. Ctrl-C ends the

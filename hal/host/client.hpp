@@ -137,8 +137,8 @@ public:
     // Returns how long the replay lasts.
     Time replay(const Replay& replay);
 
-    // Checks an expression after every period.  Besides each variable x it may use x_rate, the change of
-    // x per second, and finite(x).
+    // Checks a statement after every period: an expression that is true or false.  Besides each variable x it
+    // may use x_rate, the change of x per second, and finite(x).
     void expect(const std::string& id, const std::string& expression,
                 const std::map<std::string, std::string>& variables);
     std::vector<Violation> violations();

@@ -14,9 +14,11 @@
 #include "hal/host/faster_clock.hpp"
 #include "hal/host/guard.hpp"
 #include "hal/host/hal_memory.hpp"
+#include "hal/host/line_buffer.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
 #include "hal/host/output_of.hpp"
+#include "hal/host/request.hpp"
 #include "hal/host/run_watch.hpp"
 #include "hal/host/scheduler.hpp"
 
@@ -30,37 +32,6 @@ constexpr int protocol = 1;
 
 Json okay() {
     return {{"ok", true}};
-}
-
-// The value under `key`. Throws std::runtime_error when it is missing or has another type.
-template <typename Value>
-Value required(const Json& request, const char* key) {
-    const auto found = request.find(key);
-    if (found == request.end())
-        throw std::runtime_error("'" + request["do"].get<std::string>() + "' needs \"" + key + "\"");
-    try {
-        return found->get<Value>();
-    } catch (const Json::exception&) {
-        throw std::runtime_error("'" + request["do"].get<std::string>() + "' cannot take " + found->dump() +
-                                 " as \"" + key + "\"");
-    }
-}
-
-// The same, or `otherwise` when it is missing or null.
-template <typename Value>
-Value optional(const Json& request, const char* key, Value otherwise) {
-    const auto found = request.find(key);
-    return found == request.end() || found->is_null() ? otherwise : required<Value>(request, key);
-}
-
-// A span of time. Throws std::runtime_error unless it is whole and at least `least`.
-Nanoseconds span(const Json& request, const char* key, Nanoseconds least) {
-    const auto found = request.find(key);
-    if (found != request.end() && (!found->is_number_integer() || found->get<Nanoseconds>() < least))
-        throw std::runtime_error("'" + request["do"].get<std::string>() + "': \"" + key + "\" is " +
-                                 found->dump() + ", not a whole number of nanoseconds from " +
-                                 std::to_string(least) + " on");
-    return required<Nanoseconds>(request, key);
 }
 
 Json number(double value) {
@@ -86,7 +57,7 @@ std::string text_of(const Json& value) {
     if (value.is_number_integer()) return value.dump();
     std::string text;
     if (value.is_number()) append_number(text, value.get<double>());
-    if (text.empty()) throw std::runtime_error(value.dump() + " is no value of a pin");
+    if (text.empty()) throw std::runtime_error(Request::shown(value) + " is no value of a pin");
     return text;
 }
 
@@ -200,7 +171,7 @@ void Control::attend(int end_descriptor) {
     server_.serve();
 }
 
-std::chrono::nanoseconds Control::idle_time() const {
+std::chrono::nanoseconds Control::idle_time() {
     using namespace std::chrono_literals;
     if (server_.has_requests()) return 0ns;
     std::chrono::nanoseconds idle = programs_.halcmd_runs() ? 100ms : 1s;
@@ -301,18 +272,25 @@ int Control::rtapi_command(const std::vector<std::string>& words, pid_t process)
 
 void Control::control_request(Server::Connection from, const std::string& line) {
     try {
-        const Json request = Json::parse(line, nullptr, false);
-        if (!request.is_object() || !request.contains("do") || !request["do"].is_string())
-            throw std::runtime_error("a request is a JSON object with a \"do\"");
+        const Request request(line);
         if (const auto result = carry_out(from, request)) answer(from, *result);
     } catch (const std::exception& error) {
         answer(from, {{"ok", false}, {"error", error.what()}});
     }
 }
 
+void Control::request_too_long(Server::Connection from) {
+    answer(from,
+           {{"ok", false},
+            {"error", "the request is longer than " + std::to_string(LineBuffer::longest >> 20) + " MiB"}});
+}
+
 void Control::control_request_waits(const std::string& line) {
-    const Json request = Json::parse(line, nullptr, false);
-    if (request.is_object() && request.contains("do") && request["do"] == "stop" && !pace_) stop();
+    try {
+        if (Request(line).what() == "stop" && !pace_) stop();
+    } catch (const std::runtime_error&) {
+        // It is refused when its turn comes.
+    }
 }
 
 void Control::closed(Server::Connection connection) {
@@ -321,8 +299,8 @@ void Control::closed(Server::Connection connection) {
     stop();
 }
 
-std::optional<Json> Control::carry_out(Server::Connection from, const Json& request) {
-    const std::string what = request["do"];
+std::optional<Json> Control::carry_out(Server::Connection from, const Request& request) {
+    const std::string& what = request.what();
     if (what == "hello") return hello();
     if (what == "halcmd") return halcmd(from, request), std::nullopt;
     if (what == "get") return get(request);
@@ -335,7 +313,7 @@ std::optional<Json> Control::carry_out(Server::Connection from, const Json& requ
     if (what == "programs") return programs();
     if (what == "guard") return guard();
     if (what == "record-stop") {
-        timeline_.stop_recording(required<std::string>(request, "id"));
+        timeline_.stop_recording(request.required<std::string>("id"));
         return okay();
     }
     if (what == "stop") {
@@ -346,7 +324,7 @@ std::optional<Json> Control::carry_out(Server::Connection from, const Json& requ
         end_ = true;
         return okay();
     }
-    throw std::runtime_error("'" + what + "' is nothing that this host can do");
+    throw std::runtime_error("'" + what.substr(0, 60) + "' is nothing that this host can do");
 }
 
 void Control::answer(Server::Connection to, const Json& result) {
@@ -372,9 +350,9 @@ Json Control::hello() const {
             {"modules", modules_.folders()}};
 }
 
-void Control::halcmd(Server::Connection from, const Json& request) {
+void Control::halcmd(Server::Connection from, const Request& request) {
     programs_.start_halcmd(
-        required<std::vector<std::string>>(request, "args"), optional<std::string>(request, "cwd", ""),
+        request.required<std::vector<std::string>>("args"), request.optional<std::string>("cwd", ""),
         [this, from](Finished finished) {
             const auto beside = modules_.hal_library_loaded() ? std::nullopt : realtime_beside(programs_);
             if (beside) finished = {std::max(finished.status, 1), finished.output + *beside + "\n"};
@@ -382,8 +360,8 @@ void Control::halcmd(Server::Connection from, const Json& request) {
         });
 }
 
-Json Control::get(const Json& request) {
-    const auto names = required<std::vector<std::string>>(request, "names");
+Json Control::get(const Request& request) {
+    const auto names = request.required<std::vector<std::string>>("names");
     need_hal();
     const Names look;
     Json values = Json::array();
@@ -396,9 +374,9 @@ Json Control::get(const Json& request) {
     return {{"ok", true}, {"values", values}, {"types", types}};
 }
 
-Json Control::set(const Json& request) {
-    const auto name = required<std::string>(request, "name");
-    set_value(name, required<Json>(request, "value"));
+Json Control::set(const Request& request) {
+    const auto name = request.required<std::string>("name");
+    set_value(name, request.required<Json>("value"));
     return okay();
 }
 
@@ -421,32 +399,32 @@ void Control::set_value(const std::string& name, const Json& value) {
     settable_.insert(name);
 }
 
-void Control::run(Server::Connection from, const Json& request) {
+void Control::run(Server::Connection from, const Request& request) {
     if (pace_) throw std::runtime_error("time passes by itself in this host");
     if (timeline_.running()) throw std::runtime_error("a run is under way already");
     if (timeline_.watches()) need_hal();
-    timeline_.begin(span(request, "ns", 0));
+    timeline_.begin(request.span("ns", 0));
     runner_ = from;
     last_progress_ = std::chrono::steady_clock::now();
 }
 
-Json Control::record(const Json& request) {
+Json Control::record(const Request& request) {
     need_hal();
-    Recorder::Settings settings{required<std::string>(request, "file"),
-                                required<std::vector<std::string>>(request, "names"),
-                                span(request, "every", 1), optional<bool>(request, "append", false)};
-    timeline_.record(required<std::string>(request, "id"),
+    Recorder::Settings settings{request.required<std::string>("file"),
+                                request.required<std::vector<std::string>>("names"), request.span("every", 1),
+                                request.optional<bool>("append", false)};
+    timeline_.record(request.required<std::string>("id"),
                      std::make_unique<Recorder>(std::move(settings), Names()));
     return okay();
 }
 
-Json Control::replay(const Json& request) {
+Json Control::replay(const Request& request) {
     need_hal();
-    Replayer::Settings settings{required<std::string>(request, "file"),
-                                optional<std::vector<std::string>>(request, "columns", {}), 0};
-    if (!settings.columns.empty()) settings.sample_period = span(request, "sample-period", 1);
+    Replayer::Settings settings{request.required<std::string>("file"),
+                                request.optional<std::vector<std::string>>("columns", {}), 0};
+    if (!settings.columns.empty()) settings.sample_period = request.span("sample-period", 1);
     auto replayer = std::make_unique<Replayer>(std::move(settings));
-    const bool override_writer = optional<bool>(request, "override", false);
+    const bool override_writer = request.optional<bool>("override", false);
     for (const std::string& column : replayer->columns()) make_replayable(column, override_writer);
     replayer->resolve(Names());
     const Nanoseconds duration = replayer->duration();
@@ -500,11 +478,11 @@ std::string Control::writer_of(const std::string& signal) {
     return "";
 }
 
-Json Control::expect(const Json& request) {
+Json Control::expect(const Request& request) {
     need_hal();
-    timeline_.expectations().add(required<std::string>(request, "id"),
-                                 required<std::string>(request, "expression"),
-                                 required<std::map<std::string, std::string>>(request, "variables"), Names());
+    timeline_.expectations().add(request.required<std::string>("id"),
+                                 request.required<std::string>("expression"),
+                                 request.required<std::map<std::string, std::string>>("variables"), Names());
     return okay();
 }
 

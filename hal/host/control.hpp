@@ -2,7 +2,8 @@
 // Carries out what clients and rtapi_app ask for. A control request is a JSON object with the key "do"; the
 // answer is
 // {"ok":true,...}, or {"ok":false,"error":"one sentence"}. Times are whole nanoseconds; numbers that are not
-// finite travel as the strings "nan", "inf" and "-inf".
+// finite travel as the strings "nan", "inf" and "-inf". A request that is longer than 1 MiB (LineBuffer), or
+// has more than 32 lists and objects within each other, is refused.
 #pragma once
 
 #include <chrono>
@@ -21,6 +22,8 @@
 #include "hal/host/timeline.hpp"
 
 namespace plumb::host {
+
+class Request;
 
 class Control final : public Server::Service {
 public:
@@ -50,21 +53,22 @@ public:
 
     int rtapi_command(const std::vector<std::string>& words, pid_t process) override;
     void control_request(Server::Connection from, const std::string& line) override;
+    void request_too_long(Server::Connection from) override;
     void control_request_waits(const std::string& line) override;
     void closed(Server::Connection connection) override;
 
 private:
     using Json = nlohmann::json;
 
-    std::optional<Json> carry_out(Server::Connection from, const Json& request);
+    std::optional<Json> carry_out(Server::Connection from, const Request& request);
     Json hello() const;
-    void halcmd(Server::Connection from, const Json& request);
-    Json get(const Json& request);
-    Json set(const Json& request);
-    void run(Server::Connection from, const Json& request);
-    Json record(const Json& request);
-    Json replay(const Json& request);
-    Json expect(const Json& request);
+    void halcmd(Server::Connection from, const Request& request);
+    Json get(const Request& request);
+    Json set(const Request& request);
+    void run(Server::Connection from, const Request& request);
+    Json record(const Request& request);
+    Json replay(const Request& request);
+    Json expect(const Request& request);
     Json violations();
     Json guard();
     Json programs();
@@ -77,7 +81,7 @@ private:
     void start_program(const std::vector<std::string>& words);
     void report_lost_pace(std::chrono::nanoseconds real) const;
     void attend(int end_descriptor);
-    std::chrono::nanoseconds idle_time() const;
+    std::chrono::nanoseconds idle_time();
     void let_time_pass();
     void unload_all();
     void let_unloaded_go();

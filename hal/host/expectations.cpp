@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "hal/host/scheduler.hpp"
+#include "hal/host/statement.hpp"
 
 namespace plumb::host {
 
@@ -17,7 +18,7 @@ double finite(double x) {
     return std::isfinite(x) ? 1.0 : 0.0;
 }
 
-struct Variable {
+struct Quantity {
     std::string name;
     std::string of;  // pin, parameter or signal
     Cell cell;
@@ -29,7 +30,7 @@ struct Variable {
 
 struct Expectations::Statement {
     std::string id;
-    std::vector<Variable> variables;
+    std::vector<Quantity> variables;
     mu::Parser parser;
     Nanoseconds last;   // the instant of the values
     bool lost = false;  // one of its names is gone
@@ -50,8 +51,20 @@ void Expectations::add(const std::string& id, const std::string& expression,
         statement->variables.push_back({name, of, cell, cell.read(), 0.0});
     }
     try {
+        require_statement(expression, [&](const std::string& word) {
+            for (const Quantity& variable : statement->variables)
+                if (variable.name == word)
+                    return variable.cell.type == Cell::Type::bit ? Variable::bit : Variable::number;
+            for (const Quantity& variable : statement->variables)
+                if (variable.name + "_rate" == word) return Variable::number;
+            return Variable::unknown;
+        });
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error("'" + expression + "': " + error.what());
+    }
+    try {
         statement->parser.DefineFun("finite", finite);
-        for (Variable& variable : statement->variables) {
+        for (Quantity& variable : statement->variables) {
             statement->parser.DefineVar(variable.name, &variable.value);
             statement->parser.DefineVar(variable.name + "_rate", &variable.rate);
         }
@@ -70,12 +83,12 @@ void Expectations::add(const std::string& id, const std::string& expression,
 
 void Expectations::resolve(const Names& names) {
     for (const auto& statement : statements_)
-        for (Variable& variable : statement->variables) variable.cell = names.need(variable.of);
+        for (Quantity& variable : statement->variables) variable.cell = names.need(variable.of);
 }
 
 void Expectations::drop_lost(const Names& names) {
     for (const auto& statement : statements_) {
-        for (Variable& variable : statement->variables) {
+        for (Quantity& variable : statement->variables) {
             const std::optional<Cell> cell = names.find(variable.of);
             statement->lost = statement->lost || !cell;
             if (cell) variable.cell = *cell;
@@ -93,7 +106,7 @@ void Expectations::check(Nanoseconds instant) {
         const double elapsed =
             static_cast<double>(instant - statement->last) / static_cast<double>(one_second);
         statement->last = instant;
-        for (Variable& variable : statement->variables) {
+        for (Quantity& variable : statement->variables) {
             const double value = variable.cell.read();
             variable.rate = elapsed > 0.0 ? (value - variable.value) / elapsed : 0.0;
             variable.value = value;
@@ -103,7 +116,7 @@ void Expectations::check(Nanoseconds instant) {
         Violation& violation = statement->violation;
         if (violation.count++ == 0) {
             violation.first_time = instant;
-            for (const Variable& variable : statement->variables) {
+            for (const Quantity& variable : statement->variables) {
                 violation.values[variable.name] = variable.value;
                 const std::string rate = variable.name + "_rate";
                 if (statement->parser.GetUsedVar().count(rate) > 0) violation.values[rate] = variable.rate;

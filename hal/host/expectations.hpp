@@ -29,7 +29,7 @@ public:
     ~Expectations();
 
     // Adds a statement, or replaces the one with this id. Throws std::runtime_error when it is no
-    // expression, uses a variable that is not given, or a name is unknown.
+    // statement (see statement.hpp), uses a variable that is not given, or a name is unknown.
     void add(const std::string& id, const std::string& expression,
              const std::map<std::string, std::string>& variables, const Names& names);
 

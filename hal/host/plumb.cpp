@@ -18,6 +18,7 @@
 #include "hal/host/squareness_command.hpp"
 #include "hal/host/squareness_manual.hpp"
 #include "hal/identity.hpp"
+#include "hal/standard_output.hpp"
 
 namespace plumb::host {
 namespace {
@@ -99,5 +100,5 @@ int carry_out(int argc, char** argv) {
 }  // namespace plumb::host
 
 int main(int argc, char** argv) {
-    return plumb::host::carry_out(argc, argv);
+    return plumb::when_written(plumb::host::carry_out(argc, argv), "plumb");
 }

@@ -209,8 +209,9 @@ class Host:
         return answer["duration"] / 1e9
 
     def expect(self, expression, **variables):
-        """Checks an expression after every period: host.expect("abs(z) < 1", z="filter.out").
+        """Checks a statement after every period: host.expect("abs(z) < 1", z="filter.out").
 
+        It is true or false: a comparison, a bit, or several joined by && and ||; a number by itself is refused.
         Besides each variable x it may use x_rate, the change of x per second, and finite(x). Returns the
         id under which violations() reports it.
         """

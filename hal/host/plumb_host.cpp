@@ -26,6 +26,7 @@
 #include "hal/host/isolation.hpp"
 #include "hal/host/leftovers.hpp"
 #include "hal/identity.hpp"
+#include "hal/standard_output.hpp"
 
 namespace {
 
@@ -88,9 +89,7 @@ no namespaces, it says so and uses the computer's one HAL, under a lock.)"},
             ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR halcmd (1)"};
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int carry_out(int argc, char** argv) {
     using namespace plumb::host;
     CLI::App options("runs LinuxCNC's HAL in virtual time, in the place of rtapi_app", "plumb-host");
     options.set_help_flag("-h,--help", "Prints the options.");
@@ -153,8 +152,9 @@ int main(int argc, char** argv) {
             if (runs_program) {
                 status = control.run_program(program, end_event);
             } else {
-                if (control_descriptor < 0)
-                    std::printf("RTAPI_FIFO_PATH=%s\n", std::getenv("RTAPI_FIFO_PATH"));
+                if (control_descriptor < 0 &&  // without it no client finds the host
+                    std::printf("RTAPI_FIFO_PATH=%s\n", std::getenv("RTAPI_FIFO_PATH")) < 0)
+                    throw std::runtime_error(std::string("standard output: ") + std::strerror(errno));
                 control.serve(end_event);
             }
         }
@@ -167,4 +167,10 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "%s: %s\n", program.empty() ? "plumb-host" : "plumb run", error.what());
         return 1;
     }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return plumb::when_written(carry_out(argc, argv), "plumb-host");
 }

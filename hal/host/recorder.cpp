@@ -12,6 +12,8 @@
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
+#include "hal/host/messages.hpp"
+#include "hal/host/regular_file.hpp"
 #include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
@@ -26,14 +28,23 @@ std::string header_of(const std::vector<std::string>& columns) {
     return header;
 }
 
+// Does not wait for somebody to read from a pipe.
+int open_for_writing(const std::string& file, bool append) {
+    const int mode = O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK | (append ? O_APPEND : O_TRUNC);
+    const int descriptor = open(file.c_str(), mode, 0666);
+    if (descriptor < 0)
+        throw std::runtime_error(
+            file + ": " + (errno == ENXIO ? "is a pipe or socket that nobody reads" : std::strerror(errno)));
+    fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) & ~O_NONBLOCK);
+    return descriptor;
+}
+
 }  // namespace
 
 Recorder::Recorder(Settings settings, const Names& names)
     : settings_(std::move(settings)), began_(scheduler().time()), next_row_(began_) {
     resolve(names);
-    const int mode = O_WRONLY | O_CREAT | O_CLOEXEC | (settings_.append ? O_APPEND : O_TRUNC);
-    descriptor_ = open(settings_.file.c_str(), mode, 0666);
-    if (descriptor_ < 0) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
+    descriptor_ = open_for_writing(settings_.file, settings_.append);
     try {
         struct stat state {};
         if (settings_.append && fstat(descriptor_, &state) == 0 && state.st_size > 0) {
@@ -52,25 +63,38 @@ Recorder::Recorder(Settings settings, const Names& names)
 Recorder::~Recorder() {
     try {
         flush();
-    } catch (const std::runtime_error&) {
-        // Whoever wanted to know has called flush().
+    } catch (const std::runtime_error& error) {
+        print_message(std::string("plumb-host: ") + error.what() + ": the recording is not complete\n", true);
     }
     close(descriptor_);
 }
 
 void Recorder::go_on_with_file() {
-    std::ifstream file(settings_.file);
+    began_ -= last_time(settings_.file, settings_.columns);
+    next_row_ = after(next_row_, settings_.every);
+}
+
+Nanoseconds Recorder::last_time(const std::string& name, const std::vector<std::string>& columns) {
+    require_regular_file(name);
+    std::ifstream file(name);
     std::string line, last;
     std::getline(file, line);
-    if (line != header_of(settings_.columns))
-        throw std::runtime_error(settings_.file + ": line 1: the columns are '" + line +
+    if (line != header_of(columns))
+        throw std::runtime_error(name + ": line 1: the columns are '" + line.substr(0, 200) +
                                  "', not those to be recorded");
-    while (std::getline(file, line)) last = line;
-    if (last.empty()) return;
+    if (file.eof())
+        throw std::runtime_error(name + ": the header breaks off: remove the file, or record elsewhere");
+    while (std::getline(file, line)) {
+        last = line;
+        if (file.eof())
+            throw std::runtime_error(name + ": the last row breaks off: remove it, or record elsewhere");
+    }
+    if (last.empty()) return 0;
     const auto seconds = number_of(last.substr(0, last.find(',')));
-    if (!seconds) throw std::runtime_error(settings_.file + ": the last row has no time");
-    began_ -= std::llround(*seconds * static_cast<double>(one_second));
-    next_row_ += settings_.every;
+    const double time = seconds ? *seconds * static_cast<double>(one_second) : NAN;
+    if (!(time >= 0 && time < static_cast<double>(never / 2)))
+        throw std::runtime_error(name + ": the last row has no time");
+    return std::llround(time);
 }
 
 void Recorder::resolve(const Names& names) {
@@ -85,7 +109,7 @@ void Recorder::write_row() {
         append_number(buffer_, cell.read());
     }
     buffer_ += '\n';
-    next_row_ += settings_.every;
+    next_row_ = after(next_row_, settings_.every);
     if (buffer_.size() > buffer_size) flush();
 }
 

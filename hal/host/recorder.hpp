@@ -27,9 +27,13 @@ public:
     // or the file that is to be gone on with has other columns.
     Recorder(Settings settings, const Names& names);
 
-    // Flushes what it can; call flush() to learn of errors.
+    // Flushes, and prints what fails; call flush() to learn of it.
     ~Recorder();
     Recorder(const Recorder&) = delete;
+
+    // The time of the last row of a recording that is to be gone on with; 0 without one. Throws
+    // std::runtime_error, with the file, when it is no recording of these columns, or not a whole one.
+    static Nanoseconds last_time(const std::string& name, const std::vector<std::string>& columns);
 
     // Looks the columns up again. Throws std::runtime_error when one is gone.
     void resolve(const Names& names);

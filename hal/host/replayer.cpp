@@ -5,12 +5,14 @@
 #include <cctype>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
+#include "hal/host/regular_file.hpp"
 #include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
@@ -72,6 +74,44 @@ std::string number_text(double value) {
     return text;
 }
 
+constexpr std::size_t longest_line = 1 << 20;  // bytes
+
+// The lines of a file. A device or a pipe would keep the host waiting, and a line without an end fill its
+// memory.
+class Lines {
+public:
+    explicit Lines(const std::string& name) : name_(name) {
+        require_regular_file(name);
+        file_.open(name);
+        if (!file_) throw std::runtime_error(name + ": " + std::strerror(errno));
+    }
+
+    // Reads the next one. Returns whether there is one.
+    bool next(std::string& text) {
+        text.clear();
+        ++number_;
+        std::streambuf& bytes = *file_.rdbuf();
+        for (int c; (c = bytes.sbumpc()) != EOF;) {
+            if (c == '\n') return true;
+            if (text.size() == longest_line)
+                throw std::runtime_error(at_line(name_, number_) + "is longer than " +
+                                         std::to_string(longest_line >> 20) + " MiB");
+            text += static_cast<char>(c);
+        }
+        broken_off_ = true;
+        return !text.empty();
+    }
+
+    std::size_t number() const { return number_; }   // of that line, from 1 on
+    bool broken_off() const { return broken_off_; }  // the file ends within it
+
+private:
+    const std::string& name_;
+    std::ifstream file_;
+    std::size_t number_ = 0;
+    bool broken_off_ = false;
+};
+
 std::string fields_text(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " value" : " values");
 }
@@ -102,10 +142,9 @@ void Replayer::add_row(std::size_t line, Nanoseconds time, const std::vector<std
 }
 
 void Replayer::read_csv() {
-    std::ifstream file(settings_.file);
-    if (!file) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
+    Lines lines(settings_.file);
     std::string text;
-    if (!std::getline(file, text)) throw std::runtime_error(settings_.file + ": there is no data in it");
+    if (!lines.next(text)) throw std::runtime_error(settings_.file + ": there is no data in it");
     if (text.compare(0, byte_order_mark.size(), byte_order_mark) == 0) text.erase(0, byte_order_mark.size());
     const std::vector<std::string_view> header = split_at_commas(text);
     if (header[0] != "time")
@@ -124,7 +163,8 @@ void Replayer::read_csv() {
         throw std::runtime_error(at_line(settings_.file, 1) + "no pin is named beside the time");
     values_.resize(columns_.size());
 
-    for (std::size_t line = 2; std::getline(file, text); ++line) {
+    while (lines.next(text)) {
+        const std::size_t line = lines.number();
         if (trimmed(text).empty()) continue;
         std::vector<std::string_view> fields = split_at_commas(text);
         if (fields.size() != columns_.size() + 1)
@@ -141,18 +181,19 @@ void Replayer::read_csv() {
 }
 
 void Replayer::read_samples() {
-    std::ifstream file(settings_.file);
-    if (!file) throw std::runtime_error(settings_.file + ": " + std::strerror(errno));
+    Lines lines(settings_.file);
     columns_ = settings_.columns;
     values_.resize(columns_.size());
     bool numbered = false;
     double last_number = 0;
     std::string text;
-    for (std::size_t line = 1; std::getline(file, text); ++line) {
+    while (lines.next(text)) {
+        const std::size_t line = lines.number();
         std::vector<std::string_view> fields = split_at_blanks(text);
         if (fields.empty()) continue;
         const std::size_t whole = columns_.size() + (numbered ? 1 : 0);
-        if (file.eof() && fields.size() < whole && !times_.empty()) break;  // halsampler was killed in it
+        if (lines.broken_off() && fields.size() < whole && !times_.empty())
+            break;  // halsampler was killed in it
         if (fields[0] == "overrun")
             throw std::runtime_error(at_line(settings_.file, line) +
                                      "halsampler lost samples here ('overrun')");
@@ -173,7 +214,10 @@ void Replayer::read_samples() {
         if (fields.size() != columns_.size())
             throw std::runtime_error(at_line(settings_.file, line) + fields_text(fields.size()) + " for " +
                                      std::to_string(columns_.size()) + " columns");
-        add_row(line, static_cast<Nanoseconds>(times_.size()) * settings_.sample_period, fields);
+        const Nanoseconds time = first ? 0 : after(times_.back(), settings_.sample_period);
+        if (time > latest)
+            throw std::runtime_error(at_line(settings_.file, line) + "is later than 146 years");
+        add_row(line, time, fields);
     }
 }
 

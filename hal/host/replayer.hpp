@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Writes recorded data into pins before each period: floats change linearly in time between two rows, bits
-// and integers hold the value of the last row, and so do floats while either row's value is not finite. Before
-// the first row its values hold.
+// and integers hold the value of the last row, and so do floats while either row's value is not finite.
+// Before the first row its values hold.
 #pragma once
 
 #include <string>
@@ -25,7 +25,8 @@ public:
         Nanoseconds sample_period;  // with `columns`: the time from one row to the next
     };
 
-    // Reads the whole file. Throws std::runtime_error with the file, line, column and value that are wrong.
+    // Reads the whole file, which is a regular one. Throws std::runtime_error with the file, line, column and
+    // value that are wrong.
     explicit Replayer(Settings settings);
 
     // Names of the columns' pins.

@@ -16,6 +16,8 @@
 #include <stdexcept>
 
 #include "hal/host/leftovers.hpp"
+#include "hal/host/line_buffer.hpp"
+#include "hal/host/messages.hpp"
 
 namespace plumb::host {
 
@@ -27,24 +29,23 @@ namespace {
 
 // Reads "COUNT " from `at` on and moves `at` behind it. Nothing when the text is not complete.
 // Throws std::runtime_error when it is no number.
-std::optional<std::size_t> take_number(const std::string& text, std::size_t& at) {
+std::optional<std::size_t> take_number(std::string_view text, std::size_t& at) {
     constexpr std::size_t most_digits = 9;
-    const std::size_t end = text.find(' ', at);
-    const std::size_t last = end == std::string::npos ? text.size() : end;
-    if (last - at > most_digits || !std::all_of(text.begin() + static_cast<std::ptrdiff_t>(at),
-                                                text.begin() + static_cast<std::ptrdiff_t>(last),
-                                                [](char c) { return c >= '0' && c <= '9'; }))
-        throw std::runtime_error("not rtapi_app's protocol");
-    if (end == std::string::npos) return std::nullopt;
-    if (end == at) throw std::runtime_error("not rtapi_app's protocol");
-    const std::size_t number = std::stoul(text.substr(at, end - at));
+    const std::string_view rest = text.substr(at, most_digits + 1);
+    const std::size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
+    const bool ends = digits < rest.size();
+    if (digits > most_digits || (ends && (rest[digits] != ' ' || digits == 0)))
+        throw std::runtime_error("a number is wrong");
+    if (!ends) return std::nullopt;
+    const std::size_t number = std::stoul(std::string(rest.substr(0, digits)));
+    const std::size_t end = at + digits;
     at = end + 1;
     return number;
 }
 
 // The words of a request of rtapi_app's protocol, "COUNT " and then "LENGTH BYTES" for each; nothing when
 // the text is not complete. Throws std::runtime_error when it is something else.
-std::optional<std::vector<std::string>> words_of(const std::string& text) {
+std::optional<std::vector<std::string>> words_of(std::string_view text) {
     std::size_t at = 0;
     const auto count = take_number(text, at);
     if (!count) return std::nullopt;
@@ -52,10 +53,21 @@ std::optional<std::vector<std::string>> words_of(const std::string& text) {
     while (words.size() < *count) {
         const auto length = take_number(text, at);
         if (!length || text.size() - at < *length) return std::nullopt;
-        words.push_back(text.substr(at, *length));
+        words.emplace_back(text.substr(at, *length));
         at += *length;
     }
     return words;
+}
+
+constexpr std::size_t most_unsent = 1 << 20;      // bytes of answers
+constexpr std::size_t longest_command = 1 << 18;  // bytes of a request of rtapi_app's protocol
+constexpr int most_pieces = 4;                    // LineBuffer's, of a connection, before the next one's turn
+constexpr int most_at_once = 64;                  // requests of a connection, before the next one's turn
+
+// Whether the other end is closed, while nothing is read from it.
+bool hung_up(int descriptor) {
+    pollfd state{descriptor, POLLRDHUP, 0};
+    return poll(&state, 1, 0) > 0;
 }
 
 // The process at the other end; user and process are -1 when the system does not say.
@@ -114,10 +126,19 @@ struct Server::Peer {
     bool busy = false;    // a request is under way
     bool finish = false;  // close as soon as all is sent
     bool gone = false;
-    std::string received;
-    std::string unsent;
+    LineBuffer received = {};
+    std::string unsent = {};
     bool shown = false;  // the service has seen the request that waits
 };
+
+bool Server::takes_bytes(const Peer& peer) {
+    return !peer.received.full();
+}
+
+// A connection that does not read its answers gets no more of them.
+bool Server::takes_requests(const Peer& peer) {
+    return !peer.busy && !peer.finish && !peer.gone && peer.unsent.size() < most_unsent;
+}
 
 Server::Server(Service& service, int control_descriptor) : service_(service) {
     folder_ = make_folder();
@@ -135,7 +156,7 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
     if (control_descriptor >= 0) {
         fcntl(control_descriptor, F_SETFD, FD_CLOEXEC);
         fcntl(control_descriptor, F_SETFL, fcntl(control_descriptor, F_GETFL) | O_NONBLOCK);
-        peers_.push_back({++last_, control_descriptor, true, false, false, false, {}, {}});
+        peers_.push_back({++last_, control_descriptor, true});
     }
 }
 
@@ -161,8 +182,10 @@ void Server::admit_rtapi_app() const {
 void Server::add_to(std::vector<pollfd>& waits) const {
     waits.push_back({listener_, POLLIN, 0});
     for (const Peer& peer : peers_)
-        waits.push_back(
-            {peer.descriptor, static_cast<short>(peer.unsent.empty() ? POLLIN : POLLIN | POLLOUT), 0});
+        waits.push_back({peer.descriptor,
+                         static_cast<short>((takes_bytes(peer) ? POLLIN : POLLRDHUP) |
+                                            (peer.unsent.empty() ? 0 : POLLOUT)),
+                         0});
 }
 
 void Server::accept_all() {
@@ -173,7 +196,7 @@ void Server::accept_all() {
             close(descriptor);
             continue;
         }
-        peers_.push_back({++last_, descriptor, false, false, false, false, {}, {}});
+        peers_.push_back({++last_, descriptor, false});
     }
 }
 
@@ -200,11 +223,13 @@ void Server::serve() {
 }
 
 void Server::receive(Peer& peer) {
-    char buffer[65536];
-    for (;;) {
+    char buffer[LineBuffer::piece];
+    if (!takes_bytes(peer) && hung_up(peer.descriptor)) peer.gone = true;
+    for (int pieces = 0; pieces < most_pieces && takes_bytes(peer) && !peer.gone; ++pieces) {
         const ssize_t count = recv(peer.descriptor, buffer, sizeof buffer, MSG_DONTWAIT);
         if (count > 0) {
-            peer.received.append(buffer, static_cast<std::size_t>(count));
+            peer.received.append({buffer, static_cast<std::size_t>(count)});
+            if (peer.received.next() != LineBuffer::Next::nothing) return;
             continue;
         }
         if (count < 0 && errno == EINTR) continue;
@@ -214,39 +239,50 @@ void Server::receive(Peer& peer) {
 }
 
 void Server::take_requests(Peer& peer) {
-    if (!peer.received.empty() && peer.received[0] >= '0' && peer.received[0] <= '9' && !peer.is_client) {
+    const std::string_view waiting = peer.received.waiting();
+    if (!waiting.empty() && waiting[0] >= '0' && waiting[0] <= '9' && !peer.is_client) {
         if (!take_text_request(peer)) peer.gone = true;
         return;
     }
-    while (!peer.finish && !(peer.busy && peer.shown)) {
-        const std::size_t end = peer.received.find('\n');
-        if (end == std::string::npos) return;
-        const std::string line = peer.received.substr(0, end);
-        if (peer.busy) {
-            peer.shown = true;
-            service_.control_request_waits(line);
-        } else {
-            peer.received.erase(0, end + 1);
-            peer.busy = true;
-            service_.control_request(peer.connection, line);
-        }
+    for (int count = 0; count < most_at_once && takes_requests(peer); ++count) {
+        const LineBuffer::Next next = peer.received.next();
+        if (next == LineBuffer::Next::nothing) return;
+        take_request(peer, next == LineBuffer::Next::too_long);
     }
+    if (!peer.busy || peer.shown || peer.received.next() != LineBuffer::Next::line) return;
+    peer.shown = true;
+    service_.control_request_waits(peer.received.look());
 }
 
-bool Server::has_requests() const {
-    return std::any_of(peers_.begin(), peers_.end(), [](const Peer& peer) {
-        return !peer.busy && !peer.finish && !peer.gone && peer.received.find('\n') != std::string::npos;
+void Server::take_request(Peer& peer, bool too_long) {
+    const std::string line = peer.received.take();
+    peer.busy = true;
+    if (too_long)
+        service_.request_too_long(peer.connection);
+    else
+        service_.control_request(peer.connection, line);
+}
+
+bool Server::has_requests() {
+    return std::any_of(peers_.begin(), peers_.end(), [](Peer& peer) {
+        return takes_requests(peer) && peer.received.next() != LineBuffer::Next::nothing;
     });
 }
 
 bool Server::take_text_request(Peer& peer) {
     try {
-        const auto words = words_of(peer.received);
-        if (!words || peer.finish) return true;
+        if (peer.finish) return true;
+        const auto words = words_of(peer.received.waiting());
+        if (!words && peer.received.waiting().size() > longest_command)
+            throw std::runtime_error("it is too long");
+        if (!words) return true;
         peer.finish = true;
         peer.unsent = std::to_string(service_.rtapi_command(*words, process_at(peer.descriptor).pid)) + " ";
         return true;
-    } catch (const std::runtime_error&) {
+    } catch (const std::runtime_error& error) {
+        print_message(
+            std::string("plumb-host: a request of rtapi_app's protocol is refused: ") + error.what() + "\n",
+            true);
         return false;
     }
 }

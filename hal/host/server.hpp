@@ -2,7 +2,8 @@
 // The host's socket and the descriptor that its client passed on. A connection that begins with a digit
 // speaks the text protocol of LinuxCNC's rtapi_app; one that begins with '{' speaks the control protocol, a
 // JSON object a line. Requests of one connection are taken one after the other; connections do not wait for
-// each other.
+// each other. What a connection sends is read as it is taken, and taken as its answers are read: no
+// connection fills the memory, or keeps the others waiting.
 #pragma once
 
 #include <poll.h>
@@ -25,6 +26,10 @@ public:
 
         // Takes a request. The answer may come later, by Server::answer().
         virtual void control_request(Connection from, const std::string& line) = 0;
+
+        // Takes the place of a request that is longer than LineBuffer::longest, and is dropped. It is
+        // answered likewise.
+        virtual void request_too_long(Connection from) = 0;
 
         // Sees the request that comes next, while it waits for the end of the present one on its connection.
         virtual void control_request_waits(const std::string& line) = 0;
@@ -55,7 +60,7 @@ public:
 
     // Whether serve() has something to do although nothing new has come: a request has waited for another
     // one.
-    bool has_requests() const;
+    bool has_requests();
 
     // Sends a line; it does not end the request.
     void send(Connection to, const std::string& line);
@@ -74,8 +79,11 @@ private:
 
     void admit_rtapi_app() const;
     void accept_all();
+    static bool takes_bytes(const Peer& peer);
+    static bool takes_requests(const Peer& peer);
     void receive(Peer& peer);
     void take_requests(Peer& peer);
+    void take_request(Peer& peer, bool too_long);
     bool take_text_request(Peer& peer);
     void transmit(Peer& peer);
     Peer* find(Connection connection);

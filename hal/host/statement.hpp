@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Statements about pins as users write them on a command line: the name of a pin, parameter or signal stands
-// in braces, as in abs({filter.out}) <= 1 && abs({filter.out}_rate) < 20.
+// Statements about pins, in muParser's language: a comparison, a bit, finite(x), or several of them joined by
+// && and
+// ||. On a command line the name of a pin, parameter or signal stands in braces, as in
+// abs({filter.out}) <= 1 && abs({filter.out}_rate) < 20.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 
@@ -13,7 +16,17 @@ struct Statement {
     std::map<std::string, std::string> variables;  // to names
 };
 
-// Throws std::invalid_argument when a brace is not closed, or there is no name in one, or in the whole text.
+// Throws std::invalid_argument, with the text and an example, when a brace is not closed, there is no name in
+// one or in the whole text, or the text can be no statement.
 Statement parse_statement(const std::string& text);
+
+// What a variable may be in a statement: a bit is a statement by itself, a number has to be compared.
+enum class Variable { unknown, number, bit };
+
+// Throws std::invalid_argument, with the reason and an example, unless the expression is a statement: it must
+// be true or false, so that it can fail, and change nothing. muParser itself takes any number for a
+// statement.
+void require_statement(const std::string& expression,
+                       const std::function<Variable(const std::string& name)>& variable);
 
 }  // namespace plumb::host

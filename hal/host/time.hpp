@@ -13,4 +13,9 @@ using Nanoseconds = std::int64_t;
 inline constexpr Nanoseconds never = std::numeric_limits<Nanoseconds>::max();
 inline constexpr Nanoseconds one_second = 1'000'000'000;
 
+// The instant after a span of time; `never` where time ends before.
+constexpr Nanoseconds after(Nanoseconds instant, Nanoseconds span) {
+    return instant > 0 && span > never - instant ? never : instant + span;
+}
+
 }  // namespace plumb::host

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <vector>
 
 #include "hal/host/background.hpp"
+#include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
 #include "hal/host/scheduler.hpp"
 
@@ -19,7 +21,9 @@ void Timeline::begin(Nanoseconds span) {
         expectations_.resolve(names);
     }
     began_ = scheduler().time();
-    target_ = span == never ? never : began_ + span;
+    target_ = after(began_, span);
+    if (target_ == never && span != never)
+        throw std::runtime_error("virtual time ends 292 years after its beginning");
     if (replayer_ && target_ != never) target_ = std::min(target_, replayer_->end());
     ended_by_replay_ = false;
     running_ = true;
@@ -57,8 +61,9 @@ void Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
             if (expecting) expectations_.check(instant);
         }
         if (row == instant) {
-            for (const auto& [id, recorder] : recorders_)
-                if (recorder->next_row() == instant) recorder->write_row();
+            try_to([&](Recorder& recorder) {
+                if (recorder.next_row() == instant) recorder.write_row();
+            });
             row = next_row();
         }
         if (instant == target_) finish();
@@ -72,16 +77,17 @@ void Timeline::apply_replay(Nanoseconds instant) {
 
 void Timeline::look_again() {
     const Names names;
+    std::vector<std::string> lost;
     for (auto recorder = recorders_.begin(); recorder != recorders_.end();) {
         try {
             recorder->second->resolve(names);
             ++recorder;
         } catch (const std::runtime_error&) {
-            recorder->second->flush();
-            ended_recordings_.insert(recorder->first);
-            recorder = recorders_.erase(recorder);
+            const std::string id = (recorder++)->first;
+            lost.push_back(id);
         }
     }
+    for (const std::string& id : lost) end_recording(id);
     expectations_.drop_lost(names);
     if (!replayer_) return;
     try {
@@ -92,11 +98,7 @@ void Timeline::look_again() {
 }
 
 void Timeline::lose_names() {
-    for (const auto& [id, recorder] : recorders_) {
-        recorder->flush();
-        ended_recordings_.insert(id);
-    }
-    recorders_.clear();
+    while (!recorders_.empty()) end_recording(std::string(recorders_.begin()->first));
     expectations_.lose_all();
     replayer_.reset();
 }
@@ -111,7 +113,36 @@ void Timeline::finish() {
         ended_by_replay_ = true;
         replayer_.reset();
     }
-    for (const auto& [id, recorder] : recorders_) recorder->flush();
+    try_to([](Recorder& recorder) { recorder.flush(); });
+}
+
+void Timeline::try_to(const std::function<void(Recorder&)>& write) {
+    std::string failed;
+    for (auto recorder = recorders_.begin(); recorder != recorders_.end();) {
+        try {
+            write(*recorder->second);
+            ++recorder;
+        } catch (const std::runtime_error& error) {
+            failed = error.what();
+            ended_recordings_[recorder->first] = failed;
+            recorder = recorders_.erase(recorder);
+        }
+    }
+    if (failed.empty()) return;
+    if (target_ == never) return print_message("plumb-host: " + failed + ": the recording ends here\n", true);
+    if (running_) finish();
+    throw std::runtime_error(failed);
+}
+
+void Timeline::end_recording(const std::string& id) {
+    std::string failed;
+    try {
+        recorders_.at(id)->flush();
+    } catch (const std::runtime_error& error) {
+        failed = error.what();
+    }
+    recorders_.erase(id);
+    ended_recordings_[id] = failed;
 }
 
 Nanoseconds Timeline::ran() const {
@@ -119,15 +150,17 @@ Nanoseconds Timeline::ran() const {
 }
 
 void Timeline::record(const std::string& id, std::unique_ptr<Recorder> recorder) {
+    ended_recordings_.erase(id);
     recorders_[id] = std::move(recorder);
 }
 
 void Timeline::stop_recording(const std::string& id) {
-    if (ended_recordings_.erase(id) > 0) return;
-    const auto found = recorders_.find(id);
-    if (found == recorders_.end()) throw std::runtime_error("there is no recording '" + id + "'");
-    found->second->flush();
-    recorders_.erase(found);
+    if (recorders_.count(id) > 0) end_recording(id);
+    const auto ended = ended_recordings_.find(id);
+    if (ended == ended_recordings_.end()) throw std::runtime_error("there is no recording '" + id + "'");
+    const std::string failed = ended->second;
+    ended_recordings_.erase(ended);
+    if (!failed.empty()) throw std::runtime_error(failed);
 }
 
 }  // namespace plumb::host

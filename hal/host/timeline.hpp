@@ -4,9 +4,9 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 
 #include "hal/host/expectations.hpp"
@@ -22,8 +22,9 @@ public:
     // expected name is no longer there, or has become something else.
     void begin(Nanoseconds span);
 
-    // Goes on with the run for `patience` of real time, to the instant `limit`, or until it ends. Throws
-    // std::runtime_error when a recording cannot be written; the run has then ended.
+    // Goes on with the run for `patience` of real time, to the instant `limit`, or until it ends. A recording
+    // that cannot be written ends; then the run ends as well, and std::runtime_error is thrown, unless it has
+    // no end: then stop_recording() throws it.
     void go_on(std::chrono::nanoseconds patience, Nanoseconds limit = never);
 
     // The next instant at which go_on() has something to do, or `never`.
@@ -50,7 +51,7 @@ public:
     // Adds or replaces the recording with this id.
     void record(const std::string& id, std::unique_ptr<Recorder> recorder);
 
-    // Ends a recording. Throws std::runtime_error when there was none, or what is left cannot be written.
+    // Ends a recording. Throws std::runtime_error when there was none, or it could not be written.
     void stop_recording(const std::string& id);
 
     // Begins a replay in place of the one that is there.
@@ -63,6 +64,8 @@ public:
 
 private:
     void finish();
+    void try_to(const std::function<void(Recorder&)>& write);
+    void end_recording(const std::string& id);
     void apply_replay(Nanoseconds instant);
     Nanoseconds next_row() const;
 
@@ -71,7 +74,8 @@ private:
     Nanoseconds began_ = 0;
     Nanoseconds target_ = 0;
     std::map<std::string, std::unique_ptr<Recorder>> recorders_;
-    std::set<std::string> ended_recordings_;  // by look_again()
+    std::map<std::string, std::string>
+        ended_recordings_;  // before they were stopped, and why they are not complete
     std::unique_ptr<Replayer> replayer_;
     Expectations expectations_;
 };
