@@ -89,7 +89,7 @@ struct Give final : Command {
         else if (target.echo || *rc::gen::inRange(0, 3) == 0)
             value = *rc::gen::element(nan, infinity, -infinity, 1e308, -1e308, 5e-324);
         else
-            factor = *rc::gen::element(-1.0, 0.0, 0.5, 2.0, 10.0, -0.3, 0.3);
+            factor = *rc::gen::element(-10.0, -1.0, -0.3, 0.0, 0.3, 0.5, 2.0, 10.0);
     }
     void apply(Model& model) const override { model.given.insert(index); }
     void run(const Model&, Attack& attack) const override {

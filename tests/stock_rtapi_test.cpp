@@ -141,7 +141,7 @@ long writable_memory(pid_t process) {
 
 TEST_F(StockRtapi, AModuleHasAThreadOfItsOwnOnlyWhereItHasWorkAndASmallOne) {
     on_machine("modules", [] {
-        std::ofstream("/tmp/y.csv") << "Y,EXY\n0,0\n100,0.01\n";
+        std::ofstream("/tmp/y.csv") << "Y,EXY\n0,0\n100,0.01\n# end, 2 rows\n";
         halcmd("loadrt threads name1=thread period1=1000000");
         const pid_t rtapi = Processes::called("rtapi_app");
         const auto without = threads(rtapi);

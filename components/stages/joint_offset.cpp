@@ -97,8 +97,8 @@ fault-code:
     2 joint-command or position is not a number, or beyond 1e9: likewise
     3 drive-feedback likewise: LinuxCNC sees the joint stand, and stops with a following error when it moves
     4 max-offset (0 to 1e3), ramp-rate or max-rate (above 0, to 1e4): the last good set is in force
-    5 min-limit, max-limit (to 1e9, the one below the other), joint-acceleration or offset-acceleration (above 0) is
-      not set or out of range: the last good set is in force; without one, no offset is applied
+    5 min-limit, max-limit (to 1e9, the one below the other), joint-acceleration or offset-acceleration (0.001
+      to 1e9) is not set or out of range: the last good set is in force; without one, no offset is applied
     6 the origin was set with an offset in force: unhome, and home again
 
 The defaults are for millimetres; on an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"};
@@ -127,8 +127,8 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
                                     "To motion, without the offset: joint.N.motor-pos-fb."};
     hal::Out<double> applied_offset{this, "applied-offset", "mu", "Offset that drive-command contains."};
     hal::Out<bool> ramping{this, "ramping", "The offset is on its way to what it is to be."};
-    hal::Out<bool> limited{this, "limited",
-                           "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
+    hal::Out<bool> limited{
+        this, "limited", "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
     hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
     hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
     hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
@@ -196,11 +196,11 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
     }
 
 private:
-    static constexpr double largest = 1e3;   // mu, of an offset
-    static constexpr double farthest = 1e9;  // mu, of a position
-    static constexpr double hardest = 1e9;   // mu/s2
-    static constexpr double slack = 1e-9;    // mu, of no meaning
-    static constexpr double gentle = 100;    // mu/s2, where nothing else is known
+    static constexpr double largest = 1e3;                  // mu, of an offset
+    static constexpr double farthest = 1e9;                 // mu, of a position
+    static constexpr double softest = 1e-3, hardest = 1e9;  // mu/s2
+    static constexpr double slack = 1e-9;                   // mu, of no meaning
+    static constexpr double gentle = 100;                   // mu/s2, where nothing else is known
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
@@ -217,8 +217,11 @@ private:
         double min = 0, max = 0, joint_acceleration = 0, offset_acceleration = 0;
 
         bool valid() const noexcept {
-            return min < max && within(min, farthest) && within(max, farthest) && joint_acceleration > 0 &&
-                   joint_acceleration <= hardest && offset_acceleration > 0 && offset_acceleration <= hardest;
+            const auto possible = [](double acceleration) {
+                return acceleration >= softest && acceleration <= hardest;
+            };
+            return min < max && within(min, farthest) && within(max, farthest) &&
+                   possible(joint_acceleration) && possible(offset_acceleration);
         }
         // The rest of the acceleration is for what motion does not cause.
         double share() const noexcept {

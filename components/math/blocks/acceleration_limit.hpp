@@ -16,7 +16,7 @@ class AccelerationLimit {
 public:
     struct Limits {
         double approach, rate;  // mu/s, above 0
-        double acceleration;    // mu/s2, above 0
+        double acceleration;    // mu/s2, above 0, and so is its product with dt
     };
 
     // target finite, dt above 0.
