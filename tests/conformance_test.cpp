@@ -368,6 +368,39 @@ INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_what
                              return plain(each.param.module + "_from_" + each.param.pins.front());
                          });
 
+std::vector<std::string> what_moves_an_axis() {
+    std::vector<std::string> result;
+    for (const std::string& name : split(MODULES))
+        if (!hal::Declarations(Module(BUILD_DIR "/modules/" + name + ".so").model()).offsets.empty())
+            result.push_back(name);
+    return result;
+}
+
+class Moves : public testing::TestWithParam<std::string> {};
+
+TEST_P(Moves, ReturnsWithinAReducedBoundAndSaysThatItIsLimited) {
+    const Live* const live = Live::of(GetParam());
+    ASSERT_TRUE(live) << "no Live fixture for " << GetParam() << ": see tests/live.hpp";
+    const std::string instance = live->parts[0].instance + ".";
+    const Module module(BUILD_DIR "/modules/" + GetParam() + ".so");
+    Bench bench(Bench::Thread::none, with_specimens());
+    live->start(bench);
+    const std::vector<Moving> movings = moving(bench, live->parts[0]);
+    const hal::OffsetInfo offset = hal::Declarations(module.model()).offsets.front();
+    double largest = 0;
+    for (const Moving& each : movings) largest = std::max(largest, std::abs(bench.get(each.output)));
+    ASSERT_GT(largest, 0);
+    const double bound = 0.2 * largest;
+    bench.set(instance + offset.bound, bound);
+    bench.run(live->recovery);
+    for (const Moving& each : movings)
+        EXPECT_LE(std::abs(bench.get(each.output)), bound + 1e-4) << each.output;
+    EXPECT_TRUE(bench.get(instance + offset.limited));
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Moves, testing::ValuesIn(what_moves_an_axis()),
+                         [](const auto& each) { return plain(each.param); });
+
 // A compensation that trusts its inputs: the rule about bad values must catch it.
 TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
     const Live trusting{{{"../specimens/sloppy", "it"}},
