@@ -86,7 +86,8 @@ public:
         return reason;
     }
 
-    // What the files that were read since the last call state of themselves.  By the thread that reads.
+    // Machine, date and the like, from the heads of the files read since the last call.  By the thread that
+    // reads.
     std::vector<std::string> take_facts() { return std::exchange(facts_, {}); }
 
 private:

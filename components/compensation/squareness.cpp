@@ -103,8 +103,8 @@ compensation is in.  max-speed is a speed that no axis exceeds, in a joint's jog
 its max-offset not below max-correction.  corrected-velocity is for the feed-forward of a drive.
 
 After G43 or G49 the tip comes to its place by max-rate: 50 um take half a second, in which a cut would begin as much off.
-settling is true from there until ramping and stages-ramping are false; likewise where another tool brings another
-radial-offset or direction.  With
+settling is true from there until ramping and stages-ramping are false.  Another radial-offset or
+direction, as another tool brings it, starts it, too.  With
 
     net ramping        on-its-way.out     => square.stages-ramping
     net coordinated    motion.coord-mode  => square.coordinated
@@ -179,7 +179,7 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     hal::In<bool> stages_ramping{this, "stages-ramping", false, "The stage of an axis is ramping."};
     hal::In<bool> coordinated{this, "coordinated", true,
                               "Programs and MDI move the axes, not jogs: motion.coord-mode."};
-    hal::In<std::int32_t> motion_type{this, "motion-type", 0, "What the axes do: motion.motion-type."};
+    hal::In<std::int32_t> motion_type{this, "motion-type", 0, "Kind of motion: motion.motion-type."};
     hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
                                   "How fast they do it: motion.current-vel."};
     hal::In<bool> reload{this, "reload", false, "Read the tables anew, when it rises."};
