@@ -22,7 +22,8 @@ import tarfile
 import time
 
 import stock_linuxcnc
-from simulations import BUILD
+
+BUILD = os.environ.get("PLUMB_BUILD", os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "build"))
 
 WORK = os.path.join(BUILD, "linuxcnc-tests")
 

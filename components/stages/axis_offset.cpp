@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/offset_counter.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/math/offset_counter.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/soft_limit_taper.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/math/soft_limit_taper.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 

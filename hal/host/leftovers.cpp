@@ -138,7 +138,7 @@ void Leftovers::set_placeholder(const std::string& file) {
 void Leftovers::clear_away() const {
     if (page_ == nullptr) return;
     if (page_->placeholder[0] != '\0') Placeholder::remove(page_->placeholder);
-    if (page_->folder[0] != '\0') remove_socket_folder(page_->folder);
+    if (page_->folder[0] != '\0') hal::remove_socket_folder(page_->folder);
 }
 
 void Leftovers::clear_machine() const {

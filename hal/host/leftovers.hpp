@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "hal/host/socket_folder.hpp"
+#include "hal/socket_folder.hpp"
 
 namespace plumb::host {
 

@@ -18,8 +18,8 @@
 #include <string_view>
 #include <vector>
 
+#include "hal/command_manual.hpp"
 #include "hal/host/arguments.hpp"
-#include "hal/host/command_manual.hpp"
 #include "hal/host/control.hpp"
 #include "hal/host/crash.hpp"
 #include "hal/host/guard.hpp"
@@ -74,7 +74,7 @@ void name_user_for_rtapi_app() {
     setenv("RTAPI_UID", user != nullptr && std::atoi(user) > 0 ? user : nobody, 0);
 }
 
-plumb::host::CommandPage manual_page() {
+plumb::hal::CommandPage manual_page() {
     return {"plumb-host",
             "[options] [PROGRAM [argument ...]]",
             {{"DESCRIPTION",
@@ -94,7 +94,7 @@ int carry_out(int argc, char** argv) {
     CLI::App options("runs LinuxCNC's HAL in virtual time, in the place of rtapi_app", "plumb-host");
     options.set_help_flag("-h,--help", "Prints the options.");
     options.set_version_flag("--version", "plumb-host " PLUMB_VERSION, "Prints the version.");
-    add_manual(options, manual_page);
+    plumb::hal::add_manual(options, manual_page);
     int control_descriptor = -1;
     std::vector<std::string> modules;
     bool no_namespaces = false;

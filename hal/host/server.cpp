@@ -98,7 +98,7 @@ std::string make_folder() {
     const char* const asked_for = std::getenv("TMPDIR");
     // A socket's path must be short, and TMPDIR may not be there.
     const std::size_t most =
-        sizeof sockaddr_un::sun_path - 1 - 1 - std::strlen(socket_name) - std::strlen(host_file_template) - 1;
+        sizeof sockaddr_un::sun_path - 1 - 1 - std::strlen(hal::socket_name) - std::strlen(host_file_template) - 1;
     const bool good = asked_for != nullptr && *asked_for == '/' && std::strlen(asked_for) <= most;
     std::random_device random;
     for (const std::string base : {good ? asked_for : "/tmp", "/tmp"}) {
@@ -142,7 +142,7 @@ bool Server::takes_requests(const Peer& peer) {
 
 Server::Server(Service& service, int control_descriptor) : service_(service) {
     folder_ = make_folder();
-    path_ = folder_ + "/" + socket_name;
+    path_ = folder_ + "/" + hal::socket_name;
 
     listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     sockaddr_un address{};
@@ -163,7 +163,7 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
 Server::~Server() {
     for (Peer& peer : peers_) close(peer.descriptor);
     if (listener_ >= 0) close(listener_);
-    remove_socket_folder(folder_);
+    hal::remove_socket_folder(folder_);
 }
 
 // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID. That

@@ -2,7 +2,7 @@
 // The text of a machine's chain of axes.
 #include "tests/readers/reader.hpp"
 
-#include "components/math/axis_chain.hpp"
+#include "components/math/geometry/axis_chain.hpp"
 
 namespace plumb::readers {
 namespace {

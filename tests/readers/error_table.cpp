@@ -2,7 +2,7 @@
 // Tables of `squareness`.
 #include "tests/readers/reader.hpp"
 
-#include "components/io/error_table_file.hpp"
+#include "components/io/files/error_table_file.hpp"
 
 #include <cmath>
 

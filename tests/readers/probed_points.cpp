@@ -2,7 +2,7 @@
 // Probed points of `plumb squareness --points`, and the corner that is made of them.
 #include "tests/readers/reader.hpp"
 
-#include "components/io/probed_points_file.hpp"
+#include "components/io/files/probed_points_file.hpp"
 
 #include <cmath>
 #include <stdexcept>

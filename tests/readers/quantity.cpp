@@ -2,10 +2,10 @@
 // Angles, lengths, times and numbers, as people write them.
 #include "tests/readers/reader.hpp"
 
-#include "components/io/csv.hpp"
-#include "components/math/quantity_text.hpp"
+#include "components/commissioning/quantity_text.hpp"
+#include "components/io/files/csv.hpp"
+#include "hal/client/duration.hpp"
 #include "hal/host/decimal.hpp"
-#include "hal/host/duration.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // The TOML file of `retain`.
 #include "tests/readers/reader.hpp"
 
-#include "components/io/retain_settings.hpp"
+#include "components/io/retain/retain_settings.hpp"
 
 #include <set>
 #include <stdexcept>

@@ -2,7 +2,7 @@
 // The store of `retain`: as it comes, and with the checksum that its bytes would have.
 #include "tests/readers/reader.hpp"
 
-#include "components/io/retained_file.hpp"
+#include "components/io/retain/retained_file.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // The command line of `plumb squareness`, a word a line, and what it advises.
 #include "tests/readers/reader.hpp"
 
-#include "hal/host/squareness_arguments.hpp"
+#include "components/commissioning/squareness/squareness_arguments.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -19,11 +19,11 @@ void read(std::string_view bytes) {
     std::vector<std::string> words;
     for (std::string word; words.size() < most_words && std::getline(lines, word);) words.push_back(word);
     std::reverse(words.begin(), words.end());  // as CLI11 wants them
-    host::SquarenessOptions options;
+    commissioning::SquarenessOptions options;
     if (!takes<CLI::ParseError>([&] {
             CLI::App command("reader");
             command.set_help_flag();
-            host::declare_squareness(command, options);
+            commissioning::declare_squareness(command, options);
             command.parse(words);
         }))
         return;
@@ -31,8 +31,8 @@ void read(std::string_view bytes) {
         demand(std::isfinite(measured.corner.opening), "what is measured is a number");
         options.machine.measured.push_back(measured.corner);
     }
-    host::SquarenessAdvice advice;
-    if (!takes<std::invalid_argument>([&] { advice = host::advice_on(options.machine); })) return;
+    commissioning::SquarenessAdvice advice;
+    if (!takes<std::invalid_argument>([&] { advice = commissioning::advice_on(options.machine); })) return;
     for (const SquarenessQuantity& quantity : advice.quantities)
         demand(std::abs(quantity.angle) < 1, "an advised angle is a small number");
     for (const auto& setting : advice.settings) demand(!setting.value.empty(), "a setting has a value");

@@ -4,10 +4,10 @@
 #pragma once
 
 #include "hal/manual.hpp"
-#include "tests/bench.hpp"
-#include "tests/live.hpp"
-#include "tests/module.hpp"
+#include "tests/support/bench.hpp"
 #include "tests/support/hal_pins.hpp"
+#include "tests/support/live.hpp"
+#include "tests/support/module.hpp"
 
 #include <map>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "tests/bench.hpp"
+#include "tests/support/bench.hpp"
 
 #include <algorithm>
 #include <charconv>

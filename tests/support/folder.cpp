@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "tests/folder.hpp"
+#include "tests/support/folder.hpp"
 
 #include <cstdlib>
 #include <fstream>

@@ -2,7 +2,7 @@
 // The pins of a bench with their directions and signals, as `halcmd show pin` has them.
 #pragma once
 
-#include "tests/bench.hpp"
+#include "tests/support/bench.hpp"
 
 #include <map>
 #include <sstream>

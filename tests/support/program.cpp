@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/program.hpp"
 
-#include "tests/bench.hpp"
+#include "tests/support/bench.hpp"
 
 #include <fcntl.h>
 #include <pty.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/stock_cross_check.hpp"
 
-#include "tests/bench.hpp"
+#include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 
 #include <cmath>

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// plumb-squareness: turns tilts or measurements into the settings of the component squareness.
+#include "components/commissioning/squareness/squareness_arguments.hpp"
+#include "components/commissioning/squareness/squareness_manual.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "components/commissioning/squareness/squareness_advice.hpp"
+#include "components/commissioning/squareness/squareness_wording.hpp"
+#include "components/io/files/error_table_file.hpp"
+#include "hal/command_line.hpp"
+#include "hal/markup.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+void paragraph(const std::string& text, const std::string& indent = "") {
+    std::string lines = hal::wrapped(text);
+    for (std::size_t at = 0; (at = lines.find('\n', at)) != std::string::npos; at += indent.size() + 1)
+        lines.replace(at, 1, '\n' + indent);
+    std::cout << indent << lines << '\n';
+}
+
+void print_chain(const TiltedMachine& machine) {
+    const auto carried = [](const AxisBranch& branch, const std::string& what) {
+        std::string names;
+        for (const Axis axis : branch) names += (names.empty() ? "" : ", then ") + letters(axis);
+        if (names.empty()) return "nothing moves the " + what;
+        return names + (branch.size == 1 ? " carries the " : " carry the ") + what;
+    };
+    std::cout << "Chain " << machine.chain_text << '\n';
+    paragraph("From the bed outwards: " + carried(machine.chain.work, "work") + "; " +
+                  carried(machine.chain.tool, "tool") + '.',
+              "  ");
+    paragraph(machine.reading == TiltReading::component
+                  ? "Reading: component; all that a tilted axis carries turns with it."
+                  : "Reading: axis direction; of what a tilted axis carries, tool or work turn with it, and "
+                    "axes only where they are parallel to it.",
+              "  ");
+    if (machine.chain.stacked())
+        paragraph(machine.against == TiltDatum::rail
+                      ? "Of two parallel axes, the tilt of the outer one is against the one that carries it."
+                      : "Of two parallel axes, the tilt of the outer one is against the bed.",
+                  "  ");
+}
+
+// The direction of every lean that there is, and what it is called.
+void print_directions(const AxisChain& chain) {
+    std::cout << "\nHow its axes may lean, and which quantity of ISO 230-1 that is:\n";
+    for (const AxisBranch& branch : {chain.work, chain.tool}) {
+        for (const Axis axis : branch) {
+            for (const Axis towards : {Axis::X, Axis::Y, Axis::Z}) {
+                if (parallel(axis, towards)) continue;
+                std::cout << "  --lean ";
+                for (const int sign : {1, -1}) {
+                    const Lean lean{towards, sign, 0};
+                    const int rotation = 3 - direction(axis) - direction(towards);
+                    std::cout << letter(axis) << name(lean) << "=ANGLE  " << squareness_name(axis, rotation)
+                              << (turning(axis, lean)[rotation] > 0 ? " is +" : " is -")
+                              << (sign > 0 ? "     or  " : "\n");
+                }
+            }
+        }
+    }
+    std::cout << "\nGive leans by --lean, quantities by --iso, or measurements; see plumb-squareness(1).\n";
+}
+
+void print_measured(const TiltedMachine& machine, const std::vector<SquarenessOptions::Measured>& all) {
+    std::cout << "\nMeasured\n";
+    for (const auto& [corner, how] : all) {
+        const auto place = [&](Axis axis) {
+            return std::find(machine.order.begin(), machine.order.end(), axis) - machine.order.begin();
+        };
+        const bool first = place(corner.a) < place(corner.b);
+        const Axis datum = first ? corner.a : corner.b, held = first ? corner.b : corner.a;
+        std::string text = letters(held) + " to " + letters(datum) + " (the datum) by " + how +
+                           ": the + ends are at 90 deg " + (corner.opening < 0 ? "- " : "+ ") +
+                           arcsec(std::abs(corner.opening)) + ", standard uncertainty " +
+                           arcsec(corner.uncertainty) + ", " + arcsec(2 * corner.uncertainty) + " with k=2";
+        if (corner.scatter > 1)
+            text += formatted("; widened %.2g-fold, as the readings scatter", corner.scatter);
+        paragraph(text + '.', "  ");
+    }
+}
+
+void print_row(const std::string& title, double angle, const std::string& end) {
+    const double slope = slope_from_angle(angle);
+    std::cout << formatted("  %-6s%12.4e%9.2f%10.5f%10.2f%10.4f%10.5f", title.c_str(), angle,
+                           arcsec_from_angle(angle), arcsec_from_angle(angle) / 3600, slope * 1e6,
+                           slope * 300, slope * 12)
+              << end << '\n';
+}
+
+void print_quantities(const std::vector<SquarenessQuantity>& quantities) {
+    std::cout << "\nAngles         rad   arcsec       deg      um/m  mm/300mm     in/ft  leans\n";
+    bool uncertain = false;
+    for (const SquarenessQuantity& q : quantities) {
+        print_row(squareness_name(q.axis, q.rotation), q.angle,
+                  "  " + letters(q.axis) + (q.angle == 0 ? " does not" : " to " + name(lean_of(q))));
+        if (!q.uncertainty) continue;
+        uncertain = true;
+        print_row("  k=1", *q.uncertainty, "");
+        print_row("  k=2", 2 * *q.uncertainty, "");
+    }
+    if (uncertain)
+        std::cout << "  k=1 is the standard uncertainty, k=2 twice that: about 95 of 100 lie within.\n";
+}
+
+void print_hal(const std::string& instance, const SquarenessAdvice& advice) {
+    std::cout << "\nWhere squareness is loaded\n  loadrt squareness names=" << instance << ' '
+              << advice.options << "\n\nBehind it, in the file of settings\n";
+    for (const SquarenessAdvice::Setting& setting : advice.settings) {
+        const std::string line =
+            (setting.in_force ? "  setp " : "  # setp ") + instance + '.' + setting.pin + ' ' + setting.value;
+        std::cout << line << std::string(line.size() < 36 ? 36 - line.size() : 1, ' ') << "# "
+                  << setting.comment << '\n';
+    }
+}
+
+void print_test_moves(bool inch, const SquarenessAdvice& advice) {
+    if (advice.moves.empty() && advice.unseen.empty()) return;
+    const auto length = [&](double mm) {
+        if (mm == 0) return std::string(inch ? "0 in" : "0 um");
+        return inch ? formatted("%+.5f in", mm / 25.4) : formatted("%+.1f um", mm * 1e3);
+    };
+    std::cout << "\nTest move, which verifies the sign\n";
+    if (!advice.moves.empty()) {
+        paragraph(
+            "Set up a square: one leg along the base axis, trued with the indicator by moving that, the "
+            "other along the axis that is to move. With the indicator in the spindle touch that one, the "
+            "plunger pointing as told; it counts up as the plunger is pressed in. Set it to 0, and move: "
+            "once without correction, once with it.",
+            "  ");
+        if (std::any_of(advice.moves.begin(), advice.moves.end(), [](const auto& m) { return !m.base; }))
+            paragraph(
+                "Where the base is the table, two axes turn together, and no square shows it: touch the "
+                "table "
+                "itself, or a face of what stands true on it.",
+                "  ");
+        std::cout << "  sign of base    plunger  move                without      with   wrong sign\n";
+    }
+    for (const SquarenessAdvice::TestMove& move : advice.moves) {
+        const std::string travel = letters(move.moved) + formatted(inch ? " by %g in" : " by %g mm",
+                                                                   move.travel / (inch ? 25.4 : 1));
+        std::cout << formatted("  %-8s%-8s%-9s%-14s%13s%10s%13s",
+                               squareness_name(move.quantity.axis, move.quantity.rotation).c_str(),
+                               (move.base ? letters(*move.base) : "table").c_str(),
+                               name(move.plunger).c_str(), travel.c_str(), length(move.rise).c_str(),
+                               length(0).c_str(), length(move.rise_by_wrong_sign()).c_str())
+                  << '\n';
+        if (move.uncertainty)
+            std::cout << formatted("%54s\n", ("k=2: +/- " + length(2 * *move.uncertainty).substr(1)).c_str());
+    }
+    for (const std::string& text : advice.unseen) paragraph(text, "  ");
+}
+
+// Throws std::runtime_error with file, line and reason.
+void print_tables(const std::vector<std::string>& files) {
+    const ErrorTableFiles read = read_error_tables({files.begin(), files.end()});
+    const auto told = [](const std::string& fact) { return fact.empty() ? "not stated" : fact; };
+    for (const error_table_file::Facts& its : read.files)
+        std::cout << its.file << "\n  axes         " << its.axes << "\n  rows         " << its.rows
+                  << "\n  machine      " << told(its.machine) << "\n  date         " << told(its.date)
+                  << "\n  temperature  " << told(its.temperature) << "\n  checksum     " << its.checksum
+                  << (its.is_checked ? "" : ", which the file does not state") << '\n';
+    for (const auto& [axis, table] : read.tables)
+        std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
+}
+
+// Prints settings, the lines for the .hal file and the test moves. Returns 0. Throws std::runtime_error and
+// std::invalid_argument.
+int squareness(const SquarenessOptions& options) {
+    if (!options.tables.empty()) {
+        print_tables(options.tables);
+        return 0;
+    }
+    std::vector<SquarenessOptions::Measured> measured = options.measured;
+    for (const SquarenessOptions::Points& points : options.points)
+        measured.push_back(measured_by(points, options.machine.chain));
+    TiltedMachine machine = options.machine;
+    for (const SquarenessOptions::Measured& one : measured) machine.measured.push_back(one.corner);
+    const SquarenessAdvice advice = advice_on(machine);
+    print_chain(machine);
+    if (advice.quantities.empty()) {
+        print_directions(machine.chain);
+        return 0;
+    }
+    if (!measured.empty()) print_measured(machine, measured);
+    print_quantities(advice.quantities);
+    print_hal(options.instance, advice);
+    print_test_moves(machine.inch, advice);
+    for (const std::string& note : advice.notes) {
+        std::cout << '\n';
+        paragraph("Note: " + note);
+    }
+    return 0;
+}
+
+}  // namespace
+}  // namespace plumb::commissioning
+
+int main(int argc, char** argv) {
+    using namespace plumb::commissioning;
+    CLI::App app("turns tilts or measurements into squareness settings", "plumb squareness");
+    SquarenessOptions options;
+    declare_squareness(app, options);
+    plumb::hal::begin_command_line(app, squareness_page);
+    return plumb::hal::carry_out(app, argc, argv, [&] { return squareness(options); });
+}

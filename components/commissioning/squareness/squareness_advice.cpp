@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/commissioning/squareness/squareness_advice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "components/commissioning/squareness/squareness_wording.hpp"
+#include "components/math/geometry/kinematic_chain.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+using Quantities = std::vector<SquarenessQuantity>;
+
+constexpr double inch = 25.4;                  // mm
+constexpr double largest_angle = 0.1;          // rad, of all there is
+constexpr double usual_largest_angle = 0.002;  // rad, which the component takes by default
+
+std::string name_of(const SquarenessQuantity& q) {
+    return squareness_name(q.axis, q.rotation);
+}
+
+// The axis against which a quantity is seen.
+Axis base_of(const SquarenessQuantity& q) {
+    return static_cast<Axis>(3 - direction(q.axis) - q.rotation);
+}
+
+Quantities quantities_of(const TiltedMachine& machine, const std::vector<Corner>& corners) {
+    const SquarenessOfChain solver(machine.chain, machine.reading, machine.against, machine.order);
+    Quantities quantities = solver.quantities(corners, machine.known);
+    std::stable_sort(quantities.begin(), quantities.end(), [](const auto& one, const auto& other) {
+        return std::make_pair(one.axis, one.rotation) < std::make_pair(other.axis, other.rotation);
+    });
+    for (const SquarenessQuantity& q : quantities) {
+        for (const SquarenessQuantity& other : machine.known)
+            if (q.uncertainty && q.is_of(other.axis, other.rotation))
+                throw std::invalid_argument(name_of(q) +
+                                            " is set and follows from measurements, too: leave one out");
+        if (!(std::abs(q.angle) < largest_angle))
+            throw std::invalid_argument(name_of(q) + " would be " + formatted("%.4g", q.angle) +
+                                        " rad: an angle is below 0.1 rad");
+    }
+    return quantities;
+}
+
+std::vector<SquarenessAdvice::Setting> settings_of(const TiltedMachine& machine,
+                                                   const Quantities& quantities) {
+    std::vector<SquarenessAdvice::Setting> settings;
+    const auto add = [&](const std::string& pin, const std::string& value, const std::string& comment) {
+        settings.push_back({pin, value, comment, true});
+    };
+    if (machine.inch) {  // the defaults are numbers of millimetres
+        add("max-correction", formatted("%.4g", 1 / inch), "in, which is 1 mm");
+        add("max-rate", formatted("%.4g", 0.1 / inch), "in/s, which is 0.1 mm/s");
+    }
+    add("max-speed", "[TRAJ]MAX_LINEAR_VELOCITY", "of the INI file: no axis is faster");
+    double largest = 0;
+    for (const SquarenessQuantity& q : quantities) largest = std::max(largest, std::abs(q.angle));
+    if (largest > usual_largest_angle)
+        add("max-angle", formatted("%.3g", std::ceil(largest * 1e3) / 1e3), "rad, for the largest angle");
+    const bool component = machine.reading == TiltReading::component;
+    add("axis-direction", component ? "0" : "1",
+        component ? "reading: component" : "reading: axis direction");
+    if (machine.chain.stacked()) {
+        const bool rail = machine.against == TiltDatum::rail;
+        add("to-bed", rail ? "0" : "1", rail ? "tilts against the rail" : "tilts against the bed");
+    }
+    for (const SquarenessQuantity& q : quantities)
+        add(lower_case(name_of(q)), q.angle == 0 ? "0" : formatted("%.6g", q.angle),
+            letters(q.axis) + (q.angle == 0
+                                   ? " does not lean"
+                                   : " leans to " + name(lean_of(q)) + " by " + arcsec(std::abs(q.angle))));
+    std::set<Axis> leaning;
+    for (const SquarenessQuantity& q : quantities) {
+        if (q.angle == 0 || !leaning.insert(q.axis).second) continue;
+        const std::string end = machine.chain.tool.has(q.axis) ? "spindle" : "table";
+        settings.push_back({lower_case(letters(q.axis)) + "-tool-follows", "0",
+                            "only if the " + end + " was set up square though " + letters(q.axis) + " leans",
+                            false});
+    }
+    return settings;
+}
+
+KinematicChain chain_of(const TiltedMachine& machine, const Quantities& quantities) {
+    KinematicChain::Settings settings;
+    settings.axes = machine.chain;
+    settings.reading = machine.reading;
+    settings.datum = machine.against;
+    for (const SquarenessQuantity& q : quantities)
+        settings.tilts[static_cast<std::size_t>(coordinate(q.axis))].angles[q.rotation] = q.angle;
+    return KinematicChain(settings);
+}
+
+// Of two quantities that the same square shows, that of the axis that was held against the datum.
+SquarenessQuantity held_one(const SquarenessQuantity& q, const Quantities& quantities,
+                            const std::vector<Axis>& order) {
+    const auto place = [&](Axis axis) { return std::find(order.begin(), order.end(), axis); };
+    for (const SquarenessQuantity& other : quantities)
+        if ((q.uncertainty || other.uncertainty) && other.axis == base_of(q) && base_of(other) == q.axis &&
+            place(other.axis) > place(q.axis))
+            return other;
+    return q;
+}
+
+// The machine must have the corners that were measured, apart from what the first order leaves.
+void hold_against(const KinematicChain& chain, const std::vector<Corner>& corners,
+                  const Quantities& quantities) {
+    double largest = 0;
+    for (const SquarenessQuantity& q : quantities) largest = std::max(largest, std::abs(q.angle));
+    const double second_order = 4 * largest * largest;
+    const auto opening = [](double angle) {
+        return "90 deg " + std::string(angle < 0 ? "- " : "+ ") + arcsec(std::abs(angle));
+    };
+    for (const Corner& corner : corners) {
+        const double is = opening_of(chain, corner.a, corner.b);
+        if (!(std::abs(is - corner.opening) < 1e-7 + second_order))
+            throw std::invalid_argument("what is set and measured contradicts itself: " + letters(corner.a) +
+                                        " and " + letters(corner.b) + " would be at " + opening(is) +
+                                        ", but were measured at " + opening(corner.opening) +
+                                        ": leave one out");
+    }
+}
+
+void add_test_moves(const KinematicChain& chain, const TiltedMachine& machine,
+                    const std::vector<Corner>& corners, SquarenessAdvice& advice) {
+    const double travel = machine.travel, visible = 1e-9 * travel;
+    std::set<std::pair<Axis, Axis>> shown;
+    for (const SquarenessQuantity& quantity : advice.quantities) {
+        const SquarenessQuantity q = held_one(quantity, advice.quantities, machine.order);
+        const Axis base = base_of(q), along = static_cast<Axis>(direction(q.axis));
+        if (q.angle == 0 || !shown.insert({std::min(q.axis, base), std::max(q.axis, base)}).second) continue;
+        const double on_square = indicator_on_square(chain, q.axis, base, travel);
+        if (std::abs(on_square) >= visible) {
+            SquarenessAdvice::TestMove move{
+                q, q.axis, base, {base, on_square > 0 ? 1 : -1, 0}, travel, std::abs(on_square), {}};
+            for (const Corner& corner : corners)
+                if (corner.is_of(q.axis, base)) move.uncertainty = corner.uncertainty * travel;
+            advice.moves.push_back(move);
+            continue;
+        }
+        if (q.uncertainty) continue;
+        const double on_table = indicator_on_table(chain, base, along, travel);
+        if (std::abs(on_table) >= visible) {
+            const int sign = along == Axis::Z || on_table < 0 ? -1 : 1;  // a table is touched from above
+            advice.moves.push_back({q, base, {}, {along, sign, 0}, travel, sign * on_table, {}});
+        } else {
+            advice.unseen.push_back(name_of(q) + ": " + letters(q.axis) + " and " + letters(base) +
+                                    " turn together, and the work with them: no indicator shows it, and it "
+                                    "corrects next to nothing. If a square showed that " +
+                                    letters(q.axis) + " leans, give its readings by --square instead.");
+        }
+    }
+}
+
+std::vector<std::string> notes_on(const Quantities& quantities, const std::vector<Corner>& corners) {
+    std::vector<std::string> notes;
+    for (const SquarenessQuantity& q : quantities)
+        if (q.uncertainty && std::abs(q.angle) < 2 * *q.uncertainty)
+            notes.push_back(name_of(q) +
+                            " is less than its uncertainty with k=2: not even its sign is certain.");
+    for (const SquarenessQuantity& q : quantities)
+        if (std::abs(q.angle) > usual_largest_angle)
+            notes.push_back(name_of(q) +
+                            " is more than the component takes by default, 0.002 rad: max-angle is set. See "
+                            "that max-correction suffices for the travel.");
+    for (const Corner& corner : corners) {
+        std::vector<std::string> both;
+        for (const SquarenessQuantity& q : quantities)
+            if (q.uncertainty && ((corner.a == q.axis && parallel(corner.b, base_of(q))) ||
+                                  (corner.b == q.axis && parallel(corner.a, base_of(q)))))
+                both.push_back(name_of(q));
+        if (both.size() > 1)
+            notes.push_back(both[0] + " and " + both[1] +
+                            " belong together: one of the two axes carries the other, and what it turns that "
+                            "by is taken back.");
+    }
+    return notes;
+}
+
+}  // namespace
+
+Lean lean_of(const SquarenessQuantity& quantity) {
+    const std::vector<Lean> all =
+        leans(quantity.axis, quantity.angle * Eigen::Vector3d::Unit(quantity.rotation));
+    return all.empty() ? Lean{} : all.front();
+}
+
+SquarenessAdvice advice_on(const TiltedMachine& machine) {
+    const std::vector<Corner> corners = each_once(machine.measured);
+    SquarenessAdvice advice;
+    advice.quantities = quantities_of(machine, corners);
+    const KinematicChain chain = chain_of(machine, advice.quantities);
+    hold_against(chain, corners, advice.quantities);
+    advice.options = "chain=" + machine.chain_text + (machine.inch ? " unit=inch" : "");
+    advice.settings = settings_of(machine, advice.quantities);
+    add_test_moves(chain, machine, corners, advice);
+    advice.notes = notes_on(advice.quantities, corners);
+    return advice;
+}
+
+}  // namespace plumb::commissioning

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// From what is known of a machine's tilted axes to what to do about them: the settings of `squareness`, the
+// moves that verify their signs, and what there is to say.  It decides, for the command line and for screens
+// alike; they ask and show.
+#pragma once
+
+#include "components/math/geometry/axis_chain.hpp"
+#include "components/math/geometry/corner.hpp"
+#include "components/math/geometry/squareness_of_chain.hpp"
+#include "components/math/geometry/tilt.hpp"
+#include "components/math/geometry/tilted_branch.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plumb::commissioning {
+
+struct TiltedMachine {
+    std::string chain_text = "w-X-Y.b-Z-C-t";
+    AxisChain chain;  // what that says
+    bool inch = false;
+    TiltReading reading = TiltReading::component;
+    TiltDatum against = TiltDatum::rail;
+    std::vector<Axis> order;  // of all axes of the chain: each is true, or held against those before it
+    double travel = 300;      // mm, of the test moves
+    std::vector<SquarenessQuantity> known;
+    std::vector<Corner> measured;
+};
+
+struct SquarenessAdvice {
+    struct Setting {
+        std::string pin, value;  // ec0y, -8e-05
+        std::string comment;
+        bool in_force = true;  // false: only if what the comment says is so
+    };
+    // An indicator in the spindle reads `rise` more when an axis has moved: on a square whose base was trued
+    // along another one; or, where the two turn together, on a face of the table.
+    struct TestMove {
+        SquarenessQuantity quantity;  // whose sign it shows
+        Axis moved = Axis::Y;
+        std::optional<Axis> base = Axis::X;  // none: the table
+        Lean plunger{Axis::X, 1, 0};         // the direction in which it points
+        double travel = 0;                   // mm
+        double rise = 0;                     // mm, without correction; 0 with it
+        std::optional<double> uncertainty;   // mm, standard, of the rise
+
+        double rise_by_wrong_sign() const noexcept { return 2 * rise; }
+    };
+
+    std::vector<SquarenessQuantity> quantities;  // those that are known, and those that follow
+    std::string options;                         // of the line that loads the component
+    std::vector<Setting> settings;
+    std::vector<TestMove> moves;
+    std::vector<std::string> unseen;  // sentences: what no test move shows
+    std::vector<std::string> notes;   // sentences
+};
+
+// Throws std::invalid_argument where what was measured contradicts what is known, or what no machine is.
+SquarenessAdvice advice_on(const TiltedMachine& machine);
+
+// The lean that a quantity is.
+Lean lean_of(const SquarenessQuantity& quantity);
+
+}  // namespace plumb::commissioning

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The command line of plumb squareness: texts become the machine that they describe.
+#pragma once
+
+#include <CLI/App.hpp>
+
+#include <string>
+#include <vector>
+
+#include "components/commissioning/squareness/squareness_advice.hpp"
+#include "components/math/geometry/corner.hpp"
+#include "components/math/geometry/probed_shape.hpp"
+
+namespace plumb::commissioning {
+
+struct SquarenessOptions {
+    struct Measured {
+        Corner corner;
+        std::string how;
+    };
+    // A file of probed points, which is not read yet.
+    struct Points {
+        std::string file;
+        double unit = 1;    // mm
+        ProbedShape shape;  // what the file does not say
+        std::string own;    // text of the artifact's own uncertainty: of an angle, or of a length for a ring
+    };
+
+    TiltedMachine machine;  // without what is measured
+    std::string instance = "square";
+    std::vector<Measured> measured;
+    std::vector<Points> points;
+    std::vector<std::string> tables;  // files to be checked, and nothing else
+};
+
+// Declares the arguments of the command, which are parsed into `options`.
+void declare_squareness(CLI::App& command, SquarenessOptions& options);
+
+// Throws std::runtime_error with the file and what is wrong with it.
+SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points, const AxisChain& chain);
+
+}  // namespace plumb::commissioning

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/squareness/error_tables.hpp"
+#include "components/compensation/squareness/squareness_settings.hpp"
+#include "components/math/blocks/ramped_correction.hpp"
+#include "components/math/geometry/tip_correction.hpp"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <optional>
+
+namespace plumb {
+
+// The correction that a position wants with one set of settings, one tool and one set of tables.
+class SquarenessModel {
+public:
+    struct Motion {
+        AxisPosition position = AxisPosition::Zero(), velocity = AxisPosition::Zero();  // mu, mu/s
+    };
+    struct Result {
+        RampedCorrection::Wanted wanted;
+        Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, of the tip without correction
+        bool beyond_table = false;                        // a table does not reach here
+        bool steady = true;  // false: it changes with the position as no machine's does, and means nothing
+    };
+
+    // A machine unit has so many millimetres, which are what tables are in.
+    SquarenessModel(const AxisChain& axes, double millimetres) noexcept
+        : axes_(axes), millimetres_(millimetres), correction_(KinematicChain({axes, {}, {}, {}})) {}
+
+    const Eigen::Vector3d& tool() const noexcept { return tool_; }
+    bool active() const noexcept { return active_; }
+
+    // The tool in mu, from the gauge point to the tip; not active, the correction is 0.
+    void set(const SquarenessSettings::Values& settings, const Eigen::Vector3d& tool, bool active) noexcept {
+        tool_ = tool;
+        active_ = active;
+        most_ = settings.max_correction;
+        KinematicChain::Settings s;
+        s.axes = axes_;
+        s.reading = settings.reading;
+        s.datum = settings.datum;
+        for_each_axis([&](Axis axis, std::size_t i) {
+            s.tilts[i] = {settings.angles(axis), settings.of(axis).tool_follows};
+            pivot_[static_cast<Eigen::Index>(i)] = settings.of(axis).pivot;
+        });
+        correction_ = TipCorrection(KinematicChain(s), settings.reference);
+    }
+
+    // Best called each period: it begins where it had led to the last time, and so need not go far.
+    Result at(const Motion& motion, const ErrorTables::Set& tables) noexcept {
+        Result result;
+        const AxisPosition q = motion.position - pivot_;
+        TipCorrection::Correction c;
+        for (int step = 0; step < 3; ++step) {
+            result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_), tables);
+            c = correction_.at(q, tool_, led_to_);
+            result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5;
+            if (!result.steady) {
+                led_to_.setZero();
+                return result;
+            }
+            if (correction_.chain().linear()) break;
+            const double way = (c.offset - led_to_).norm();
+            led_to_ = c.offset;
+            if (way * millimetres_ < near) break;
+        }
+        result.error = c.error;
+        result.wanted.most = most_;
+        if (active_) {
+            result.wanted.offset = c.offset;
+            result.wanted.velocity = c.slopes * motion.velocity;
+        }
+        return result;
+    }
+
+private:
+    // mm; the errors of the axes leave of it 1e-9 where they bend by 0.002 per mm.
+    static constexpr double near = 1e-3;
+
+    // The errors of the axes from the tables.  Whether one of them does not reach there.
+    bool take_errors(const AxisPosition& there, const ErrorTables::Set& tables) noexcept {
+        bool beyond = false;
+        for_each_axis([&](Axis axis, std::size_t i) {
+            if (!tables[i]) return;
+            const auto k = static_cast<Eigen::Index>(i);
+            const double place = (there[k] + pivot_[k]) * millimetres_;
+            correction_.chain().set_error(axis, error(there[k], tables[i]->at(place)));
+            beyond |= !(place >= tables[i]->first() && place <= tables[i]->last());
+        });
+        return beyond;
+    }
+
+    template <typename Function>
+    void for_each_axis(const Function& call) const noexcept {
+        for (const AxisBranch* branch : {&axes_.work, &axes_.tool})
+            for (const Axis axis : *branch) call(axis, static_cast<std::size_t>(coordinate(axis)));
+    }
+
+    AxisError error(double position, const ErrorTable::Reading& reading) const noexcept {
+        AxisError result;
+        result.position = position;
+        for (int i = 0; i < 3; ++i) {
+            const auto translation = static_cast<std::size_t>(i), angle = translation + 3;
+            result.value.translation[i] = reading.errors[translation] / millimetres_;
+            result.slope.translation[i] = reading.slopes[translation];
+            result.value.angles[i] = reading.errors[angle];
+            result.slope.angles[i] = reading.slopes[angle] * millimetres_;
+        }
+        return result;
+    }
+
+    AxisChain axes_;
+    double millimetres_;
+    AxisPosition pivot_ = AxisPosition::Zero();
+    TipCorrection correction_;
+    Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
+    bool active_ = false;
+    double most_ = 0;                                   // mu
+    Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the correction of the last time
+};
+
+}  // namespace plumb

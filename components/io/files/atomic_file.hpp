@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/io/files/regular_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace plumb {
+
+// A file that holds, after a crash at whatever moment, all that was written last or all that was written
+// before. It keeps its owner and its rights, and one program at a time has it. It may lie in a folder that
+// other users can write: no link of theirs is followed.  All throw std::system_error, which names the file.
+class AtomicFile {
+public:
+    // std::errc::device_or_resource_busy where another program has it.
+    explicit AtomicFile(const std::filesystem::path& path)
+        : path_(resolved(path)), lock_(open_lock(beside(".lock"))) {
+        if (flock(lock_.number(), LOCK_EX | LOCK_NB) != 0) {
+            if (errno == EWOULDBLOCK) errno = EBUSY;
+            fail(path_.string());
+        }
+        if (!exists()) return;
+        former_ = RegularFile(path_, O_RDONLY | O_NOFOLLOW).state();
+        // To write it takes its place under one name; under the other it would be another program's.
+        if (former_->st_nlink > 1) {
+            errno = EMLINK;
+            fail(path_.string() + " has another name, a hard link");
+        }
+        if (access(path_.c_str(), W_OK) != 0) fail(path_.string());
+    }
+
+    const std::filesystem::path& path() const { return path_; }
+
+    // Nothing where there is no such file.
+    std::optional<std::string> read() const {
+        if (!exists()) return std::nullopt;
+        return RegularFile(path_, O_RDONLY | O_NOFOLLOW).read();
+    }
+
+    void write(std::string_view text) {
+        const std::filesystem::path fresh = beside(".new");
+        struct stat state {};
+        if (lstat(path_.c_str(), &state) == 0 && S_ISREG(state.st_mode)) former_ = state;
+        // One that a crash has left, or that another user has put there.
+        if (unlink(fresh.c_str()) != 0 && errno != ENOENT) fail(fresh.string());
+        try {
+            const RegularFile file(fresh, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, former_ ? 0600 : 0644);
+            if (former_) resemble(file);
+            while (!text.empty()) {
+                const ssize_t n = ::write(file.number(), text.data(), text.size());
+                if (n >= 0)
+                    text.remove_prefix(static_cast<std::size_t>(n));
+                else if (errno != EINTR)
+                    fail(fresh.string());
+            }
+            if (fsync(file.number()) != 0) fail(fresh.string());
+            if (rename(fresh.c_str(), path_.c_str()) != 0) fail(path_.string());
+        } catch (...) {
+            unlink(fresh.c_str());
+            throw;
+        }
+        const int folder = open(path_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (folder < 0) fail(path_.parent_path().string());
+        const int error = fsync(folder) == 0 ? 0 : errno;
+        close(folder);
+        if (error == 0) return;
+        errno = error;
+        fail(path_.parent_path().string());
+    }
+
+private:
+    [[noreturn]] static void fail(const std::string& what) {
+        throw std::system_error(errno, std::generic_category(), what);
+    }
+
+    // A link stays, and is no way round the lock; but one that another user has put into a folder for all may
+    // lead where he could not write himself.
+    static std::filesystem::path resolved(std::filesystem::path path) {
+        constexpr int most_links = 40;
+        struct stat link {};
+        for (int links = 0; lstat(path.c_str(), &link) == 0 && S_ISLNK(link.st_mode); ++links) {
+            const std::filesystem::path parent = path.parent_path();
+            struct stat folder {};
+            if (stat(parent.c_str(), &folder) == 0 && (folder.st_mode & S_IWOTH) != 0 &&
+                link.st_uid != geteuid() && link.st_uid != folder.st_uid) {
+                errno = EACCES;
+                fail(path.string() + " is a link of user " + std::to_string(link.st_uid) +
+                     " in a folder that all can write");
+            }
+            if (links == most_links) {
+                errno = ELOOP;
+                fail(path.string());
+            }
+            path = parent / std::filesystem::read_symlink(path);
+        }
+        return std::filesystem::weakly_canonical(path);
+    }
+
+    static RegularFile open_lock(const std::filesystem::path& path) {
+        for (int tries = 0;; ++tries) {
+            try {
+                return {path, O_RDONLY | O_NOFOLLOW};
+            } catch (const std::system_error& error) {
+                if (error.code() != std::errc::no_such_file_or_directory) throw;
+            }
+            try {
+                return {path, O_RDONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0644};
+            } catch (const std::system_error& error) {  // another program was faster
+                if (error.code() != std::errc::file_exists || tries == 100) throw;
+            }
+        }
+    }
+
+    // Whoever may not give a file away keeps at least its group, or gives the group no right.
+    void resemble(const RegularFile& file) const {
+        constexpr auto same = static_cast<uid_t>(-1);
+        mode_t mode = former_->st_mode & 07777;
+        const struct stat state = file.state();
+        if ((state.st_uid != former_->st_uid || state.st_gid != former_->st_gid) &&
+            fchown(file.number(), former_->st_uid, former_->st_gid) != 0 &&
+            fchown(file.number(), same, former_->st_gid) != 0)
+            mode &= ~static_cast<mode_t>(S_IRWXG);
+        if (fchmod(file.number(), mode) != 0) file.fail();
+    }
+
+    bool exists() const { return std::filesystem::exists(std::filesystem::symlink_status(path_)); }
+
+    std::filesystem::path beside(const char* ending) const { return path_.string() + ending; }
+
+    const std::filesystem::path path_;
+    const RegularFile lock_;             // a file of its own, for a rename ends what is locked
+    std::optional<struct stat> former_;  // of the file, as it was seen last
+};
+
+}  // namespace plumb

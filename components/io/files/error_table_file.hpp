@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/io/files/crc_32.hpp"
+#include "components/io/files/csv.hpp"
+#include "components/math/geometry/error_table.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+
+// Error tables of linear axes, as CSV: a header of the axis and of its error motions by their names in
+// ISO 230-1, and a row for each position.
+//
+//     # machine: portal mill 7
+//     # date: 2026-11-20
+//     # temperature: 20.1 degC
+//     # checksum: dd405666
+//     Y,EXY,EYY,EZY,EAY,EBY,ECY
+//     0,0,0,0,0,0,0
+//     50,0.0012,-0.003,0,0,0,1.5e-5
+//     # end, 2 rows
+//
+// Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.  Columns
+// come in any order; an error that has none is 0.  A file may hold several tables, one after the other, each
+// with its header.  The last line of a file counts the rows of all its tables: a file that is written or
+// copied by half has none, or another count.  A number has a decimal point, whatever the locale.
+//
+// The head, before the first table, may state machine, date, temperature and checksum.  The checksum is the
+// CRC-32 of the lines that do not begin with #, without blanks at their ends, each with a line feed.  Other
+// lines that begin with #, and empty ones, say nothing.
+namespace error_table_file {
+
+using csv::decimal, csv::quoted;
+
+constexpr std::string_view axes = "XYZUVW";
+
+// What no machine has, and what a file in other units easily does.
+constexpr double longest = 1e5;                                      // mm, a position
+constexpr double nearest = 1e-3;                                     // mm, between two positions
+constexpr double largest[] = {10, 10, 10, 0.1, 0.1, 0.1};            // mm, rad
+constexpr double steepest[] = {1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4};  // mm/mm, rad/mm
+constexpr std::size_t most_rows = 4096;
+
+inline std::vector<std::string> error_names(char axis) {
+    std::vector<std::string> names;
+    for (const char* error : {"EX", "EY", "EZ", "EA", "EB", "EC"})
+        names.push_back(error + std::string(1, axis));
+    return names;
+}
+
+inline std::string counted(std::size_t count, const std::string& what) {
+    return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
+}
+
+// What a file says of its tables.
+struct Facts {
+    std::string file;
+    std::string axes;  // X, Y
+    std::size_t rows = 0;
+    std::string machine, date, temperature;  // as they are written, or ""
+    std::string checksum;                    // of the rows
+    bool is_checked = false;                 // the file has the same
+
+    std::string sentence() const {
+        std::string text = file + ": error tables of " + axes + ", " + counted(rows, "row");
+        const auto add = [&](const std::string& name, const std::string& value) {
+            text += value.empty() ? ", no " + name : ", " + name + ' ' + value;
+        };
+        add("machine", machine);
+        add("date", date);
+        add("temperature", temperature);
+        return text + ", checksum " + checksum + (is_checked ? "" : " (not in the file)");
+    }
+};
+
+inline std::string end_line(std::size_t rows) {
+    return "# end, " + counted(rows, "row");
+}
+
+// Takes the tables out of one text after the other.  Each sentence that it throws, as std::runtime_error,
+// begins with the name and the line of the text.
+class Reader {
+public:
+    void read(const std::string& name, std::string_view text) {
+        name_ = name;
+        line_ = 0;
+        axis_ = 0;
+        facts_ = {};
+        facts_.file = name;
+        content_.clear();
+        stated_ = {};
+        end_ = misplaced_end_ = {};
+        for (text = csv::without_byte_order_mark(text); !text.empty();) {
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            ++line_;
+            take(csv::trimmed(text.substr(0, end)));
+            text.remove_prefix(std::min(end + 1, text.size()));
+        }
+        if (axis_ == 0) throw std::runtime_error(name_ + ": there is no table in it");
+        finish();
+        check_end();
+        check_sum();
+        files_.push_back(facts_);
+    }
+
+    std::map<char, ErrorTable> tables() && { return std::move(tables_); }
+    const std::vector<Facts>& files() const { return files_; }
+
+private:
+    static bool is_axis(std::string_view field) {
+        return field.size() == 1 && axes.find(field[0]) != std::string_view::npos;
+    }
+
+    [[noreturn]] void refuse(const std::string& why) const { refuse_at(line_, why); }
+    [[noreturn]] void refuse_at(std::size_t line, const std::string& why) const {
+        throw std::runtime_error(name_ + ": line " + std::to_string(line) + ": " + why);
+    }
+    [[noreturn]] void refuse(std::size_t column, const std::string& why) const {
+        refuse("column " + columns_[column].name + ": " + why);
+    }
+
+    void take(std::string_view line) {
+        if (line.empty()) return;
+        if (line[0] == '#') return take_comment(line);
+        supersede_end();
+        content_.append(line).append("\n");
+        const std::vector<std::string_view> fields = csv::split_at_commas(line);
+        if (std::any_of(fields.begin(), fields.end(), is_axis)) {
+            if (axis_ != 0) finish();
+            begin(fields);
+        } else if (axis_ == 0) {
+            refuse(quoted(line) + " names no axis: a header comes first, such as X,EXX,EYX");
+        } else {
+            add(fields);
+        }
+    }
+
+    // A spreadsheet appends commas, as many as the widest line has.
+    void take_comment(std::string_view line) {
+        line = line.substr(0, line.find_last_not_of(", \t\r") + 1);
+        const std::string_view words = csv::trimmed(line.substr(1));
+        const std::size_t comma = words.find(','), colon = words.find(':');
+        if (comma != std::string_view::npos && csv::trimmed(words.substr(0, comma)) == "end") {
+            supersede_end();
+            end_ = {line_, "# " + std::string(words)};
+        }
+        if (colon == std::string_view::npos) return;
+        std::string name;
+        for (const char c : csv::trimmed(words.substr(0, colon)))
+            name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        const std::string_view value = csv::trimmed(words.substr(colon + 1));
+        if (name == "checksum" && axis_ != 0)
+            refuse("the checksum stands in the head, before the first table");
+        if (axis_ != 0) return;
+        if (name == "machine") state(facts_.machine, name, value);
+        if (name == "date") state(facts_.date, name, value);
+        if (name == "temperature") state(facts_.temperature, name, value);
+        if (name == "checksum") {
+            state(stated_.text, name, value);
+            stated_.line = line_;
+        }
+    }
+
+    void supersede_end() {
+        if (end_.line != 0 && misplaced_end_.line == 0) misplaced_end_ = end_;
+        end_ = {};
+    }
+
+    void state(std::string& fact, const std::string& name, std::string_view value) const {
+        if (value.empty()) refuse("there is no " + name);
+        if (!fact.empty()) refuse("the " + name + " is there twice");
+        for (const char c : value) fact += static_cast<unsigned char>(c) < ' ' || c == 127 ? '?' : c;
+    }
+
+    void check_end() const {
+        const std::string right = end_line(facts_.rows);
+        if (misplaced_end_.line != 0)
+            refuse_at(
+                misplaced_end_.line,
+                "rows or another end follow the end: delete this line, and let the last line be: " + right);
+        if (end_.line == 0)
+            throw std::runtime_error(
+                name_ + ": the end is missing, and with it perhaps a part of the table; if the " +
+                counted(facts_.rows, "row") + " are all, add as the last line: " + right);
+        if (end_.text != right)
+            refuse_at(end_.line, csv::quoted(end_.text) + " does not count the " +
+                                     counted(facts_.rows, "row") +
+                                     " before it: a part may be missing; if they are all, write: " + right);
+    }
+
+    void check_sum() {
+        char digits[9];
+        std::snprintf(digits, sizeof digits, "%08x", static_cast<unsigned>(crc_32(content_)));
+        facts_.checksum = digits;
+        facts_.is_checked = stated_.line != 0;
+        std::string stated;
+        for (const char c : stated_.text)
+            stated += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        if (facts_.is_checked && stated != facts_.checksum)
+            refuse_at(stated_.line, "checksum " + csv::quoted(stated_.text) +
+                                        " is not that of the rows, which are changed or "
+                                        "damaged; if they are right, write: # checksum: " +
+                                        facts_.checksum);
+    }
+
+    void begin(const std::vector<std::string_view>& fields) {
+        header_line_ = line_;
+        axis_ = (*std::find_if(fields.begin(), fields.end(), is_axis))[0];
+        columns_.clear();
+        rows_.clear();
+        const std::vector<std::string> names = error_names(axis_);
+        for (const std::string_view field : fields) {
+            const auto name = std::find(names.begin(), names.end(), field);
+            const bool position = field == std::string_view(&axis_, 1);
+            if (field.empty()) refuse("column " + std::to_string(columns_.size() + 1) + " has no name");
+            if (!position && name == names.end()) refuse_name(field, names);
+            if (std::any_of(columns_.begin(), columns_.end(),
+                            [&](const Column& c) { return c.name == field; }))
+                refuse(quoted(field) + " is there twice");
+            columns_.push_back(
+                {std::string(field), position, static_cast<std::size_t>(name - names.begin())});
+        }
+        if (columns_.size() == 1) refuse("there is no error beside " + std::string(1, axis_));
+        const auto there = places_.find(axis_);
+        if (there != places_.end())
+            refuse(std::string(1, axis_) + " has a table already, in " + there->second);
+        places_[axis_] = name_ + ", line " + std::to_string(line_);
+    }
+
+    [[noreturn]] void refuse_name(std::string_view field, const std::vector<std::string>& names) const {
+        std::string known;
+        for (const std::string& name : names) known += ' ' + name;
+        refuse(quoted(field) + " is no error of " + std::string(1, axis_) + ", which are" + known);
+    }
+
+    void add(const std::vector<std::string_view>& fields) {
+        if (fields.size() != columns_.size())
+            refuse(counted(fields.size(), "value") + ", but the header has " +
+                   std::to_string(columns_.size()));
+        if (rows_.size() == most_rows) refuse("more than " + counted(most_rows, "row"));
+        ErrorTable::Row row;
+        for (std::size_t i = 0; i < fields.size(); ++i) {
+            const Column& column = columns_[i];
+            const double value = number(i, fields[i]);
+            if (column.is_position)
+                row.position = value;
+            else
+                row.errors[column.error] = value;
+            const double limit = column.is_position ? longest : largest[column.error];
+            if (!(std::abs(value) <= limit))
+                refuse(i, quoted(fields[i]) + " is beyond " + decimal(limit) + unit(column) + "; is it in" +
+                              unit(column) + '?');
+        }
+        if (!rows_.empty()) check_step(rows_.back(), row);
+        rows_.push_back(row);
+    }
+
+    void check_step(const ErrorTable::Row& last, const ErrorTable::Row& row) const {
+        const double step = row.position - last.position;
+        for (std::size_t i = 0; i < columns_.size(); ++i)
+            if (columns_[i].is_position && !(step >= nearest))
+                refuse(i, decimal(row.position) + " is not beyond " + decimal(last.position) +
+                              " by at least " + decimal(nearest) + " mm");
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            if (columns_[i].is_position) continue;
+            const double from = last.errors[columns_[i].error], to = row.errors[columns_[i].error];
+            if (std::abs(to - from) > steepest[columns_[i].error] * step)
+                refuse(i, "from " + decimal(from) + " to " + decimal(to) + " within " + decimal(step) +
+                              " mm is too steep; is it in" + unit(columns_[i]) + '?');
+        }
+    }
+
+    double number(std::size_t column, std::string_view field) const {
+        if (field.empty()) refuse(column, "there is no value");
+        const std::optional<double> value = csv::number(field);
+        if (!value) refuse(column, quoted(field) + " is no number");
+        return *value;
+    }
+
+    void finish() {
+        if (rows_.size() < 2)
+            refuse_at(header_line_,
+                      std::string(1, axis_) + " has " + counted(rows_.size(), "row") + ", and needs 2");
+        tables_.emplace(axis_, ErrorTable(rows_));
+        facts_.rows += rows_.size();
+        facts_.axes += (facts_.axes.empty() ? "" : ", ") + std::string(1, axis_);
+    }
+
+    struct Column {
+        std::string name;
+        bool is_position;
+        std::size_t error;  // in ErrorMotions
+    };
+    static std::string unit(const Column& column) {
+        return column.is_position || column.error < 3 ? " mm" : " rad";
+    }
+
+    std::string name_;
+    std::size_t line_ = 0, header_line_ = 0;
+    char axis_ = 0;  // of the table that is being read
+    std::vector<Column> columns_;
+    std::vector<ErrorTable::Row> rows_;
+    std::map<char, std::string> places_;
+    std::map<char, ErrorTable> tables_;
+
+    struct Line {
+        std::size_t line = 0;  // 0: there is none
+        std::string text;
+    };
+    Facts facts_;          // of the file that is being read
+    std::string content_;  // likewise, all that its checksum is of
+    Line end_, misplaced_end_, stated_;
+    std::vector<Facts> files_;
+};
+
+}  // namespace error_table_file
+
+struct ErrorTableFiles {
+    std::map<char, ErrorTable> tables;  // by axis
+    std::vector<error_table_file::Facts> files;
+};
+
+// Not one table is taken from files of which one is wrong: then it throws std::runtime_error, which
+// names file, line, value and reason.
+inline ErrorTableFiles read_error_tables(const std::vector<std::filesystem::path>& files) {
+    error_table_file::Reader reader;
+    for (const std::filesystem::path& file : files) reader.read(file.string(), csv::text_of(file));
+    const std::vector<error_table_file::Facts> facts = reader.files();
+    return {std::move(reader).tables(), facts};
+}
+
+}  // namespace plumb

@@ -1,0 +1,269 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+# @(#)Plumb @PROJECT_VERSION@
+"""Program and tool set as HAL pins, and HAL pins as messages to the operator. See linuxcnc_link(1)."""
+
+import argparse
+import contextlib
+import errno
+import os
+import re
+import signal
+import sys
+import time
+import tomllib
+import zlib
+
+import hal
+import linuxcnc
+
+PAUSE = 0.02  # s between two looks
+TOOLS_PAUSE = 0.5  # s; the table is long
+LONGEST = 250  # characters; LinuxCNC cuts what is longer
+STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
+CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
+COMMENT = re.compile(rb"\([^)]*\)|;.*")
+
+
+class SettingsError(ValueError):
+    """The TOML file of messages is wrong."""
+
+
+def identity(content):
+    """The CRC-32 as the signed number that a pin holds; 0 is for nothing."""
+    crc = zlib.crc32(content)
+    return (crc - (1 << 32) if crc >> 31 else crc) or 1
+
+
+class Program:
+    """The file that LinuxCNC has loaded, and the subroutines that it calls."""
+
+    def __init__(self):
+        self.identity = 0
+        self._is_read = False
+        self._path = ""
+        self._folders = []
+        self._stamps = {}  # of the files, by path
+
+    def look(self, status):
+        """Reads the files again where one has changed. Returns whether LinuxCNC has told which it is. Raises OSError."""
+        # While a subroutine runs its file is told instead.
+        is_told = status.interp_state == linuxcnc.INTERP_IDLE or (
+            status.task_mode == linuxcnc.MODE_AUTO and status.call_level == 0
+        )
+        path = status.file if is_told else self._path
+        if self._is_read and path == self._path and self._stamps == self._stamps_now():
+            return is_told
+        self.identity, self._stamps, self._is_read = 0, {}, False
+        self._path = path
+        self._folders = subroutine_folders(status.ini_filename)
+        if self._path:
+            self.identity = identity(b"".join(self._contents(self._path)))
+        self._is_read = True
+        return is_told
+
+    def _contents(self, path):
+        self._stamps[path] = stamp(path)
+        with open(path, "rb") as file:
+            content = file.read()
+        yield content
+        for name in CALL.findall(COMMENT.sub(b"", content)):
+            called = self._find(os.fsdecode(name.lower()) + ".ngc")
+            if called and called not in self._stamps:
+                yield from self._contents(called)
+
+    def _find(self, name):
+        for folder in [os.path.dirname(self._path), *self._folders]:
+            path = os.path.realpath(os.path.join(folder, name))
+            if os.path.isfile(path):
+                return path
+        return None
+
+    def _stamps_now(self):
+        return {path: stamp(path) for path in self._stamps}
+
+
+def stamp(path):
+    found = os.stat(path)
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def subroutine_folders(ini_file):
+    """Where LinuxCNC looks for subroutines, besides beside the program."""
+    try:
+        ini = linuxcnc.ini(ini_file)
+    except linuxcnc.error as error:  # it was moved, or is being written
+        raise OSError(errno.EIO, str(error), ini_file) from None
+    paths = [ini.find("DISPLAY", "PROGRAM_PREFIX") or ""] + (ini.find("RS274NGC", "SUBROUTINE_PATH") or "").split(":")
+    return [os.path.join(os.path.dirname(ini_file), os.path.expanduser(path)) for path in paths if path]
+
+
+def tool_set(status):
+    """Of all tools but the one in the spindle, which is the first and is in the table once more."""
+    tools = sorted(tuple(tool)[:11] for tool in status.tool_table[1:] if tool.id > 0)  # id, nine offsets, diameter
+    return identity(repr(tools).encode()) if tools else 0
+
+
+class Message:
+    """One message, and the pins by which it is called for."""
+
+    KINDS = ("error", "text", "display")
+
+    def __init__(self, table, where):
+        def fail(why):
+            raise SettingsError("%s: %s" % (where, why))
+
+        if not isinstance(table, dict):
+            fail("it is no table")
+        for key in table:
+            if key not in ("pin", "text", "kind", "codes"):
+                fail("unknown key '%s'" % key)
+        for key in ("pin", "text"):
+            if not isinstance(table.get(key), str) or not table[key]:
+                fail("there is no %s" % key)
+        self.pin, self.text, self.kind = table["pin"], table["text"], table.get("kind", "text")
+        if not re.fullmatch(r"[a-z0-9-]{1,24}", self.pin):
+            fail("pin = '%s' is not of a-z, 0-9 and -, at most 24" % self.pin)
+        if self.kind not in self.KINDS:
+            fail("kind = '%s' is none of %s" % (self.kind, ", ".join(self.KINDS)))
+        codes = table.get("codes")
+        if codes is not None and not isinstance(codes, dict):
+            fail("codes is no table")
+        try:
+            self.codes = None if codes is None else {int(code): text for code, text in codes.items()}
+        except ValueError as error:
+            fail("codes: %s" % error)
+        for code, text in (self.codes or {}).items():
+            if not isinstance(text, str):
+                fail("codes: %d has no text" % code)
+        if (self.codes is not None) != ("{code}" in self.text):
+            fail("{code} in the text and a table of codes belong together")
+        for text in map(self._composed, self.codes or [0]):
+            if len(text.encode()) > LONGEST:
+                fail("longer than %d characters: '%s'" % (LONGEST, text))
+        self.seen = None  # the code that was told, None while the pin is false
+
+    def make_pins(self, component):
+        component.newpin(self.pin, hal.HAL_BIT, hal.HAL_IN)
+        if self.codes is not None:
+            component.newpin(self.pin + "-code", hal.HAL_S32, hal.HAL_IN)
+
+    def to_tell(self, component):
+        """The text that is to be told now, if any."""
+        code = component[self.pin + "-code"] if self.codes is not None else 0
+        now = code if component[self.pin] else None
+        news = now is not None and now != self.seen
+        self.seen = now
+        return self._composed(now) if news else None
+
+    def _composed(self, code):
+        if self.codes is None:
+            return self.text
+        return self.text.replace("{code}", self.codes.get(code, "code %d" % code))
+
+
+def read_messages(path):
+    """Raises SettingsError, which names the file and the message."""
+    try:
+        with open(path, "rb") as file:
+            table = tomllib.load(file)
+    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError("%s: %s" % (path, getattr(error, "strerror", None) or error)) from None
+    for key in table:
+        if key != "message":
+            raise SettingsError("%s: unknown key '%s'" % (path, key))
+    tables = table.get("message", [])
+    if not isinstance(tables, list):
+        raise SettingsError("%s: message is no list of tables: write [[message]]" % path)
+    messages = [Message(entry, "%s: message %d" % (path, number)) for number, entry in enumerate(tables, 1)]
+    pins = [message.pin for message in messages] + [m.pin + "-code" for m in messages if m.codes is not None]
+    for pin in pins:
+        if pins.count(pin) > 1 or pin in ("program-id", "tool-set-id", "connected", "identify", "identified"):
+            raise SettingsError("%s: there are two pins %s" % (path, pin))
+    return messages
+
+
+class Link:
+    def __init__(self, component, messages):
+        self._component = component
+        self._messages = messages
+        self._program = Program()
+        self._status = None
+        self._command = None
+        self._tools_due = 0
+        self._told = None
+
+    def step(self):
+        identify = self._component["identify"]  # first: what is seen from now on is what was asked for
+        if identify and not self._component["identified"]:
+            self._tools_due = 0
+        connected = self._connect()
+        self._component["connected"] = connected
+        if not connected:
+            return
+        is_told = False
+        try:
+            is_told = self._program.look(self._status)
+        except OSError as error:
+            self._tell("%s: %s" % (error.filename, error.strerror))
+        self._component["program-id"] = self._program.identity
+        if time.monotonic() >= self._tools_due:
+            self._tools_due = time.monotonic() + TOOLS_PAUSE
+            self._component["tool-set-id"] = tool_set(self._status)
+        self._component["identified"] = identify and (is_told or self._component["identified"])
+        for message in self._messages:
+            text = message.to_tell(self._component)
+            if text is not None:
+                try:
+                    getattr(self._command, message.kind + "_msg")(text)
+                except linuxcnc.error:
+                    message.seen = None  # so it is tried again
+
+    def _connect(self):
+        """HAL files are loaded before task runs; until then the status is missing, or all zero."""
+        with contextlib.suppress(linuxcnc.error):
+            self._status = self._status or linuxcnc.stat()
+            self._command = self._command or linuxcnc.command()
+            self._status.poll()
+            return self._status.joints > 0 and self._status.task_state in STATES
+        self._status = self._command = None
+        return False
+
+    def _tell(self, what):
+        if what != self._told:
+            print("linuxcnc_link: " + what, file=sys.stderr, flush=True)
+        self._told = what
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--name", default="linuxcnc-link", help="of the HAL component, as in loadusr -Wn")
+    parser.add_argument("--messages", metavar="FILE", help="TOML file of messages to the operator")
+    arguments = parser.parse_args()
+    try:
+        messages = read_messages(arguments.messages) if arguments.messages else []
+    except SettingsError as error:
+        sys.exit("linuxcnc_link: %s" % error)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, lambda *_: sys.exit(0))
+    component = hal.component(arguments.name)
+    try:
+        for pin in ("program-id", "tool-set-id"):
+            component.newpin(pin, hal.HAL_S32, hal.HAL_OUT)
+        component.newpin("connected", hal.HAL_BIT, hal.HAL_OUT)
+        component.newpin("identify", hal.HAL_BIT, hal.HAL_IN)
+        component.newpin("identified", hal.HAL_BIT, hal.HAL_OUT)
+        for message in messages:
+            message.make_pins(component)
+        component.ready()
+        link = Link(component, messages)
+        while True:
+            link.step()
+            time.sleep(PAUSE)
+    finally:
+        component.exit()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/io/files/atomic_file.hpp"
+#include "components/io/retain/record_walk.hpp"
+#include "components/io/retain/retain_settings.hpp"
+#include "components/io/retain/retained_file.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <iostream>
+#include <map>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <set>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+
+// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.  Threads
+// may call step(), finish() and state() at a time.
+class Keeper {
+public:
+    // Fault codes 1 to 3 are those of retained_file::Reason.
+    static constexpr std::int32_t inaccessible = 4, unfit = 5, refused = 6;
+
+    // Throws std::runtime_error where the settings are wrong, or another program has the file.
+    explicit Keeper(const std::string& toml) : toml_(toml), settings_(RetainSettings::read(toml)) {
+        try {
+            file_.emplace(settings_.store);
+            if (const auto text = file_->read()) {
+                stored_ = retained_file::parse(*text, settings_.machine, file_->path().string());
+                written_ = *text;
+            }
+            tell_what_is_left_out();
+        } catch (const retained_file::Refused& error) {
+            fail(static_cast<std::int32_t>(error.reason), error.what());
+        } catch (const std::system_error& error) {
+            if (error.code() == std::errc::device_or_resource_busy)
+                throw std::runtime_error(toml_ + ": " + settings_.store.string() +
+                                         " is kept by another retain");
+            fail(inaccessible, error.what());
+        }
+    }
+
+    const RetainSettings& settings() const { return settings_; }
+
+    struct State {
+        bool restored = false;
+        bool waiting = false;
+        std::int32_t fault_code = 0;
+        std::int32_t saves = 0;
+    };
+
+    // While a step or finish() runs, this waits for its end.
+    State state() const {
+        const std::lock_guard alone(mutex_);
+        return {phase_ == Phase::keeping, phase_ == Phase::waiting, code_ != 0 ? code_ : writing_code_,
+                saves_};
+    }
+
+    // The next bit of work, if it is time for it.  Throws std::bad_alloc, and does it in the next step then.
+    void step() {
+        const std::lock_guard alone(mutex_);
+        const auto now = Clock::now();
+        if (phase_ == Phase::over || now < due_) return;
+        try {
+            if (phase_ == Phase::finding) find();
+            if (phase_ == Phase::waiting) restore();
+            if (phase_ == Phase::keeping) keep();
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const RecordRefused& error) {
+            fail(refused, toml_ + ": " + error.what());
+        } catch (const std::exception& error) {
+            // Whatever comes back comes with values of its own, and is given what was kept.
+            if (is_complete()) stored_ = *image_;
+            phase_ = Phase::finding;
+            code_ = unfit;
+            due_ = now + std::chrono::seconds(1);
+            tell(toml_ + ": " + error.what());
+            write();
+        }
+    }
+
+    // The last look, and the last write; steps have no effect afterwards. What does not answer any more is
+    // kept as it was seen last.
+    void finish() {
+        const std::lock_guard alone(mutex_);
+        if (phase_ == Phase::over) return;
+        try {
+            if (phase_ == Phase::keeping) look();
+        } catch (const std::exception&) {
+        }
+        write();
+        phase_ = Phase::over;
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    enum class Phase { finding, waiting, keeping, over };
+    static constexpr std::chrono::milliseconds between_looks{1000};
+
+    // Nothing is touched before all is there and fit.
+    void find() {
+        const auto pins = hal::list_pins();
+        for (const std::string& name : settings_.pins) {
+            const hal::NamedPin pin = writable(name);
+            if (pins.count(name) && pins.at(name).direction == "OUT") throw Unfit(name + " is an output");
+            const auto kept = stored_.pins.find(name);
+            if (kept != stored_.pins.end() && !pin.takes(kept->second))
+                throw Unfit(name + ", " + pin.type_name() + ", cannot be " +
+                            retained_file::value_text(kept->second));
+        }
+        walks_.clear();
+        for (const std::string& component : settings_.records) {
+            const RecordWalk& walk = walks_.emplace(component, RecordWalk(component, pins)).first->second;
+            const auto kept = stored_.records.find(component);
+            if (kept != stored_.records.end()) walk.check(kept->second);
+        }
+        if (code_ != 0) {  // what has just come may yet give its pins their first values
+            code_ = 0;
+            due_ = Clock::now() + std::chrono::seconds(1);
+            return;
+        }
+        phase_ = Phase::waiting;
+        asked_ = Clock::now();
+    }
+
+    // Stays in its phase while realtime does not answer.
+    void restore() {
+        due_ = Clock::now() + std::chrono::milliseconds(200);
+        for (auto& [component, walk] : walks_) {
+            if (walk.answers()) continue;
+            if (Clock::now() - asked_ > std::chrono::seconds(10))
+                tell(toml_ + ": " + component +
+                     " does not answer: is it in a thread, and do the threads run?");
+            return;
+        }
+        std::map<std::string, hal::Value> former;
+        try {
+            for (const std::string& name : settings_.pins) {
+                const auto kept = stored_.pins.find(name);
+                if (kept == stored_.pins.end()) continue;
+                const hal::NamedPin pin = writable(name);
+                former[name] = pin.read();
+                pin.write(kept->second);
+            }
+            for (auto& [component, walk] : walks_) walk.mark();
+            for (auto& [component, walk] : walks_) {
+                const auto kept = stored_.records.find(component);
+                if (kept != stored_.records.end() && !walk.give(kept->second)) return withdraw(former);
+            }
+        } catch (const Unfit&) {
+            withdraw(former);
+            throw;
+        }
+        if (!is_complete()) image_.reset();  // else it is what has just been given back
+        phase_ = Phase::keeping;
+        due_ = {};
+    }
+
+    // Takes back what has been given: the pins get the values that they had, the components have no records.
+    void withdraw(const std::map<std::string, hal::Value>& former) {
+        for (const auto& [name, value] : former)
+            if (const auto pin = hal::NamedPin::find(name)) pin->write(value);
+        for (auto& [component, walk] : walks_) {
+            try {
+                walk.withdraw();
+            } catch (const Unfit&) {  // it has gone, and its records with it
+            }
+        }
+    }
+
+    void keep() {
+        due_ = Clock::now() + std::min<Clock::duration>(every_, between_looks);
+        look();
+        if (Clock::now() >= write_due_) write();
+    }
+
+    void look() {
+        Retained seen = image_.value_or(Retained());
+        for (const std::string& name : settings_.pins) seen.pins[name] = writable(name).read();
+        for (auto& [component, walk] : walks_)
+            if (auto records = walk.read()) seen.records[component] = std::move(*records);
+        image_ = std::move(seen);
+    }
+
+    // Each component has shown its records: an empty list is one.
+    bool is_complete() const { return image_ && image_->records.size() == walks_.size(); }
+
+    void write() {
+        if (!is_complete()) return;
+        const std::string text = retained_file::compose(*image_, settings_.machine);
+        try {
+            if (text != written_) {
+                file_->write(text);
+                written_ = text;
+                ++saves_;
+                write_due_ = Clock::now() + every_;
+            }
+            writing_code_ = 0;
+        } catch (const std::system_error& error) {
+            writing_code_ = inaccessible;
+            tell(error.what());
+        }
+    }
+
+    static hal::NamedPin writable(const std::string& name) {
+        const auto pin = hal::NamedPin::find(name);
+        if (!pin) throw Unfit("there is no pin " + name);
+        if (pin->linked()) throw Unfit(name + " is linked, and retain has to write it");
+        return *pin;
+    }
+
+    void tell_what_is_left_out() {
+        const auto tell_of = [this](const std::string& name) {
+            tell(file_->path().string() + " holds " + name + ", which " + toml_ +
+                 " does not name: it is left out");
+        };
+        const std::set<std::string> pins(settings_.pins.begin(), settings_.pins.end());
+        for (const auto& [name, value] : stored_.pins)
+            if (!pins.count(name)) tell_of(name);
+        const std::set<std::string> components(settings_.records.begin(), settings_.records.end());
+        for (const auto& [component, records] : stored_.records)
+            if (!components.count(component)) tell_of("records of " + component);
+    }
+
+    void fail(std::int32_t code, const std::string& why) {
+        phase_ = Phase::over;
+        code_ = code;
+        tell(why);
+    }
+
+    void tell(const std::string& what) {
+        if (what == told_) return;
+        std::cerr << "retain: " + what + '\n';
+        told_ = what;
+    }
+
+    const std::string toml_;
+    const RetainSettings settings_;
+    const Clock::duration every_ =
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.every));
+    std::optional<AtomicFile> file_;
+    Retained stored_;                // to be put in force
+    std::optional<Retained> image_;  // what is in force, as it was seen last
+    std::string written_;            // what the file holds
+    std::map<std::string, RecordWalk> walks_;
+    Phase phase_ = Phase::finding;
+    mutable std::mutex mutex_;
+    Clock::time_point due_{};
+    Clock::time_point write_due_{};
+    Clock::time_point asked_{};
+    std::int32_t code_ = 0;
+    std::int32_t writing_code_ = 0;
+    std::int32_t saves_ = 0;
+    std::string told_;
+};
+
+}  // namespace plumb

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/io/files/regular_file.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+// What the TOML file of `retain` says.
+struct RetainSettings {
+    std::string machine;
+    std::filesystem::path store;       // where the values are kept
+    double every = 5;                  // s: at most this often
+    std::vector<std::string> pins;     // to keep
+    std::vector<std::string> records;  // components whose records to keep
+    std::vector<std::string> program;  // files that together are the program
+
+    // Throws std::runtime_error, with file and line, for what it cannot take.
+    static RetainSettings read(const std::filesystem::path& file);
+};
+
+namespace retain_settings {
+
+[[noreturn]] inline void refuse(const std::filesystem::path& file, const toml::source_region& place,
+                                const std::string& why) {
+    throw std::runtime_error(file.string() + ":" + std::to_string(place.begin.line) + ": " + why);
+}
+
+// One key after the other is taken out of the table; what is left in the end is unknown.
+class Reader {
+public:
+    Reader(const std::filesystem::path& file, toml::table& table) : file_(file), table_(table) {}
+
+    std::string text(const std::string& key) const {
+        const toml::node* const node = table_.get(key);
+        if (!node) return "";
+        if (!node->is_string()) refuse(*node, key + " is no text in quotes");
+        const std::string text = node->as_string()->get();
+        const auto plain = [](unsigned char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; };
+        if (text.empty() || !std::all_of(text.begin(), text.end(), plain))
+            refuse(*node, key + " is empty, or has quotes, backslashes or characters beyond ASCII");
+        return text;
+    }
+
+    double seconds(const std::string& key, double initial) const {
+        const toml::node* const node = table_.get(key);
+        if (!node) return initial;
+        const auto value = node->is_number() ? node->value<double>() : std::nullopt;
+        if (!value || !(*value >= 0.01 && *value <= 3600))
+            refuse(*node, key + " is no time from 0.01 to 3600 s");
+        return *value;
+    }
+
+    std::vector<std::string> texts(const std::string& key, const std::string& what,
+                                   bool (*good)(const std::string&)) const {
+        std::vector<std::string> result;
+        const toml::node* const node = table_.get(key);
+        if (!node) return result;
+        if (!node->is_array()) refuse(*node, key + " is no list");
+        std::set<std::string> seen;
+        for (const toml::node& element : *node->as_array()) {
+            const auto text = element.value<std::string>();
+            if (!text || !good(*text))
+                refuse(element,
+                       key + ": " + (text ? "'" + *text + "' is " : "an element is ") + "no " + what);
+            if (!seen.insert(*text).second) refuse(element, key + ": '" + *text + "' is there twice");
+            result.push_back(*text);
+        }
+        return result;
+    }
+
+    const toml::node& need(const std::string& key) const {
+        const toml::node* const node = table_.get(key);
+        if (!node) refuse(table_, "there is no " + key);
+        return *node;
+    }
+
+    void refuse_all_but(const std::set<std::string>& known) const {
+        for (const auto& [key, node] : table_)
+            if (!known.count(std::string(key.str())))
+                retain_settings::refuse(file_, key.source(), "unknown key '" + std::string(key.str()) + "'");
+    }
+
+    [[noreturn]] void refuse(const toml::node& node, const std::string& why) const {
+        retain_settings::refuse(file_, node.source(), why);
+    }
+
+private:
+    const std::filesystem::path& file_;
+    toml::table& table_;
+};
+
+inline bool hal_name(const std::string& text) {
+    return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+        return std::isalnum(c) || c == '-' || c == '_' || c == '.' || c == ':';
+    });
+}
+
+inline bool absolute(const std::string& path) {
+    return !path.empty() && path.front() == '/';
+}
+
+}  // namespace retain_settings
+
+inline RetainSettings RetainSettings::read(const std::filesystem::path& file) {
+    using namespace retain_settings;
+    toml::table table;
+    try {
+        table = toml::parse(RegularFile(file, O_RDONLY).read(), file.string());
+    } catch (const toml::parse_error& error) {
+        refuse(file, error.source(), std::string(error.description()));
+    }
+    const Reader reader(file, table);
+    reader.refuse_all_but({"machine", "store", "every", "pins", "records", "program"});
+    RetainSettings settings;
+    reader.need("machine");
+    settings.machine = reader.text("machine");
+    settings.store = reader.text("store");
+    if (settings.store.empty())
+        settings.store = std::filesystem::path(file).replace_extension(".retained");
+    else if (!settings.store.is_absolute())
+        reader.refuse(reader.need("store"), "store: '" + settings.store.string() + "' is no absolute path");
+    settings.every = reader.seconds("every", settings.every);
+    settings.pins = reader.texts("pins", "name of a pin", hal_name);
+    settings.records = reader.texts("records", "name of a component's instance", hal_name);
+    settings.program = reader.texts("program", "absolute path", absolute);
+    return settings;
+}
+
+}  // namespace plumb

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/io/files/crc_32.hpp"
+#include "hal/named_pin.hpp"
+
+#include <toml++/toml.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+// What must outlive a restart, at one moment.
+struct Retained {
+    using Record = std::map<std::string, hal::Value>;  // by the names of its fields
+
+    Record pins;                                         // by their names
+    std::map<std::string, std::vector<Record>> records;  // by the components that have them
+};
+
+// The text of the file that holds it: a first line with version and checksum, then TOML.
+namespace retained_file {
+
+// Why a file is not taken; the numbers are fault codes.
+enum class Reason { foreign = 1, damaged = 2, version = 3 };
+
+struct Refused : std::runtime_error {
+    Refused(Reason why, const std::string& text) : std::runtime_error(text), reason(why) {}
+    const Reason reason;
+};
+
+constexpr int version = 1;
+
+inline std::string hexadecimal(std::uint32_t number) {
+    char digits[9];
+    std::snprintf(digits, sizeof digits, "%08x", number);
+    return digits;
+}
+
+inline std::string value_text(const hal::Value& value) {
+    if (const auto* const bit = std::get_if<bool>(&value)) return *bit ? "true" : "false";
+    if (const auto* const whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
+    const double number = std::get<double>(value);
+    if (std::isnan(number)) return "nan";  // TOML's has no sign
+    char digits[32];                       // the shortest that give the same number again
+    const std::string real(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+    return real.find_first_of(".en") == std::string::npos ? real + ".0" : real;
+}
+
+inline std::string fields_text(const Retained::Record& record) {
+    std::string fields;
+    for (const auto& [name, value] : record)
+        fields += (fields.empty() ? "" : ", ") + name + " = " + value_text(value);
+    return fields;
+}
+
+inline std::string first_line(const std::string& rest) {
+    return "# retain " + std::to_string(version) + ", CRC-32 of the rest: " + hexadecimal(crc_32(rest)) +
+           '\n';
+}
+
+inline std::string compose(const Retained& retained, const std::string& machine) {
+    std::string rest = "machine = \"" + machine + "\"\n\n[pins]\n";
+    for (const auto& [name, value] : retained.pins) rest += '"' + name + "\" = " + value_text(value) + '\n';
+    rest += "\n[records]\n";
+    for (const auto& [component, records] : retained.records) {
+        rest += '"' + component + "\" = [\n";
+        for (const Retained::Record& record : records) rest += "  { " + fields_text(record) + " },\n";
+        rest += "]\n";
+    }
+    return first_line(rest) + rest;
+}
+
+template <class Kind>
+const Kind& need(const toml::node* node) {
+    const auto* const found = node ? node->as<Kind>() : nullptr;
+    if (!found) throw std::runtime_error("what it holds is not what retain writes");
+    return *found;
+}
+
+inline Retained::Record values(const toml::node* table) {
+    Retained::Record result;
+    for (const auto& [key, value] : need<toml::table>(table)) {
+        hal::Value& kept = result[std::string(key.str())];
+        if (value.is_boolean())
+            kept = value.ref<bool>();
+        else if (value.is_integer())
+            kept = value.ref<std::int64_t>();
+        else
+            kept = need<toml::value<double>>(&value).get();
+    }
+    return result;
+}
+
+inline Retained content(const toml::table& table) {
+    Retained retained{values(table.get("pins")), {}};
+    for (const auto& [component, records] : need<toml::table>(table.get("records")))
+        for (const toml::node& record : need<toml::array>(&records))
+            retained.records[std::string(component.str())].push_back(values(&record));
+    return retained;
+}
+
+// Throws Refused for all that compose() has not made for this machine; its sentence begins with `name`.
+inline Retained parse(const std::string& text, const std::string& machine, const std::string& name) {
+    const auto refuse = [&](Reason why, const std::string& what) { throw Refused(why, name + what); };
+    const std::size_t end = text.find('\n');
+    if (end == std::string::npos) refuse(Reason::damaged, " is truncated: it has not one whole line");
+    const std::string head = text.substr(0, end);
+    const std::string rest = text.substr(end + 1);
+    int its_version = 0;
+    if (std::sscanf(head.c_str(), "# retain %d,", &its_version) != 1)
+        refuse(Reason::foreign, " is no file of retain: it begins with '" + head.substr(0, 40) + "'");
+    if (its_version != version)
+        refuse(Reason::version, " is of version " + std::to_string(its_version) +
+                                    "; this retain reads version " + std::to_string(version));
+    if (text != first_line(rest) + rest)
+        refuse(Reason::damaged, " is truncated or was changed: the CRC-32 of what follows its first line, '" +
+                                    head + "', is " + hexadecimal(crc_32(rest)));
+    try {
+        const toml::table table = toml::parse(rest);
+        const std::string& its_machine = need<toml::value<std::string>>(table.get("machine")).get();
+        if (its_machine != machine)
+            refuse(Reason::foreign, " is of the machine '" + its_machine + "', not of '" + machine + "'");
+        return content(table);
+    } catch (const Refused&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw Refused(Reason::damaged, name + ": " + error.what());
+    }
+}
+
+}  // namespace retained_file
+}  // namespace plumb

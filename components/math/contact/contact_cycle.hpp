@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact/contact_reference.hpp"
+
+#include <array>
+#include <cstdint>
+#include <utility>
+
+namespace plumb {
+
+// One cycle of a program after the other: numbers the approaches, learns a reference from one cycle or
+// several consecutive ones, or finds the partners of its contacts in the reference.  Pairing goes by
+// operation, tool and occurrence: the n-th approach of that tool in that operation, whether or not the ones
+// before met the work, so that a missed contact shifts no other one.
+//
+// A mean of several cycles keeps the contacts that all of them had and that could be compared; what came only
+// now and then is no gauge.  A cycle that was not complete counts for nothing and takes nothing away.  A
+// cycle of another setup, or none of whose contacts can be compared with the mean, begins a new one; a cycle
+// that is not learnt from ends it.
+class ContactCycle {
+public:
+    bool running() const noexcept { return running_; }
+    bool learning() const noexcept { return running_ && learning_; }
+    std::int32_t number() const noexcept { return number_; }  // of this cycle, counted from 1
+    std::int32_t learnt() const noexcept { return learnt_; }  // cycles in the mean that is not complete yet
+    const ContactReferences& references() const noexcept { return lists_[in_force_]; }
+
+    void begin(bool learn, const MachiningSetup& setup) noexcept {
+        running_ = true;
+        learning_ = learn;
+        spoilt_ = false;
+        ++number_;
+        kinds_ = 0;
+        met_.fill(false);
+        draft().clear();
+        if (!learn || !mean().made_with(setup)) drop_mean();
+    }
+
+    struct Ended {
+        bool learnt;          // from this cycle
+        std::int32_t missed;  // contacts with a partner that did not come
+    };
+
+    // The cycle has ended, in whatever state.  Only a complete and unspoilt learning cycle with a contact is
+    // learnt from, and the last of `wanted` such cycles gives a reference; until then the one before stays.
+    // What a cycle that is not complete has missed is not known: 0.
+    Ended end(bool complete, Method method, std::int32_t wanted) noexcept {
+        const bool learnt = learning() && complete && !spoilt_ && draft().size() > 0;
+        Ended ended{learnt, 0};
+        if (complete)
+            for (std::int32_t i = 0; i < partners().size(); ++i) ended.missed += !met_[i];
+        running_ = false;
+        if (!learnt) return ended;
+        if (!take_in_draft(method)) {
+            std::swap(mean_, draft_);
+            learnt_ = 0;
+        }
+        if (++learnt_ >= wanted) {
+            std::swap(in_force_, mean_);
+            drop_mean();
+        }
+        return ended;
+    }
+
+    // The key of the contact to which an approach that now begins may lead.  An occurrence of 0, which has no
+    // partner and cannot be learnt, if there are too many kinds.
+    ContactKey approach(std::int32_t operation, std::int32_t tool) noexcept {
+        for (std::int32_t i = 0; i < kinds_; ++i) {
+            if (last_[i].operation != operation || last_[i].tool != tool) continue;
+            ++last_[i].occurrence;
+            return last_[i];
+        }
+        if (kinds_ == most_kinds) return {operation, tool, 0};
+        return last_[kinds_++] = {operation, tool, 1};
+    }
+
+    // That with which a contact, which has now come, is to be compared: of the reference, or while learning
+    // of the mean so far; or null.
+    const ContactReference* partner(const ContactKey& key) noexcept {
+        const std::int32_t i = partners().find(key);
+        if (i < 0) return nullptr;
+        met_[i] = true;
+        return &partners()[i];
+    }
+
+    // Likewise, for a contact that may come.
+    const ContactReference* expected(const ContactKey& key) const noexcept {
+        const std::int32_t i = partners().find(key);
+        return i < 0 ? nullptr : &partners()[i];
+    }
+
+    // While learning; `agrees` tells that it could be compared with its partner.
+    void learn(const ContactReference& reference, bool agrees) noexcept {
+        spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
+        if (!spoilt_) agrees_[draft().size() - 1] = agrees ? mean().find(reference.key) : -1;
+    }
+    void spoil() noexcept { spoilt_ = true; }  // nothing can be learnt from this cycle
+
+    // From a file.  Refused while learning, if implausible, full or doubled, or of another setup than those
+    // that are there.
+    bool restore(const ContactReference& reference) noexcept {
+        return !learning() && reference.valid() &&
+               (references().size() == 0 || references().made_with(reference.setup)) &&
+               lists_[in_force_].add(reference);
+    }
+    void forget() noexcept {
+        lists_[in_force_].clear();
+        drop_mean();
+        agrees_.fill(-1);
+    }
+
+private:
+    static constexpr std::int32_t most_kinds = 4 * ContactReferences::capacity;  // not each meets the work
+
+    ContactReferences& mean() noexcept { return lists_[mean_]; }
+    ContactReferences& draft() noexcept { return lists_[draft_]; }
+    const ContactReferences& partners() const noexcept { return lists_[learning_ ? mean_ : in_force_]; }
+
+    void drop_mean() noexcept {
+        mean().clear();
+        learnt_ = 0;
+    }
+
+    // False, and nothing has changed, when no contact of the cycle agrees with the mean.
+    bool take_in_draft(Method method) noexcept {
+        std::array<bool, ContactReferences::capacity> taken{};
+        bool any = false;
+        for (std::int32_t i = 0; i < draft().size(); ++i) {
+            if (agrees_[i] < 0) continue;
+            take_in(method, mean()[agrees_[i]], draft()[i]);
+            taken[agrees_[i]] = any = true;
+        }
+        if (any) mean().retain([&](std::int32_t i) { return taken[i]; });
+        return any;
+    }
+
+    ContactReferences lists_[3];
+    int in_force_ = 0, mean_ = 1, draft_ = 2;  // of them; the draft is of the present cycle
+    bool running_ = false;
+    bool learning_ = false;
+    bool spoilt_ = false;
+    std::int32_t number_ = 0;
+    std::int32_t learnt_ = 0;
+    std::int32_t kinds_ = 0;                                        // of approaches in this cycle
+    std::array<ContactKey, most_kinds> last_;                       // the last one of each kind
+    std::array<bool, ContactReferences::capacity> met_{};           // by index of the partner
+    std::array<std::int32_t, ContactReferences::capacity> agrees_;  // index in the mean by that in the draft
+};
+
+}  // namespace plumb

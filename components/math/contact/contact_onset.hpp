@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact/onset_fit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace plumb {
+
+// The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit): what the
+// cut takes, and the load of the idling spindle, have no part in it.  The time constant is that of the
+// contact's reference, and only for the reference itself fitted too.  What is wrong about it, or about the
+// shape of the rise, then shifts both alike.
+//
+//  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
+//    have changed, by the shortest time between two changes.
+//  - No period does more than a piece of the work, so that the result comes some periods late.
+class ContactOnset {
+public:
+    static constexpr double before = 0.3;  // s before the start that count, if recorded
+    static constexpr double after = 0.3;   // s after the start that are waited for, if the approach lasts
+
+    // One period of dt > 0, in s, with load in % and z in mu.  They are recorded while `approach` is true;
+    // with it the record ends.  True when a fit has ended.
+    bool step(bool approach, double load, double z, double dt) noexcept {
+        age_ += dt;
+        if (stage_ > Stage::waiting) return work();
+        if (approach) record(load, z, dt);
+        if (stage_ == Stage::waiting && ((waited_ += dt) >= after || !approach)) begin();
+        if (!approach && stage_ == Stage::recording) clear();
+        return false;
+    }
+
+    // The load has risen.  With a time constant in s, or 0 for the one that fits best.
+    void start(double time_constant) noexcept {
+        stage_ = Stage::waiting;
+        waited_ = 0;
+        time_constant_ = time_constant;
+    }
+    // Gives up what was started.
+    void cancel() noexcept {
+        if (!busy()) return;
+        stage_ = Stage::recording;
+        clear();
+    }
+    bool busy() const noexcept { return stage_ != Stage::recording; }
+
+    // Of the last fit that has ended: whether there is a rise that noise does not make; then the rest.
+    bool found() const noexcept { return found_; }
+    double ago() const noexcept { return age_ + onset_age_; }         // s, to the present period
+    double coordinate() const noexcept { return coordinate_; }        // mu
+    double sigma() const noexcept { return sigma_; }                  // s, standard deviation by noise
+    double time_constant() const noexcept { return time_constant_; }  // s
+
+private:
+    static constexpr int capacity = 1024;
+    static constexpr int piece = 64;                        // slots per period
+    static constexpr double shortest = 0.002, ratio = 1.5;  // s; of the time constants that are tried
+    static constexpr int trials = 12;
+    static constexpr double clear_rise = 5;  // standard deviations
+
+    enum class Stage { recording, waiting, hold, total, trial, fit, residuals };
+
+    // A mean over as many periods as it takes for all that counts to have room.
+    struct Slot {
+        double load = 0, z = 0;
+        int held = 0;  // number of slots before this one with the same load
+    };
+
+    void record(double load, double z, double dt) noexcept {
+        if (size_ == 0 && filled_ == 0) {
+            per_slot_ = static_cast<int>(std::ceil((before + after) / dt / (capacity - 1)));
+            spacing_ = dt * per_slot_;
+        }
+        sum_.load += load;
+        sum_.z += z;
+        if (++filled_ < per_slot_) return;
+        Slot now{sum_.load / per_slot_, sum_.z / per_slot_};
+        if (size_ > 0 && now.load == slot(0).load) now.held = std::min(slot(0).held + 1, capacity);
+        newest_ = (newest_ + 1) % capacity;
+        slots_[newest_] = now;
+        size_ = std::min(size_ + 1, capacity);
+        sum_ = {};
+        filled_ = 0;
+        age_ = 0.5 * (spacing_ - dt);
+    }
+
+    void clear() noexcept {
+        size_ = filled_ = 0;
+        sum_ = {};
+    }
+
+    // The k-th before the newest, 0 ≤ k < capacity.
+    const Slot& slot(int k) const noexcept { return slots_[(newest_ - k + capacity) % capacity]; }
+
+    void begin() noexcept {
+        size_ = std::min(size_, static_cast<int>((before + after) / spacing_) + 1);
+        hold_ = capacity;
+        total_ = {};
+        residuals_ = {};
+        trial_ = 0;
+        enter(Stage::hold);
+    }
+
+    void enter(Stage stage) noexcept {
+        stage_ = stage;
+        k_ = 0;
+    }
+
+    void enter_fit(Stage stage, double time_constant) noexcept {
+        enter(stage);
+        fit_.begin(total_, spacing_, time_constant);
+    }
+
+    // One piece.  True when it was the last.
+    bool work() noexcept {
+        const int end = std::min(k_ + piece, size_);
+        for (; k_ < end; ++k_) take(slot(k_));
+        if (k_ < size_) return false;
+        switch (stage_) {
+            case Stage::hold: enter(Stage::total); break;
+            case Stage::total:
+                if (time_constant_ > 0)
+                    enter_fit(Stage::fit, time_constant_);
+                else
+                    enter_fit(Stage::trial, shortest);
+                break;
+            case Stage::trial: end_trial(); break;
+            case Stage::fit:
+                fit_.finish();
+                e_ = fit_.share() * std::pow(fit_.q(), fit_.first());
+                enter(Stage::residuals);
+                break;
+            default: conclude(); return true;
+        }
+        return false;
+    }
+
+    void take(const Slot& s) noexcept {
+        if (stage_ == Stage::hold) {
+            if (s.held == 0 && k_ + 1 < size_) hold_ = std::min(hold_, slot(k_ + 1).held + 1);
+            return;
+        }
+        const double weight = s.held % hold_ == 0 ? 1 : 0;
+        const double load = s.load - slot(0).load;  // a load that does not change gives sums of exactly 0
+        if (stage_ == Stage::total) {
+            total_.n += weight;
+            total_.y += weight * load;
+        } else if (stage_ == Stage::residuals) {
+            const double rise = k_ <= fit_.first() ? fit_.gain() * (1 - e_) : 0;
+            residuals_.take(weight, load - fit_.baseline() - rise, fit_.q());
+            e_ /= fit_.q();
+        } else {
+            fit_.take(weight, load);
+        }
+    }
+
+    // Time constants in a geometric row; then the top of the parabola through the best and its neighbours.
+    void end_trial() noexcept {
+        fit_.finish();
+        explained_[trial_++] = fit_.explained();
+        if (trial_ < trials) return enter_fit(Stage::trial, shortest * std::pow(ratio, trial_));
+        const auto best = std::max_element(explained_.begin() + 1, explained_.end() - 1);
+        const double bend = best[-1] - 2 * best[0] + best[1];
+        const double aside = bend < 0 ? std::clamp(0.5 * (best[-1] - best[1]) / bend, -1.0, 1.0) : 0;
+        const double top = static_cast<double>(best - explained_.begin()) + aside;
+        time_constant_ = shortest * std::pow(ratio, top);
+        enter_fit(Stage::fit, time_constant_);
+    }
+
+    // Squares of the residuals: as they are, and summed up through the exponential by which noise shifts the
+    // onset, with what white noise of variance 1 would give.
+    struct Residuals {
+        double squares = 0, sum = 0, sum_squares = 0, white = 0, white_sum = 0;
+
+        void take(double weight, double residual, double q) noexcept {
+            sum = weight * residual + q * sum;
+            white = weight + q * q * white;
+            squares += weight * residual * residual;
+            sum_squares += weight * sum * sum;
+            white_sum += weight * white;
+        }
+    };
+
+    // Of the noise, as white noise that would shift the onset as much.  The fit has taken part of the slow
+    // noise out of the residuals: the more, the fewer time constants there are.  The two factors are those
+    // of white and of 1/f noise, by simulation.
+    double variance() const noexcept {
+        const double length = time_constant_ / (size_ * spacing_);
+        const double white_lost = 1 + 8 * length, slow_lost = 1 + 19 * length;
+        const double white = residuals_.squares / std::max(total_.n - 3, 1.0);
+        const double seen = white_lost * residuals_.sum_squares / residuals_.white_sum;
+        return white + std::max(seen - white, 0.0) * slow_lost / white_lost;
+    }
+
+    // Of the onset, because the drive samples at moments that are known to a slot only; and what comes to it,
+    // by simulation, where the load rises faster than the drive samples.
+    double sampling() const noexcept {
+        if (hold_ == 1) return 0;
+        const double interval = hold_ * spacing_;
+        return (spacing_ + interval * std::exp(-3 * time_constant_ / interval)) / std::sqrt(12);
+    }
+
+    void conclude() noexcept {
+        const double tau = time_constant_, disturbance = variance();
+        const double noise = tau / fit_.gain() * std::sqrt(disturbance / fit_.information());
+        sigma_ = std::hypot(noise, sampling());
+        found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;
+        if (found_) {
+            const double between = -tau * std::log(fit_.share());
+            const Slot& first = slot(fit_.first());
+            const Slot& last = slot(std::min(fit_.first() + 1, size_ - 1));
+            onset_age_ = fit_.first() * spacing_ + between;
+            coordinate_ = first.z + (last.z - first.z) * between / spacing_;
+        }
+        cancel();
+    }
+
+    std::array<Slot, capacity> slots_{};
+    int newest_ = 0;
+    int size_ = 0;
+    int per_slot_ = 1;    // periods
+    int filled_ = 0;      // of these
+    Slot sum_;            // over these
+    double spacing_ = 1;  // s, of the slots
+    double age_ = 0;      // s, of the newest one
+    double waited_ = 0;   // s
+
+    Stage stage_ = Stage::recording;
+    int k_ = 0;     // of the slot that comes next
+    int hold_ = 1;  // slots for which the drive holds a sample
+    double time_constant_ = 0;
+    OnsetFit::Total total_;
+    OnsetFit fit_;
+    int trial_ = 0;
+    std::array<double, trials> explained_{};
+    double e_ = 0;  // exp(-(t - t0) / τ) at that slot
+    Residuals residuals_;
+
+    bool found_ = false;
+    double onset_age_ = 0;  // s, before the newest slot
+    double coordinate_ = 0;
+    double sigma_ = 0;
+};
+
+}  // namespace plumb

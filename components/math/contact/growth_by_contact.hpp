@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/first_order_lag.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/math/contact/approach_clock.hpp"
+#include "components/math/contact/contact_cycle.hpp"
+#include "components/math/contact/contact_onset.hpp"
+#include "components/math/contact/contact_rejection.hpp"
+#include "components/math/contact/displacement_law.hpp"
+#include "components/math/contact/growth_between_contacts.hpp"
+#include "components/math/contact/load_contact.hpp"
+#include "components/math/contact/plausibility_gate.hpp"
+#include "components/math/contact/reference_refusal.hpp"
+#include "components/math/contact/steady_feed.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace plumb {
+
+// Measures the growth of a spindle cycle by cycle: finds the contacts, learns from a cycle or pairs them with
+// the reference, and believes what can be compared and lies within the gate.
+class GrowthByContact {
+public:
+    struct Settings {
+        Method method = Method::coordinate;
+        bool program_clock = false;              // the clock starts with the cycle, not at the start height
+        std::array<std::int32_t, 8> excluded{};  // keys of operations that say nothing about Z; 0 for none
+        double load_latency = 0;                 // s, age of the load
+        std::int32_t reference_cycles = 1;       // of which a reference is the mean
+        LoadContact::Settings contact;
+        ContactLimits limits;
+        PlausibilityGate::Settings gate;
+        GrowthBetweenContacts::Settings between;
+
+        bool valid() const noexcept {
+            return load_latency >= 0 && load_latency <= 10 && reference_cycles >= 1 && contact.valid() &&
+                   limits.valid() && gate.valid() && between.valid();
+        }
+    };
+
+    // The signals of one period.
+    struct Sample {
+        bool enable = false;
+        bool learn = false;
+        bool cycle_running = false;
+        bool cycle_complete = false;  // as the cycle ends: it was not aborted
+        MachiningSetup setup;
+        std::int32_t motion = 0;  // as LinuxCNC's motion.motion-type
+        std::int32_t tool = 0;
+        std::int32_t operation = 0;      // key; 0 for none
+        double load = 0;                 // %
+        double speed = 0;                // rpm
+        double z = 0;                    // mu, offset included
+        double velocity = 0;             // mu/s, signed, negative towards the work
+        double feed_override = 1;        // ratio
+        double start_height = 0;         // mu, without offset
+        double applied_offset = 0;       // mu
+        double temperature = 20;         // degC, to remember; the last good one stays
+        std::int32_t date = 0;           // YYYYMMDD, likewise
+        bool temperature_valid = false;  // the growth may follow it
+    };
+
+    // What a sample lacks; it is not used then.
+    enum class Lost { nothing, load, position, speed, offset, approach };
+
+    static Lost lost(const Sample& s) noexcept {
+        const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
+        if (bad(s.load)) return Lost::load;
+        if (bad(s.z) || bad(s.velocity)) return Lost::position;
+        if (bad(s.speed)) return Lost::speed;
+        if (bad(s.applied_offset)) return Lost::offset;
+        return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
+    }
+
+    // What has come of a period.
+    enum class Event { none, contact, accepted };
+
+    // One period of dt > 0, in s.  `at_zero` tells that no offset is in force, as it must be while learning.
+    // The settings must be valid.
+    Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        const bool complete_sample = lost(s) == Lost::nothing;
+        follow_cycle(s, settings);
+        if (!complete_sample || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
+        gate_.step(dt);
+        between_.step(s.speed, s.temperature, s.temperature_valid, settings.between, dt);
+        if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
+        follow_clock(s, complete_sample, settings.program_clock, dt);
+
+        const Travel way = travel(s, settings);
+        follow_approach(s, way);
+        if (complete_sample) {
+            feed_.step(s.velocity, settings.limits.feed_tolerance, dt);
+            follow_depth(s, way);
+        }
+
+        const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
+        const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
+        uncertain_ |= detector_.blanked();
+        const bool approach = complete_sample && way == Travel::towards_work && !detector_.blanked();
+        note_age_ += dt;
+        if (event == LoadContact::Event::rise) note(s, settings.load_latency);
+        if (event == LoadContact::Event::contact) onset_.start(known_time_constant());
+        const bool fitted = onset_.step(approach, s.load, s.z, dt);
+        if (event == LoadContact::Event::blanked) return judge(Rejection::blanked, settings);
+        return fitted ? judge(fit(settings.load_latency), settings) : Event::none;
+    }
+
+    const ContactCycle& cycle() const noexcept { return cycle_; }
+    const ReferenceRefusal& refusal() const noexcept { return refusal_; }
+    const LoadContact& detector() const noexcept { return detector_; }
+    double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
+
+    // The tool may be cutting, is still lower than where it met the work, or feeds down to it: an offset that
+    // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
+    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || feeding_; }
+
+    // The speed has changed since a contact was last believed, or none was.
+    bool uncertain() const noexcept { return uncertain_; }
+    bool learning_failed() const noexcept { return learning_failed_; }  // in the last cycle learnt from
+
+    // The growth may be applied: nothing is being learnt, and the reference is not refused.
+    bool applicable() const noexcept {
+        return !cycle_.learning() && refusal_.reason() == Refusal::none &&
+               (refusal_.compares() || !cycle_.running());
+    }
+
+    // In the last cycles, three at least, contacts were compared and none believed: what is believed is no
+    // longer so, and the gate keeps out what is.  Ends with a contact that is believed.
+    bool lost_track() const noexcept { return barren_cycles_ >= 3; }
+
+    // Of the last contact, whatever became of it.
+    const Contact& contact() const noexcept { return note_.contact; }
+    Rejection rejection() const noexcept { return rejection_; }  // the last one
+
+    // Of the last contact that could be compared, in mu.
+    double growth() const noexcept { return growth_; }
+    double sigma() const noexcept { return sigma_; }
+
+    // A contact was believed; nothing has been forgotten since.
+    bool known() const noexcept { return gate_.known(); }
+
+    // The growth now, in mu: that of the last contact that was believed and, by the model, what has come
+    // since, as far as the gate lets it be believed.
+    double estimate(const Settings& settings) const noexcept {
+        const double last = gate_.growth();
+        if (!follows_model(settings)) return last;
+        return last + bounded(between_.growth() - last, gate_.spread(settings.gate));
+    }
+    double estimate_sigma(const Settings& settings) const noexcept {
+        return follows_model(settings) ? between_.sigma() : 0;
+    }
+
+    struct Counts {
+        std::int32_t contacts = 0;  // learnt ones, and the next three
+        std::int32_t accepted = 0;
+        std::int32_t rejected = 0;
+        std::int32_t unexpected = 0;  // without a partner
+        std::int32_t missed = 0;      // in complete cycles
+    };
+    const Counts& counts() const noexcept { return counts_; }
+
+    // See ReferenceRefusal.
+    void acknowledge() noexcept { refusal_.acknowledge(); }
+
+    // See ContactCycle.  Nothing is known of the growth then.
+    bool restore(const ContactReference& reference) noexcept {
+        if (!cycle_.restore(reference)) return false;
+        forget_growth();
+        return true;
+    }
+    void forget() noexcept {
+        forget_growth();
+        cycle_.forget();
+    }
+
+private:
+    static constexpr double history_time = 600;         // s
+    static constexpr std::int32_t rapid = 1, feed = 2;  // of motion
+
+    // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
+    void follow_cycle(const Sample& s, const Settings& settings) noexcept {
+        if (cycle_.running() && !(s.enable && s.cycle_running)) {
+            const bool learnt_from = cycle_.learning(), compared = refusal_.compares();
+            const bool complete = s.enable && s.cycle_complete;
+            if (onset_.busy()) cycle_.spoil();
+            onset_.cancel();
+            const ContactCycle::Ended ended =
+                cycle_.end(complete, settings.method, settings.reference_cycles);
+            refusal_.end(complete && !learnt_from);
+            if (compared) counts_.missed += ended.missed;
+            if (learnt_from) learning_failed_ = !ended.learnt;
+            if (compared && !learnt_from && s.cycle_complete && counts_.rejected > rejected_before_)
+                ++barren_cycles_;
+            clock_.stop();
+        }
+        if (s.enable && s.cycle_running && !was_running_) {
+            cycle_.begin(s.learn, s.setup);
+            refusal_.begin(cycle_.references(), s.setup, s.learn);
+            approaching_ = feeding_ = false;
+            rejected_before_ = counts_.rejected;
+            setup_ = s.setup;
+            if (settings.program_clock) clock_.start();
+        }
+        was_running_ = s.cycle_running;
+    }
+
+    void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
+        if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
+        operation_ = s.operation;
+        clock_.step(s.velocity, dt);
+        if (complete_sample && !program_clock)
+            clock_.start_below(s.z - s.applied_offset, s.start_height, s.velocity, dt);
+    }
+
+    Travel travel(const Sample& s, const Settings& settings) const noexcept {
+        if (s.motion == rapid || (s.velocity > 0 && !detector_.high())) return Travel::clear;
+        if (!feeds_down(s)) return Travel::other;
+        const auto& excluded = settings.excluded;
+        const bool used = std::find(excluded.begin(), excluded.end(), s.operation) == excluded.end();
+        return used ? Travel::towards_work : Travel::other;
+    }
+
+    // In an operation of a cycle, be it one whose contacts count or not.
+    bool feeds_down(const Sample& s) const noexcept {
+        return s.motion == feed && s.velocity < 0 && cycle_.running() && s.operation != 0;
+    }
+
+    // An approach begins as Z feeds towards the work for the first time since it was clear of it.
+    void follow_approach(const Sample& s, Travel way) noexcept {
+        if (way == Travel::clear) approaching_ = feeding_ = false;
+        feeding_ |= feeds_down(s);
+        if (way != Travel::towards_work || (approaching_ && same_task(s, approach_))) return;
+        approaching_ = true;
+        approach_ = cycle_.approach(s.operation, s.tool);
+        feed_.begin();
+    }
+
+    // Above where it last met the work the tool is out of it; and on its way to another one.
+    void follow_depth(const Sample& s, Travel way) noexcept {
+        const bool leaving = way == Travel::clear && s.operation != 0 && !same_task(s, note_.key);
+        if (s.z >= note_.contact.coordinate || leaving) below_contact_ = false;
+    }
+
+    static bool same_task(const Sample& s, const ContactKey& key) noexcept {
+        return s.operation == key.operation && s.tool == key.tool;
+    }
+
+    // What was true when the load crossed the threshold, and before that by the age of the load.
+    void note(const Sample& s, double load_latency) noexcept {
+        const double ago = detector_.since_rise() + load_latency;
+        below_contact_ = true;
+        note_age_ = 0;
+        give_up_fit();
+        note_.key = approach_;
+        note_.contact.coordinate = s.z - s.velocity * ago;
+        note_time_ = clock_.time();
+        note_.contact.time = std::max(0.0, note_time_ - ago);
+        note_.contact.lost_time = clock_.lost_time(s.velocity);
+        note_.contact.feed = s.velocity;
+        note_.contact.feed_override = s.feed_override;
+        note_.contact.applied_offset = s.applied_offset;
+        steady_time_ = feed_.time() - ago;
+        note_.setup = s.setup;
+        note_.speed_history = speed_history_.value();
+        note_.temperature = usable(s.temperature, 1e3, note_.temperature);
+        note_.date = std::max(s.date, 0);
+    }
+
+    // The next contact has come before the moment of the last one was known.
+    void give_up_fit() noexcept {
+        if (!onset_.busy()) return;
+        onset_.cancel();
+        ++counts_.contacts;
+        cycle_.spoil();
+        reject(Rejection::no_onset);
+    }
+
+    // That of what the contact is to be compared with; 0 where there is nothing.
+    double known_time_constant() const noexcept {
+        const ContactReference* partner = cycle_.expected(note_.key);
+        return partner ? partner->contact.time_constant : 0;
+    }
+
+    // The fit puts the contact that was noted where it was.
+    Rejection fit(double load_latency) noexcept {
+        if (!onset_.found()) return Rejection::no_onset;
+        note_.contact.coordinate = onset_.coordinate() - note_.contact.feed * load_latency;
+        if (note_time_ > 0)  // a clock ran
+            note_.contact.time = std::max(0.0, note_time_ + note_age_ - onset_.ago() - load_latency);
+        note_.contact.sigma = -note_.contact.feed * onset_.sigma();
+        note_.contact.time_constant = onset_.time_constant();
+        return Rejection::none;
+    }
+
+    // What becomes of the contact that was noted, unless it is rejected already.
+    Event judge(Rejection rejection, const Settings& settings) noexcept {
+        ++counts_.contacts;
+        const bool learning = cycle_.learning();
+        const bool fresh = learning && cycle_.learnt() == 0;  // there is nothing to compare with yet
+        if (!learning && !comparable(note_.setup)) return reject(Rejection::no_reference);
+        const ContactReference* partner = cycle_.partner(note_.key);
+        if (rejection != Rejection::none) return reject(rejection);
+        if (steady_time_ < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
+        const Rejection reason = fresh      ? Rejection::none
+                                 : !partner ? Rejection::unexpected
+                                            : compare(*partner, settings);
+        if (learning) cycle_.learn(note_, !fresh && reason == Rejection::none);
+        if (reason != Rejection::none) return reject(reason);
+        if (fresh) return believe(0, note_.contact.sigma, false, settings);
+        believe(growth_, sigma_, within_gate(gate_.growth(), settings), settings);
+        if (learning) return Event::contact;
+        ++counts_.accepted;
+        return Event::accepted;
+    }
+
+    bool comparable(const MachiningSetup& setup) const noexcept {
+        return refusal_.compares() && cycle_.references().made_with(setup);
+    }
+
+    Rejection compare(const ContactReference& partner, const Settings& settings) noexcept {
+        const Contact& now = note_.contact;
+        const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
+        refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
+        if (reason != Rejection::none) return reason;
+        growth_ = plumb::growth(settings.method, now, partner.contact);
+        sigma_ = displacement_sigma(now, partner);
+        if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
+            return Rejection::too_large;
+        if (within_gate(gate_.growth(), settings) && !within_gate(estimate(settings), settings)) {
+            model_doubted_ = true;
+            return Rejection::beyond_gate;
+        }
+        return gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate) ? Rejection::none
+                                                                                     : Rejection::beyond_gate;
+    }
+
+    bool within_gate(double from, const Settings& settings) const noexcept {
+        return std::abs(growth_ - from) <= gate_.spread(settings.gate);
+    }
+
+    // Not when it contradicts a contact that the gate would let in: one of the two is wrong.
+    bool follows_model(const Settings& settings) const noexcept {
+        return settings.between.by_speed && between_.known() && !model_doubted_ && !lost_track();
+    }
+
+    void forget_growth() noexcept {
+        gate_.forget();
+        between_.forget();
+    }
+
+    Event believe(double growth, double sigma, bool explained, const Settings& settings) noexcept {
+        gate_.accept(growth);
+        between_.correct(growth, sigma, explained, settings.between);
+        model_doubted_ = false;
+        uncertain_ = false;
+        barren_cycles_ = 0;
+        rejected_before_ = counts_.rejected;
+        return Event::contact;
+    }
+
+    Event reject(Rejection reason) noexcept {
+        ++(reason == Rejection::unexpected ? counts_.unexpected : counts_.rejected);
+        rejection_ = reason;
+        return Event::contact;
+    }
+
+    ApproachClock clock_;
+    LoadContact detector_;
+    ContactOnset onset_;
+    ContactCycle cycle_;
+    PlausibilityGate gate_;
+    GrowthBetweenContacts between_;
+    bool model_doubted_ = false;
+    FirstOrderLag speed_history_;
+    bool was_running_ = false;
+    bool approaching_ = false;
+    bool feeding_ = false;  // down, since Z was clear of the work
+    bool below_contact_ = false;
+    ContactKey approach_;         // the present one, or the last
+    std::int32_t operation_ = 0;  // in the last period
+    MachiningSetup setup_;        // as the cycle began
+    ReferenceRefusal refusal_;
+
+    ContactReference note_;   // the last rise
+    double note_age_ = 0;     // s
+    double note_time_ = 0;    // s, of the clock then
+    SteadyFeed feed_;         // of the approach
+    double steady_time_ = 0;  // s before that rise
+    Counts counts_;
+    Rejection rejection_ = Rejection::none;
+    double growth_ = 0;
+    double sigma_ = 0;
+    std::int32_t rejected_before_ = 0;  // when this cycle began, or a contact was last believed
+    std::int32_t barren_cycles_ = 0;
+    bool uncertain_ = true;
+    bool learning_failed_ = false;
+};
+
+}  // namespace plumb

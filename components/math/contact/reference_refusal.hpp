@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact/contact_reference.hpp"
+#include "components/math/contact/contact_rejection.hpp"
+
+#include <cstdint>
+
+namespace plumb {
+
+// Why a reference as a whole is not compared with.
+enum class Refusal : std::int32_t {
+    none = 0,
+    program = 1,        // it is of another program
+    tool_set = 2,       // it was made with other tools
+    feed = 3,           // all contacts of a cycle came with another feed
+    feed_override = 4,  // ... with another override
+};
+
+// Whether a reference may be used at all.  It is judged as a cycle begins; a cycle all of whose contacts came
+// with another feed or override refuses it as well, for the next ones.  A refusal stays until it is
+// acknowledged, a cycle is learnt from or there is no reference any more: what the operator was told must not
+// vanish by itself.
+class ReferenceRefusal {
+public:
+    Refusal reason() const noexcept { return reason_; }
+    bool compares() const noexcept { return compares_; }  // in this cycle
+
+    void begin(const ContactReferences& references, const MachiningSetup& setup, bool learn) noexcept {
+        if (learn || references.size() == 0) {
+            reason_ = Refusal::none;
+        } else if (reason_ == Refusal::none && !references.made_with(setup)) {
+            reason_ = references[0].setup.program != setup.program ? Refusal::program : Refusal::tool_set;
+        }
+        compares_ = reason_ == Refusal::none;
+        differing_ = Refusal::none;
+        agreed_ = false;
+    }
+
+    // A contact of this cycle was compared with its partner, with this outcome.
+    void compared(const Contact& now, const Contact& partner, Rejection outcome, double tolerance) noexcept {
+        if (outcome != Rejection::feed_differs)
+            agreed_ = true;
+        else
+            differing_ = alike(now.feed_override, partner.feed_override, tolerance) ? Refusal::feed
+                                                                                    : Refusal::feed_override;
+    }
+
+    void end(bool complete) noexcept {
+        if (compares_ && complete && !agreed_ && differing_ != Refusal::none) reason_ = differing_;
+        compares_ = false;
+    }
+
+    void acknowledge() noexcept { reason_ = Refusal::none; }
+
+private:
+    Refusal reason_ = Refusal::none;
+    Refusal differing_ = Refusal::none;  // by contacts of this cycle
+    bool agreed_ = false;                // a contact of this cycle did, in feed and override
+    bool compares_ = false;
+};
+
+}  // namespace plumb

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/geometry/axis.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+namespace plumb {
+
+// Axes that carry each other, from the bed outwards.
+struct AxisBranch {
+    std::array<Axis, 4> axes{};
+    int size = 0;
+
+    const Axis* begin() const noexcept { return axes.data(); }
+    const Axis* end() const noexcept { return axes.data() + size; }
+    bool has(Axis axis) const noexcept { return std::find(begin(), end(), axis) != end(); }
+    // An axis rides on one parallel to it.
+    bool stacked() const noexcept {
+        for (const Axis* a = begin(); a != end(); ++a)
+            if (std::any_of(a + 1, end(), [a](Axis b) { return parallel(*a, b); })) return true;
+        return false;
+    }
+    void add(Axis axis) noexcept { axes[static_cast<std::size_t>(size++)] = axis; }
+};
+
+// Which axes carry the work and which the tool: X, Y, Z and at most one of U, V and W.
+struct AxisChain {
+    AxisBranch work;
+    AxisBranch tool;
+
+    bool has(Axis axis) const noexcept { return work.has(axis) || tool.has(axis); }
+    // On either side.
+    bool stacked() const noexcept { return work.stacked() || tool.stacked(); }
+};
+
+// Reads the notation of ISO 10791 without primes: from the work over the bed to the tool, as in
+//
+//     w-X-Y.b-Z-C-t      w.b-X-W-Y-Z-C-t      b-X-Y-C-t
+//
+// A text that begins with b names the tool's side alone; those of X, Y and Z that it leaves out carry the
+// work, X next to the bed.  C, a spindle, may stand on either side and moves nothing.
+class AxisChainReader {
+public:
+    // Throws std::invalid_argument with the text, the place in it (from 1) and the reason.
+    static AxisChain read(const std::string& text) { return AxisChainReader(text).chain(); }
+
+private:
+    explicit AxisChainReader(const std::string& text) : text_(text) {}
+
+    AxisChain chain() {
+        if (text_.empty()) refuse("it is empty; a chain is for instance w-Z.b-X-Y-C-t");
+        const bool work_named = take('w');
+        if (work_named) {
+            work_side();
+        } else if (!take('b')) {
+            refuse("a chain begins with w, the work, or b, the bed, not with " + here());
+        }
+        tool_side();
+        for (const Axis axis : {Axis::X, Axis::Y, Axis::Z}) {
+            if (chain_.has(axis)) continue;
+            if (work_named) refuse(std::string("axis ") + letter(axis) + " is missing");
+            chain_.work.add(axis);
+        }
+        return chain_;
+    }
+
+    void work_side() {
+        for (;;) {
+            if (take('.')) {
+                if (!take('b')) refuse("after . comes b, the bed, not " + here());
+                break;
+            }
+            separator();
+            if (take('b')) break;
+            member(chain_.work);
+        }
+        std::reverse(chain_.work.axes.begin(), chain_.work.axes.begin() + chain_.work.size);
+    }
+
+    void tool_side() {
+        for (separator(); !take('t'); separator()) member(chain_.tool);
+        if (at_ != text_.size()) refuse("after t, the tool, comes nothing, not " + here());
+    }
+
+    void separator() {
+        if (!take('-')) refuse("expected -, not " + here());
+    }
+
+    void member(AxisBranch& branch) {
+        if (at_ < text_.size() && text_[at_] == 'C') {
+            if (spindle_) refuse("C is named twice");
+            spindle_ = take('C');
+            return;
+        }
+        for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W}) {
+            if (at_ == text_.size() || text_[at_] != letter(axis)) continue;
+            if (chain_.has(axis)) refuse(here() + " is named twice");
+            for (const Axis other : {Axis::U, Axis::V, Axis::W})
+                if (axis >= Axis::U && chain_.has(other))
+                    refuse(here() + " is too many: only one of U, V and W is possible, and " + letter(other) +
+                           " is named already");
+            branch.add(axis);
+            ++at_;
+            return;
+        }
+        refuse("expected one of X Y Z U V W C, not " + here());
+    }
+
+    bool take(char expected) {
+        if (at_ == text_.size() || text_[at_] != expected) return false;
+        ++at_;
+        return true;
+    }
+
+    std::string here() const {
+        return at_ == text_.size() ? "the end" : std::string("\"") + text_[at_] + "\"";
+    }
+
+    [[noreturn]] void refuse(const std::string& reason) const {
+        throw std::invalid_argument("chain \"" + text_ + "\", character " + std::to_string(at_ + 1) + ": " +
+                                    reason);
+    }
+
+    const std::string& text_;
+    std::size_t at_ = 0;
+    AxisChain chain_;
+    bool spindle_ = false;
+};
+
+}  // namespace plumb

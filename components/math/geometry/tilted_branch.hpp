@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/geometry/axis_chain.hpp"
+#include "components/math/geometry/rigid_body_error.hpp"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace plumb {
+
+// What the tilt of an axis turns beside the axis itself and the end, the tool or the work: all that it
+// carries (the rail, and so the saddle, turns with it), or only the axes parallel to it (the saddle stays
+// level).
+enum class TiltReading { component, axis_direction };
+
+// Against what the tilt of an axis was measured that rides on one parallel to it: the rail that carries it,
+// or the bed.  Against the bed it replaces the tilt of the rail, for that axis and all that it carries.
+enum class TiltDatum { rail, bed };
+
+struct AxisTilt {
+    Eigen::Vector3d angles = Eigen::Vector3d::Zero();  // rad, (EA0, EB0, EC0) of ISO 230-1
+    bool end_follows = true;                           // false: tool or work were set up square
+};
+
+// In the order of a position; what the chain does not have is ignored.
+template <typename T>
+using PerAxis = std::array<T, 4>;
+
+// The axes of one side of a chain with what each tilt turns.
+class TiltedBranch {
+public:
+    TiltedBranch(const AxisBranch& axes, const PerAxis<AxisTilt>& tilts, TiltReading reading,
+                 TiltDatum datum) noexcept
+        : axes_(axes) {
+        for (int i = 0; i < size(); ++i) {
+            const AxisTilt& tilt = tilts[static_cast<std::size_t>(coordinate(axis(i)))];
+            if (tilt.angles.isZero(0)) continue;
+            Member& member = members_[static_cast<std::size_t>(i)];
+            member.rotation = rotation(tilt.angles);
+            for (int k = i; k <= size(); ++k) {
+                const bool follows = k == size()
+                                         ? tilt.end_follows
+                                         : reading == TiltReading::component || parallel(axis(i), axis(k));
+                const bool replaced = datum == TiltDatum::bed && rider(i) <= k;
+                member.turns[static_cast<std::size_t>(k)] = follows && !replaced;
+            }
+        }
+    }
+
+    int size() const noexcept { return axes_.size; }
+    Axis axis(int i) const noexcept { return axes_.axes[static_cast<std::size_t>(i)]; }
+
+    // Whether the tilt of member i turns member k, or the end as k = size.
+    bool turns(int i, int k) const noexcept {
+        return members_[static_cast<std::size_t>(i)].turns[static_cast<std::size_t>(k)];
+    }
+    const Eigen::Matrix3d& tilt(int i) const noexcept {
+        return members_[static_cast<std::size_t>(i)].rotation;
+    }
+
+    Eigen::Matrix3d end_rotation() const noexcept {
+        Eigen::Matrix3d result = Eigen::Matrix3d::Identity();
+        for (int i = 0; i < size(); ++i)
+            if (turns(i, size())) result = (result * tilt(i)).eval();
+        return result;
+    }
+
+private:
+    struct Member {
+        Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+        std::array<bool, 5> turns{};
+    };
+
+    // The first member that rides on member i, parallel to it; beyond the end if there is none.
+    int rider(int i) const noexcept {
+        int k = i + 1;
+        while (k < size() && !parallel(axis(i), axis(k))) ++k;
+        return k < size() ? k : size() + 1;
+    }
+
+    AxisBranch axes_;
+    std::array<Member, 4> members_;
+};
+
+}  // namespace plumb

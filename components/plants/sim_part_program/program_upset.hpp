@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What may go otherwise than a part program has it, and the pins that say when.
+#pragma once
+
+#include "components/math/blocks/usable.hpp"
+#include "components/plants/sim_part_program/part_program.hpp"
+#include "hal/component.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace plumb {
+
+enum class Event : std::int32_t {
+    none,
+    air_cut,
+    chip,
+    stock,
+    wrong_part,
+    wrong_tool_length,
+    feed_override,
+    feed_hold,
+    spindle_override,
+    speed_change,
+    abort,
+    edited,
+};
+inline constexpr int event_count = 11;
+
+// One event of one cycle.
+struct Upset {
+    Event kind = Event::none;
+    std::size_t operation = 0;  // the one that it concerns, where it does not concern the cycle or a tool
+    double height = 0;          // mm: of a chip, of the work, of a tool's length, of an edit
+    double factor = 1;          // on feed or speed
+    double place = 0;           // mm above the work, where it begins
+
+    bool is(Event event, const PartProgram& program, std::size_t now) const noexcept {
+        if (kind != event) return false;
+        switch (kind) {
+            case Event::none: return false;
+            case Event::stock:
+            case Event::wrong_part:
+            case Event::edited: return true;
+            case Event::wrong_tool_length: return program[now].tool == program[operation].tool;
+            default: return now == operation;
+        }
+    }
+};
+
+class Upsets {
+public:
+    explicit Upsets(hal::Component* owner)
+        : rate_{owner, "event-rate", 0, "1", "Probability that an event upsets a cycle, 0 to 1."},
+          event_{owner, "event", 0, "Number of an event to have; 0 leaves it to event-rate."},
+          cycle_{owner, "event-cycle", 0, "Cycle that event upsets, from 1; 0 for every one."},
+          operation_{owner, "event-operation", 0, "Operation that an event upsets; 0 draws it."},
+          height_{owner, "event-height", 0, "mu", "Height of an event; 0 draws it."},
+          factor_{owner, "event-factor", 0, "1", "Factor of an event; 0 draws it."},
+          smallest_{owner, "event-smallest", 0.1, "mu", "Smallest height that is drawn."},
+          largest_{owner, "event-largest", 0, "mu", "Largest height that is drawn; 0 for what is usual."} {}
+
+    // For a cycle, numbered from 1.  Draws as much whatever happens, so that one setting does not change what
+    // is drawn for another.
+    Upset draw(const PartProgram& program, std::int32_t cycle, bool learning, Random& random) noexcept {
+        const bool happens = random.uniform() < rate_ && !learning;
+        const int drawn = 1 + random.index(event_count);
+        const auto count = static_cast<int>(program.size());
+        const std::int32_t named = event_, only = cycle_, key = operation_;
+        const bool forced = named >= 1 && named <= event_count && (only == 0 || only == cycle);
+
+        Upset upset;
+        upset.kind = static_cast<Event>(forced ? named : happens ? drawn : 0);
+        upset.operation = static_cast<std::size_t>(random.index(count));
+        const double size = random.uniform(), sign = random.uniform();
+        upset.height = drawn_height(upset.kind, size, sign);
+        upset.factor = random.uniform(0.5, 1.1);
+        if (upset.factor > 0.95) upset.factor += 0.1;  // to 1.2, but never close to 1
+        upset.place = upset.kind == Event::speed_change ? random.uniform(0.2, 1) : random.uniform(-1, 4);
+
+        for (std::size_t i = program.size(); i-- > 0;)
+            if (program[i].key == key) upset.operation = i;
+        const double height = usable(height_, 10, 0), factor = usable(factor_, 2, 0);
+        if (height != 0) upset.height = height;
+        if (factor > 0) upset.factor = factor;
+        return upset;
+    }
+
+private:
+    double drawn_height(Event kind, double size, double sign) const noexcept {
+        const double usual = kind == Event::chip                ? 0.5
+                             : kind == Event::stock             ? 0.3
+                             : kind == Event::wrong_part        ? 5
+                             : kind == Event::wrong_tool_length ? 2
+                                                                : 1;
+        const double asked = usable(largest_, 10, 0);
+        const double most = asked > 0 ? asked : usual;
+        const double least = std::clamp(usable(smallest_, 10, 0.1), 0.0, most);
+        const double drawn = least + (most - least) * size;
+        return kind != Event::chip && sign < 0.5 ? -drawn : drawn;
+    }
+
+    const hal::In<double> rate_;
+    const hal::In<std::int32_t> event_, cycle_, operation_;
+    const hal::In<double> height_, factor_, smallest_, largest_;
+};
+
+}  // namespace plumb

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// An axis of a simulated machine: its drive, its guide, and how that leans.
+#pragma once
+
+#include "components/math/blocks/servo_lag.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/plants/sim_portal/guide_errors.hpp"
+#include "components/plants/sim_portal/rigid_machine.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+namespace plumb {
+
+class PortalAxis {
+public:
+    PortalAxis(hal::Component* owner, const std::string& name, int direction)
+        : command_{owner, name + "-position-cmd", 0, "mu",
+                   "Where the drive is sent: motor position plus correction."},
+          nominal_{owner, name + "-nominal", 0, "mu", "Where the program wants the axis: joint position."},
+          pivot_{owner, name + "-pivot", 0, "mu", "Position at which the axis has no error but its tilt."},
+          lowest_{owner, name + "-min-limit", 0, "mu", "Where the travel begins."},
+          highest_{owner, name + "-max-limit", 1000, "mu", "Where the travel ends."},
+          tilts_{{owner, "ea0" + name, 0, "rad", "Tilt of the axis about X at the start."},
+                 {owner, "eb0" + name, 0, "rad", "Tilt of the axis about Y at the start."},
+                 {owner, "ec0" + name, 0, "rad", "Tilt of the axis about Z at the start."}},
+          follows_{owner, name + "-tool-follows", true,
+                   "Tool or work turn with the axis; false where they were shimmed square on it."},
+          errors_{owner, name, direction},
+          position_{owner, name + "-position", "mu", "Position that the encoder reads."},
+          true_tilts_{{owner, "truth-ea0" + name, "rad", "Tilt of the axis about X by now."},
+                      {owner, "truth-eb0" + name, "rad", "Tilt of the axis about Y by now."},
+                      {owner, "truth-ec0" + name, "rad", "Tilt of the axis about Z by now."}},
+          direction_(direction) {}
+
+    // Machine number `seed`, at rest where it is, or where its command is when it is switched on.
+    void start(std::int32_t seed, bool switched_on) noexcept {
+        if (switched_on) {
+            commanded_ = usable(command_, longest, 0);
+            wanted_ = usable(nominal_, longest, 0);
+            drive_.reset(commanded_);
+            ideal_.reset(wanted_);
+        }
+        errors_.draw(seed);
+        Random random(static_cast<std::uint32_t>(seed), static_cast<std::uint64_t>('d' + direction_ * 256));
+        for (int i = 0; i < 3; ++i) {
+            const double rate = random.uniform(0.5, 1);
+            drifting_[i] = i == direction_ ? 0 : random.index(2) == 0 ? rate : -rate;
+        }
+    }
+
+    // Follows its command for dt > 0 seconds, unless it is clamped.  `drift`, in rad, is what the tilts have
+    // changed by at most.
+    void move(double gain, double drift, bool clamped, double dt) noexcept {
+        commanded_ = usable(command_, longest, commanded_);
+        wanted_ = usable(nominal_, longest, wanted_);
+        ideal_.step(wanted_, gain, dt);
+        if (clamped) {
+            drive_.reset(drive_.value());
+        } else {
+            drive_.step(commanded_, gain, dt);
+        }
+        zero_ = usable(pivot_, longest, zero_);
+        begin_ = usable(lowest_, longest, begin_);
+        end_ = usable(highest_, longest, end_);
+        body_.direction = direction_;
+        body_.travel = drive_.value() - zero_;
+        body_.end_follows = follows_;
+        for (int i = 0; i < 3; ++i) {
+            body_.tilt[i] = tilt_[i] = usable(tilts_[i], 0.1, tilt_[i]);
+            drift_[i] = drifting_[i] * drift;
+            true_tilts_[i] = tilt_[i] + drift_[i];
+        }
+        position_ = drive_.value();
+    }
+
+    // As the tilts that were measured at the start describe it.
+    const GuidedBody& by_tilts() const noexcept { return body_; }
+
+    // As it is, with `more` beside what its guide does.
+    GuidedBody as_is(const Eigen::Vector3d& more) noexcept {
+        GuidedBody body = body_;
+        body.tilt += drift_;
+        body.error = errors_at(drive_.value());
+        body.error.shift += more;
+        return body;
+    }
+
+    GuideMotion errors_at(double position) noexcept { return errors_.between(part(zero_), part(position)); }
+
+    double position() const noexcept { return drive_.value(); }
+    double pivot() const noexcept { return zero_; }
+    double ideal_position() const noexcept { return ideal_.value(); }
+    // How much of the travel lies above a position, 0 to 1.
+    double above(double position) const noexcept { return (1 - part(position)) / 2; }
+
+private:
+    static constexpr double longest = 1e5;  // mm
+
+    // Place in the travel, -1 to 1.
+    double part(double position) const noexcept {
+        return end_ > begin_ ? std::clamp(2 * (position - begin_) / (end_ - begin_) - 1, -1.0, 1.0) : 0;
+    }
+
+    const hal::In<double> command_, nominal_, pivot_, lowest_, highest_, tilts_[3];
+    const hal::In<bool> follows_;
+    GuideErrors errors_;
+    hal::Out<double> position_, true_tilts_[3];
+    const int direction_;
+
+    ServoLag drive_, ideal_;
+    double commanded_ = 0, wanted_ = 0, zero_ = 0, begin_ = 0, end_ = 1000;  // the last good inputs
+    Eigen::Vector3d tilt_ = Eigen::Vector3d::Zero(), drift_ = tilt_, drifting_ = tilt_;
+    GuidedBody body_;
+};
+
+}  // namespace plumb

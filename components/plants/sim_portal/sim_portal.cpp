@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/pi.hpp"
+#include "components/plants/sim_portal/box_artifact.hpp"
+#include "components/plants/sim_portal/portal_axis.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+
+struct SimPortal final : hal::Component {
+    static constexpr hal::About about{"sim_portal", "simulated machine with tilted columns and rails", R"(
+Two machines whose guides lean, in the notation of ISO 10791 from the work over the bed to the tool:
+
+    w-Z.b-X-Y-C-t      a column on X, a spindle head that goes up and down it as Y, the work on Z
+    w-X.b-W-Y-Z-C-t    a portal: a cross rail W, a saddle Y on it, a ram Z, the work on X
+
+The tip is a product of poses, body after body, exact for whatever angles (ISO 230-1, in rad):
+
+    pose = R(EA0, EB0, EC0) . translation by q e + (EX, EY, EZ) . R(EA, EB, EC)      R = Rz(EC) Ry(EB) Rx(EA)
+    tip  = (poses of the work's side)^-1 (poses of the tool's side) T
+    T    = (radial-offset in radial-direction, -tool-length)
+
+where the side of the work travels by -q e - (EX, EY, EZ).  Positions count from a pivot, where nothing but the tilt is
+wrong.  With axis-direction a guide that crosses a tilted one below it was shimmed true: the saddle of a leaning rail
+stays level, ram and tool lean.  With to-bed the tilt of the ram was measured against the bed, not against the rail.
+A tool, or work, that was shimmed square on an axis does not turn with it: its -tool-follows is false.
+
+All in millimetres.  Each axis follows its command as a position loop, y' = servo-gain (cmd - y).  The nominal tip is
+that of an ideal machine with the same drives, so that following error is none of the tip error:
+
+    truth-x-error = truth-x-tip - truth-x-nominal
+
+On top of the tilts comes what they cannot describe, drawn by the seed and none of it for seed 0: straightness, pitch
+and yaw of each axis, curves without offset or slope; a ram whose nose bends towards +X with the square of its length
+outside; and the tilts of Y on the column, of W and Z on the portal, drift.  truth-x-beyond-tilts is what of the tip
+error all that makes: tip minus that of a machine that has nothing but the tilts of the start.  The error motions of
+one axis at any position, as an instrument measures them, are at truth-gauge-...: the columns of an error table.
+
+A touch probe, its ball centred in the tip, meets an artifact in the work: a box, with a bore if it has one.
+
+The truth-... pins are for scoring only.  An input that is not a number, or beyond any machine, leaves its last good
+value in force.)"};
+
+    using Component::Component;
+
+    hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 has nothing wrong but its tilts."};
+    hal::In<bool> portal{this, "portal", false, "The machine is the portal, not the column."};
+    hal::In<bool> axis_direction{this, "axis-direction", false,
+                                 "Guides that cross a tilted one below them were shimmed true."};
+    hal::In<bool> to_bed{this, "to-bed", false,
+                         "The tilt of Z on W is the one against the bed, not against the rail."};
+    PortalAxis x{this, "x", 0}, y{this, "y", 1}, z{this, "z", 2}, w{this, "w", 2};
+    hal::In<bool> w_clamped{this, "w-clamped", false, "W stands clamped, wherever its drive is sent."};
+    hal::In<double> tool_length{this, "tool-length", 0, "mu",
+                                "True length of the tool towards -Z; negative towards +Z."};
+    hal::In<double> radial_offset{this, "radial-offset", 0, "mu",
+                                  "True distance of the tip from the spindle's axis."};
+    hal::In<double> radial_direction{this, "radial-direction", 0, "deg",
+                                     "Direction of the tip from the axis, from +X towards +Y."};
+    hal::In<double> drift_start{this, "drift-start", 0, "s",
+                                "Time since the tilts were measured, when the machine starts."};
+    hal::In<std::int32_t> gauge_axis{this, "gauge-axis", 0, "Axis under the instrument: 0 X, 1 Y, 2 Z, 3 W."};
+    hal::In<double> gauge_position{this, "gauge-position", 0, "mu", "Position of that axis."};
+
+    Drawn servo_gain{this, "servo-gain", 30, 17, 60, "1/s", "Gain of the position loops"};
+    Drawn ram_sag{
+        this, "ram-sag", 0, 0.01, 0.03, "mu", "Bend of the portal's ram, all of Z's travel outside"};
+    Drawn tilt_drift{this, "tilt-drift", 0, 2e-6, 10e-6, "rad", "Change of each tilt in an hour, at most"};
+
+    hal::Out<double> truth_x_tip{this, "truth-x-tip", "mu", "X of the tip in the work."};
+    hal::Out<double> truth_y_tip{this, "truth-y-tip", "mu", "Y of the tip in the work."};
+    hal::Out<double> truth_z_tip{this, "truth-z-tip", "mu", "Z of the tip in the work."};
+    hal::Out<double> truth_x_nominal{this, "truth-x-nominal", "mu", "X that the tip should have."};
+    hal::Out<double> truth_y_nominal{this, "truth-y-nominal", "mu", "Y that the tip should have."};
+    hal::Out<double> truth_z_nominal{this, "truth-z-nominal", "mu", "Z that the tip should have."};
+    hal::Out<double> truth_x_error{this, "truth-x-error", "mu", "How much too far the tip is in X."};
+    hal::Out<double> truth_y_error{this, "truth-y-error", "mu", "How much too far the tip is in Y."};
+    hal::Out<double> truth_z_error{this, "truth-z-error", "mu", "How much too far the tip is in Z."};
+    hal::Out<double> truth_x_beyond{this, "truth-x-beyond-tilts", "mu",
+                                    "What of it the tilts of the start do not make."};
+    hal::Out<double> truth_y_beyond{this, "truth-y-beyond-tilts", "mu",
+                                    "What of it the tilts of the start do not make."};
+    hal::Out<double> truth_z_beyond{this, "truth-z-beyond-tilts", "mu",
+                                    "What of it the tilts of the start do not make."};
+    hal::Out<double> gauge_ex{this, "truth-gauge-ex", "mu", "EX of the gauged axis there."};
+    hal::Out<double> gauge_ey{this, "truth-gauge-ey", "mu", "EY of the gauged axis there."};
+    hal::Out<double> gauge_ez{this, "truth-gauge-ez", "mu", "EZ of the gauged axis there."};
+    hal::Out<double> gauge_ea{this, "truth-gauge-ea", "rad", "EA of the gauged axis there."};
+    hal::Out<double> gauge_eb{this, "truth-gauge-eb", "rad", "EB of the gauged axis there."};
+    hal::Out<double> gauge_ec{this, "truth-gauge-ec", "rad", "EC of the gauged axis there."};
+    BoxArtifact artifact{this};
+    hal::Function run{this, "update", &SimPortal::update, "After the commands of the axes."};
+
+    void update(double dt) noexcept {
+        if (seed_ != seed || !started_) start(seed);
+        time_ += dt;
+        drift_began_ = usable(drift_start, 1e8, drift_began_);
+        is_portal_ = portal;
+        whole_ = !axis_direction;
+        against_bed_ = to_bed;
+        const double gain = std::max(servo_gain(seed_), 1.0);
+        const double hours = (drift_began_ + time_) / 3600;
+        const double drift = std::clamp(tilt_drift(seed_) * hours, -largest_drift, largest_drift);
+        x.move(gain, 0, false, dt);
+        y.move(gain, is_portal_ ? 0 : drift, false, dt);
+        z.move(gain, is_portal_ ? drift : 0, false, dt);
+        w.move(gain, is_portal_ ? drift : 0, w_clamped, dt);
+
+        const double rail = is_portal_ ? 1 : 0;
+        const Eigen::Vector3d mounted = tool();
+        const Eigen::Vector3d pivot(x.pivot(), y.pivot(), z.pivot() + rail * w.pivot());
+        const Eigen::Vector3d ideal(x.ideal_position(), y.ideal_position(),
+                                    z.ideal_position() + rail * w.ideal_position());
+        const auto as_is = [](PortalAxis& axis, const Eigen::Vector3d& bent) { return axis.as_is(bent); };
+        const auto by_tilts = [](PortalAxis& axis, const Eigen::Vector3d&) { return axis.by_tilts(); };
+        const Eigen::Vector3d tip = tip_of(mounted, as_is) + pivot;
+        show(tip, ideal + mounted, tip_of(mounted, by_tilts) + pivot);
+        measure();
+        artifact.meet(tip);
+    }
+
+private:
+    static constexpr double largest_drift = 1e-3;  // rad
+
+    // The machine as it is switched on: its axes at rest where they are told to be.
+    void start(std::int32_t number) noexcept {
+        for (PortalAxis* const axis : {&x, &y, &z, &w}) axis->start(number, !started_);
+        started_ = true;
+        seed_ = number;
+    }
+
+    Eigen::Vector3d tool() noexcept {
+        length_ = usable(tool_length, 1e4, length_);
+        radius_ = usable(radial_offset, 1e4, radius_);
+        direction_ = usable(radial_direction, 1e5, direction_);
+        const double angle = direction_ * pi / 180;
+        return {radius_ * std::cos(angle), radius_ * std::sin(angle), -length_};
+    }
+
+    template <class BodyOf>
+    Eigen::Vector3d tip_of(const Eigen::Vector3d& mounted, BodyOf body) noexcept {
+        const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+        if (is_portal_) {
+            const std::array<GuidedBody, 3> head{body(w, none), body(y, none), body(z, bend(z.position()))};
+            const std::array<GuidedBody, 1> table{body(x, none)};
+            return BodyChain(table, whole_, against_bed_).end(-1).inverse() *
+                   (BodyChain(head, whole_, against_bed_).end(1) * mounted);
+        }
+        const std::array<GuidedBody, 2> head{body(x, none), body(y, none)};
+        const std::array<GuidedBody, 1> table{body(z, none)};
+        return BodyChain(table, whole_, against_bed_).end(-1).inverse() *
+               (BodyChain(head, whole_, against_bed_).end(1) * mounted);
+    }
+
+    // Of the ram's nose, against the pivot.
+    Eigen::Vector3d bend(double position) noexcept {
+        const double here = z.above(position), there = z.above(z.pivot());
+        return ram_sag(seed_) * (here * here - there * there) * Eigen::Vector3d::UnitX();
+    }
+
+    void show(const Eigen::Vector3d& tip, const Eigen::Vector3d& nominal,
+              const Eigen::Vector3d& tilted) noexcept {
+        truth_x_tip = tip.x();
+        truth_y_tip = tip.y();
+        truth_z_tip = tip.z();
+        truth_x_nominal = nominal.x();
+        truth_y_nominal = nominal.y();
+        truth_z_nominal = nominal.z();
+        truth_x_error = tip.x() - nominal.x();
+        truth_y_error = tip.y() - nominal.y();
+        truth_z_error = tip.z() - nominal.z();
+        truth_x_beyond = tip.x() - tilted.x();
+        truth_y_beyond = tip.y() - tilted.y();
+        truth_z_beyond = tip.z() - tilted.z();
+    }
+
+    void measure() noexcept {
+        gauged_ = usable(gauge_position, 1e5, gauged_);
+        PortalAxis* const axes[] = {&x, &y, &z, &w};
+        const std::int32_t number = gauge_axis;
+        GuideMotion motion;
+        if (number >= 0 && number < 4) motion = axes[number]->errors_at(gauged_);
+        if (number == 2 && is_portal_) motion.shift += bend(gauged_);
+        gauge_ex = motion.shift.x();
+        gauge_ey = motion.shift.y();
+        gauge_ez = motion.shift.z();
+        gauge_ea = motion.turn.x();
+        gauge_eb = motion.turn.y();
+        gauge_ec = motion.turn.z();
+    }
+
+    double length_ = 0, radius_ = 0, direction_ = 0, drift_began_ = 0, gauged_ = 0;  // the last good inputs
+    double time_ = 0;
+    bool started_ = false, is_portal_ = false, whole_ = true, against_bed_ = false;
+    std::int32_t seed_ = 0;
+};
+
+hal::Model hal::model() {
+    return model_of<SimPortal>();
+}
+
+}  // namespace plumb

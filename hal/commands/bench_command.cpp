@@ -1,0 +1,473 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// plumb bench: runs .hal files in virtual time.
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/client/client.hpp"
+#include "hal/client/duration.hpp"
+#include "hal/command_line.hpp"
+#include "hal/commands/command.hpp"
+#include "hal/host/arguments.hpp"
+#include "hal/host/decimal.hpp"
+#include "hal/host/statement.hpp"
+
+namespace plumb::host {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct BenchOptions {
+    std::vector<std::string> files;
+    std::string ini;
+    std::optional<Time> duration;  // of the run; without one, that of the replay
+    std::vector<std::pair<std::string, double>> settings;
+    Replay replay;                    // of no file: none
+    std::vector<std::string> expect;  // statements
+    std::vector<std::string> record;  // names
+    Time every{};
+    std::string output;
+    std::vector<std::string> modules;
+    bool namespaces = true;
+};
+
+// While it lives, the first SIGINT or SIGTERM is noted instead of ending the program; the second ends it.
+class Interruption {
+public:
+    Interruption() {
+        signal_ = 0;
+        struct sigaction note {};
+        note.sa_handler = [](int number) { signal_ = number; };
+        note.sa_flags = static_cast<int>(SA_RESETHAND);
+        sigaction(SIGINT, &note, &interrupt_);
+        sigaction(SIGTERM, &note, &terminate_);
+    }
+    ~Interruption() {
+        sigaction(SIGINT, &interrupt_, nullptr);
+        sigaction(SIGTERM, &terminate_, nullptr);
+    }
+    Interruption(const Interruption&) = delete;
+
+    int number() const { return signal_; }  // 0: none
+
+private:
+    static inline volatile sig_atomic_t signal_ = 0;
+    struct sigaction interrupt_ {};
+    struct sigaction terminate_ {};
+};
+
+// One line at the foot of a terminal; nothing elsewhere.
+class ProgressLine {
+public:
+    ~ProgressLine() { clear(); }
+
+    void show(const std::string& text) {
+        if (!terminal_) return;
+        std::fprintf(stderr, "\r%s\033[K", text.c_str());
+        shown_ = true;
+    }
+    void clear() {
+        if (shown_) std::fputs("\r\033[K", stderr);
+        shown_ = false;
+    }
+
+private:
+    const bool terminal_ = isatty(STDERR_FILENO);
+    bool shown_ = false;
+};
+
+double in_seconds(Time time) {
+    return std::chrono::duration<double>(time).count();
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string result;
+    for (const std::string& word : words) result += (result.empty() ? "" : ", ") + word;
+    return result;
+}
+
+// How many letters must be put in, left out or exchanged to make one word of the other.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t exchanged = diagonal + (a[i] != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({exchanged, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+// "; did you mean 'x'?", or nothing when no name is near.
+std::string suggestion(Client& host, const std::string& name) {
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(3, name.size() / 3);
+    for (const char* kind : {"pin", "param", "sig"}) {
+        std::istringstream names(host.halcmd({"list", kind}).output);
+        for (std::string candidate; names >> candidate;) {
+            const std::size_t distance = edit_distance(name, candidate);
+            if (distance >= least) continue;
+            least = distance;
+            nearest = candidate;
+        }
+    }
+    return nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
+}
+
+void require_known(Client& host, const std::string& name, const char* option) try {
+    host.read(name);
+} catch (const HostDied&) {
+    throw;
+} catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string(option) + ": " + error.what() + suggestion(host, name));
+}
+
+// Whether a thread in `halcmd -s show thread` has a function. A line is a thread: period, floating point,
+// name, time and longest time, and its functions.
+bool any_function(const std::string& threads) {
+    std::istringstream lines(threads);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        if (std::distance(std::istream_iterator<std::string>(words), {}) > 5) return true;
+    }
+    return false;
+}
+
+// halcmd says file and line of what it does not like.
+void load(Client& host, const BenchOptions& options) {
+    for (const std::string& file : options.files) {
+        std::vector<std::string> arguments{"-f", file};
+        if (!options.ini.empty()) arguments.insert(arguments.begin(), {"-i", options.ini});
+        const Halcmd result = host.halcmd(arguments);
+        std::cerr << result.output << std::flush;
+        if (result.status != 0)
+            throw std::runtime_error(file + " was not loaded: halcmd ended with status " +
+                                     std::to_string(result.status));
+    }
+    const std::string threads = host.halcmd({"-s", "show", "thread"}).output;
+    if (threads.find_first_not_of(" \n") == std::string::npos)
+        throw std::runtime_error(
+            "nothing would run: no file loads a realtime thread "
+            "(for instance: loadrt threads name1=servo-thread period1=1000000)");
+    if (!any_function(threads))
+        std::cerr << "note: no function was added to a thread (addf), so no component will do anything\n";
+    host.command("start");
+    for (const auto& [name, value] : options.settings) {
+        require_known(host, name, "--set");
+        host.set(name, value);
+    }
+    for (const std::string& name : options.record) require_known(host, name, "--record");
+    for (const std::string& text : options.expect) {
+        const Statement statement = parse_statement(text);
+        for (const auto& [variable, name] : statement.variables) require_known(host, name, "--expect");
+        try {
+            host.expect(text, statement.expression, statement.variables);
+        } catch (const HostDied&) {
+            throw;
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error("--expect: '" + text + "', read as " + error.what());
+        }
+    }
+}
+
+std::string decimal(double number) {
+    std::string text;
+    append_number(text, number);
+    return text;
+}
+
+// Prints which statements did not hold. Returns whether all did.
+bool report_expectations(Client& host, const std::vector<std::string>& statements) {
+    const std::vector<Violation> violations = host.violations();
+    for (const Violation& violation : violations) {
+        std::cout << "did not hold: " << violation.id << "\n    in " << violation.count
+                  << (violation.count == 1 ? " period, at " : " periods, first at ")
+                  << in_seconds(violation.first_time) << " s, when ";
+        const Statement statement = parse_statement(violation.id);
+        const char* separator = "";
+        for (const auto& [variable, name] : statement.variables) {
+            std::cout << std::exchange(separator, ", ") << name << " was "
+                      << decimal(violation.values.at(variable));
+            const auto rate = violation.values.find(variable + "_rate");
+            if (rate != violation.values.end())
+                std::cout << " and changed by " << decimal(rate->second) << " a second";
+        }
+        std::cout << '\n';
+    }
+    if (!statements.empty() && violations.empty())
+        std::cout << (statements.size() == 1 ? "the statement" : "all statements")
+                  << " held in every period\n";
+    return violations.empty();
+}
+
+std::string times_real_time(Time simulated, double real_seconds) {
+    char text[64];
+    const double speed = in_seconds(simulated) / std::max(real_seconds, 1e-6);
+    std::snprintf(text, sizeof text, speed < 100 ? "%.2g times real time" : "%.0f times real time", speed);
+    return text;
+}
+
+Ran run(Client& host, Time duration, const Interruption& interruption) {
+    ProgressLine line;
+    const auto begin = Clock::now();
+    return host.run(duration, [&](Time done) {
+        const double real_seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+        const double left = real_seconds * (in_seconds(duration) / in_seconds(done) - 1);
+        line.show(describe_duration(done) + " of " + describe_duration(duration) + ", " +
+                  times_real_time(done, real_seconds) + ", " +
+                  describe_duration(seconds(std::isfinite(left) ? std::ceil(left) : 0)) + " left");
+        return interruption.number() == 0;
+    });
+}
+
+// A word that is neither an option's value nor a sentence: 1.5, -2e3, 0x10, true, FALSE.
+double parse_value(const std::string& text) {
+    if (text == "true" || text == "TRUE") return 1;
+    if (text == "false" || text == "FALSE") return 0;
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end) throw CLI::ValidationError("--set", "'" + text + "' is not a value");
+    return value;
+}
+
+// An option whose value is a time.
+template <class Assign>
+CLI::Option* add_time(CLI::App& command, const std::string& name, Assign assign, const std::string& text) {
+    const auto parse = [name, assign](const std::string& value) {
+        try {
+            assign(parse_duration(value));
+        } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError(name, error.what());
+        }
+    };
+    return command.add_option_function<std::string>(name, parse, text)->type_name("TIME");
+}
+
+// Declares the arguments of the command, which are parsed into `options`.
+void declare_bench(CLI::App& command, BenchOptions& options) {
+    command
+        .add_option("FILE.hal", options.files, "The .hal files, loaded in this order by LinuxCNC's halcmd.")
+        ->required()
+        ->check(existing_file())
+        ->type_name("");
+    command.add_option("--ini", options.ini, "INI file whose values the .hal files use as [SECTION]NAME.")
+        ->check(existing_file())
+        ->type_name("FILE.ini");
+    CLI::Option* const duration = add_time(
+        command, "--for", [&](Time time) { options.duration = time; },
+        "How long to simulate. With --replay at most as long as the file lasts, and all of it by default.");
+    const auto add_setting = [&](const std::vector<std::string>& settings) {
+        for (const std::string& setting : settings) {
+            const std::size_t equals = setting.find('=');
+            if (equals == std::string::npos)
+                throw CLI::ValidationError("--set", "'" + setting + "' is not PIN=VALUE");
+            options.settings.emplace_back(setting.substr(0, equals), parse_value(setting.substr(equals + 1)));
+        }
+    };
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--set", add_setting,
+            "Sets a pin, parameter or signal once the files are loaded. May be given many times.")
+        ->allow_extra_args(false)
+        ->type_name("PIN=VALUE");
+
+    CLI::Option* const replay =
+        command
+            .add_option(
+                "--replay", options.replay.file,
+                "Before every period, writes the columns of this file into the pins that its header "
+                "names; column time is in seconds. Floats change linearly from row to row, bits and integers "
+                "hold, and so do floats next to a value that is not finite (nan, inf). The run ends "
+                "with the file.")
+            ->check(existing_file())
+            ->type_name("FILE.csv");
+    CLI::Option* const columns =
+        command
+            .add_option("--columns", options.replay.columns,
+                        "Pins to write, when the replayed file is from halsampler and has no header.")
+            ->delimiter(',')
+            ->allow_extra_args(false)
+            ->needs(replay)
+            ->type_name("PIN,...");
+    CLI::Option* const sample_period =
+        add_time(
+            command, "--sample-period", [&](Time time) { options.replay.sample_period = time; },
+            "Time from row to row of such a file.")
+            ->needs(replay);
+    columns->needs(sample_period);
+    sample_period->needs(columns);
+    command
+        .add_flag("--override", options.replay.override_links,
+                  "Replays into pins that are netted as well, against their writers.")
+        ->needs(replay);
+
+    command
+        .add_option(
+            "--expect", options.expect,
+            "A statement that must hold after every period, about names in braces and their changes per "
+            "second: "
+            "abs({pid.out}) <= 10 && abs({pid.out}_rate) < 100. Also finite({pid.out}). May be given many "
+            "times.")
+        ->allow_extra_args(false)
+        ->check([](const std::string& text) {
+            try {
+                parse_statement(text);
+                return std::string();
+            } catch (const std::invalid_argument& error) {
+                return std::string(error.what());
+            }
+        })
+        ->type_name("STATEMENT");
+
+    CLI::Option* const record =
+        command.add_option("--record", options.record, "Pins, parameters and signals to record.")
+            ->delimiter(',')
+            ->allow_extra_args(false)
+            ->type_name("PIN,...");
+    CLI::Option* const every =
+        add_time(
+            command, "--every", [&](Time time) { options.every = time; }, "Time from row to row.")
+            ->needs(record);
+    CLI::Option* const output =
+        command
+            .add_option("--output", options.output,
+                        "Where to record: a CSV file with a header; column time is in seconds.")
+            ->needs(record)
+            ->type_name("FILE.csv");
+    record->needs(every)->needs(output);
+
+    command
+        .add_option("--modules", options.modules,
+                    "Folder of realtime modules to search first. May be given many times.")
+        ->check(existing_folder())
+        ->allow_extra_args(false)
+        ->type_name("DIR");
+    command.add_flag_callback(
+        "--no-namespaces", [&] { options.namespaces = false; },
+        "Runs in the computer's one HAL, one bench at a time; so it does, after saying so, where the system "
+        "forbids namespaces.");
+    command.final_callback([duration, replay, &options] {
+        if (!duration->count() && !replay->count()) throw CLI::RequiredError("--for");
+        std::set<std::string> recorded;
+        for (const std::string& name : options.record)
+            if (!recorded.insert(name).second)
+                throw CLI::ValidationError("--record", "'" + name + "' stands there twice");
+        std::error_code no_file;
+        if (std::filesystem::equivalent(options.output, options.replay.file, no_file))
+            throw CLI::ValidationError(
+                "--output", "'" + options.output + "' is the file that is replayed: it would be overwritten");
+    });
+}
+
+hal::CommandPage bench_page() {
+    return {
+        "plumb-bench",
+        "FILE.hal... --for TIME [options]",
+        {{"DESCRIPTION",
+          R"(Loads .hal files with LinuxCNC's own halcmd, starts their realtime threads and simulates them
+faster than the clock, whether a file says start or not: HAL, its threads and the modules are the real ones, only the time is virtual.
+Every function is told the nominal period, as on the machine, and time moves only from period to period.
+
+Two runs of the same files give the same values to the last bit, unless a file starts user-space
+programs (loadusr): they live by the clock on the wall, and the command says so. This holds on one kind of
+processor. On another kind, with or without fused multiply-add, the last digit can differ.
+
+The bench has a HAL of its own. It does not disturb a LinuxCNC that runs on the same computer, nor
+another bench.
+
+A TIME is a number with a unit, ns, us, ms, s, min, h or d; without a unit it is in seconds: 600, 250ms,
+10min, 4h.)"},
+         {"STATEMENTS",
+          R"(A statement is an expression of muParser that is true or false: a comparison (< <= > >= == !=), a pin of type
+bit, finite({NAME}), or several of them joined by && and || or chosen by a ? b : c; "not" is == 0. It compares numbers; a bit is 0 or 1.
+There are + - * / ^, brackets, and among the functions abs, min, max, sqrt, sin, cos, atan2, exp, ln, log10, sign, rint.
+{NAME}_rate is the change of a value per second since the period before, finite({NAME}) is 0 for what is infinite or no number.
+
+Refused is what could not fail, or would change a value: a number by itself, {NAME} = 5 (write ==), a comma outside the
+arguments of a function, and 0 < {NAME} < 5 (write 0 < {NAME} && {NAME} < 5).)"},
+         {"EXIT STATUS",
+          R"(0 when the whole time was simulated and every statement held, 1 when one did not or after an error, 2 for
+a wrong command line. Ctrl-C ends the
+run cleanly, keeps what was recorded and gives 130.)"},
+         {"EXAMPLES",
+          R"(Four hours of a filter, one row a second:
+
+  plumb bench filter.hal --for 4h \
+    --record filter.in,filter.out --every 1s --output filter.csv
+
+An hour that passes a test, or says when it first did not:
+
+  plumb bench filter.hal --for 1h --expect 'abs({filter.out}) <= 1' \
+    --expect 'abs({filter.out}_rate) <= 20'
+
+A recording of the machine, made with halsampler at 1 kHz, put through a component:
+
+  plumb bench component.hal \
+    --replay load.txt --columns it.load --sample-period 1ms \
+    --record it.contact --every 1ms --output contact.csv)"}},
+        ".BR plumb (1),\n.BR plumb\\-run (1),\n.BR halcmd (1),\n.BR halsampler (1)"};
+}
+
+// Returns the exit status: 0, or 128 + N when signal N ended the run. Throws std::runtime_error.
+int bench(const BenchOptions& options) {
+    Start start;
+    start.modules = options.modules;
+    start.namespaces = options.namespaces;
+    start.show_output = true;
+    Client host(start);
+    load(host, options);
+    std::vector<std::string> programs = host.programs();
+
+    Time duration = options.duration.value_or(Time::max());
+    if (!options.replay.file.empty()) duration = std::min(duration, host.replay(options.replay));
+    const Interruption interruption;
+    if (!options.record.empty()) host.record("bench", {options.record, options.every, options.output});
+    const auto begin = Clock::now();
+    const Ran ran = run(host, duration, interruption);
+    const double real_seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (!options.record.empty()) host.record_stop("bench");
+
+    if (!programs.empty())
+        std::cerr << "note: user-space programs took part (" << joined(programs)
+                  << "), so another run need not give the same values\n";
+    std::cout << "simulated " << describe_duration(ran.ran);
+    if (interruption.number()) std::cout << " of " << describe_duration(duration) << ", then interrupted,";
+    std::cout << " in " << describe_duration(seconds(real_seconds)) << ", "
+              << times_real_time(ran.ran, real_seconds) << '\n';
+    if (!options.record.empty())
+        std::cout << "recorded " << joined(options.record) << " every " << describe_duration(options.every)
+                  << " in " << options.output << '\n';
+    const bool held = report_expectations(host, options.expect);
+    if (interruption.number()) return 128 + interruption.number();
+    return held ? 0 : 1;
+}
+
+const Command command{"bench", "runs .hal files in virtual time and records pins", [](int argc, char** argv) {
+                          CLI::App app(command.summary, "plumb bench");
+                          BenchOptions options;
+                          declare_bench(app, options);
+                          hal::begin_command_line(app, bench_page);
+                          return hal::carry_out(app, argc, argv, [&] { return bench(options); });
+                      }};
+
+}  // namespace
+}  // namespace plumb::host

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// plumb COMMAND ...: runs a command that is built in, or the program plumb-COMMAND beside this one.
+#include "hal/commands/command.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <string>
+#include <system_error>
+
+#include "hal/command_line.hpp"
+
+namespace plumb::host {
+
+namespace fs = std::filesystem;
+
+Command::Command(const char* name, const char* its_summary, int (*its_run)(int argc, char** argv))
+    : summary(its_summary), run(its_run) {
+    all()[name] = this;
+}
+
+std::map<std::string, const Command*>& Command::all() {
+    static std::map<std::string, const Command*> commands;
+    return commands;
+}
+
+namespace {
+
+constexpr const char* prefix = "plumb-";
+constexpr const char* host_program = "plumb-host";  // the programs of LinuxCNC start it
+
+hal::CommandPage page() {
+    return {
+        "plumb",
+        "COMMAND [arguments]",
+        {{"DESCRIPTION",
+          R"(Plumb is a set of LinuxCNC HAL components that make a machine tool cut truer, and a host that runs
+HAL in virtual time. This program runs its commands: each is built in, or is the program plumb-COMMAND in the
+folder of this one. plumb --help lists them all.)"},
+         {"EXIT STATUS", "0 after success, 1 after an error, 2 for a wrong command line."}},
+        ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n"
+        ".BR plumb\\-squareness (1),\n.BR halcmd (1)"};
+}
+
+fs::path own_folder() {
+    return fs::read_symlink("/proc/self/exe").parent_path();
+}
+
+// Programs beside this one, by the names of their commands.
+std::map<std::string, fs::path> programs() {
+    std::map<std::string, fs::path> found;
+    std::error_code unreadable;
+    for (const fs::directory_entry& entry : fs::directory_iterator(own_folder(), unreadable)) {
+        const std::string name = entry.path().filename().string();
+        if (name.rfind(prefix, 0) == 0 && name != host_program && access(entry.path().c_str(), X_OK) == 0)
+            found[name.substr(std::strlen(prefix))] = entry.path();
+    }
+    return found;
+}
+
+// Its description in a few words; empty when it does not give one.
+std::string summary_of(const fs::path& program) {
+    std::string word = "'", line;
+    for (const char c : program.string()) word += c == '\'' ? "'\\''" : std::string(1, c);
+    FILE* const pipe = popen((word + "' --summary 2>/dev/null </dev/null").c_str(), "r");
+    if (!pipe) return line;
+    for (int c = 0; (c = std::fgetc(pipe)) != EOF && c != '\n';) line += static_cast<char>(c);
+    pclose(pipe);
+    return line;
+}
+
+// Lists the commands in the help and in the page of plumb.
+void list_commands(CLI::App& app, bool with_programs) {
+    for (const auto& [name, command] : Command::all()) app.add_subcommand(name, command->summary);
+    if (!with_programs) return;
+    for (const auto& [name, program] : programs()) app.add_subcommand(name, summary_of(program));
+}
+
+int run(int argc, char** argv) {
+    const std::string name = argc > 1 ? argv[1] : "";
+    const auto built_in = Command::all().find(name);
+    if (built_in != Command::all().end()) return built_in->second->run(argc - 1, argv + 1);
+    if (name.find('/') == std::string::npos && prefix + name != host_program) {
+        const fs::path program = own_folder() / (prefix + name);
+        if (!name.empty() && name[0] != '-') {
+            execv(program.c_str(), argv + 1);
+            const int why = errno;
+            if (why == ENOENT)
+                std::cerr << "plumb: there is no command '" << name << "'. plumb --help lists them all.\n";
+            else
+                std::cerr << "plumb: cannot start " << program.string() << ": " << std::strerror(why) << '\n';
+            return why == ENOENT ? 2 : 1;
+        }
+    }
+    CLI::App app("runs LinuxCNC HAL configurations in virtual time", "plumb");
+    hal::begin_command_line(app, page);
+    app.require_subcommand(1);
+    list_commands(app, name != "--man");
+    return hal::carry_out(app, argc, argv, [] { return 0; });
+}
+
+}  // namespace
+}  // namespace plumb::host
+
+int main(int argc, char** argv) {
+    return plumb::host::run(argc, argv);
+}

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// plumb run: runs a LinuxCNC program with the virtual-time host as its realtime side.
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/client/client.hpp"
+#include "hal/command_line.hpp"
+#include "hal/commands/command.hpp"
+#include "hal/host/arguments.hpp"
+#include "hal/host/decimal.hpp"
+
+namespace plumb::host {
+namespace {
+
+struct RunOptions {
+    double speed = 1.0;
+    bool free = false;
+    bool network = false;
+    bool devices = false;
+    bool namespaces = true;
+    std::vector<std::string> modules;
+};
+
+// The clock of this process and of its programs is the computer's, also where this one was started under
+// libfaketime, as in another run: speeds do not multiply.
+void take_off_faked_clock() {
+    std::string kept;
+    const char* const preloaded = std::getenv("LD_PRELOAD");
+    std::istringstream libraries(preloaded == nullptr ? "" : preloaded);
+    for (std::string library; std::getline(libraries, library, ':');)
+        if (library.find("libfaketime") == std::string::npos) kept += (kept.empty() ? "" : ":") + library;
+    if (kept.empty())
+        unsetenv("LD_PRELOAD");
+    else
+        setenv("LD_PRELOAD", kept.c_str(), 1);
+    for (const char* const variable : {"FAKETIME", "FAKETIME_SHARED"}) unsetenv(variable);
+}
+
+// A display whose name does not begin with a colon is reached through the network.
+void warn_of_remote_display(const RunOptions& options) {
+    const char* const display = std::getenv("DISPLAY");
+    if (display == nullptr || *display == '\0' || *display == ':' || options.network) return;
+    if (std::string_view(display).substr(0, 5) == "unix:") return;
+    std::cerr << "plumb run: DISPLAY=" << display
+              << " is reached through the network, which needs --network\n";
+}
+
+void append_to_list(const char* variable, const std::filesystem::path& folder) {
+    const char* const present = std::getenv(variable);
+    const std::string first = present != nullptr && *present != '\0' ? std::string(present) + ":" : "";
+    setenv(variable, (first + folder.string()).c_str(), 1);
+}
+
+// What runs finds the programs and Python modules that are built beside the host; installed ones it finds
+// anyway.
+void show_what_is_built(const std::filesystem::path& host) {
+    const std::filesystem::path programs = host.parent_path();
+    const std::filesystem::path modules = programs.parent_path() / "python";
+    if (!std::filesystem::exists(modules / "plumb.py")) return;
+    append_to_list("PYTHONPATH", modules);
+    append_to_list("PATH", programs);
+}
+
+// Declares the arguments of the command, which are parsed into `options`; the program follows them.
+void declare_run(CLI::App& command, RunOptions& options) {
+    CLI::Option* const speed =
+        command
+            .add_option("--speed", options.speed,
+                        "How many times as fast as the computer's clock time passes, for realtime and, by "
+                        "libfaketime, for user-space programs. The default is 1.")
+            ->check(speed_problem)
+            ->type_name("K");
+    command
+        .add_flag("--free", options.free,
+                  "Lets realtime run as fast as it can. User-space programs keep the computer's clock.")
+        ->excludes(speed);
+    command.add_flag(
+        "--network", options.network,
+        "Leaves the computer's network to the programs. By default they have but a loopback of their own.");
+    command.add_flag("--devices", options.devices,
+                     "Leaves the computer's devices in /dev to the programs, serial ports and all. By "
+                     "default they see none "
+                     "that drives anything.");
+    command.add_flag_callback(
+        "--no-namespaces", [&] { options.namespaces = false; },
+        "Runs on the computer's one HAL, with its /dev, its network and its /tmp, one host at a time and "
+        "none beside a running LinuxCNC. For systems that forbid namespaces: without this option a run is "
+        "refused "
+        "there.");
+    command
+        .add_option("--modules", options.modules,
+                    "Folder of realtime modules to search first. May be given many times.")
+        ->allow_extra_args(false)
+        ->check(existing_folder())
+        ->type_name("DIR");
+    command.prefix_command();
+}
+
+hal::CommandPage run_page() {
+    return {
+        "plumb-run",
+        "[options] [--] PROGRAM [argument ...]",
+        {{"DESCRIPTION",
+          R"(Runs an unmodified program of LinuxCNC: linuxcnc, halrun, halcmd, or a script that uses them, with the
+virtual-time host in the place of LinuxCNC's realtime. HAL, its modules and all programs are the real ones; the clock
+is not: at --speed 10 a minute of the machine's life takes six seconds. Nothing needs a realtime kernel, and nothing
+reaches hardware: parallel ports and PCI cards are refused, /dev has no device that drives anything, and there is no network,
+unless --devices or --network give them. Do not give them beside a machine that runs.
+
+The program keeps the terminal, its folder, HOME and the X display. HAL's memory, process numbers, /dev and the network are
+the run's own, so it neither sees nor disturbs a LinuxCNC on the same computer, nor another run. The programs' tool table
+in memory (~/.tool.mmap) is the run's own too, which LinuxCNC remarks at its end with "tool_mmap_close(): unlink fail".
+All of this needs namespaces. Where the system gives none, the run is refused unless --no-namespaces is given.
+
+The other LinuxCNC sees the processes of a run. When it starts after a crash, or ends, it sends SIGTERM to every milltask
+and linuxcncsvr on the computer (pidof -x milltask). A run that has lost its milltask says so and ends with 1. Start and
+end no other LinuxCNC during a long run.
+
+In /tmp the program sees what is there at the start, but no lock file of LinuxCNC: it may read and write that, not remove or
+replace it. What it adds to the top level is in memory, and is brought to the real /tmp when the run ends in order; where
+there is something of that name by then, under another name. What does not find room there is named, and the run fails.
+What is long or of worth belongs elsewhere.
+
+Like every start of LinuxCNC, this one writes the parameter file and the tool table of its configuration: run a
+copy of a machine's configuration.
+
+The linuxcnc script asks an AXIS on the same X display to quit when it ends, whichever LinuxCNC that belongs to. Beside a
+machine that runs in AXIS, give the run a display of its own (xvfb-run), or none.
+
+HAL's threads pass through every period, one after the other, in the order of a realtime kernel. Between them and
+user-space programs it is as on a computer with a coarse clock. Up to 10 all of LinuxCNC keeps pace, even beside other
+work; at 20, HAL configurations with halsampler and the like do; where a program alone is waited for, its time-outs set the
+limit. Free running is for what has no user-space program that takes part.
+
+Speeds are those of the computer's own clock, also inside another run or under libfaketime. When the computer falls behind by
+more than 100 ms, time is given up, and passes slower than it was asked for; a run says so at its end.)"},
+         {"ENVIRONMENT",
+          R"(RTAPI_FIFO_PATH is the host's socket, in the environment of the program. A client can attach to it while
+time passes, to record pins and check statements in every period; in Python, for instance in the script that
+[DISPLAY]DISPLAY of an INI file names:
+
+  import os, plumb
+  host = plumb.Host(attach=os.environ["RTAPI_FIFO_PATH"])
+  host.record("z.csv", ["joint.2.motor-pos-cmd"], every=0.001)
+  host.expect("abs(v) <= 50", v="joint.2.vel-cmd")
+
+The same socket serves clients outside the run.)"},
+         {"EXAMPLES",
+          R"(A minute of a machine in six seconds:
+
+  plumb run --speed 10 -- linuxcnc mill.ini
+
+A HAL configuration at twenty times the clock's speed, with its user-space programs:
+
+  plumb run --speed 20 -- halrun -f filter.hal)"},
+         {"EXIT STATUS",
+          R"(That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when it cannot
+be executed. 1 when the host cannot run, has lost milltask, or could not bring all new files to /tmp; 2 for a wrong command
+line. The linuxcnc script ends with 0 when it is asked to end by a
+signal. Without a terminal it keeps its errors in files, or in a window on DISPLAY that waits for somebody: in CI, start
+linuxcnc -r without DISPLAY, and under timeout(1).)"},
+         {"SIGNALS",
+          "Ctrl-C and Ctrl-Z reach the program, as always; time goes on while it is stopped. SIGTERM and "
+          "SIGHUP ask it to end; after ten seconds it is "
+          "killed. "
+          "Whichever part is killed, the rest ends, and nothing is left behind."}},
+        ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR halcmd (1),\n.BR halrun "
+        "(1),\n.BR linuxcnc (1)"};
+}
+
+// Becomes the host that runs the program. Returns only by std::runtime_error, or the exit status 2 after a
+// message about the command line.
+int run(const RunOptions& options, const std::vector<std::string>& program) {
+    if (program.empty()) {
+        std::cerr << "plumb run: no program is given. Run with --help for more information.\n";
+        return 2;
+    }
+    warn_of_remote_display(options);
+    take_off_faked_clock();
+    std::vector<std::string> words{find_host()};
+    show_what_is_built(words.front());
+    if (options.free) {
+        words.push_back("--free");
+    } else {
+        words.push_back("--speed");
+        append_number(words.emplace_back(), options.speed);
+    }
+    if (options.network) words.push_back("--network");
+    if (options.devices) words.push_back("--devices");
+    if (!options.namespaces) words.push_back("--no-namespaces");
+    for (const std::string& folder : options.modules) {
+        words.push_back("--modules");
+        words.push_back(folder);
+    }
+    words.push_back("--");
+    words.insert(words.end(), program.begin(), program.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(argv.front(), argv.data());
+    throw std::runtime_error("cannot start " + words.front() + ": " + std::strerror(errno));
+}
+
+// The first -- ends the options; a later one is an argument of the program, and so is the first when the
+// program stands before it.
+std::vector<std::string> program_of(std::vector<std::string> words, char** mark, char** end) {
+    if (mark != end && words.empty()) ++mark;
+    words.insert(words.end(), mark, end);
+    return words;
+}
+
+const Command command{
+    "run", "runs linuxcnc, halrun or halcmd faster than the clock", [](int argc, char** argv) {
+        CLI::App app(command.summary, "plumb run");
+        RunOptions options;
+        declare_run(app, options);
+        hal::begin_command_line(app, run_page);
+        char** const end = argv + argc;
+        char** const mark = std::find(argv, end, std::string_view("--"));
+        app.final_callback([&app] {
+            const auto unknown = app.remaining();
+            if (!unknown.empty() && unknown.front()[0] == '-')
+                throw CLI::ExtrasError("plumb run", {unknown.front()});
+        });
+        return hal::carry_out(app, static_cast<int>(mark - argv), argv,
+                              [&] { return run(options, program_of(app.remaining(), mark, end)); });
+    }};
+
+}  // namespace
+}  // namespace plumb::host

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Many simulations, two at a time, and their progress."""
+
+import concurrent.futures
+import ctypes
+import multiprocessing
+import os
+import signal
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
+sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "scripts")]  # plumb, once it is built; plumb_run
+
+
+def simulate_all(simulate, jobs, duration):
+    """simulate(*job, told) of each job, in processes of their own; `duration` is that of all, in simulated seconds.
+
+    told(seconds done) hears of the progress of a job, and returns False when it is to stop.  Progress goes to stderr.
+    """
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # as Ctrl-C: tells the others
+    done = multiprocessing.Array("d", len(jobs))
+    interrupted = multiprocessing.Value("b", False)
+    progress = Progress(duration)
+    with concurrent.futures.ProcessPoolExecutor(2, initializer=_share, initargs=(done, interrupted)) as pool:
+        futures = [pool.submit(_simulate, simulate, index, job) for index, job in enumerate(jobs)]
+        try:
+            while concurrent.futures.wait(futures, 0.2, concurrent.futures.FIRST_EXCEPTION).not_done:
+                if any(future.done() and future.exception() for future in futures):
+                    break
+                progress.show(sum(done))
+            progress.end()
+            return [future.result() for future in futures if future.done()]
+        finally:
+            interrupted.value = True
+            pool.shutdown(cancel_futures=True)
+
+
+def _share(done, interrupted):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which tells the others
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    set_parent_death_signal = 1  # PR_SET_PDEATHSIG: when the main process is killed, nobody is left to tell
+    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGTERM)
+    _share.done, _share.interrupted = done, interrupted
+
+
+def _simulate(simulate, index, job):
+    def told(seconds):
+        _share.done[index] = seconds
+        return not _share.interrupted.value
+
+    return simulate(*job, told)
+
+
+class Progress:
+    """A line that is rewritten on a terminal; elsewhere a line for each quarter."""
+
+    def __init__(self, total):
+        self._total = total
+        self._began = time.monotonic()
+        self._quarters = 0
+
+    def show(self, done):
+        part = done / self._total
+        line = f"{part:4.0%} of {duration_text(self._total)} simulated in {time.monotonic() - self._began:.0f} s"
+        if sys.stderr.isatty():
+            print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+        elif int(4 * part) > self._quarters:
+            self._quarters = int(4 * part)
+            print(line, file=sys.stderr, flush=True)
+
+    def end(self):
+        if sys.stderr.isatty():
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def duration_text(seconds):
+    """5400 -> "1 h 30 min"."""
+    whole = round(seconds)
+    parts = [(whole // 3600, "h"), (whole % 3600 // 60, "min"), (whole % 60, "s")]
+    return " ".join(f"{number} {unit}" for number, unit in parts if number) or "0 s"

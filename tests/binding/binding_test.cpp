@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What the binding promises to every component, shown on specimens.
+#include "tests/support/bench.hpp"
+#include "tests/support/machine.hpp"
+
+#include <gmock/gmock.h>
+
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+
+namespace plumb {
+namespace {
+
+using testing::HasSubstr;
+
+host::Start with_specimens(bool guard = false) {
+    host::Start start;
+    start.modules = {BUILD_DIR "/specimens"};
+    start.guard = guard;
+    return start;
+}
+
+struct Binding : testing::Test {
+    Bench bench{Bench::Thread::servo, with_specimens()};
+
+    std::string refusal(const std::string& line) {
+        try {
+            bench.command(line);
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "accepted: " + line;
+    }
+};
+
+TEST_F(Binding, InstancesAreNumberedUnlessNamed) {
+    bench.command("loadrt specimen count=2");
+    EXPECT_EQ(bench.get("specimen.0.in"), 1.5);
+    EXPECT_EQ(bench.get("specimen.1.in"), 1.5);
+    bench.command("unloadrt specimen");
+    bench.command("loadrt specimen");
+    EXPECT_EQ(bench.get("specimen.0.in"), 1.5);
+    EXPECT_ANY_THROW(bench.get("specimen.1.in"));
+}
+
+TEST_F(Binding, RefusesNamesAndCountsThatAreWrongAndNamesThem) {
+    const auto expect_refused = [&](const std::string& arguments, const std::string& why) {
+        SCOPED_TRACE(arguments);
+        EXPECT_THAT(refusal("loadrt specimen " + arguments), HasSubstr(why));
+    };
+    expect_refused("count=0", "count=0 is below 1");
+    expect_refused("count=-1", "count=-1 is below 1");
+    expect_refused("count=-99999999999999999999", "is below 1");
+    expect_refused("count=65", "count=65: at most 64 instances are possible");
+    expect_refused("count=99999999999", "count=99999999999: at most 64 instances are possible");
+    expect_refused("count=99999999999999999999", "count=99999999999999999999: at most 64");
+    expect_refused("count=4294967297", "count=4294967297: at most 64");
+    expect_refused("count=two", "count=two: not a whole number");
+    expect_refused("count=2.5", "count=2.5: not a whole number");
+    expect_refused("count=", "count=: not a whole number");
+    expect_refused("count=2 names=a,b", "exclude each other");
+    expect_refused("names=a,,b", "name '' is empty");
+    expect_refused("names=a,", "name '' is empty");
+    expect_refused("names=a,b,a", "name 'a' is given twice");
+    std::string many = "names=a0";
+    for (int i = 1; i <= 64; ++i) many += ",a" + std::to_string(i);
+    expect_refused(many, "names= gives 65 names: at most 64 instances are possible");
+    expect_refused("names=A_b", "name 'A_b' has a 'A'");
+    expect_refused("names=a_b", "name 'a_b' has a '_'");
+    expect_refused("names=a..b", "name 'a..b' has an empty level");
+    expect_refused("names=" + std::string(40, 'x'), "is too long");
+    expect_refused("length=3", "length");
+    bench.command("loadrt specimen names=still-fine");
+    EXPECT_EQ(bench.get("still-fine.in"), 1.5);
+}
+
+TEST_F(Binding, FunctionsRunInTheOrderOfTheThread) {
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.latch servo-thread");
+    bench.command("addf it.update servo-thread");
+    bench.run(0.003);
+    EXPECT_EQ(bench.get("it.sum"), 4.5);
+    EXPECT_EQ(bench.get("it.latched"), 3);
+}
+
+TEST_F(Binding, RowsAreNumberedWithAsManyDigitsAsTheyNeed) {
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.tap-11"), 11);
+    EXPECT_EQ(bench.get("it.tap-00"), 0);
+    EXPECT_ANY_THROW(bench.get("it.tap-0"));
+}
+
+TEST_F(Binding, OptionsAreOnePerInstance) {
+    bench.command("loadrt specimen names=a,b gain=2,0.5 table=/t/a.csv,/t/b.csv");
+    bench.command("addf a.update servo-thread");
+    bench.command("addf b.update servo-thread");
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("a.gain-found"), 2);
+    EXPECT_EQ(bench.get("b.gain-found"), 0.5);
+}
+
+TEST_F(Binding, OptionsThatDoNotFitAreRefusedByValue) {
+    EXPECT_THAT(refusal("loadrt specimen names=a,b gain=2"),
+                HasSubstr("gain=2 gives 1 values for 2 instances"));
+    EXPECT_THAT(refusal("loadrt specimen gain=fast"), HasSubstr("gain=fast: not a number"));
+    EXPECT_THAT(refusal("loadrt specimen table=a.csv"), HasSubstr("table=a.csv: give an absolute path"));
+}
+
+TEST_F(Binding, NoExceptionLeavesAModule) {
+    EXPECT_THAT(refusal("loadrt specimen gain=13"), HasSubstr("specimen: gain=13: unlucky"));
+    EXPECT_THAT(refusal("loadrt specimen gain=14"), HasSubstr("unknown exception"));
+    bench.command("loadrt specimen");
+}
+
+TEST_F(Binding, ReloadedModuleStartsAfresh) {
+    for (int round = 0; round < 3; ++round) {
+        bench.command("loadrt specimen names=it");
+        bench.command("addf it.update servo-thread");
+        bench.set("it.in", 2);
+        bench.run(0.005);
+        EXPECT_EQ(bench.get("it.sum"), 10);
+        bench.command("unloadrt specimen");
+    }
+}
+
+TEST_F(Binding, ModulesWithTheSameClassNameKeepTheirOwn) {
+    bench.command("loadrt specimen names=first");
+    bench.command("loadrt rival names=second");
+    bench.command("addf first.update servo-thread");
+    bench.command("addf second.update servo-thread");
+    bench.set("first.in", 5);
+    bench.set("second.in", 5);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("first.sum"), 5);
+    EXPECT_EQ(bench.get("second.out"), 10);
+}
+
+TEST_F(Binding, BackgroundWorkIsDoneBetweenTwoPeriods) {
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    bench.set("it.order", 7);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.done"), 0);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.done"), 49);
+}
+
+TEST(BackgroundWork, ThatFailsIsToldOnceAndTriedAgain) {
+    host::Start shown = with_specimens();
+    shown.show_output = true;
+    Bench bench(Bench::Thread::servo, shown);
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    for (const auto& [order, words] : {std::pair(13, "bad_alloc"), std::pair(14, "unknown exception")}) {
+        SCOPED_TRACE(order);
+        testing::internal::CaptureStderr();
+        bench.set("it.order", order);
+        bench.run(0.01);
+        const std::string said = testing::internal::GetCapturedStderr();
+        EXPECT_THAT(said, HasSubstr(words));
+        EXPECT_EQ(said.find("specimen: "), said.rfind("specimen: ")) << said;
+        bench.set("it.order", 7);
+        bench.run(0.002);
+        EXPECT_EQ(bench.get("it.done"), 49);
+        bench.set("it.order", 0);
+        bench.run(0.002);
+    }
+}
+
+TEST_F(Binding, BackgroundWorkEndsWithTheModule) {
+    for (int round = 0; round < 3; ++round) {
+        bench.command("loadrt specimen names=it");
+        bench.run(0.01);
+        bench.command("unloadrt specimen");
+        bench.run(0.01);
+    }
+}
+
+struct Walk : Binding {
+    Walk() {
+        bench.command("loadrt specimen names=it");
+        bench.command("addf it.update servo-thread");
+    }
+
+    void restore(int tool, double length) {
+        bench.set("it.restore-tool", tool);
+        bench.set("it.restore-length", length);
+        bench.set("it.restore", 1);
+        bench.run(0.002);
+        bench.set("it.restore", 0);
+        bench.run(0.001);
+    }
+
+    double shown(int row, const std::string& pin) {
+        bench.set("it.row", row);
+        bench.run(0.001);
+        return bench.get(pin);
+    }
+};
+
+TEST_F(Walk, RecordsComeBackAsTheyWereGiven) {
+    restore(3, 30.5);
+    restore(4, 40.5);
+    EXPECT_EQ(bench.get("it.rows"), 2);
+    EXPECT_EQ(bench.get("it.restores"), 2);
+    EXPECT_EQ(shown(0, "it.row-tool"), 3);
+    EXPECT_EQ(shown(1, "it.row-length"), 40.5);
+    EXPECT_EQ(bench.get("it.row-shown"), 1);
+}
+
+TEST_F(Walk, ARowThatIsNotThereIsNotShown) {
+    restore(3, 30.5);
+    EXPECT_EQ(shown(1, "it.row-shown"), -1);
+    EXPECT_EQ(shown(-1, "it.row-shown"), -1);
+    EXPECT_EQ(shown(2147483647, "it.row-shown"), -1);
+    EXPECT_EQ(shown(0, "it.row-shown"), 0);
+}
+
+TEST_F(Walk, ARefusedRecordIsCountedAndLeavesTheOthers) {
+    restore(3, 30.5);
+    restore(4, -1);
+    EXPECT_EQ(bench.get("it.rows"), 1);
+    EXPECT_EQ(bench.get("it.restores-refused"), 1);
+}
+
+TEST_F(Walk, ForgetEmptiesTheList) {
+    restore(3, 30.5);
+    bench.set("it.forget", 1);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.rows"), 0);
+    restore(4, 40.5);
+    EXPECT_EQ(bench.get("it.rows"), 1) << "forget acts on its edge, not on its level";
+}
+
+TEST_F(Binding, ProgramsTakeNamePeriodAndOptions) {
+    bench.command("loadusr -W " BUILD_DIR "/specimens/specimen_program --start 40");
+    EXPECT_GE(bench.get("specimen-program.calls"), 41);
+    EXPECT_EQ(bench.get("specimen-program.period"), 0.1);
+    bench.command("loadusr -Wn mine " BUILD_DIR "/specimens/specimen_program mine --period 0.01");
+    EXPECT_EQ(bench.get("mine.period"), 0.01);
+    EXPECT_THAT(bench.client().programs(), testing::UnorderedElementsAre("specimen_program", "mine"));
+    bench.command("unloadusr mine");
+}
+
+TEST_F(Binding, AProgramThatCannotStartSaysWhy) {
+    EXPECT_THAT(refusal("loadusr -W " BUILD_DIR "/specimens/specimen_program --start -1"),
+                HasSubstr("is below 0"));
+    EXPECT_THAT(refusal("loadusr -Wn No " BUILD_DIR "/specimens/specimen_program No"),
+                HasSubstr("has a 'N'"));
+}
+
+#ifndef PLUMB_SANITIZED  // a sanitizer allocates and calls on its own account
+
+struct Guard : testing::Test {
+    Bench bench{Bench::Thread::servo, with_specimens(true)};
+
+    Guard() {
+        bench.command("loadrt specimen names=it");
+        bench.command("addf it.update servo-thread");
+    }
+};
+
+TEST_F(Guard, IsSilentWhileAFunctionBehaves) {
+    bench.run(0.01);
+    EXPECT_TRUE(bench.client().guard().empty());
+}
+
+TEST_F(Guard, SeesAnAllocation) {
+    bench.set("it.allocate", 1);
+    bench.run(0.001);
+    ASSERT_FALSE(bench.client().guard().empty());
+    EXPECT_EQ(bench.client().guard().front().function, "it.update");
+    EXPECT_THAT(bench.client().guard().front().what, HasSubstr("16 bytes"));
+}
+
+TEST_F(Guard, SeesASystemCall) {
+#ifndef __x86_64__
+    GTEST_SKIP() << "only the kernel of x86-64 dispatches system calls";
+#endif
+    bench.set("it.call-system", 1);
+    bench.run(0.001);
+    ASSERT_FALSE(bench.client().guard().empty());
+    EXPECT_EQ(bench.client().guard().front().function, "it.update");
+    EXPECT_THAT(bench.client().guard().front().what, HasSubstr("system call"));
+}
+
+// From now on the kernel refuses to dispatch system calls, as all but that of x86-64 do.
+void forbid_dispatch() {
+    sock_filter filter[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_prctl, 0, 3),
+                            BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[0])),
+                            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 59, 0, 1),  // PR_SET_SYSCALL_USER_DISPATCH
+                            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EINVAL),
+                            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+    const sock_fprog program{static_cast<unsigned short>(std::size(filter)), filter};
+    ASSERT_EQ(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0), 0);
+    ASSERT_EQ(prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program), 0);
+}
+
+TEST(GuardWithoutDispatch, SeesAllocationsAndSaysThatItDoesNotSeeSystemCalls) {
+    Child child(true, [](Child&) {
+        forbid_dispatch();
+        host::Start start = with_specimens(true);
+        start.show_output = true;
+        testing::internal::CaptureStderr();
+        Bench bench(Bench::Thread::servo, start);
+        bench.command("loadrt specimen names=it");
+        bench.command("addf it.update servo-thread");
+        bench.set("it.call-system", 1);
+        bench.run(0.001);
+        EXPECT_TRUE(bench.client().guard().empty());
+        bench.set("it.allocate", 1);
+        bench.run(0.001);
+        EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("but not system calls"));
+        ASSERT_FALSE(bench.client().guard().empty());
+        EXPECT_THAT(bench.client().guard().front().what, HasSubstr("16 bytes"));
+    });
+    child.await_success();
+}
+
+#endif
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,474 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Every shipped module obeys the same rules about names, units, words, time, bad values and truth.
+#include "tests/support/bench.hpp"
+#include "tests/support/hal_pins.hpp"
+#include "tests/support/live.hpp"
+#include "tests/support/module.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace plumb {
+namespace {
+
+using testing::IsEmpty;
+using testing::Not;
+using Complaints = std::vector<std::string>;
+
+// "1" is a ratio.
+const std::set<std::string> units{"1", "%", "mu",  "mu/s", "mu/s2", "mu/K", "mu/min", "rad", "deg", "degC",
+                                  "K", "N", "1/K", "1/s",  "K/W",   "W",    "s",      "Hz",  "rpm"};
+
+std::string output_of(const std::string& command) {
+    std::string result;
+    std::array<char, 4096> buffer;
+    FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
+    while (std::fgets(buffer.data(), buffer.size(), pipe)) result += buffer.data();
+    pclose(pipe);
+    return result;
+}
+
+bool dashed_lower(const std::string& name) {
+    return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+        return std::islower(c) || std::isdigit(c) || c == '-';
+    });
+}
+
+bool sentence(const std::string& text) {
+    return text.size() > 5 && text.back() == '.' && text.find('\n') == std::string::npos &&
+           text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
+}
+
+// What is wrong with the names, units and sentences of a component.
+Complaints about_declarations(const hal::Model& model, const std::string& file_name) {
+    Complaints result;
+    const auto demand = [&](bool holds, const std::string& what) {
+        if (!holds) result.push_back(what);
+    };
+    const hal::Declarations declared(model);
+    demand(model.about.name == file_name, "the component calls itself " + std::string(model.about.name));
+    for (const hal::PinInfo& pin : declared.pins) {
+        demand(dashed_lower(pin.name), pin.name + ": not lower case with dashes");
+        demand(pin.name.size() <= 24,
+               pin.name + ": longer than 24 characters, which leaves 22 for the instance");
+        demand(sentence(pin.doc), pin.name + ": not one sentence: " + pin.doc);
+        if (pin.type == hal::Type::real)
+            demand(units.count(pin.unit) == 1, pin.name + ": unit '" + pin.unit + "' is not in the list");
+        else
+            demand(pin.unit.empty(), pin.name + ": a bit or a count has no unit, not '" + pin.unit + "'");
+    }
+    demand(!declared.functions.empty(), "no function");
+    for (const hal::Function* function : declared.functions) {
+        demand(dashed_lower(function->name), function->name + ": not lower case with dashes");
+        demand(sentence(function->place), function->name + ": its place is not one sentence");
+    }
+    for (const hal::OptionInfo& option : declared.options)
+        demand(sentence(option.doc), option.name + ": not one sentence: " + option.doc);
+    return result;
+}
+
+// Symbols of a module that others would see, beyond those that LinuxCNC and our tools look for.
+Complaints about_symbols(const std::filesystem::path& module) {
+    Complaints result;
+    std::istringstream lines(output_of("nm -D --defined-only --format=just-symbols " + module.string()));
+    for (std::string symbol; std::getline(lines, symbol);)
+        if (symbol.rfind("rtapi_info_", 0) != 0 && symbol != "rtapi_app_main" && symbol != "rtapi_app_exit" &&
+            symbol != "plumb_model" && symbol != "plumb_options")
+            result.push_back(symbol);
+    return result;
+}
+
+// Whether a module registers work for the end of its process, as an object with a destructor does that is not
+// in a function's frame: rtapi_app calls exit() while its threads run.
+bool works_at_exit(const std::filesystem::path& module) {
+    std::istringstream lines(output_of("nm -D --undefined-only --format=just-symbols " + module.string()));
+    for (std::string symbol; std::getline(lines, symbol);)
+        if (symbol.rfind("__cxa_atexit", 0) == 0 || symbol.rfind("__cxa_thread_atexit", 0) == 0) return true;
+    return false;
+}
+
+// Pins of compensations (and stages) that are netted to a truth pin.
+Complaints about_truth(Bench& bench, const std::set<std::string>& compensations) {
+    const std::map<std::string, Wired> pins = wiring(bench);
+    std::map<std::string, std::string> truths;  // by signal
+    for (const auto& [name, pin] : pins)
+        if (pin.output && !pin.signal.empty() && name.find(".truth-") != std::string::npos)
+            truths[pin.signal] = name;
+    Complaints result;
+    for (const auto& [name, pin] : pins)
+        if (!pin.output && truths.count(pin.signal) && compensations.count(pin.owner))
+            result.push_back(name + " reads " + truths[pin.signal]);
+    return result;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+constexpr double poison_time = 0.3;  // s, as long as the good value has between two bad ones
+
+host::Start with_specimens() {
+    host::Start start;
+    start.modules = {BUILD_DIR "/specimens"};
+    return start;
+}
+
+// An output that moves an axis, and the setting that limits its change per second; pins of the bench.
+struct Moving {
+    std::string output, max_rate;
+};
+
+std::vector<Moving> moving(Bench& bench, const Live::Part& part) {
+    const Module module(BUILD_DIR "/modules/" + part.module + ".so");
+    std::vector<Moving> result;
+    for (const hal::OffsetInfo& offset : hal::Declarations(module.model()).offsets) {
+        const std::string pin = part.instance + "." + offset.value;
+        const std::string signal = offset.counts.empty() ? "" : wiring(bench).at(pin).signal;
+        result.push_back({signal.empty() ? pin : signal, part.instance + "." + offset.rate});
+    }
+    return result;
+}
+
+// The outputs that a live component has in the end when nothing bad happens; by name.
+const std::map<std::string, double>& undisturbed(const Live& live) {
+    static std::map<const Live*, std::map<std::string, double>> known;
+    std::map<std::string, double>& outputs = known[&live];
+    if (outputs.empty()) {
+        Bench bench(Bench::Thread::none, with_specimens());
+        live.start(bench);
+        bench.run(live.span + live.recovery);
+        for (const Moving& each : moving(bench, live.parts[0])) outputs[each.output] = bench.get(each.output);
+    }
+    return outputs;
+}
+
+// What goes wrong at the outputs of a live component, and after it, when one input takes impossible values.
+Complaints about_poison(const Live& live, const hal::Declarations& declared, const std::string& input) {
+    const std::map<std::string, double>& expected_outputs = undisturbed(live);  // first: one host at a time
+    Bench bench(Bench::Thread::none, with_specimens());
+    host::Client& client = bench.client();
+    live.start(bench);
+    const std::string& instance = live.parts[0].instance;
+    const std::string pin = instance + "." + input;
+    const std::vector<Moving> movings = moving(bench, live.parts[0]);
+    const std::string signal = wiring(bench).at(pin).signal;
+    const double own = bench.get(pin);
+    for (const hal::PinInfo& output : declared.pins)
+        if (output.output && output.type == hal::Type::real)
+            client.expect("finite " + output.name, "finite(x)", {{"x", instance + "." + output.name}});
+    for (const Moving& each : movings) {
+        std::ostringstream bound;
+        bound.precision(17);
+        bound << "abs(x_rate) <= " << bench.get(each.max_rate) * (1 + 1e-6) + 1e-12;
+        client.expect("rate of " + each.output, bound.str(), {{"x", each.output}});
+    }
+
+    const auto declaration = std::find_if(declared.pins.begin(), declared.pins.end(),
+                                          [&](const hal::PinInfo& info) { return info.name == input; });
+    const std::vector<double> poisons =
+        declaration->type == hal::Type::real
+            ? std::vector<double>{nan, infinity, -infinity, 1e308, -1e308, 5e-324}
+            : std::vector<double>{std::numeric_limits<std::int32_t>::min(), -1,
+                                  std::numeric_limits<std::int32_t>::max()};
+
+    Complaints result;
+    const bool alive = std::any_of(movings.begin(), movings.end(),
+                                   [&](const Moving& each) { return bench.get(each.output) != 0; });
+    if (!alive) result.push_back("the outputs are zero: not alive");
+    const double end = bench.time() + live.span;
+    while (bench.time() < end)
+        for (const double poison : poisons) {
+            if (!signal.empty()) bench.command("unlinkp " + pin);
+            bench.set(pin, poison);
+            client.run(host::seconds(poison_time));
+            bench.set(pin, own);
+            if (!signal.empty()) bench.command("net " + signal + " " + pin);
+            client.run(host::seconds(poison_time));
+        }
+    client.run(host::seconds(live.recovery - (bench.time() - end)));
+    for (const host::Violation& violation : client.violations())
+        result.push_back(violation.id + ": " + std::to_string(violation.count) + " periods");
+    for (const auto& [output, expected] : expected_outputs) {
+        const double found = bench.get(output);
+        if (!(std::abs(found - expected) <= 0.1 * std::abs(expected) + 5 * um))
+            result.push_back(output + " did not recover: " + std::to_string(found) + " instead of " +
+                             std::to_string(expected));
+    }
+    return result;
+}
+
+class Conformance : public testing::TestWithParam<std::string> {
+protected:
+    const std::string name = GetParam();
+    const Module module{BUILD_DIR "/modules/" + name + ".so"};
+};
+
+TEST_P(Conformance, NamesUnitsAndSentences) {
+    EXPECT_THAT(about_declarations(module.model(), name), IsEmpty());
+}
+
+TEST_P(Conformance, OptionsAreKnownToTheLoader) {
+    std::string declared;
+    for (const hal::OptionInfo& option : hal::Declarations(module.model()).options)
+        declared += option.name + ",";
+    EXPECT_EQ(module.options(), declared);
+}
+
+TEST_P(Conformance, ShowsNothingElseToOtherModules) {
+    EXPECT_THAT(about_symbols(module.file), IsEmpty());
+}
+
+TEST_P(Conformance, DestroysNothingWhenItsProcessExits) {
+    EXPECT_FALSE(works_at_exit(module.file)) << "a global or static object has a destructor";
+}
+
+TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
+    const std::filesystem::path page = BUILD_DIR "/man/" + name + ".9";
+    std::ifstream file(page);
+    ASSERT_TRUE(file) << "no " << page;
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(text, hal::manual(module.model(), 9));
+    EXPECT_THAT(output_of("mandoc -T lint -W warning " + page.string() + " | grep -v 'missing date'"),
+                IsEmpty());
+    const std::string shown = output_of("mandoc -T ascii " + page.string() + " | col -b");
+    for (const hal::PinInfo& pin : hal::Declarations(module.model()).pins)
+        EXPECT_NE(shown.find("NAME." + pin.name + "\n"), std::string::npos) << pin.name;
+}
+
+TEST_P(Conformance, LoadsTwoInstancesUnloadsAndReloads) {
+    Bench bench;
+    const hal::Declarations declared(module.model());
+    for (int round = 0; round < 2; ++round) {
+        SCOPED_TRACE(round);
+        bench.command("loadrt " + name + " names=a,b");
+        std::map<std::string, double> untouched;
+        for (const hal::PinInfo& pin : declared.pins) {
+            if (!pin.output) {
+                EXPECT_EQ(bench.get("a." + pin.name), pin.initial) << pin.name;
+            }
+            untouched[pin.name] = bench.get("b." + pin.name);
+        }
+        for (const hal::Function* function : declared.functions)
+            bench.command("addf a." + function->name + " servo-thread");
+        for (const hal::PinInfo& pin : declared.pins)
+            if (!pin.output)
+                bench.set("a." + pin.name, pin.type == hal::Type::bit ? 1 - pin.initial : pin.initial + 1);
+        bench.run(1);
+        for (const auto& [pin, value] : untouched) EXPECT_EQ(bench.get("b." + pin), value) << "b." << pin;
+        bench.command("unloadrt " + name);
+    }
+}
+
+#ifndef PLUMB_SANITIZED
+TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
+    host::Start guarded;
+    guarded.guard = true;
+    Bench bench(Bench::Thread::servo, guarded);
+    const hal::Declarations declared(module.model());
+    bench.command("loadrt " + name + " names=a");
+    for (const hal::Function* function : declared.functions)
+        bench.command("addf a." + function->name + " servo-thread");
+    for (const hal::PinInfo& pin : declared.pins)
+        if (!pin.output && pin.type == hal::Type::bit) {
+            bench.run(0.1);
+            bench.set("a." + pin.name, 1 - pin.initial);
+        }
+    bench.run(1);
+    for (const host::GuardViolation& violation : bench.client().guard())
+        ADD_FAILURE() << violation.function << ": " << violation.what;
+}
+#endif
+
+TEST(ConformanceRules, CatchBadDeclarations) {
+    EXPECT_THAT(about_declarations(Module(BUILD_DIR "/specimens/sloppy.so").model(), "sloppy"),
+                testing::UnorderedElementsAre(
+                    "No_Unit: not lower case with dashes", "No_Unit: unit '' is not in the list",
+                    "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
+                    "for the instance",
+                    "flag: a bit or a count has no unit, not 'mu'", "nameless: not one sentence: no period",
+                    "update: its place is not one sentence"));
+}
+
+TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {
+    EXPECT_TRUE(works_at_exit(BUILD_DIR "/specimens/sloppy.so"));
+}
+
+std::string plain(std::string name) {
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+    return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Conformance, testing::ValuesIn(built_modules()),
+                         [](const auto& each) { return plain(each.param); });
+
+// A simulated machine may show nonsense for nonsense; what drives an axis may not.
+
+// Some inputs of a module: few enough for a short test, several because they share the undisturbed run.
+struct Inputs {
+    std::string module;
+    std::vector<std::string> pins;
+};
+
+std::ostream& operator<<(std::ostream& out, const Inputs& inputs) {
+    return out << inputs.module << '.' << inputs.pins.front() << " and those after it";
+}
+
+std::vector<Inputs> inputs_of_what_moves_an_axis() {
+    constexpr std::size_t together = 4;
+    std::vector<Inputs> result;
+    for (const std::string& name : built_modules()) {
+        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        const hal::Declarations declared(module.model());
+        if (declared.offsets.empty()) continue;
+        for (const hal::PinInfo& pin : declared.pins) {
+            if (pin.output || pin.type == hal::Type::bit) continue;
+            if (result.empty() || result.back().module != name || result.back().pins.size() == together)
+                result.push_back({name, {}});
+            result.back().pins.push_back(pin.name);
+        }
+    }
+    return result;
+}
+
+class LiveConformance : public testing::TestWithParam<Inputs> {};
+
+TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
+    const Live* const live = Live::of(GetParam().module);
+    ASSERT_TRUE(live) << "no Live fixture for " << GetParam().module << ": see tests/live.hpp";
+    const Module module(BUILD_DIR "/modules/" + GetParam().module + ".so");
+    for (const std::string& pin : GetParam().pins) {
+        EXPECT_THAT(about_poison(*live, hal::Declarations(module.model()), pin), IsEmpty()) << pin;
+#ifdef PLUMB_SANITIZED
+        break;  // ten times slower: one of them
+#endif
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_what_moves_an_axis()),
+                         [](const auto& each) {
+                             return plain(each.param.module + "_from_" + each.param.pins.front());
+                         });
+
+std::vector<std::string> what_moves_an_axis() {
+    std::vector<std::string> result;
+    for (const std::string& name : built_modules())
+        if (!hal::Declarations(Module(BUILD_DIR "/modules/" + name + ".so").model()).offsets.empty())
+            result.push_back(name);
+    return result;
+}
+
+class Moves : public testing::TestWithParam<std::string> {};
+
+TEST_P(Moves, ReturnsWithinAReducedBoundAndSaysThatItIsLimited) {
+    const Live* const live = Live::of(GetParam());
+    ASSERT_TRUE(live) << "no Live fixture for " << GetParam() << ": see tests/live.hpp";
+    const std::string instance = live->parts[0].instance + ".";
+    const Module module(BUILD_DIR "/modules/" + GetParam() + ".so");
+    Bench bench(Bench::Thread::none, with_specimens());
+    live->start(bench);
+    const std::vector<Moving> movings = moving(bench, live->parts[0]);
+    const hal::OffsetInfo offset = hal::Declarations(module.model()).offsets.front();
+    double largest = 0;
+    for (const Moving& each : movings) largest = std::max(largest, std::abs(bench.get(each.output)));
+    ASSERT_GT(largest, 0);
+    const double bound = 0.2 * largest;
+    bench.set(instance + offset.bound, bound);
+    bench.run(live->recovery);
+    for (const Moving& each : movings)
+        EXPECT_LE(std::abs(bench.get(each.output)), bound + 1e-4) << each.output;
+    EXPECT_TRUE(bench.get(instance + offset.limited));
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Moves, testing::ValuesIn(what_moves_an_axis()),
+                         [](const auto& each) { return plain(each.param); });
+
+// A compensation that trusts its inputs: the rule about bad values must catch it.
+TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
+    const Live trusting{{{"../specimens/sloppy", "it"}},
+                        [](Bench& bench) {
+                            bench.command("loadrt threads name1=servo-thread period1=1000000");
+                            bench.command("loadrt sloppy names=it");
+                            bench.command("addf it.update servo-thread");
+                            bench.command("start");
+                            bench.set("it.in", 0.1);
+                            bench.run(0.1);
+                        },
+                        1,
+                        10};
+    const Module module(BUILD_DIR "/specimens/sloppy.so");
+    EXPECT_THAT(about_poison(trusting, hal::Declarations(module.model()), "in"),
+                testing::UnorderedElementsAre(testing::StartsWith("finite out"),
+                                              testing::StartsWith("rate of it.out"),
+                                              testing::StartsWith("it.out did not recover")));
+}
+
+// Every configuration, as it is shipped.
+
+std::vector<std::filesystem::path> configurations() {
+    std::vector<std::filesystem::path> result;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(SOURCE_DIR "/configs"))
+        if (entry.path().filename() == "bench.hal") result.push_back(entry.path());
+    std::sort(result.begin(), result.end());
+    return result;
+}
+
+class Configuration : public testing::TestWithParam<std::filesystem::path> {
+protected:
+    const std::set<std::string> compensations = [] {
+        std::set<std::string> names;
+        for (const std::string& name : built_modules())
+            if (!hal::Declarations(Module(BUILD_DIR "/modules/" + name + ".so").model()).offsets.empty())
+                names.insert(name);
+        return names;
+    }();
+};
+
+TEST_P(Configuration, ScoresWithTruthButNeverCompensatesFromIt) {
+    Bench bench(Bench::Thread::none);
+    bench.source(GetParam());
+    EXPECT_THAT(about_truth(bench, compensations), IsEmpty());
+    bool compensated = false;
+    for (const auto& [name, pin] : wiring(bench)) {
+        compensated |= !pin.output && !pin.signal.empty() && compensations.count(pin.owner);
+    }
+    EXPECT_TRUE(compensated) << "no compensation is wired here";
+}
+
+#ifndef PLUMB_SANITIZED
+TEST_P(Configuration, NeitherAllocatesNorCallsTheSystemWhileItWorks) {
+    host::Start guarded;
+    guarded.guard = true;
+    Bench bench(Bench::Thread::none, guarded);
+    bench.source(GetParam());
+    bench.command("start");
+    bench.run(700);
+    for (const host::GuardViolation& violation : bench.client().guard())
+        ADD_FAILURE() << violation.function << ": " << violation.what;
+}
+#endif
+
+INSTANTIATE_TEST_SUITE_P(Each, Configuration, testing::ValuesIn(configurations()),
+                         [](const auto& each) { return plain(each.param.parent_path().filename()); });
+
+TEST(ConformanceRules, CatchACompensationThatReadsTheTruth) {
+    Bench bench(Bench::Thread::none, with_specimens());
+    bench.command("loadrt sloppy names=it");
+    bench.command("loadrt rival names=other");
+    bench.command("net growth it.truth-growth => other.in");
+    EXPECT_THAT(about_truth(bench, {"rival"}), testing::ElementsAre("other.in reads it.truth-growth"));
+    EXPECT_THAT(about_truth(bench, {"specimen"}), IsEmpty());
+}
+
+}  // namespace
+}  // namespace plumb

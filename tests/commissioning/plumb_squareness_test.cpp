@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// `plumb squareness` as its users meet it.
+#include "components/commissioning/squareness/squareness_advice.hpp"
+#include "tests/support/bench.hpp"
+#include "tests/support/program.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cctype>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+using testing::ContainsRegex;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+
+using Texts = std::vector<std::string>;
+
+Outcome squareness(const Texts& arguments) {
+    Texts words{BUILD_DIR "/bin/plumb", "squareness"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return run_program(words, "/");
+}
+
+std::string output_of(const Texts& arguments) {
+    const Outcome outcome = squareness(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_EQ(outcome.errors, "");
+    EXPECT_THAT(outcome.output, Not(ContainsRegex("[^\n]{101}"))) << "a line is too long";
+    return outcome.output;
+}
+
+// The part of an output below a title.
+std::string below(const std::string& title, const std::string& output) {
+    const std::size_t begin = output.find('\n' + title);
+    if (begin == std::string::npos) return "";
+    return output.substr(begin, output.find("\n\n", begin + 1) - begin);
+}
+
+// The table of directions, for what each chain has: the lean, and what it becomes.
+struct Direction {
+    const char *lean, *quantity;
+    int sign;
+};
+const std::pair<const char*, std::vector<Direction>> directions[] = {
+    {"w-Z.b-X-Y-C-t", {{"Y+X", "EC0Y", -1}, {"Y+Z", "EA0Y", 1}}},
+    {"w-Z.b-X-Y-C-t", {{"Y-X", "EC0Y", 1}, {"Y-Z", "EA0Y", -1}}},
+    {"w-X.b-W-Y-Z-C-t",
+     {{"Z+X", "EB0Z", 1},
+      {"Z+Y", "EA0Z", -1},
+      {"W+X", "EB0W", 1},
+      {"W+Y", "EA0W", -1},
+      {"X+Y", "EC0X", 1},
+      {"X+Z", "EB0X", -1}}},
+    {"w-X.b-W-Y-Z-C-t",
+     {{"Z-X", "EB0Z", -1},
+      {"Z-Y", "EA0Z", 1},
+      {"W-X", "EB0W", -1},
+      {"W-Y", "EA0W", 1},
+      {"X-Y", "EC0X", -1},
+      {"X-Z", "EB0X", 1}}},
+};
+
+TEST(PlumbSquareness, EachLeanIsItsQuantityAndEachQuantityItsLean) {
+    for (const auto& [chain, rows] : directions) {
+        Texts by_lean{"--chain", chain}, by_quantity{"--chain", chain};
+        for (const Direction& row : rows) {
+            by_lean.insert(by_lean.end(), {"--lean", std::string(row.lean) + "=50urad"});
+            by_quantity.insert(by_quantity.end(),
+                               {"--iso", std::string(row.quantity) + (row.sign < 0 ? "=-" : "=") + "50um/m"});
+        }
+        for (const Texts& given : {by_lean, by_quantity}) {
+            const std::string output = output_of(given);
+            for (const Direction& row : rows) {
+                const std::string sign = row.sign < 0 ? "-" : "";
+                std::string pin = row.quantity;
+                for (char& c : pin) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+                EXPECT_THAT(output, HasSubstr("setp square." + pin + ' ' + sign + "5e-05 ")) << row.lean;
+                EXPECT_THAT(below("Angles", output) + '\n',
+                            ContainsRegex(std::string(row.quantity) + " +" + sign + "5.0000e-05 [^\n]* " +
+                                          row.lean[0] + " to [" + row.lean[1] + "]" + row.lean[2] + "\n"));
+            }
+        }
+    }
+}
+
+TEST(PlumbSquareness, RefusesBothOfAnOppositePair) {
+    const Outcome outcome =
+        squareness({"--lean", "Y-Z=1urad", "--lean", "Y+X=5arcsec", "--lean", "Y-X=3arcsec"});
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(
+        outcome.errors,
+        HasSubstr("--lean: 'Y-X=3arcsec': axis Y cannot lean towards +X and -X at once: choose one\n"));
+}
+
+TEST(PlumbSquareness, PrintsAllThatBelongsTogether) {
+    const std::string output =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--lean", "Y+X=0.024mm/300mm", "--lean", "Y+Z=60um/m"});
+    EXPECT_THAT(output, HasSubstr("Z carries the work; X, then Y carry the tool."));
+    EXPECT_THAT(
+        output,
+        HasSubstr("  EC0Y   -8.0000e-05   -16.50  -0.00458    -80.00   -0.0240  -0.00096  Y to +X\n"));
+    EXPECT_THAT(
+        output,
+        HasSubstr("  EA0Y    6.0000e-05    12.38   0.00344     60.00    0.0180   0.00072  Y to +Z\n"));
+    EXPECT_THAT(below("Where squareness is loaded", output),
+                EndsWith("\n  loadrt squareness names=square chain=w-Z.b-X-Y-C-t"));
+    EXPECT_THAT(below("Behind it, in the file of settings", output),
+                HasSubstr("\n  setp square.axis-direction 0      # reading: component\n"
+                          "  setp square.ea0y 6e-05            # Y leans to +Z by 12.38 arcsec\n"
+                          "  setp square.ec0y -8e-05           # Y leans to +X by 16.50 arcsec\n"));
+    EXPECT_THAT(output,
+                HasSubstr("EA0Y    Z       +Z       Y by 300 mm        +18.0 um      0 um     +36.0 um\n"));
+    EXPECT_THAT(output,
+                HasSubstr("EC0Y    X       +X       Y by 300 mm        +24.0 um      0 um     +48.0 um\n"));
+
+    const std::string inch =
+        output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--iso", "EA0W=-30urad", "--unit", "inch", "--reading",
+                   "axis-direction", "--against", "bed", "--instance", "portal"});
+    EXPECT_THAT(inch, HasSubstr("loadrt squareness names=portal chain=w-X.b-W-Y-Z-C-t unit=inch\n"));
+    EXPECT_THAT(inch, HasSubstr("setp portal.axis-direction 1"));
+    EXPECT_THAT(inch, HasSubstr("setp portal.to-bed 1"));
+    EXPECT_THAT(inch,
+                HasSubstr("EA0W    Y       +Y       W by 12 in      +0.00036 in      0 in  +0.00072 in\n"));
+}
+
+TEST(PlumbSquareness, WithoutTiltsItPrintsThoseThatTheChainCanHave) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t"});
+    EXPECT_THAT(output, HasSubstr("--lean W+Y=ANGLE  EA0W is -     or  W-Y=ANGLE  EA0W is +\n"));
+    EXPECT_THAT(output, HasSubstr("--lean X+Z=ANGLE  EB0X is -     or  X-Z=ANGLE  EB0X is +\n"));
+    EXPECT_THAT(output, Not(HasSubstr("setp")));
+}
+
+TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
+    const std::string output =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--datum", "X,Z", "--diagonals",
+                   "plane=XY,object=part,rising=565.708mm,falling=565.662mm,u=1um", "--square",
+                   "move=Y,plunger=+Z,at=0:300mm,reads=0:20um,turned=0:-16um,U=2um"});
+    EXPECT_THAT(output, HasSubstr("  EC0Y   -8.1317e-05 "));
+    EXPECT_THAT(output, HasSubstr("  EA0Y    6.0000e-05 "));
+    EXPECT_THAT(output, HasSubstr("    k=1   2.5000e-06 ")) << "1 um on diagonals of a side of 400 mm";
+    EXPECT_THAT(output, HasSubstr("    k=2   6.6667e-06 ")) << "2 um over 300 mm";
+    EXPECT_THAT(output, HasSubstr("setp square.ec0y -8.13173e-05     # Y leans to +X by 16.77 arcsec\n"));
+    EXPECT_THAT(output, HasSubstr("Y by 300 mm        +24.4 um      0 um     +48.8 um\n"));
+
+    const std::string artifact =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--diagonals",
+                   "plane=XY,object=artifact,rising=565.708mm,falling=565.662mm,u=30um"});
+    EXPECT_THAT(artifact, HasSubstr("setp square.ec0y 8.13173e-05 "));
+    EXPECT_THAT(artifact, HasSubstr("Note: EC0Y is less than its uncertainty with k=2"));
+}
+
+// The component with the lines for the .hal file in an output.
+void set_up(Bench& bench, const std::string& output) {
+    const Folder folder;
+    bench.source(folder.write("square.hal", hal_lines(output)),
+                 folder.write("machine.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n"));
+    bench.command("addf square.update servo-thread");
+    bench.set("square.all-homed", 1);
+}
+
+// The component, set so, knows of the error that the indicator is to show.
+TEST(PlumbSquareness, LinesForTheHalFileMakeTheComponentSeeWhatTheTestMoveShows) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--square",
+                                          "move=Z,plunger=+Y,at=0:200mm,reads=0:-10um,u=1um", "--square",
+                                          "move=W,plunger=-Y,at=0:200mm,reads=0:6um,u=1um"});
+    EXPECT_THAT(output, HasSubstr("EA0Z    Y       -Y       Z by 300 mm        +15.0 um "));
+    EXPECT_THAT(output, HasSubstr("EA0W    Y       -Y       W by 300 mm         +9.0 um "));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.z-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.y-error"), -0.015, 1e-6);
+    bench.set("square.z-position", 0);
+    bench.set("square.w-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.y-error"), -0.009, 1e-6);
+}
+
+TEST(PlumbSquareness, LinesForAnInchMachineBoundByTheSameLengths) {
+    const std::string output = output_of({"--iso", "EC0Y=50urad", "--unit", "inch"});
+    EXPECT_THAT(output, HasSubstr("\n  setp square.max-correction 0.03937 "));
+    EXPECT_THAT(output, HasSubstr("\n  setp square.max-rate 0.003937 "));
+    EXPECT_THAT(output_of({"--iso", "EC0Y=50urad"}),
+                testing::AllOf(Not(HasSubstr("max-correction")), Not(HasSubstr("max-rate"))));
+}
+
+// No other number suits each machine; a setting that is left out would be a fault.
+TEST(PlumbSquareness, LinesForTheHalFileTakeTheSpeedOfTheAxesFromTheIniFile) {
+    for (const char* unit : {"mm", "inch"})
+        EXPECT_THAT(output_of({"--iso", "EC0Y=50urad", "--unit", unit}),
+                    HasSubstr("\n  setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY # of the INI file"));
+}
+
+TEST(PlumbSquareness, LinesForTheHalFileLetTheComponentTakeALargeAngle) {
+    const std::string output =
+        output_of({"--chain", "w-X.b-Y-Z-C-t", "--iso", "EA0Z=3.5mrad", "--iso", "EB0Z=-8mrad"});
+    EXPECT_THAT(output, HasSubstr("setp square.max-angle 0.008 "));
+    EXPECT_THAT(output, HasSubstr("Note: EA0Z is more than the component takes by default"));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.z-position", 100);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.y-error"), -0.35, 1e-5);
+    EXPECT_NEAR(bench.get("square.x-error"), -0.8, 1e-4);
+    EXPECT_EQ(bench.get("square.limited"), 0);
+}
+
+TEST(PlumbSquareness, SquareOnATableThatMovesInBothGivesBothAngles) {
+    const std::string output = output_of({"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:20um,u=1um"});
+    EXPECT_THAT(output, HasSubstr("setp square.ec0x 6.66667e-05 "));
+    EXPECT_THAT(output, HasSubstr("setp square.ec0y -6.66667e-05 "));
+    EXPECT_THAT(output, HasSubstr("EC0Y    X       +X       Y by 300 mm        +20.0 um "));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.y-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.x-error"), 0.02, 1e-6);
+    EXPECT_THAT(output_of({"--lean", "Y+X=0.02mm/300mm"}), ContainsRegex("by[ \n]+--square[ \n]+instead"));
+}
+
+TEST(PlumbSquareness, DatumThatIsSetCountsInWhatWasMeasuredAgainstIt) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--lean", "X+Z=50urad", "--square",
+                                          "move=Z,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
+    EXPECT_THAT(output, HasSubstr("setp square.eb0x -5e-05 "));
+    EXPECT_THAT(output, HasSubstr("setp square.eb0z 3e-05 "));
+    EXPECT_THAT(output, HasSubstr(" Z by 300 mm        +24.0 um ")) << "what was measured";
+
+    const Outcome outcome =
+        squareness({"--iso", "EC0X=50urad", "--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
+    EXPECT_EQ(outcome.status, 1) << "X rides on Y: its own angle is the corner";
+    EXPECT_EQ(outcome.output, "");
+}
+
+TEST(PlumbSquareness, AxesThatTurnTogetherAreTestedOnTheTable) {
+    const std::string output = output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--lean", "W-Y=41um/m"});
+    EXPECT_THAT(output,
+                HasSubstr("EA0W    table   -Z       Y by 300 mm        -12.3 um      0 um     -24.6 um\n"));
+    Bench bench;
+    set_up(bench, output);
+    bench.set("square.y-position", 300);
+    bench.run(0.01);
+    EXPECT_NEAR(bench.get("square.z-error"), 0.0123, 1e-6) << "away from the table";
+}
+
+TEST(PlumbSquareness, RepeatingDoesNotMakeTheSquareItselfMoreCertain) {
+    const std::string field = "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=0.1um,own-u=10arcsec";
+    EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-t", "--square", field, "--square", field, "--square", field,
+                           "--square", field}),
+                ContainsRegex("k=1 +4.84[0-9]+e-05 +10.00 "));
+}
+
+TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
+    const Folder folder;
+    const std::string head = "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n";
+    const std::string file = folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n# end, 2 rows\n");
+    EXPECT_EQ(output_of({"--table", file}),
+              file +
+                  "\n  axes         X\n  rows         2\n  machine      mill 7\n"
+                  "  date         2026-11-20\n  temperature  20.1 degC\n"
+                  "  checksum     d12a0290, which the file does not state\n"
+                  "X from -5 to 10 mm\n");
+    folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n");
+    const Outcome outcome = squareness({"--table", file});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors, HasSubstr("plumb squareness: " + file + ": the end is missing"));
+    EXPECT_THAT(outcome.errors, HasSubstr("add as the last line: # end, 2 rows\n"));
+}
+
+TEST(SquarenessAdvice, IsThereForAScreenToo) {
+    commissioning::TiltedMachine machine;
+    machine.chain_text = "w-Z.b-X-Y-C-t";
+    machine.chain = AxisChainReader::read(machine.chain_text);
+    machine.order = {Axis::X, Axis::Y, Axis::Z};
+    machine.measured = {{Axis::X, Axis::Y, -80e-6, 2e-6, 0, 0}};
+    const commissioning::SquarenessAdvice advice = commissioning::advice_on(machine);
+    ASSERT_EQ(advice.settings.size(), 4u);
+    EXPECT_EQ(advice.settings[0].pin, "max-speed");
+    EXPECT_EQ(advice.settings[2].pin, "ec0y");
+    EXPECT_EQ(advice.settings[2].value, "-8e-05");
+    EXPECT_EQ(advice.settings[3].pin, "y-tool-follows");
+    EXPECT_FALSE(advice.settings[3].in_force);
+    ASSERT_EQ(advice.moves.size(), 1u);
+    EXPECT_EQ(advice.moves[0].moved, Axis::Y);
+    EXPECT_EQ(advice.moves[0].base, Axis::X);
+    EXPECT_EQ(advice.moves[0].plunger.sign, 1);
+    EXPECT_NEAR(advice.moves[0].rise, 24 * um, 0.001 * um);
+
+    machine.order = {Axis::X, Axis::Z};
+    EXPECT_THROW(commissioning::advice_on(machine), std::invalid_argument)
+        << "Y is left out, and its corner stays open";
+}
+
+TEST(PlumbSquareness, ReadsProbedPoints) {
+    const Folder folder;  // an artifact that is true, by axes of which Y leans to +X by 80 urad
+    const std::string text =
+        "X,Y,normal\n100.008,-100,0\n99.992,100,0\n-99.992,-100,180\n-100.008,100,180\n"
+        "-100.008,100,90\n99.992,100,90\n-99.992,-100,270\n100.008,-100,270\n";
+    const std::string square = folder.write("square.csv", text);
+    const std::string of_file = ",object=artifact,u=1um";
+    EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-C-t", "--points", "file=" + square + of_file}),
+                HasSubstr("setp square.ec0y -8e-05 "));
+    const std::string wrong = folder.write("wrong.csv", text + "55,100,270\n");
+    const Outcome outcome = squareness({"--points", "file=" + wrong + of_file});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_THAT(outcome.errors,
+                HasSubstr("plumb squareness: " + wrong + ": line 10: the points do not lie on such"));
+    const std::string bad = folder.write("bad.csv", "X,Y\n1,2,5\n");
+    EXPECT_EQ(squareness({"--points", "file=" + bad + of_file}).errors,
+              "plumb squareness: " + bad + ": line 2: 3 values, but the header has 2\n");
+}
+
+TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
+    const std::pair<Texts, std::string> cases[] = {
+        {{"--chain", "w-X"}, "--chain: chain \"w-X\", character 4: expected -, not the end"},
+        {{"--lean", "Y+X=5"}, "--lean: 'Y+X=5': '5' has no unit; there are: rad mrad"},
+        {{"--lean", "W+X=5arcsec"}, "--lean: 'W+X=5arcsec': the chain has no axis W"},
+        {{"--lean", "Y+Y=5arcsec"}, "axis Y cannot lean towards +Y: it moves along it"},
+        {{"--lean", "Y+X=1urad", "--iso", "EC0Y=1urad"}, "--iso: 'EC0Y=1urad': EC0Y is set twice"},
+        {{"--iso", "EB0Y=1urad"}, "EB0Y turns Y about itself: that is no lean"},
+        {{"--iso", "EC0Y=1rad"}, "'1rad' is not an angle below 0.1 rad"},
+        {{"--datum", "X,Q"}, "--datum: 'X,Q': 'Q' is no axis"},
+        {{"--travel", "300"}, "--travel: '300' has no unit"},
+        {{"--reading", "both"}, "--reading: 'both' is neither component nor axis-direction"},
+        {{"--instance", "a b"}, "--instance: 'a b' is no name for HAL"},
+        {{"--diagonals", "plane=XY"}, "--diagonals: 'plane=XY': rising is missing"},
+        {{"--diagonals", "plane=XY,object=piece,rising=5mm,falling=5mm,u=1um"},
+         "object=piece is neither part"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:1:2um,u=1um"}, "3 readings at 2 positions"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24,u=1um"}, "reads: '24' has no unit"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=0um"}, "u=0um is less than anybody can"},
+        {{"--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um,own-u=0"},
+         "own-u: '0' is no uncertainty"},
+        {{"--diagonals", "plane=XY,object=artifact,rising=5mm,falling=5mm,u=1um,own=99deg"},
+         "an artifact is not out of square by 1.727876 rad"},
+        {{"--diagonals", "plane=XY,object=artifact,rising=5.2mm,falling=4.8mm,u=1um,own=0.09rad"},
+         "the axes would be out of square by 0.16"},
+        {{"--points", "object=part,u=1um"}, "file is missing"},
+    };
+    for (const auto& [arguments, reason] : cases) {
+        const Outcome outcome = squareness(arguments);
+        EXPECT_EQ(outcome.status, 2) << reason;
+        EXPECT_EQ(outcome.output, "");
+        EXPECT_THAT(outcome.errors, HasSubstr(reason));
+    }
+    const Outcome twice = squareness({"--chain", "w-Z.b-X-Y-t", "--lean", "Y+X=1urad", "--square",
+                                      "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
+    EXPECT_EQ(twice.status, 1);
+    EXPECT_EQ(twice.errors,
+              "plumb squareness: EC0Y is set and follows from measurements, too: leave one out\n");
+}
+
+TEST(PlumbSquareness, RefusesAnglesThatFollowFromOthersAndCannotBe) {
+    const Outcome sum = squareness({"--chain", "w-X-Y.b-W-Z-C-t", "--iso", "EA0W=-0.06rad", "--square",
+                                    "move=Z,plunger=+Y,at=0:300mm,reads=0:-15mm,u=1um"});
+    EXPECT_EQ(sum.status, 1);
+    EXPECT_EQ(sum.output, "");
+    EXPECT_THAT(sum.errors,
+                HasSubstr("plumb squareness: EA0Z would be 0.11 rad: an angle is below 0.1 rad\n"));
+}
+
+}  // namespace
+}  // namespace plumb

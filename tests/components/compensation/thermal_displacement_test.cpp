@@ -1,0 +1,520 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "tests/support/bench.hpp"
+#include "tests/support/live.hpp"
+#include "tests/support/milling.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace plumb {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+// On the simulated mill, a part a minute: the second one is being cut, and the offset is on its way.
+void bring_to_life(Bench& bench) {
+    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+    bench.set("program.cycle-interval", 60);
+    bench.command("net refused thermal.reference-refused => thermal.acknowledge");  // as an operator does
+    bench.command("start");
+    bench.run(71);
+}
+
+// For as long as the rest of that part takes, and the start of the next; then that one, and another contact.
+const Live live{{{"thermal_displacement", "thermal"}}, bring_to_life, 50, 80};
+
+// A mill that is seen by thermal_displacement, through its pins.  The offset is applied between two cycles.
+struct Mill {
+    explicit Mill(double unit = 1, long period = 1000000) {
+        milling.unit = unit;
+        milling.dt = 0.004;  // of the rows that are replayed
+        bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period));
+        bench.command("loadrt thermal_displacement names=z");
+        bench.command("addf z.update servo-thread");
+        bench.command("start");
+        if (unit != 1)
+            for (const char* pin : {"window", "tolerance", "max-growth-rate", "gate-floor", "gate-cap",
+                                    "max-correction", "max-offset", "max-rate"})
+                set(pin, unit * get(pin));
+        set("enable", 1);
+        set("follow-speed", 0);  // it grows in steps, which says nothing about its speed
+    }
+
+    void set(const std::string& pin, double value) { bench.set("z." + pin, value); }
+    double get(const std::string& pin) { return bench.get("z." + pin); }
+    double offset() { return get("z-offset") / milling.unit; }  // mm
+
+    // Prepares the signals of a cycle.  Returns how long it lasts.
+    double prepare(double growth, std::map<int, Milling::Upset> upsets = {}) {
+        milling.growth = growth;
+        milling.upsets = std::move(upsets);
+        milling.offset = stage(offset());
+        cutting.clear();
+        std::ostringstream csv;
+        csv.precision(15);
+        csv << "time";
+        for (const char* pin :
+             {"enable", "learn", "cycle-running", "cycle-complete", "program-id", "tool-set-id",
+              "motion-type", "tool-number", "operation", "load", "spindle-speed-cmd", "z-position",
+              "z-velocity-cmd", "feed-override", "start-height", "applied-offset"})
+            csv << ",z." << pin;
+        csv << '\n';
+        double time = 0;
+        milling.cycle([&](const Milling::Sample& s) {
+            csv << time << ',' << s.enable << ',' << s.learn << ',' << s.cycle_running << ','
+                << s.cycle_complete << ',' << s.setup.program << ',' << s.setup.tool_set << ',' << s.motion
+                << ',' << s.tool << ',' << s.operation << ',' << s.load << ',' << s.speed << ',' << s.z << ','
+                << s.velocity << ',' << s.feed_override << ',' << s.start_height << ',' << s.applied_offset
+                << '\n';
+            cutting.push_back(milling.cutting && s.velocity <= 0);
+            time += milling.dt;
+            return milling.unit * milling.offset;
+        });
+        bench.client().replay({folder.write("cycle.csv", csv.str())});
+        return time;
+    }
+    void cycle(double growth, std::map<int, Milling::Upset> upsets = {}) {
+        bench.run(prepare(growth, std::move(upsets)) - milling.dt);
+    }
+    void learn() {
+        milling.learn = true;
+        cycle(0);
+        milling.learn = false;
+    }
+
+    std::function<double(double)> stage = [](double offset) { return offset; };  // what it applies, in mm
+    Milling milling{};
+    Bench bench{Bench::Thread::none};
+    Folder folder{};
+    std::vector<bool> cutting{};  // row by row: in the work, and not on the way out
+};
+
+TEST(ThermalDisplacement, OffsetReachesTheGrowthByEitherMethod) {
+    for (const bool by_time : {false, true}) {
+        Mill mill;
+        mill.set("by-time", by_time);
+        mill.learn();
+        EXPECT_TRUE(mill.get("reference-valid"));
+        EXPECT_EQ(mill.get("z-offset"), 0);
+        for (const double growth : {12 * um, 12 * um, 20 * um, 8 * um}) {
+            mill.cycle(growth);
+            EXPECT_NEAR(mill.offset(), growth, 1 * um) << by_time;
+        }
+        EXPECT_EQ(mill.get("contacts"), 20);
+        EXPECT_EQ(mill.get("contacts-accepted"), 16);
+        EXPECT_EQ(mill.get("contacts-missed"), 0);
+    }
+}
+
+TEST(ThermalDisplacement, WorksInInchesAndAtOtherPeriods) {
+    for (const long period : {500000, 2000000})
+        for (const double unit : {1.0, 1 / 25.4}) {
+            Mill mill(unit, period);
+            mill.learn();
+            for (int n = 0; n < 2; ++n) mill.cycle(12 * um);
+            EXPECT_NEAR(mill.offset(), 12 * um, 1 * um) << period << ' ' << unit;
+        }
+}
+
+// Trap: the offset jumps while the tool cuts.
+TEST(ThermalDisplacement, ApplyingAtTheContactStepsInTheWorkOursRampsAboveIt) {
+    Mill mill;
+    mill.learn();
+    const double seconds = mill.prepare(12 * um);
+    const Table seen =
+        mill.bench.trace(seconds - mill.milling.dt, {"z.z-offset", "z.displacement", "z.contact"});
+    const std::vector<double> ours = seen.column("z.z-offset");
+    const std::vector<double> literal = seen.column("z.displacement");  // applied as soon as it is known
+    double literal_step = 0, our_step = 0;
+    for (std::size_t i = 1; i < ours.size(); ++i) {
+        our_step = std::max(our_step, std::abs(ours[i] - ours[i - 1]));
+        const std::size_t row = (i - 1) / 4;  // and the next one, towards which the signals move
+        if (!mill.cutting.at(row) || !mill.cutting.at(row + 1)) continue;
+        literal_step = std::max(literal_step, std::abs(literal[i] - literal[i - 1]));
+        EXPECT_EQ(ours[i], ours[i - 1]) << i;
+    }
+    EXPECT_NEAR(literal_step, 12 * um, 1 * um) << "at once, and in the work";
+    EXPECT_LE(our_step, 0.01 * 0.001 * (1 + 1e-9));
+    EXPECT_NEAR(ours.back(), 12 * um, 1 * um);
+    double pulses = 0;
+    for (const double contact : seen.column("z.contact")) pulses += contact;
+    EXPECT_EQ(pulses, 4);
+}
+
+TEST(ThermalDisplacement, OffsetNeverMovesFasterThanMaxRate) {
+    Mill mill;
+    mill.set("max-rate", 2 * um);
+    mill.bench.expect("abs(offset_rate) <= 0.002 * (1 + 1e-6)", {{"offset", "z.z-offset"}});
+    mill.learn();
+    for (const double growth : {14 * um, 0 * um}) mill.cycle(growth);
+    mill.set("enable", 0);
+    mill.bench.run(5);
+    mill.set("enable", 1);
+    mill.cycle(14 * um);
+    EXPECT_NEAR(mill.offset(), 14 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, ASmallChangeIsLeft) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    const double before = mill.offset();
+    mill.cycle(13 * um);
+    EXPECT_EQ(mill.offset(), before);
+    EXPECT_NEAR(mill.get("displacement"), 13 * um, 0.5 * um);
+    mill.set("tolerance", 0.5 * um);
+    mill.cycle(13 * um);
+    EXPECT_NEAR(mill.offset(), 13 * um, 0.5 * um);
+}
+
+TEST(ThermalDisplacement, ByTimeATimeMayBeTooSmallToo) {
+    Mill mill;
+    mill.set("by-time", 1);
+    mill.set("time-tolerance", 0.010);  // 20 um at 2 mm/s
+    mill.learn();
+    mill.cycle(12 * um);
+    EXPECT_EQ(mill.offset(), 0);
+    mill.set("time-tolerance", 0.002);
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, DryRunComparesAndAppliesNothing) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.set("dry-run", 1);
+    mill.bench.run(5);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.cycle(20 * um);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    EXPECT_EQ(mill.get("contacts-accepted"), 8);
+    EXPECT_NEAR(mill.get("displacement"), 20 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, DisablingReturnsTheOffsetAndEnablingWaitsForAContact) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.set("enable", 0);
+    mill.bench.run(5);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.set("enable", 1);
+    mill.bench.run(5);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, LearningHoldsTheOffsetAtZero) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.learn();
+    EXPECT_TRUE(mill.get("learning-failed")) << "it began with an offset";
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.bench.expect("offset == 0", {{"offset", "z.z-offset"}});
+    mill.learn();
+    EXPECT_FALSE(mill.get("learning-failed"));
+}
+
+TEST(ThermalDisplacement, LearnReturnsTheOffsetBeforeTheCycle) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.set("learn", 1);
+    mill.bench.run(5);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+}
+
+TEST(ThermalDisplacement, NothingIsLearntWithAnOffsetInForce) {
+    Mill ours;
+    ours.learn();
+    ours.cycle(12 * um);
+    ours.set("max-rate", 0.1 * um);  // on its way to zero for two minutes
+    ours.stage = [](double) { return 0.0; };
+    ours.learn();
+    EXPECT_GT(ours.get("z-offset"), 5 * um);
+    EXPECT_TRUE(ours.get("learning-failed"));
+
+    Mill stages;
+    stages.stage = [](double) { return 12 * um; };  // does not follow
+    stages.learn();
+    EXPECT_EQ(stages.get("z-offset"), 0);
+    EXPECT_TRUE(stages.get("learning-failed"));
+    EXPECT_FALSE(stages.get("reference-valid"));
+
+    stages.stage = [](double offset) { return offset; };
+    stages.learn();
+    EXPECT_FALSE(stages.get("learning-failed"));
+}
+
+TEST(ThermalDisplacement, AnAbortedLearningCycleIsNoReference) {
+    Mill mill;
+    mill.milling.learn = true;
+    Milling::Upset abort;
+    abort.abort = true;
+    mill.cycle(0, {{2, abort}});
+    EXPECT_FALSE(mill.get("reference-valid"));
+    EXPECT_TRUE(mill.get("learning-failed"));
+    EXPECT_EQ(mill.get("rows"), 0);
+}
+
+TEST(ThermalDisplacement, AnEventBeyondTheGateShiftsNothing) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    const double before = mill.offset();
+    Milling::Upset chip;
+    chip.height = 0.08;
+    mill.cycle(12 * um, {{3, chip}});
+    EXPECT_EQ(mill.offset(), before);
+    EXPECT_EQ(mill.get("contacts-rejected"), 1);
+    EXPECT_EQ(mill.get("rejection-code"), 8);
+}
+
+TEST(ThermalDisplacement, OffsetIsBoundedAndSaysSo) {
+    Mill mill;
+    mill.set("max-offset", 5 * um);
+    mill.learn();
+    mill.cycle(12 * um);
+    EXPECT_DOUBLE_EQ(mill.get("z-offset"), 5 * um);
+    EXPECT_TRUE(mill.get("limited"));
+    mill.cycle(0);
+    EXPECT_NEAR(mill.offset(), 0, 0.5 * um);
+    EXPECT_FALSE(mill.get("limited"));
+}
+
+TEST(ThermalDisplacement, ALostSignalHoldsTheOffsetAndIsNamed) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    const double before = mill.get("z-offset");
+    const std::map<std::string, double> codes{
+        {"load", 1},           {"z-position", 2},    {"z-velocity-cmd", 2}, {"spindle-speed-cmd", 3},
+        {"applied-offset", 4}, {"feed-override", 5}, {"start-height", 5}};
+    for (const auto& [pin, code] : codes) {
+        const double own = mill.get(pin);
+        for (const double bad : {not_a_number, -1e308}) {
+            mill.set(pin, bad);
+            mill.bench.run(0.5);
+            EXPECT_EQ(mill.get("fault-code"), code) << pin;
+            EXPECT_TRUE(mill.get("fault"));
+            EXPECT_EQ(mill.get("z-offset"), before) << pin;
+        }
+        mill.set(pin, own);
+        mill.bench.run(0.5);
+        EXPECT_EQ(mill.get("fault-code"), 0) << pin;
+    }
+    mill.set("load", not_a_number);
+    mill.set("enable", 0);
+    mill.bench.run(5);
+    EXPECT_EQ(mill.get("z-offset"), 0) << "a lost signal does not keep an offset that is not wanted";
+}
+
+TEST(ThermalDisplacement, ALostSignalStopsTheOffsetOnItsWay) {
+    Mill mill;
+    mill.set("max-rate", 0.2 * um);
+    mill.learn();
+    mill.cycle(12 * um);
+    const double on_its_way = mill.get("z-offset");
+    EXPECT_GT(on_its_way, 1 * um);
+    EXPECT_LT(on_its_way, 11 * um);
+    const double load = mill.get("load");
+    mill.set("load", not_a_number);
+    mill.set("cycle-running", 1);
+    mill.bench.run(5);
+    EXPECT_NEAR(mill.get("z-offset"), on_its_way, 0.001 * um);
+    mill.set("load", load);
+    mill.bench.run(100);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+TEST(ThermalDisplacement, BetweenCyclesTheOffsetStandsStillUnlessItIsTakenBack) {
+    Mill mill;
+    mill.set("max-rate", 0.2 * um);
+    mill.learn();
+    mill.cycle(12 * um);
+    const double on_its_way = mill.get("z-offset");
+    ASSERT_GT(on_its_way, 1 * um);
+    mill.bench.run(100);
+    EXPECT_EQ(mill.get("z-offset"), on_its_way);
+    mill.set("dry-run", 1);
+    mill.bench.run(1);
+    EXPECT_NEAR(mill.get("z-offset"), on_its_way - 0.2 * um, 0.01 * um);
+    mill.bench.run(100);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+}
+
+TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
+    const std::vector<std::pair<std::string, double>> bad{{"max-rate", 1e308},
+                                                          {"max-rate", not_a_number},
+                                                          {"max-offset", not_a_number},
+                                                          {"gate-cap", 0},
+                                                          {"release", 1000},
+                                                          {"threshold", -1},
+                                                          {"smoothing", not_a_number},
+                                                          {"window", not_a_number},
+                                                          {"tolerance", 1e308},
+                                                          {"time-tolerance", -1},
+                                                          {"load-latency", 1e308},
+                                                          {"feed-tolerance", 2},
+                                                          {"max-correction", -1},
+                                                          {"steady-time", not_a_number},
+                                                          {"reference-cycles", 0}};
+    Mill mill;
+    mill.bench.expect("abs(offset_rate) <= 0.01 * (1 + 1e-6)", {{"offset", "z.z-offset"}});
+    mill.learn();
+    double growth = 0;
+    for (const auto& [pin, value] : bad) {
+        SCOPED_TRACE(pin);
+        const double own = mill.get(pin);
+        mill.set(pin, value);
+        growth = 12 * um - growth;
+        mill.cycle(growth);
+        EXPECT_EQ(mill.get("fault-code"), 6);
+        EXPECT_NEAR(mill.offset(), growth, 1 * um);
+        mill.set(pin, own);
+        mill.bench.run(0.01);
+        EXPECT_EQ(mill.get("fault-code"), 0);
+    }
+}
+
+TEST(ThermalDisplacement, ReferencesAreWalkedRestoredAndRefused) {
+    const std::vector<std::string> fields{
+        "operation",   "tool",           "occurrence", "coordinate",    "time",       "lost-time",
+        "feed",        "feed-override",  "sigma",      "speed-history", "program-id", "tool-set-id",
+        "temperature", "applied-offset", "date",       "cycles",        "scatter",    "time-constant"};
+    Mill before;
+    before.set("temperature", 21.5);
+    before.set("date", 20261121);
+    before.set("reference-cycles", 2);
+    before.learn();
+    EXPECT_EQ(before.get("cycles-learnt"), 1);
+    EXPECT_FALSE(before.get("reference-valid"));
+    before.milling.learn = true;
+    before.cycle(4 * um);
+    ASSERT_EQ(before.get("rows"), 4);
+    EXPECT_EQ(before.get("cycles-learnt"), 0);
+    before.bench.run(0.01);
+    EXPECT_EQ(before.get("row-cycles"), 2);
+    EXPECT_NEAR(before.get("row-scatter"), 4 * um / std::sqrt(2), 0.2 * um);
+    EXPECT_EQ(before.get("row-temperature"), 21.5);
+    EXPECT_EQ(before.get("row-date"), 20261121);
+    EXPECT_EQ(before.get("row-tool-set-id"), 3);
+    Mill after;  // which no program has been loaded into yet
+    const auto restore = [&](int row) {
+        before.set("row", row);
+        before.bench.run(0.01);
+        EXPECT_EQ(before.get("row-shown"), row);
+        for (const std::string& field : fields) after.set("restore-" + field, before.get("row-" + field));
+        after.set("restore", 1);
+        after.bench.run(0.01);
+        after.set("restore", 0);
+        after.bench.run(0.01);
+    };
+    for (int row = 0; row < 4; ++row) {
+        restore(row);
+        after.set("row", row);
+        after.bench.run(0.01);
+        for (const std::string& field : fields)
+            EXPECT_EQ(after.get("row-" + field), before.get("row-" + field)) << field;
+    }
+    EXPECT_EQ(after.get("restores"), 4);
+    EXPECT_FALSE(after.get("reference-valid"));
+    after.cycle(32 * um);
+    EXPECT_TRUE(after.get("reference-valid"));
+    EXPECT_FALSE(after.get("reference-refused"));
+    EXPECT_NEAR(after.offset(), 30 * um, 1 * um);
+    restore(0);
+    EXPECT_EQ(after.get("restores-refused"), 1) << "twice";
+    before.milling.setup.program = 8;
+    before.set("reference-cycles", 1);
+    before.cycle(0);
+    restore(0);
+    EXPECT_EQ(after.get("restores-refused"), 2) << "of another program than the others";
+    after.set("forget", 1);
+    after.bench.run(0.01);
+    EXPECT_FALSE(after.get("reference-valid"));
+    restore(0);
+    EXPECT_EQ(after.get("restores"), 5);
+}
+
+TEST(ThermalDisplacement, AReferenceOfAnotherProgramIsRefusedAndTheOffsetReturns) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.milling.setup.program = 8;
+    mill.bench.expect("abs(offset_rate) <= 0.01 * (1 + 1e-6)", {{"offset", "z.z-offset"}});
+    mill.cycle(12 * um);
+    EXPECT_TRUE(mill.get("reference-refused"));
+    EXPECT_EQ(mill.get("refusal-code"), 1);
+    EXPECT_FALSE(mill.get("reference-valid"));
+    EXPECT_EQ(mill.get("rejection-code"), 2);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    EXPECT_EQ(mill.get("fault-code"), 0);
+    mill.milling.setup = {7, 4};
+    mill.set("acknowledge", 1);
+    mill.bench.run(0.01);
+    EXPECT_FALSE(mill.get("reference-refused"));
+    EXPECT_EQ(mill.get("refusal-code"), 0);
+    mill.cycle(12 * um);
+    EXPECT_TRUE(mill.get("reference-refused")) << "only the edge acknowledges";
+    EXPECT_EQ(mill.get("refusal-code"), 2);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.learn();
+    EXPECT_FALSE(mill.get("reference-refused"));
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+// Where nobody is to acknowledge, the refusal acknowledges itself and yet applies nothing.
+TEST(ThermalDisplacement, ARefusalThatIsNettedToAcknowledgeIsJudgedAtEachStart) {
+    Mill mill;
+    mill.bench.command("net refused z.reference-refused => z.acknowledge");
+    mill.learn();
+    mill.cycle(12 * um);
+    mill.milling.setup.program = 8;
+    mill.cycle(12 * um);
+    EXPECT_EQ(mill.get("z-offset"), 0);
+    mill.milling.setup.program = 7;
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um);
+}
+
+// The simulated mill begins its first part from rest, and the later ones where it has milled the sides.
+TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
+    for (const int learning_cycles : {1, 2}) {
+        Bench bench(Bench::Thread::none);
+        bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+        bench.set("thermal.by-time", 1);
+        bench.set("thermal.clock-from-program", 1);
+        bench.set("program.cycle-interval", 60);
+        bench.set("program.learning-cycles", learning_cycles);
+        bench.command("start");
+        bench.run(60 * (learning_cycles + 2));
+        EXPECT_EQ(bench.get("thermal.contacts-accepted"), learning_cycles == 1 ? 0 : 4);
+        EXPECT_EQ(bench.get("thermal.contacts-rejected"), learning_cycles == 1 ? 4 : 0);
+        EXPECT_EQ(bench.get("thermal.rejection-code"), learning_cycles == 1 ? 5 : 0);
+    }
+}
+
+TEST(ThermalDisplacement, SaysWhenNothingWasAcceptedForThreeCycles) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(12 * um);
+    const double before = mill.offset();
+    for (int n = 0; n < 3; ++n) {
+        EXPECT_EQ(mill.get("fault-code"), 0);
+        mill.cycle(-90 * um);
+    }
+    EXPECT_EQ(mill.get("fault-code"), 7);
+    EXPECT_TRUE(mill.get("fault"));
+    EXPECT_EQ(mill.offset(), before);
+    mill.cycle(12 * um);
+    EXPECT_EQ(mill.get("fault-code"), 0);
+}
+
+}  // namespace
+}  // namespace plumb

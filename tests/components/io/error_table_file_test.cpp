@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/io/files/error_table_file.hpp"
+
+#include "tests/support/error_table_text.hpp"
+#include "tests/support/folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <locale>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+using testing::ElementsAre;
+
+using Texts = std::vector<std::pair<std::string, std::string>>;  // by name
+
+std::map<char, ErrorTable> tables_of(const Texts& texts) {
+    error_table_file::Reader reader;
+    for (const auto& [name, text] : texts) reader.read(name, text);
+    return std::move(reader).tables();
+}
+
+ErrorMotions errors_of(char axis, const std::string& text, double position) {
+    return tables_of({{"a.csv", closed(text)}}).at(axis).at(position).errors;
+}
+
+// The sentence of the refusal; empty where there is none.
+std::string refusal(const Texts& texts) {
+    try {
+        tables_of(texts);
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+std::string refusal(const std::string& text) {
+    return refusal({{"/a.csv", text}});
+}
+
+TEST(ErrorTableFile, GivesEachErrorItsPlaceByItsName) {
+    EXPECT_THAT(
+        errors_of('Y', "Y,EXY,EYY,EZY,EAY,EBY,ECY\n0,1e-3,2e-3,3e-3,4e-6,5e-6,6e-6\n50,0,0,0,0,0,0\n", 0),
+        ElementsAre(1e-3, 2e-3, 3e-3, 4e-6, 5e-6, 6e-6));
+    EXPECT_THAT(
+        errors_of('Y', "ECY,EAY,Y,EZY,EBY,EXY,EYY\n6e-6,4e-6,0,3e-3,5e-6,1e-3,2e-3\n0,0,50,0,0,0,0\n", 0),
+        ElementsAre(1e-3, 2e-3, 3e-3, 4e-6, 5e-6, 6e-6));
+}
+
+TEST(ErrorTableFile, AnErrorWithoutColumnIsZero) {
+    EXPECT_THAT(errors_of('W', "W,EBW\n-10,2e-5\n10,4e-5\n", -10), ElementsAre(0, 0, 0, 0, 2e-5, 0));
+}
+
+TEST(ErrorTableFile, EveryLinearAxisHasItsTable) {
+    for (const char axis : std::string("XYZUVW")) {
+        const std::string a(1, axis);
+        EXPECT_THAT(errors_of(axis, a + ",EX" + a + ",EC" + a + "\n0,0.001,1e-6\n9,0,0\n", 0),
+                    ElementsAre(0.001, 0, 0, 0, 0, 1e-6));
+    }
+}
+
+TEST(ErrorTableFile, CommentsBlanksMarksAndLineEndsSayNothing) {
+    EXPECT_THAT(
+        errors_of('X', "\xef\xbb\xbf# laser\r\n\r\n X , EXX\r\n# cold\r\n 0 , +0.001 \r\n\t10,-.5e-3", 0),
+        ElementsAre(0.001, 0, 0, 0, 0, 0));
+}
+
+TEST(ErrorTableFile, TablesOfSeveralAxesComeInOneFileOrInSeveral) {
+    const std::string x = "X,EXX\n0,0.001\n10,0\n", z = "Z,EZZ\n0,0.002\n20,0\n";
+    for (const Texts& texts : {Texts{{"a", closed(x + z)}}, Texts{{"a", closed(x)}, {"b", closed(z)}}}) {
+        const std::map<char, ErrorTable> tables = tables_of(texts);
+        ASSERT_EQ(tables.size(), 2u);
+        EXPECT_EQ(tables.at('X').at(0).errors[0], 0.001);
+        EXPECT_EQ(tables.at('Z').at(0).errors[2], 0.002);
+    }
+}
+
+struct DecimalComma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+};
+
+TEST(ErrorTableFile, ADecimalPointIsAPointInEveryLocale) {
+    const std::string before = std::setlocale(LC_ALL, nullptr);
+    const std::locale streams = std::locale::global(std::locale(std::locale(), new DecimalComma));
+    std::setlocale(LC_ALL, "de_DE.UTF-8");  // of C, where it is installed
+    EXPECT_EQ(errors_of('X', "X,EXX\n0,0.0015\n10,0\n", 0)[0], 0.0015);
+    EXPECT_EQ(refusal("X,EXX\n0,0\n1.5,10.5\n"),
+              "/a.csv: line 3: column EXX: '10.5' is beyond 10 mm; is it in mm?");
+    std::locale::global(streams);
+    std::setlocale(LC_ALL, before.c_str());
+}
+
+TEST(ErrorTableFile, RefusesAHeaderWithItsReason) {
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"", "/a.csv: there is no table in it"},
+        {"# nothing\n\n", "/a.csv: there is no table in it"},
+        {"\nEXX,EYX\n", "/a.csv: line 2: 'EXX,EYX' names no axis: a header comes first, such as X,EXX,EYX"},
+        {"0,1\n", "/a.csv: line 1: '0,1' names no axis: a header comes first, such as X,EXX,EYX"},
+        {std::string("\xff\xfeX\0,\0", 6),
+         "/a.csv: line 1: '\?\?X?,?' names no axis: a header comes first, such as X,EXX,EYX"},
+        {std::string(41, 'e'), "/a.csv: line 1: '" + std::string(40, 'e') +
+                                   "...' names no axis: a header comes first, such as X,EXX,EYX"},
+        {"X,EXX,\n", "/a.csv: line 1: column 3 has no name"},
+        {"X,EXY\n", "/a.csv: line 1: 'EXY' is no error of X, which are EXX EYX EZX EAX EBX ECX"},
+        {"X,exx\n", "/a.csv: line 1: 'exx' is no error of X, which are EXX EYX EZX EAX EBX ECX"},
+        {"X,Y\n", "/a.csv: line 1: 'Y' is no error of X, which are EXX EYX EZX EAX EBX ECX"},
+        {"X,EXX,EYX,EXX\n", "/a.csv: line 1: 'EXX' is there twice"},
+        {"X,EXX,X\n", "/a.csv: line 1: 'X' is there twice"},
+        {"# no error\nX\n", "/a.csv: line 2: there is no error beside X"},
+        {"X,EXX\n", "/a.csv: line 1: X has 0 rows, and needs 2"},
+        {"#\nX,EXX\n0,0\n", "/a.csv: line 2: X has 1 row, and needs 2"},
+        {"X,EXX\n0,0\nY,EYY\n0,0\n9,0\n", "/a.csv: line 1: X has 1 row, and needs 2"},
+        {"X,EXX\n0,0\n9,0\nX,EYX\n", "/a.csv: line 4: X has a table already, in /a.csv, line 1"},
+    };
+    for (const auto& [text, sentence] : cases) EXPECT_EQ(refusal(text), sentence) << text;
+}
+
+TEST(ErrorTableFile, RefusesARowWithItsReason) {
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"5", "1 value, but the header has 3"},
+        {"5,0,001,0", "4 values, but the header has 3"},
+        {"5,,0", "column EXX: there is no value"},
+        {",0,0", "column X: there is no value"},
+        {"5,1.2.3,0", "column EXX: '1.2.3' is no number"},
+        {"5,0,1 mm", "column EAX: '1 mm' is no number"},
+        {"5,0x1,0", "column EXX: '0x1' is no number"},
+        {"5,+-1,0", "column EXX: '+-1' is no number"},
+        {"5,+,0", "column EXX: '+' is no number"},
+        {"nan,0,0", "column X: 'nan' is no number"},
+        {"5,nan,0", "column EXX: 'nan' is no number"},
+        {"5,0,-inf", "column EAX: '-inf' is no number"},
+        {"5,1e999,0", "column EXX: '1e999' is no number"},
+        {"EXX,EXX,EAX", "column X: 'EXX' is no number"},
+        {"100001,0,0", "column X: '100001' is beyond 100000 mm; is it in mm?"},
+        {"5,-10.5,0", "column EXX: '-10.5' is beyond 10 mm; is it in mm?"},
+        {"5,0,0.11", "column EAX: '0.11' is beyond 0.1 rad; is it in rad?"},
+        {"0,0,0", "column X: 0 is not beyond 0 by at least 0.001 mm"},
+        {"-5,0,0", "column X: -5 is not beyond 0 by at least 0.001 mm"},
+        {"0.0009,0,0", "column X: 0.0009 is not beyond 0 by at least 0.001 mm"},
+        {"5,0.006,0", "column EXX: from 0 to 0.006 within 5 mm is too steep; is it in mm?"},
+        {"5,0,-6e-4", "column EAX: from 0 to -0.0006 within 5 mm is too steep; is it in rad?"},
+    };
+    for (const auto& [row, words] : cases)
+        EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n" + row + "\n9,0,0\n"), "/a.csv: line 3: " + words);
+    EXPECT_EQ(refusal(closed("X,EXX,EAX\n0,0,0\n5,0.005,-5e-4\n10,0,0\n")), "");
+}
+
+// What a copy that broke off leaves, or a program that is still writing.
+void none_but_the_whole_is_taken(std::string whole) {
+    ASSERT_EQ(refusal(whole), "") << whole;
+    while (whole.back() == '\n' || whole.back() == '\r')
+        whole.pop_back();  // of the last line nothing is missing then
+    ASSERT_EQ(refusal(whole), "") << whole;
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        EXPECT_NE(refusal(whole.substr(0, length)), "") << "of " << whole.size() << " bytes " << length;
+}
+
+std::string with_line_ends(const std::string& text, const std::string& end) {
+    std::string result;
+    for (const char c : text) result += c == '\n' ? end : std::string(1, c);
+    return result;
+}
+
+TEST(ErrorTableFile, TakesNoPartOfAFile) {
+    const auto table = [](int count) {
+        std::string rows = "# machine: mill\n# date: 2026-11-20\n# end mill 10\n\nY,EXY,EYY,EAY\n";
+        for (int y = 0; y < count; ++y)
+            rows += std::to_string(10 * y) + ",0.00" + std::to_string(y % 10) + ",-1e-3,2.5e-6\n";
+        return rows;
+    };
+    none_but_the_whole_is_taken(closed(table(89)));
+    for (const char* end : {"\n", "\r\n", "\n\n", "\r\n\r\n"})
+        none_but_the_whole_is_taken(with_line_ends(closed(table(19) + "X,EXX\n0,0\n10,0.001\n"), end));
+}
+
+TEST(ErrorTableFile, SaysWhichLineClosesTheTable) {
+    const std::string x = "X,EXX\n0,0\n10,0.001\n", z = "Z,EZZ\n0,0.002\n20,0\n30,0\n",
+                      end = "# end, 2 rows\n";
+    const std::string not_all =
+        " does not count the 2 rows before it: a part may be missing; if they are all, write: ";
+    const std::string more =
+        "rows or another end follow the end: delete this line, and let the last line be: ";
+    for (const auto& [text, sentence] :
+         Texts{{x,
+                "/a.csv: the end is missing, and with it perhaps a part of the table; if the 2 rows are all, "
+                "add as the last line: # end, 2 rows"},
+               {x + "# end\n",
+                "/a.csv: the end is missing, and with it perhaps a part of the table; if the 2 rows are "
+                "all, add as the last line: # end, 2 rows"},
+               {x + "# end, 3 rows\n", "/a.csv: line 4: '# end, 3 rows'" + not_all + "# end, 2 rows"},
+               {x + "# end, 2\n", "/a.csv: line 4: '# end, 2'" + not_all + "# end, 2 rows"},
+               {x + "\n# end, 02 rows", "/a.csv: line 5: '# end, 02 rows'" + not_all + "# end, 2 rows"},
+               {x + end + z, "/a.csv: line 4: " + more + "# end, 5 rows"},
+               {x + end + z + "# end, 3 rows\n", "/a.csv: line 4: " + more + "# end, 5 rows"},
+               {x + end + z + "# end, 5 rows\n", "/a.csv: line 4: " + more + "# end, 5 rows"},
+               {x + end + "20,0\n" + end, "/a.csv: line 4: " + more + "# end, 3 rows"},
+               {x + end + end, "/a.csv: line 4: " + more + "# end, 2 rows"}})
+        EXPECT_EQ(refusal(text), sentence) << text;
+    for (const std::string& text :
+         {x + end, x + z + "# end, 5 rows", x + end + "\n# by Jo\n", x + "#end, 2 rows,,"})
+        EXPECT_EQ(refusal(text), "") << text;
+}
+
+std::vector<error_table_file::Facts> facts_of(const Texts& texts) {
+    error_table_file::Reader reader;
+    for (const auto& [name, text] : texts) reader.read(name, text);
+    return reader.files();
+}
+
+TEST(ErrorTableFile, ShowsWhatTheHeadStates) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n";  // whose CRC-32 is that of Python's zlib
+    const auto facts = facts_of({{"/a.csv",
+                                  "# Machine : portal mill 7 ,,\r\n#date:2026-11-20\n# temperature: 20.1 °C\n"
+                                  "# checksum: 540AFF5D\n# note: cold\n" +
+                                      closed(rows)},
+                                 {"/b.csv", closed("Z,EZZ\n0,0\n9,0\nY,EYY\n0,0\n9,0\n")}});
+    ASSERT_EQ(facts.size(), 2u);
+    EXPECT_EQ(facts[0].sentence(),
+              "/a.csv: error tables of X, 2 rows, machine portal mill 7, date 2026-11-20, "
+              "temperature 20.1 °C, checksum 540aff5d");
+    EXPECT_EQ(facts[1].sentence(),
+              "/b.csv: error tables of Z, Y, 4 rows, no machine, no date, no temperature, "
+              "checksum 35a2272c (not in the file)");
+}
+
+TEST(ErrorTableFile, RefusesAHeadThatIsWrong) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n# end, 2 rows\n";
+    const std::string changed =
+        " is not that of the rows, which are changed or damaged; if they are right, write: "
+        "# checksum: 540aff5d";
+    for (const auto& [text, sentence] :
+         Texts{{"# checksum: 540aff5e\n" + rows, "/a.csv: line 1: checksum '540aff5e'" + changed},
+               {"#\n# checksum: 540aff\n" + rows, "/a.csv: line 2: checksum '540aff'" + changed},
+               {"# checksum:\n" + rows, "/a.csv: line 1: there is no checksum"},
+               {"# machine: a\n# MACHINE: b\n" + rows, "/a.csv: line 2: the machine is there twice"},
+               {rows + "# checksum: 540aff5d\n",
+                "/a.csv: line 5: the checksum stands in the head, before the first table"}})
+        EXPECT_EQ(refusal(text), sentence) << text;
+}
+
+// Lines that end otherwise, or remarks, are no other table.
+TEST(ErrorTableFile, ChecksumIsOfTheRowsAlone) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n";
+    for (const std::string& text : {closed(rows), with_line_ends(closed(rows), "\r\n"),
+                                    "\n# cold\n" + closed(" X,EXX \n\n0,0\n10,0.001")})
+        EXPECT_EQ(facts_of({{"a", text}})[0].checksum, "540aff5d") << text;
+    EXPECT_NE(facts_of({{"a", closed("X,EXX\n0,0\n10,0.002\n")}})[0].checksum, "540aff5d");
+}
+
+TEST(ErrorTableFile, RefusesASecondTableOfAnAxisInAnotherFile) {
+    const std::string x = closed("X,EXX\n0,0\n10,0.001\n");
+    EXPECT_EQ(refusal({{"/a.csv", x}, {"/b.csv", "#\n" + x}}),
+              "/b.csv: line 2: X has a table already, in /a.csv, line 1");
+}
+
+TEST(ErrorTableFile, TakesAsManyRowsAsItSaysAndNotOneMore) {
+    std::string text = "X,EXX\n";
+    for (int i = 0; i < 4096; ++i) text += std::to_string(i) + ",0\n";
+    EXPECT_EQ(refusal(closed(text)), "");
+    EXPECT_EQ(refusal(text + "4096,0\n"), "/a.csv: line 4098: more than 4096 rows");
+}
+
+TEST(ErrorTableFile, ReadsFilesAndRefusesWhatIsNone) {
+    const Folder folder;
+    const std::string x = folder.write("x.csv", closed("X,EXX\n0,0\n10,0.001\n"));
+    const std::string y = folder.write("y.csv", closed("Y,EYY\n0,0.002\n10,0\n"));
+    EXPECT_EQ(read_error_tables({x, y}).tables.at('Y').at(0).errors[1], 0.002);
+    EXPECT_TRUE(read_error_tables({}).tables.empty());
+
+    const std::string missing = folder / "none.csv", here = folder / ".";
+    const std::string large = folder.write("large.csv", std::string((4 << 20) + 1, '#'));
+    for (const auto& [file, words] : {std::pair(missing, "No such file or directory"),
+                                      {here, "is no regular file"},
+                                      {std::string("/dev/zero"), "is no regular file"},
+                                      {large, "is longer than 4 MiB"}}) {
+        try {
+            read_error_tables({file});
+            ADD_FAILURE() << "not refused: " << file;
+        } catch (const std::runtime_error& error) {
+            EXPECT_EQ(error.what(), file + ": " + words);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,438 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/mill: thermal displacement in a complete LinuxCNC in virtual time, twenty times faster than the clock."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+import linuxcnc_runs
+import plumb_contacts
+from linuxcnc_runs import BUILD, PROGRAMS, ROOT, change, changes, finish, own_folder, plumb_run, read_recording, um
+
+README = os.path.join(ROOT, "configs", "mill", "README.md")
+SPEED = 20
+
+GROWTH = 10 * um  # that grow.ngc adds
+TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and what the load leaves uncertain
+OPERATIONS = [10, 10, 10, 20, 20, 30]
+RAPID, FEED = 1, 2
+
+
+def copy_configuration(folder):
+    machine = linuxcnc_runs.copy_configuration("mill", folder)
+    for ini in ("mill.ini", "axis.ini"):  # the memory of a run is its own, and needs no disk
+        change(os.path.join(machine, ini), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+    return machine
+
+
+def run(folder, machine, *command, **more):
+    """Exit status and output of a command in the folder of a configuration."""
+    process = subprocess.Popen(
+        command,
+        cwd=machine,
+        env=linuxcnc_runs.environment(folder, PYTHONPATH=os.path.join(BUILD, "python"), **more),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    return finish(process)
+
+
+class Shift(unittest.TestCase):
+    """One start of LinuxCNC, in which programs/mill_scenario.py works through all scenes."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        cls.folder, cls.machine = folder, copy_configuration(folder)
+        scenario = os.path.join(PROGRAMS, "mill_scenario.py")
+        change(os.path.join(cls.machine, "mill.ini"), "common/headless.py", scenario)
+        with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
+            file.write("HALFILE = record.hal\n")
+        status, output = run(
+            folder, cls.machine, *plumb_run(BUILD, "--speed", "%g" % SPEED), "linuxcnc", "-r", "mill.ini"
+        )
+        if status != 42:
+            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+        cls.output = output
+        with open(os.path.join(cls.machine, "facts.json")) as file:
+            cls.facts = json.load(file)
+        cls.scenes = {
+            name[:-4]: read_recording(os.path.join(cls.machine, name))
+            for name in os.listdir(cls.machine)
+            if name.endswith(".csv") and name != "measured_growth.csv"
+        }
+
+    def cuts(self, scene):
+        """Errors of the cuts in a scene."""
+        rows = changes(self.scenes[scene]["mill.truth-cuts"])
+        operations = self.scenes[scene]["mill.truth-cut-operation"][rows]
+        self.assertEqual(list(operations), OPERATIONS)
+        return self.scenes[scene]["mill.truth-cut-error"][rows]
+
+    def test_scenes_are_those_of_the_scenario(self):
+        self.assertEqual(
+            sorted(self.scenes),
+            ["aborted", "aborted_before_learning", "before_probing", "compensated", "grown", "learnt"]
+            + ["probed", "refused", "uncompensated"],
+        )
+
+    def test_parts_are_true_on_the_cold_machine(self):
+        self.assertLess(abs(self.cuts("learnt")).max(), 3 * um)
+
+    def test_without_compensation_growth_goes_into_the_work(self):
+        np.testing.assert_allclose(self.cuts("uncompensated"), -GROWTH, atol=3 * um)
+
+    def test_with_compensation_only_the_first_cut_shows_growth(self):
+        for scene in ("compensated", "grown"):
+            with self.subTest(scene):
+                errors = self.cuts(scene)
+                self.assertLess(errors[0], -GROWTH / 2)
+                self.assertLess(abs(errors[1:]).max(), TOLERANCE)
+
+    def test_offset_moves_only_out_of_contact_and_slowly(self):
+        for name, scene in self.scenes.items():
+            with self.subTest(name):
+                moves = np.diff(scene["axis.z.eoffset"])
+                in_work = scene["mill.engagement"][1:] > 0
+                if name != "probed":  # where the probe touches
+                    self.assertEqual(np.count_nonzero(moves[in_work]), 0)
+                self.assertLess(abs(moves).max(initial=0), 5 * um)
+
+    def test_cycle_bits_frame_the_contacts(self):
+        for name in ("learnt", "uncompensated", "compensated", "grown"):
+            with self.subTest(name):
+                scene = self.scenes[name]
+                running, complete = scene["motion.digital-out-00"], scene["motion.digital-out-01"]
+                begin, end = changes(running)
+                self.assertTrue(begin < end and not running[0])
+                cutting = np.flatnonzero(scene["mill.engagement"] > 0)
+                self.assertTrue(begin < cutting[0] and cutting[-1] < end)
+                self.assertTrue(complete[end])
+                self.assertFalse(complete[begin : cutting[-1]].any())
+                learn = scene["motion.digital-out-02"]
+                self.assertEqual(learn[begin : end + 1].all(), name == "learnt")
+                self.assertFalse(learn[-1])
+
+    def test_operations_are_numbered_as_the_tools_feed(self):
+        scene = self.scenes["compensated"]
+        operation = scene["motion.analog-out-00"]
+        self.assertEqual([operation[row] for row in changes(operation)][::2], OPERATIONS)
+        feeding = scene["motion.motion-type"] == FEED
+        self.assertTrue((operation[feeding] != 0).all())
+        tools = scene["iocontrol.0.tool-number"][feeding]
+        self.assertTrue((tools == operation[feeding] / 10).all())
+
+    def test_contacts_are_those_of_the_feeding_end_mills(self):
+        scene = self.scenes["compensated"]
+        contacts = changes(scene["thermal.contacts"])
+        self.assertEqual(len(contacts), 5)  # and not the drill's
+        self.assertTrue((scene["motion.motion-type"][contacts] == FEED).all())
+        self.assertEqual(np.ptp(scene["thermal.contacts-accepted"]), 5)
+
+    def test_program_reads_the_offset_in_force(self):
+        for scene in self.scenes.values():
+            np.testing.assert_allclose(scene["motion.analog-in-00"][3:], scene["axis.z.eoffset"][2:-1], atol=0.1 * um)
+        told = [float(re.search("force (.*) mm", text)[1]) for text in self.facts["messages"] if "force" in text]
+        names = ["learnt", "uncompensated", "compensated", "grown", "before_probing"]
+        for name, offset in zip(names, told):
+            self.assertAlmostEqual(offset, self.scenes[name]["axis.z.eoffset"][-1], delta=0.1 * um)
+        self.assertEqual(len(told), len(names))
+
+    def test_abort_takes_the_bits_back_and_moves_nothing(self):
+        scene = self.scenes["aborted"]
+        self.assertTrue(scene["motion.digital-out-00"].any())
+        for bit in range(5):
+            self.assertFalse(scene["motion.digital-out-%02d" % bit][-1], bit)
+        self.assertEqual(scene["motion.analog-out-00"][-1], 0)
+        begin = changes(scene["motion.digital-out-00"])[0]
+        self.assertFalse(scene["motion.digital-out-01"][begin:].any())
+        self.assertEqual(np.ptp(scene["joint.2.motor-pos-cmd"][-500:]), 0)
+        request = self.scenes["aborted_before_learning"]["motion.digital-out-02"]
+        self.assertEqual([request[0], request[-1]], [1, 0])
+
+    def test_probing_with_an_offset_in_force_is_refused(self):
+        scene = self.scenes["refused"]
+        self.assertGreater(scene["axis.z.eoffset"][0], GROWTH)
+        self.assertLess(np.ptp(scene["joint.2.motor-pos-cmd"]), 10 * um)
+        self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
+        self.assertIn("refusal", self.facts)
+        self.assertTrue(any("Probing is broken off" in error for error in self.facts["errors"]), self.facts["errors"])
+
+    def test_probing_takes_the_offset_back_and_finds_the_work_where_the_offset_will_be_right(self):
+        self.assertAlmostEqual(self.facts["work"], -250, delta=2 * um)
+        self.assertAlmostEqual(self.scenes["probed"]["axis.z.eoffset"][-1], 0, delta=0.1 * um)
+        growth = self.scenes["probed"]["mill.truth-growth"][-1]
+        self.assertGreater(growth, 1.5 * GROWTH)
+        right = -250 + growth - self.facts["wanted"]
+        self.assertAlmostEqual(self.facts["probed"], right, delta=3 * um)  # the seat of the probe
+
+    def test_touch_off_comes_out_alike_with_the_offset_in_force_and_without(self):
+        for how in ("with", "without"):
+            self.assertAlmostEqual(
+                self.facts["touched off %s the offset" % how], self.facts["probed"], delta=0.2 * um, msg=how
+            )
+
+    def report(self, recording, *options):
+        """Exit status, output and the table of contacts of the report on a recording."""
+        status, output = run(self.folder, self.machine, "plumb", "contacts", recording, *options)
+        contacts = []
+        for line in output.partition("\nContacts, in mm\n")[2].partition("\n\n")[0].splitlines()[1:]:
+            words = line.split()
+            compared = len(words) > 7 and re.fullmatch(r"[+-]\d+\.\d+", words[6])
+            contacts.append(
+                {
+                    "key": tuple(map(int, words[2:5])),
+                    "cycle": int(words[1]),
+                    "coordinate": float(words[5]),
+                    "growth": float(words[6]) if compared else None,
+                    "verdict": " ".join(words[8 if compared else 6 :]),
+                }
+            )
+        return status, output, contacts
+
+    def test_report_says_what_the_machine_said(self):
+        _, output, contacts = self.report("load.txt", "--chart", "chart.png")
+        for cycle, name in ((3, "compensated"), (4, "grown")):
+            with self.subTest(name):
+                scene = self.scenes[name]
+                rows = changes(scene["thermal.contacts"])
+                reported = [c for c in contacts if c["cycle"] == cycle]
+                self.assertEqual(
+                    [c["key"] for c in reported], [(10, 1, 1), (10, 1, 2), (10, 1, 3), (20, 2, 1), (20, 2, 2)]
+                )
+                self.assertEqual({c["verdict"] for c in reported}, {"believed"})
+                for pin, value in (("contact-coordinate", "coordinate"), ("displacement", "growth")):
+                    said = scene["thermal." + pin][rows]
+                    np.testing.assert_allclose([c[value] for c in reported], said, atol=0.2 * um, err_msg=pin)
+        self.assertGreater(os.path.getsize(os.path.join(self.machine, "chart.png")), 10000)
+        self.assertIn("Not complete: cycle 5,", output)
+
+    def test_report_from_a_machine_without_compensation_says_what_it_would_have_done(self):
+        scene = self.scenes["uncompensated"]
+        with open(os.path.join(self.machine, "load.txt")) as file:
+            lines = file.readlines()
+        numbers = [line.split() for line in lines]
+        ends = [i for i in range(1, len(numbers)) if numbers[i - 1][10] == "1" and numbers[i][10] == "0"]
+        with open(os.path.join(self.machine, "first.txt"), "w") as file:
+            for line in lines[: ends[1] + 20]:
+                words = line.split()
+                words[12] = "0"  # and nobody has said which part to learn from
+                file.write(" ".join(words) + "\n")
+        self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
+        status, output, contacts = self.report("first.txt")
+        self.assertEqual(status, 1, output)
+        self.assertEqual([c["verdict"] for c in contacts], 5 * ["learnt"] + 5 * ["believed"])
+        growth = [c["growth"] for c in contacts if c["growth"] is not None]
+        np.testing.assert_allclose(growth, GROWTH, atol=TOLERANCE)
+        self.assertIn("taken as learnt by this report", output)
+        self.assertIn("No cycle asked to be learnt from", output)
+        self.assertNotIn("Nothing hinders compensation", output)
+        with open(os.path.join(self.machine, "first.txt")) as file:
+            asked = [line.split() for line in file]
+        for words in asked[: ends[0] + 1]:
+            words[12] = "1"
+        self.write("asked.txt", asked)
+        status, output, contacts = self.report("asked.txt", "--set", "dry-run=1")
+        self.assertEqual(status, 0, output)
+        self.assertIn("Nothing hinders compensation", output)
+        cycle = output.partition("with dry-run 0, in mm")[2].splitlines()[3].split()
+        self.assertAlmostEqual(float(cycle[5]), GROWTH, delta=TOLERANCE)
+
+        # What does worse is not recommended, what does better is.
+        believed = r"now +%d .*\n  these +%d "
+        status, output, _ = self.report("asked.txt", "--set", "threshold=100")
+        self.assertRegex(output, believed % (0, 5))
+        self.assertIn("Take the other settings over", output)
+        asked = [words[:1] + ["%g" % (float(words[1]) / 100)] + words[2:] for words in asked]
+        self.write("fraction.txt", asked)
+        status, output, _ = self.report("fraction.txt")
+        self.assertEqual(status, 1, output)
+        self.assertIn("is the load in percent of the rating?", output)
+        self.assertNotIn("setp thermal", output)
+
+    def write(self, name, rows):
+        with open(os.path.join(self.machine, name), "w") as file:
+            file.writelines(" ".join(words) + "\n" for words in rows)
+
+    def test_report_does_not_recommend_what_does_worse(self):
+        class Outcome(plumb_contacts.Replay):
+            def __init__(self, believed, sigma):
+                self.outcome = believed, sigma
+
+            def believed(self):
+                return self.outcome[0]
+
+            def sigma(self):
+                return self.outcome[1]
+
+        for this, other, better in (
+            ((10, 7), (4, 14), True),
+            ((4, 7), (10, 14), False),
+            ((10, 14), (4, 7), False),
+            ((10, 7), (10, 7.02), False),
+            ((10, 7), (10, 8), True),
+            ((10, 7), (0, np.inf), True),
+            ((0, np.inf), (0, np.inf), False),
+        ):
+            with self.subTest(this=this, other=other):
+                self.assertEqual(Outcome(*this).better_than(Outcome(*other)), better)
+
+    def test_report_names_signals_that_are_missing(self):
+        with open(os.path.join(self.machine, "load.txt")) as file:
+            rows = [line.split() for line in file.readlines()[:60000]]
+        for column, name, source in (
+            (1, "spindle-load", "what reads the drive"),
+            (2, "z-motor-fb", "joint.2.motor-pos-fb"),
+            (3, "z-velocity-cmd", "joint.2.vel-cmd"),
+            (4, "spindle-speed-cmd", "spindle.0.speed-out"),
+            (5, "feed-override", "halui.feed-override.value"),
+            (8, "motion-type", "motion.motion-type"),
+            (9, "tool-number", "iocontrol.0.tool-number"),
+        ):
+            with self.subTest(name):
+                self.write("missing.txt", [words[:column] + ["0"] + words[column + 1 :] for words in rows])
+                status, output, _ = self.report("missing.txt")
+                self.assertEqual(status, 2, output)
+                self.assertEqual(re.findall("net ([^ ]*) to (.*)", output), [(name, source)])
+                self.assertNotIn("setp", output)
+
+    def test_report_names_what_a_recording_lacks(self):
+        with open(os.path.join(self.machine, "load.txt")) as file:
+            lines = file.readlines()[:20000]
+        for name, changed, words in (
+            ("overrun", lines[:10] + ["overrun\n"] + lines[10:], "a larger depth"),
+            ("missing", lines[:10] + lines[11:], "samples are missing after sample 9"),
+            ("columns", [line.partition(" ")[2].partition(" ")[2] for line in lines], "11 columns"),
+            ("cycles", lines[:1000], "M64 P0"),
+        ):
+            with self.subTest(name):
+                file = os.path.join(self.machine, name + ".txt")
+                with open(file, "w") as recording:
+                    recording.writelines(changed)
+                status, output, _ = self.report(file)
+                self.assertEqual(status, 2, output)
+                self.assertIn(words, output)
+                self.assertNotIn("Traceback", output)
+
+
+class Screen(unittest.TestCase):
+    def test_axis_shows_the_panel_and_its_buttons_work(self):
+        folder = own_folder(self)
+        machine = copy_configuration(folder)
+        numbers, answer = os.pipe()
+        screen = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(answer), "-screen", "0", "1280x960x24", "-nolisten", "tcp"],
+            pass_fds=[answer],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(answer)
+        self.addCleanup(screen.wait)
+        self.addCleanup(screen.send_signal, signal.SIGTERM)
+        with os.fdopen(numbers) as line:
+            display = ":" + line.readline().strip()
+        shutil.copy(os.path.join(PROGRAMS, "mill_operator.py"), machine)
+        with open(os.path.join(machine, "axis.ini"), "a") as ini:
+            ini.write("[APPLICATIONS]\nAPP = ./mill_operator.py\n")
+        status, output = run(
+            folder, machine, *plumb_run(BUILD, "--speed", "5"), "linuxcnc", "-r", "axis.ini", DISPLAY=display
+        )
+        self.assertEqual(status, 0, output)
+        with open(os.path.join(machine, "panel.json")) as file:
+            seen = json.load(file)
+        self.assertTrue(seen["compensates"])
+
+
+class Readme(unittest.TestCase):
+    """Who follows the page gets what it says, but for the figures that differ from run to run."""
+
+    @classmethod
+    def setUpClass(cls):
+        with open(README) as page:
+            cls.page = page.read()
+        cls.folder = own_folder(cls)
+        cls.machine = copy_configuration(cls.folder)
+
+    def shown(self, before):
+        """What stands, indented, behind these words."""
+        return re.search(re.escape(before) + r"\n\n((?:    .*\n|\n)+)", self.page)[1]
+
+    def command(self, pattern):
+        return re.search(r"^    (%s.*?)(?: +#.*)?$" % pattern, self.page, re.M)[1]
+
+    def follow(self, command):
+        command = re.sub(r"--speed \d+", "--speed %d" % SPEED, command).replace("linuxcnc mill", "linuxcnc -r mill")
+        return run(self.folder, self.machine, "sh", "-c", command)
+
+    @staticmethod
+    def skeletons(text):
+        """Lines without their figures, and without what varies with them."""
+        lines = (re.sub(r"[+-]?\d+(\.\d+)?", "0", " ".join(line.split())) for line in text.splitlines())
+        lines = (re.sub(r" #.*", "", line) for line in lines if line)
+        return [line for line in lines if not line.startswith(("- Keep the settings", "- Take the other"))]
+
+    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "runs what the other tests run, for longer")
+    def test_commissioning_is_as_it_says(self):
+        machining = self.command(r"plumb run .* part.ngc grow.ngc part.ngc grow.ngc part.ngc grow.ngc part.ngc")
+        first = self.command("plumb run --speed 10 -- linuxcnc mill.ini setup.ngc learn.ngc")
+        self.assertTrue(machining.startswith(first), "the example is the beginning of the recording")
+        self.assertEqual(self.follow(self.command("echo"))[0], 0)
+        status, output = self.follow(machining)
+        self.assertEqual(status, 0, output)
+        printed = [line for line in output.splitlines() if re.match(" the work| operation|.* is done", line)]
+        shown = [line[4:] for line in self.shown("would find at its floor:").splitlines() if line]
+        self.assertEqual(self.skeletons("\n".join(printed[: len(shown)])), self.skeletons("\n".join(shown)))
+        cold = shown.index("grow.ngc is done")  # on the cold machine even the figures are the same
+        self.assertEqual(printed[:cold], shown[:cold])
+
+        status, output = self.follow(self.command(r"plumb contacts load.txt"))
+        self.assertEqual(status, 0, output)
+        said, shown = self.skeletons(output), self.skeletons(self.shown("says of the recording from step 2"))
+        self.assertEqual([line for line in shown if line not in said + ["..."]], [])
+        self.assertEqual([line for line in said if line not in shown], [])
+        self.assertIn("Nothing hinders compensation", output)
+
+        status, output = self.follow(self.command(r"plumb contacts load.txt --set"))
+        self.assertEqual(status, 0, output)
+        self.assertTrue(os.path.exists(os.path.join(self.machine, "report.png")))
+        status, output = self.follow(self.command("plumb bench"))
+        self.assertEqual(status, 0, output)
+        offsets = read_recording(os.path.join(self.machine, "offset.csv"))
+        self.assertGreater(offsets["thermal.z-offset"].max(), GROWTH)
+
+    def test_load_comes_by_what_it_shows(self):
+        """As far as it goes without the interface cards."""
+        import plumb
+
+        blocks = re.findall(r"```hal\n(.*?)```", self.page, re.S)
+        self.assertEqual(len(blocks), 3)
+        with open(os.path.join(self.machine, "load.ini"), "w") as file:
+            file.write(next(block for block in re.findall(r"```ini\n(.*?)```", self.page, re.S) if "MB2HAL" in block))
+        for block in blocks:
+            with plumb.Host() as host:
+                host.command("loadrt threads name1=servo-thread period1=1000000")
+                for line in block.splitlines():
+                    if re.search("YOUR-CARD|lcec", line):
+                        line = re.sub("(YOUR-CARD|lcec)[^ ]*", "", line)
+                    if line.startswith("loadusr"):
+                        line = line.replace("load.ini", os.path.join(self.machine, "load.ini"))
+                    if line:
+                        host.command(line)
+                host.command("start")
+                host.run(0.01)
+                self.assertEqual(host.get("spindle-load"), 0)
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, os.path.join(BUILD, "python"))
+    unittest.main()

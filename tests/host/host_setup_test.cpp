@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The first milliseconds of a host: where namespaces cannot be had, and where it or its keeper is killed
+// before it has them.
+#include "tests/support/bench.hpp"
+#include "tests/support/machine.hpp"
+#include "tests/support/program.hpp"
+
+#include <gmock/gmock.h>
+
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fcntl.h>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <thread>
+
+namespace plumb {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using Clock = std::chrono::steady_clock;
+
+const std::string plumb_program = "/tmp/bin/plumb";
+
+std::string contents(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_bench() {
+    std::ofstream("/tmp/lag.hal") << "loadrt threads name1=servo-thread period1=1000000\n"
+                                     "loadrt lowpass names=lag\naddf lag servo-thread\n";
+}
+
+// --- where the kernel forbids namespaces ---
+
+void without_namespaces(const std::function<void()>& body) {
+    MachineOptions options;
+    options.own_users = true;
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    on_own_machine(
+        [&] {
+            std::ofstream("/proc/sys/user/max_ipc_namespaces") << 0;
+            body();
+        },
+        options);
+}
+
+TEST(WithoutNamespaces, ARunIsRefusedAndItsProgramDoesNotStart) {
+    without_namespaces([] {
+        const Outcome refused = run_program({plumb_program, "run", "touch", "/tmp/started"}, "/tmp");
+        EXPECT_EQ(refused.status, 1);
+        EXPECT_THAT(
+            refused.errors,
+            AllOf(HasSubstr("plumb run: this system gives the run no namespaces (clone: No space left"),
+                  HasSubstr("--no-namespaces runs it nevertheless")));
+        EXPECT_FALSE(std::filesystem::exists("/tmp/started"));
+        const Outcome asked_for =
+            run_program({plumb_program, "run", "--no-namespaces", "touch", "/tmp/started"}, "/tmp");
+        EXPECT_EQ(asked_for.status, 0) << asked_for.errors;
+        EXPECT_EQ(asked_for.errors, "");
+        EXPECT_TRUE(std::filesystem::exists("/tmp/started"));
+    });
+}
+
+TEST(WithoutNamespaces, ABenchSaysSoAndUsesTheOneHal) {
+    without_namespaces([] {
+        write_bench();
+        const Outcome outcome = run_program({plumb_program, "bench", "lag.hal", "--for", "1"}, "/tmp");
+        EXPECT_EQ(outcome.status, 0) << outcome.errors;
+        EXPECT_THAT(outcome.output, HasSubstr("simulated 1 s"));
+        EXPECT_THAT(outcome.errors, HasSubstr("plumb-host: this system gives no namespaces (clone: "));
+        EXPECT_THAT(outcome.errors, HasSubstr("uses the computer's one HAL"));
+    });
+}
+
+// --- whoever is killed meanwhile ---
+
+class KilledWhileItIsSetUp : public testing::TestWithParam<Role> {
+protected:
+    const Role role = GetParam();
+
+    void on_machine(const std::function<void()>& body) const {
+        MachineOptions options = machine_of(role);
+        options.programs = {BUILD_DIR "/bin/plumb"};
+        on_own_machine(body, options);
+    }
+
+    static bool ended(pid_t child) {
+        siginfo_t state{};
+        return waitid(P_PID, static_cast<id_t>(child), &state, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+               state.si_pid != 0;
+    }
+
+    // Calls `kill_one` for the keeper as soon as the host is there, and then a bit later from run to run.
+    void run_and_kill(const std::function<void(pid_t keeper, pid_t host)>& kill_one,
+                      const std::function<void(const Outcome&)>& check) const {
+        Child child(role != Role::user, [&](Child&) {
+            int killed = 0;
+            for (int round = 0; round < 24; ++round) {
+                std::vector<std::string> words{plumb_program, "run"};
+                if (role == Role::no_namespaces) words.push_back("--no-namespaces");
+                words.insert(words.end(), {"sh", "-c", "readlink /proc/self/ns/ipc; ls /dev"});
+                const Outcome outcome = run_program(words, "/tmp", [&](pid_t keeper) {
+                    const std::string number = std::to_string(keeper);
+                    pid_t host = 0;
+                    while (host == 0 && !ended(keeper))
+                        std::ifstream("/proc/" + number + "/task/" + number + "/children") >> host;
+                    for (const auto end = Clock::now() + round * 150us; Clock::now() < end;) continue;
+                    if (host != 0) kill_one(keeper, host);
+                });
+                killed += outcome.status == 128 + SIGKILL;
+                check(outcome);
+            }
+            EXPECT_GT(killed, 0) << "each came too late";
+        });
+        child.await_success();
+    }
+};
+
+TEST_P(KilledWhileItIsSetUp, AHostEndsTheRunAndNoProgramSeesTheComputersDevices) {
+    on_machine([this] {
+        const std::string machines = std::filesystem::read_symlink("/proc/self/ns/ipc");
+        const std::string devices = run_program({"/bin/ls", "/dev"}, "/").output;
+        run_and_kill([](pid_t, pid_t host) { kill(host, SIGKILL); },
+                     [&](const Outcome& outcome) {
+                         EXPECT_THAT(outcome.status, testing::AnyOf(0, 128 + SIGKILL)) << outcome.errors;
+                         if (outcome.status != 0) {
+                             EXPECT_THAT(outcome.errors,
+                                         HasSubstr("plumb run: the virtual-time host was killed"));
+                         }
+                         if (role == Role::no_namespaces) return;
+                         EXPECT_THAT(outcome.output, Not(HasSubstr(machines)));
+                         EXPECT_THAT(outcome.output, Not(HasSubstr(devices)));
+                     });
+        expect_nothing_left({});
+    });
+}
+
+TEST_P(KilledWhileItIsSetUp, AKeeperTakesItsHostWithIt) {
+    on_machine([this] {
+        run_and_kill([](pid_t keeper, pid_t) { kill(keeper, SIGKILL); }, [](const Outcome&) {});
+        expect_nothing_left({});
+    });
+}
+
+INSTANTIATE_TEST_SUITE_P(, KilledWhileItIsSetUp, testing::Values(Role::root, Role::user, Role::no_namespaces),
+                         [](const auto& instance) { return name_of(instance.param); });
+
+// --- the lock of the one HAL, in a folder that every user can write ---
+
+const char* const lock_file = "/run/lock/plumb-host";
+
+struct HalLock : testing::Test {
+    void SetUp() override {
+        if (!std::filesystem::is_directory("/run/lock")) GTEST_SKIP() << "there is no /run/lock";
+    }
+    static void on_machine(const std::function<void()>& body) {
+        MachineOptions options;
+        options.programs = {BUILD_DIR "/bin/plumb"};
+        on_own_machine(
+            [&] {
+                write_bench();
+                body();
+            },
+            options);
+    }
+    static Outcome bench() {
+        return run_program({plumb_program, "bench", "--no-namespaces", "lag.hal", "--for", "1"}, "/tmp");
+    }
+    static mode_t mode_of(const char* file) {
+        struct stat state {};
+        return stat(file, &state) == 0 ? state.st_mode & 07777 : 0;
+    }
+};
+
+TEST_F(HalLock, ALinkInItsPlaceIsRefusedAndItsTargetStaysAsItIs) {
+    on_machine([] {
+        std::ofstream("/tmp/secret") << "secret\n";
+        ASSERT_EQ(chmod("/tmp/secret", 0600), 0);
+        for (const char* target : {"/tmp/secret", "/tmp/not-there"}) {
+            ASSERT_EQ(symlink(target, lock_file), 0);
+            const Outcome refused = bench();
+            EXPECT_EQ(refused.status, 1);
+            EXPECT_THAT(refused.errors, HasSubstr(std::string(lock_file) + " is a symbolic link"));
+            ASSERT_EQ(unlink(lock_file), 0);
+        }
+        EXPECT_EQ(mode_of("/tmp/secret"), 0600u);
+        EXPECT_EQ(contents("/tmp/secret"), "secret\n");
+        EXPECT_FALSE(std::filesystem::exists("/tmp/not-there"));
+    });
+}
+
+TEST_F(HalLock, APipeInItsPlaceIsRefusedAtOnce) {
+    on_machine([] {
+        ASSERT_EQ(mkfifo(lock_file, 0666), 0);
+        const Outcome refused = bench();
+        EXPECT_EQ(refused.status, 1);
+        EXPECT_THAT(refused.errors, HasSubstr(std::string(lock_file) + " is no file"));
+    });
+}
+
+TEST_F(HalLock, AFileThatIsThereKeepsItsRightsAndServes) {
+    on_machine([] {
+        const int there = open(lock_file, O_RDONLY | O_CREAT | O_CLOEXEC, 0600);
+        ASSERT_EQ(flock(there, LOCK_EX | LOCK_NB), 0);
+        std::thread later([&] {
+            std::this_thread::sleep_for(200ms);
+            close(there);
+        });
+        const Outcome outcome = bench();
+        later.join();
+        EXPECT_EQ(outcome.status, 0);
+        EXPECT_THAT(outcome.errors, HasSubstr("waits until the other host"));
+        EXPECT_EQ(mode_of(lock_file), 0600u);
+    });
+}
+
+TEST_F(HalLock, WhatItMakesServesEveryUserWhateverTheUmask) {
+    on_machine([] {
+        umask(077);
+        EXPECT_EQ(bench().status, 0);
+        EXPECT_EQ(mode_of(lock_file), 0644u);
+    });
+}
+
+TEST_F(HalLock, WhoWaitsForItCanBeEnded) {
+    on_machine([] {
+        const int there = open(lock_file, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
+        ASSERT_EQ(flock(there, LOCK_EX | LOCK_NB), 0);
+        const auto began = Clock::now();
+        const Outcome ended =
+            run_program({plumb_program, "run", "--no-namespaces", "true"}, "/tmp", [](pid_t host) {
+                std::this_thread::sleep_for(200ms);
+                kill(host, SIGTERM);
+            });
+        EXPECT_EQ(ended.status, 128 + SIGTERM);
+        EXPECT_LT(Clock::now() - began, 5s);
+    });
+}
+
+}  // namespace
+}  // namespace plumb

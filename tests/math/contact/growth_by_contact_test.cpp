@@ -1,0 +1,775 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/contact/growth_by_contact.hpp"
+
+#include "tests/support/milling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace plumb {
+namespace {
+
+using Event = GrowthByContact::Event;
+using Lost = GrowthByContact::Lost;
+
+constexpr double um = 1e-3;  // mm
+
+GrowthByContact::Settings settings(Method method = Method::coordinate, double unit = 1) {
+    GrowthByContact::Settings s;
+    s.method = method;
+    s.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
+    s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1, 0.2};
+    s.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
+    return s;
+}
+
+// A mill whose offset is what was last accepted, at once when the tool is out of the work.
+struct Shop {
+    Milling mill{};
+    GrowthByContact::Settings used = settings();
+    GrowthByContact measured{};
+    double target = 0;
+    std::vector<double> accepted{};                               // mm
+    std::function<void(Milling::Sample&)> tamper = [](auto&) {};  // with what is seen
+
+    void cycle(double growth, std::map<int, Milling::Upset> upsets = {}) {
+        mill.growth = growth;
+        mill.upsets = std::move(upsets);
+        const double unit = mill.unit;
+        mill.cycle([&](const Milling::Sample& true_sample) {
+            Milling::Sample sample = true_sample;
+            tamper(sample);
+            const double offset = unit * mill.offset;
+            if (measured.step(sample, offset == 0, used, mill.dt) == Event::accepted) {
+                accepted.push_back(measured.growth() / unit);
+                target = measured.growth();
+            }
+            return measured.in_work() ? offset : target;
+        });
+    }
+    void learn() {
+        mill.learn = true;
+        cycle(0);
+        mill.learn = false;
+    }
+    const GrowthByContact::Counts& counts() const { return measured.counts(); }
+};
+
+Shop learnt(Method method = Method::coordinate) {
+    Shop shop;
+    shop.used = settings(method);
+    shop.learn();
+    return shop;
+}
+
+TEST(GrowthByContact, MeasuresGrowthByEitherMethodAtAnyPeriod) {
+    for (const Method method : {Method::coordinate, Method::time})
+        for (const double dt : {0.0005, 0.001, 0.002}) {
+            Shop shop;
+            shop.mill.dt = dt;
+            shop.used = settings(method);
+            shop.learn();
+            ASSERT_TRUE(shop.measured.cycle().references().made_with(shop.mill.setup));
+            for (int n = 0; n < 3; ++n) shop.cycle(12 * um);
+            ASSERT_EQ(shop.accepted.size(), 12u);
+            for (const double g : shop.accepted) EXPECT_NEAR(g, 12 * um, 0.5 * um) << dt;
+            EXPECT_EQ(shop.counts().missed, 0);
+        }
+}
+
+TEST(GrowthByContact, MeasuresInInches) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.mill.unit = 1 / 25.4;
+        shop.used = settings(method, 1 / 25.4);
+        shop.learn();
+        for (int n = 0; n < 2; ++n) shop.cycle(12 * um);
+        ASSERT_EQ(shop.accepted.size(), 8u);
+        for (const double g : shop.accepted) EXPECT_NEAR(g, 12 * um, 0.5 * um);
+    }
+}
+
+TEST(GrowthByContact, AConstantGrowthStaysConstantForAThousandContacts) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.mill.dt = 0.002;
+        shop.used = settings(method);
+        shop.learn();
+        for (int n = 0; n < 250; ++n) shop.cycle(14 * um);
+        ASSERT_EQ(shop.accepted.size(), 1000u);
+        for (const double g : shop.accepted) ASSERT_NEAR(g, 14 * um, 0.5 * um);
+    }
+}
+
+TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSigmaForAThousandCycles) {
+    constexpr double tolerance = 2 * um;
+    Shop shop;
+    shop.mill.program = {{10, 1, -20}};
+    shop.mill.noise = 0.3;
+    shop.mill.dt = 0.004;
+    shop.used.between.by_speed = true;
+    shop.learn();
+    double offset = 0, largest = 0, variance = 0;
+    for (int n = 0; n < 1000; ++n) {
+        shop.cycle(14 * um);
+        ASSERT_EQ(shop.counts().accepted, n + 1);
+        const double estimate = shop.measured.estimate(shop.used);
+        if (std::abs(estimate - offset) > tolerance) offset = estimate;
+        largest = std::max(largest, std::abs(offset - 14 * um));
+        variance += shop.measured.sigma() * shop.measured.sigma() / 1000;
+    }
+    EXPECT_LE(largest, tolerance + 3 * std::sqrt(variance));
+    EXPECT_GT(largest, 0.5 * um) << "there is noise";
+}
+
+TEST(GrowthByContact, ScatterOfContactsIsWhatSigmaSays) {
+    Shop shop;
+    shop.mill.noise = 0.3;
+    shop.mill.dt = 0.002;
+    shop.learn();
+    for (int n = 0; n < 50; ++n) shop.cycle(15 * um);
+    ASSERT_EQ(shop.accepted.size(), 200u);
+    double variance = 0;
+    for (const double g : shop.accepted) variance += (g - 15 * um) * (g - 15 * um) / 200;
+    EXPECT_LT(std::sqrt(variance), 2 * um);
+    EXPECT_GT(shop.measured.sigma(), 0.5 * std::sqrt(variance));
+    EXPECT_LT(shop.measured.sigma(), 3 * std::sqrt(variance));
+}
+
+TEST(GrowthByContact, AnAirCutIsMissedAndShiftsNothingElse) {
+    Shop shop = learnt();
+    shop.cycle(10 * um, {{1, {true}}});
+    EXPECT_EQ(shop.counts().missed, 1);
+    ASSERT_EQ(shop.accepted.size(), 3u);
+    for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um);
+}
+
+// Trap 6 in the small: counted by contacts, the second plunge would be taken for the first and shift by -2
+// um.
+TEST(GrowthByContact, AnAirCutIsNotMistakenForTheNextPlungeOfTheSameOperation) {
+    Shop shop;
+    shop.mill.program = {{30, 1, -20}, {30, 1, -20.012}};
+    shop.learn();
+    shop.cycle(10 * um, {{0, {true}}});
+    ASSERT_EQ(shop.accepted.size(), 1u);
+    EXPECT_NEAR(shop.accepted[0], 10 * um, 0.5 * um);
+    EXPECT_EQ(shop.counts().missed, 1);
+}
+
+TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
+    Shop shop;
+    shop.mill.program = {{30, 1, -20}, {30, 1, -20}};
+    shop.learn();
+    shop.mill.growth = 10 * um;
+    int early = 0;  // periods of retraction in which the tool was taken to be out
+    shop.mill.cycle([&](const Milling::Sample& sample) {
+        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        early += shop.mill.cutting && sample.velocity > 0 && !shop.measured.in_work();
+        return 0.0;
+    });
+    EXPECT_LE(early, 2) << "one in each of two cuts: a contact is seen a little late, and so a little low";
+    EXPECT_FALSE(shop.measured.in_work());
+}
+
+TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCountOrNot) {
+    Shop shop = learnt();
+    shop.used.excluded[0] = shop.mill.program.front().operation;
+    int periods = 0, free = 0;
+    shop.mill.cycle([&](const Milling::Sample& sample) {
+        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        const bool down = sample.cycle_running && sample.motion == 2 && sample.velocity < 0;
+        periods += down;
+        free += down && !shop.measured.in_work();
+        return 0.0;
+    });
+    EXPECT_GT(periods, 1000);
+    EXPECT_EQ(free, 0);
+}
+
+TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {
+    const std::pair<double, Rejection> cases[]{{5, Rejection::outside_window},
+                                               {-5, Rejection::outside_window},
+                                               {0.3, Rejection::too_large},
+                                               {0.08, Rejection::beyond_gate},
+                                               {-0.08, Rejection::beyond_gate}};
+    for (const auto& [height, reason] : cases) {
+        Shop shop = learnt();
+        shop.cycle(10 * um);
+        const double before = shop.target;
+        for (int n = 0; n < 5; ++n) {
+            Milling::Upset upset;
+            upset.height = height < -0.6 ? 0 : height;
+            upset.air = height < -0.6;
+            shop.cycle(10 * um, {{0, upset}});
+            EXPECT_NEAR(shop.target, before, 0.5 * um) << height;
+        }
+        if (height > -0.6) {
+            EXPECT_EQ(shop.measured.rejection(), reason) << height;
+        }
+    }
+}
+
+TEST(GrowthByContact, WithinTheGateAChipShiftsByItsHeightUntilTheNextContact) {
+    Shop shop = learnt();
+    shop.cycle(10 * um);
+    Milling::Upset chip;
+    chip.height = 12 * um;
+    shop.cycle(10 * um, {{3, chip}});
+    EXPECT_NEAR(shop.target, 22 * um, 0.5 * um) << "nobody can know";
+    shop.cycle(10 * um);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, SaysWhenTheGateKeepsOutAllContacts) {
+    Shop shop = learnt();
+    shop.cycle(10 * um);
+    for (int n = 0; n < 2; ++n) shop.cycle(-80 * um);
+    shop.cycle(-80 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // says nothing either way
+    EXPECT_FALSE(shop.measured.lost_track());
+    shop.cycle(-80 * um);
+    EXPECT_TRUE(shop.measured.lost_track());
+    shop.cycle(10 * um, {{3, {false, 0.2}}});
+    EXPECT_FALSE(shop.measured.lost_track()) << "one rejected contact among others does not count";
+}
+
+TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
+    Shop shop = learnt();
+    bool in_the_cut = false;
+    shop.tamper = [&](Milling::Sample& sample) {
+        const bool at_the_bottom = sample.operation == 20 && shop.mill.cutting && sample.velocity == 0;
+        if (!at_the_bottom) return;
+        in_the_cut = true;
+        sample.velocity = 0.001;
+        sample.motion = 2;
+    };
+    shop.mill.cycle([&](const Milling::Sample& true_sample) {
+        Milling::Sample sample = true_sample;
+        shop.tamper(sample);
+        shop.measured.step(sample, true, shop.used, shop.mill.dt);
+        if (sample.velocity == 0.001) {
+            EXPECT_TRUE(shop.measured.in_work());
+            EXPECT_TRUE(shop.measured.detector().in_work());
+        }
+        return 0.0;
+    });
+    EXPECT_TRUE(in_the_cut);
+}
+
+TEST(GrowthByContact, TheGateOpensWithTime) {
+    Shop shop = learnt();
+    shop.cycle(25 * um);
+    EXPECT_EQ(shop.counts().accepted, 0);
+    for (int n = 0; n < 4; ++n) shop.cycle(25 * um);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+    EXPECT_GT(shop.counts().accepted, 0) << "after 125 s at 0.2 um/s";
+    EXPECT_NEAR(shop.target, 25 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, AnotherFeedIsRejectedByEitherMethod) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop = learnt(method);
+        Milling::Upset slow;
+        slow.feed_override = 0.8;
+        shop.cycle(10 * um, {{0, slow}});
+        EXPECT_EQ(shop.counts().rejected, 1);
+        EXPECT_EQ(shop.measured.rejection(), Rejection::feed_differs);
+        EXPECT_EQ(shop.counts().accepted, 3);
+    }
+}
+
+TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
+    Milling::Upset held;
+    held.hold = 0.05;  // 100 um at 2 mm/s, to a clock
+    Shop timed = learnt(Method::time);
+    timed.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(timed.measured.rejection(), Rejection::time_differs);
+    EXPECT_EQ(timed.counts().accepted, 3);
+    Shop placed = learnt(Method::coordinate);
+    placed.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(placed.counts().accepted, 4) << "the coordinate does not care";
+    EXPECT_NEAR(placed.accepted[0], 10 * um, 0.5 * um);
+}
+
+// Held just after it has met the work, before the load shows it, the tool seems to meet it where it goes on.
+TEST(GrowthByContact, AFeedHoldInTheContactIsNotBelieved) {
+    Milling::Upset held;
+    held.hold = 3;
+    double worst = 0;  // of what would be believed
+    const Shop before = learnt();
+    for (double height = 0.2; height > -0.2; height -= 0.01) {
+        held.hold_height = height;
+        for (const double steady_time : {0.0, 0.2}) {
+            Shop shop = before;
+            shop.used.limits.steady_time = steady_time;
+            shop.cycle(10 * um, {{0, held}});
+            ASSERT_GE(shop.accepted.size(), steady_time == 0 ? 1u : 3u);
+            const double error = std::abs(shop.accepted[0] - 10 * um);
+            if (steady_time == 0)
+                worst = std::max(worst, error);
+            else
+                EXPECT_LT(error, 0.5 * um) << height;
+        }
+    }
+    EXPECT_GT(worst, 10 * um) << "as far as the gate lets it";
+    held.hold_height = 0.45;
+    Shop above = learnt();
+    above.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(above.counts().accepted, 4) << "0.2 s at 2 mm/s before the contact";
+    held.hold_height = 0.35;
+    above.cycle(10 * um, {{0, held}});
+    EXPECT_EQ(above.measured.rejection(), Rejection::unsteady_feed);
+    EXPECT_EQ(above.counts().accepted, 7);
+}
+
+TEST(GrowthByContact, AClockThatMissedItsStartIsNotBelieved) {
+    Shop shop;
+    shop.used = settings(Method::time);
+    shop.used.contact.blanking_time = 0;
+    shop.learn();
+    shop.tamper = [](Milling::Sample& s) {
+        if (s.motion == 2 && std::abs(s.z - s.start_height) < 0.1)
+            s.z = std::numeric_limits<double>::quiet_NaN();
+    };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 0);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::time_differs);
+}
+
+TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {
+    Shop shop;
+    shop.used = settings(Method::time);
+    shop.used.program_clock = true;
+    shop.learn();
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 4);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+    shop.mill.change_time = 0.02;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::time_differs);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, ASpeedChangeOnTheWayBlanksTheContact) {
+    Shop shop = learnt();
+    Milling::Upset change;
+    change.speed_change = true;
+    shop.cycle(10 * um, {{0, change}});
+    EXPECT_EQ(shop.measured.rejection(), Rejection::blanked);
+    EXPECT_EQ(shop.counts().rejected, 1);
+    EXPECT_EQ(shop.counts().missed, 0) << "it came, though it was not believed";
+}
+
+TEST(GrowthByContact, AnAbortedCycleCountsWhatItHadAndNoMore) {
+    Shop shop = learnt();
+    Milling::Upset abort;
+    abort.abort = true;
+    shop.cycle(10 * um, {{1, abort}});
+    EXPECT_EQ(shop.counts().accepted, 1) << "the other one was still being fitted";
+    EXPECT_EQ(shop.counts().missed, 0);
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 5);
+    EXPECT_EQ(shop.counts().unexpected, 0);
+}
+
+TEST(GrowthByContact, AnAbortedLearningCycleLeavesNoReference) {
+    Shop shop;
+    shop.mill.learn = true;
+    Milling::Upset abort;
+    abort.abort = true;
+    shop.cycle(0, {{1, abort}});
+    EXPECT_TRUE(shop.measured.learning_failed());
+    EXPECT_FALSE(shop.measured.cycle().references().made_with(shop.mill.setup));
+    shop.learn();
+    EXPECT_FALSE(shop.measured.learning_failed());
+    EXPECT_TRUE(shop.measured.cycle().references().made_with(shop.mill.setup));
+}
+
+TEST(GrowthByContact, ALearningCycleThatLosesASignalLeavesNoReference) {
+    for (double Milling::Sample::*signal :
+         {&Milling::Sample::load, &Milling::Sample::z, &Milling::Sample::speed, &Milling::Sample::velocity,
+          &Milling::Sample::applied_offset, &Milling::Sample::start_height,
+          &Milling::Sample::feed_override}) {
+        Shop shop;
+        int periods = 0;
+        shop.tamper = [&](Milling::Sample& s) {
+            if (++periods == 5000) s.*signal = std::numeric_limits<double>::quiet_NaN();
+        };
+        shop.learn();
+        EXPECT_TRUE(shop.measured.learning_failed());
+    }
+}
+
+TEST(GrowthByContact, LearnTakenBackOrAnOffsetInForceLeavesNoReference) {
+    Shop taken_back;
+    int periods = 0;
+    taken_back.tamper = [&](Milling::Sample& s) { s.learn = ++periods < 5000; };
+    taken_back.learn();
+    EXPECT_TRUE(taken_back.measured.learning_failed());
+    Shop shifted;
+    shifted.target = 5 * um;
+    shifted.learn();
+    EXPECT_TRUE(shifted.measured.learning_failed());
+}
+
+TEST(GrowthByContact, ACycleIsNotJoinedInItsMiddle) {
+    Shop shop;
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) { s.enable = ++periods > 4000; };
+    shop.learn();
+    EXPECT_EQ(shop.counts().contacts, 0);
+    EXPECT_FALSE(shop.measured.cycle().references().made_with(shop.mill.setup));
+}
+
+TEST(GrowthByContact, DisablingEndsTheCycle) {
+    Shop shop = learnt();
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) { s.enable = ++periods < 8000; };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 1);
+    EXPECT_EQ(shop.counts().missed, 0);
+}
+
+TEST(GrowthByContact, AReferenceOfAnotherProgramOrOtherToolsIsRefusedUntilAcknowledged) {
+    for (const Refusal reason : {Refusal::program, Refusal::tool_set}) {
+        Shop shop = learnt();
+        std::int32_t& id = reason == Refusal::program ? shop.mill.setup.program : shop.mill.setup.tool_set;
+        ++id;
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.measured.refusal().reason(), reason);
+        EXPECT_FALSE(shop.measured.applicable());
+        EXPECT_EQ(shop.counts().rejected, 4);
+        EXPECT_EQ(shop.counts().missed, 0) << "nothing was compared";
+        EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+        --id;
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.measured.refusal().reason(), reason) << "what the operator was told stays";
+        EXPECT_EQ(shop.counts().accepted, 0);
+        shop.measured.acknowledge();
+        EXPECT_TRUE(shop.measured.applicable());
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, 4);
+        ++id;
+        for (int n = 0; n < 2; ++n) {
+            shop.measured.acknowledge();
+            shop.cycle(10 * um);
+            EXPECT_EQ(shop.measured.refusal().reason(), reason) << "each start is judged anew";
+        }
+        shop.target = 0;
+        shop.learn();
+        EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, 8);
+    }
+}
+
+TEST(GrowthByContact, WhatIsAcknowledgedInACycleIsNotComparedBeforeTheNext) {
+    Shop shop = learnt();
+    ++shop.mill.setup.program;
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) {
+        if (++periods == 5000) shop.measured.acknowledge();
+        if (periods > 5000) --s.setup.program;
+        if (periods > 5001 && s.cycle_running) {
+            EXPECT_FALSE(shop.measured.applicable());
+        }
+    };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
+    EXPECT_EQ(shop.counts().accepted, 0);
+}
+
+TEST(GrowthByContact, AToolSetThatChangesInACycleEndsItsComparisons) {
+    Shop shop = learnt();
+    shop.tamper = [&](Milling::Sample& s) { s.setup.tool_set += shop.counts().accepted > 0; };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 1);
+    EXPECT_EQ(shop.counts().rejected, 3);
+}
+
+TEST(GrowthByContact, ACycleAtAnotherFeedOrOverrideRefusesTheReference) {
+    Milling::Upset slow;
+    slow.feed_override = 0.8;
+    Shop overridden = learnt();
+    overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}});
+    EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::none) << "the last contact agreed";
+    overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}, {3, slow}});
+    EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::feed_override);
+    EXPECT_EQ(overridden.counts().accepted, 1);
+    overridden.measured.acknowledge();
+    overridden.cycle(10 * um);
+    EXPECT_EQ(overridden.counts().accepted, 5);
+
+    Shop edited = learnt();
+    edited.mill.feed = 1.6;
+    edited.cycle(10 * um);
+    EXPECT_EQ(edited.measured.refusal().reason(), Refusal::feed);
+
+    Shop aborted = learnt();
+    Milling::Upset abort = slow;
+    abort.abort = true;
+    aborted.cycle(10 * um, {{0, slow}, {1, abort}});
+    EXPECT_EQ(aborted.measured.refusal().reason(), Refusal::none) << "how it would have gone on is not known";
+}
+
+TEST(GrowthByContact, WithoutAReferenceNothingIsRefused) {
+    Shop shop;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+    EXPECT_EQ(shop.counts().rejected, 4);
+    Shop forgotten = learnt();
+    ++forgotten.mill.setup.program;
+    forgotten.cycle(10 * um);
+    forgotten.measured.forget();
+    forgotten.cycle(10 * um);
+    EXPECT_EQ(forgotten.measured.refusal().reason(), Refusal::none);
+}
+
+TEST(GrowthByContact, SeveralColdCyclesAreAveragedAndTellTheirScatter) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.used = settings(method);
+        shop.used.reference_cycles = 3;
+        shop.mill.learn = true;
+        for (const double growth : {0 * um, 6 * um, 12 * um}) {  // it warms
+            EXPECT_EQ(shop.measured.cycle().references().size(), 0);
+            shop.cycle(growth);
+            EXPECT_EQ(shop.target, 0);
+        }
+        shop.mill.learn = false;
+        const ContactReferences& references = shop.measured.cycle().references();
+        ASSERT_EQ(references.size(), 4);
+        for (std::int32_t i = 0; i < 4; ++i) {
+            EXPECT_EQ(references[i].cycles, 3);
+            EXPECT_NEAR(references[i].scatter, 6 * um, 0.3 * um);
+        }
+        shop.cycle(16 * um);
+        ASSERT_EQ(shop.accepted.size(), 4u);
+        for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um) << "from their middle";
+        EXPECT_GT(shop.measured.sigma(), 6 * um);
+        EXPECT_LT(shop.measured.sigma(), 9 * um);
+    }
+}
+
+TEST(GrowthByContact, AChipInOneOfSeveralColdCyclesSpoilsNoMean) {
+    Shop shop;
+    shop.used.reference_cycles = 3;
+    shop.mill.learn = true;
+    Milling::Upset chip;
+    chip.height = 0.2;
+    shop.cycle(0);
+    shop.cycle(0, {{1, chip}});
+    EXPECT_EQ(shop.measured.rejection(), Rejection::too_large);
+    shop.cycle(0);
+    EXPECT_EQ(shop.measured.cycle().references().size(), 3) << "without that contact";
+    const GrowthByContact::Counts& n = shop.counts();
+    EXPECT_EQ(n.contacts, 12);
+    EXPECT_EQ(n.rejected, 1);
+    shop.mill.learn = false;
+    shop.cycle(10 * um);
+    EXPECT_EQ(n.accepted, 3);
+    EXPECT_EQ(n.unexpected, 2) << "in the third learning cycle, and now";
+    for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, ReferencesRememberWhatMadeThem) {
+    Shop shop;
+    shop.tamper = [&](Milling::Sample& s) {
+        s.temperature = 17.5;
+        s.date = 20261121;
+        if (s.z < -30) s.temperature = std::numeric_limits<double>::quiet_NaN();
+    };
+    shop.learn();
+    for (std::int32_t i = 0; i < 4; ++i) {
+        const ContactReference& r = shop.measured.cycle().references()[i];
+        EXPECT_EQ(r.temperature, 17.5);
+        EXPECT_EQ(r.date, 20261121);
+        EXPECT_EQ(r.setup, shop.mill.setup);
+        EXPECT_TRUE(r.valid());
+    }
+}
+
+TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
+    Shop shop = learnt();
+    shop.mill.program.push_back({50, 1, -30});
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 4);
+    EXPECT_EQ(shop.counts().unexpected, 1);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::unexpected);
+}
+
+TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
+    Shop shop;
+    shop.used.excluded = {11, 12, 13, 20, 14, 15, 16, 17};
+    shop.mill.program.push_back({0, 1, -30});
+    shop.learn();
+    EXPECT_EQ(shop.counts().contacts, 3);
+    EXPECT_EQ(shop.measured.cycle().references().size(), 3);
+}
+
+TEST(GrowthByContact, TheAgeOfTheLoadIsTakenOffTheContact) {
+    Shop shop;
+    shop.mill.latency = 0.05;
+    shop.used.load_latency = 0.05;
+    shop.learn();
+    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.coordinate, -20, 1 * um);
+    EXPECT_NEAR(shop.measured.cycle().references()[0].contact.time, 1, 0.0005);
+}
+
+TEST(GrowthByContact, AContactIsFittedByTheTimeConstantOfItsReference) {
+    Shop shop = learnt();
+    const double time_constant = shop.measured.cycle().references()[0].contact.time_constant;
+    EXPECT_NEAR(time_constant, 0.03, 0.002);
+    shop.mill.noise = 0.3;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.contact().time_constant,
+              shop.measured.cycle().references()[3].contact.time_constant);
+}
+
+TEST(GrowthByContact, ASofterPartShiftsNothing) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop = learnt(method);
+        shop.mill.step *= 0.7;
+        shop.cycle(10 * um);
+        ASSERT_EQ(shop.accepted.size(), 4u);
+        for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 0.2 * um);
+    }
+}
+
+// What lasts for the debounce time and no longer is a contact by its threshold, and not by its shape.
+TEST(GrowthByContact, ARiseThatIsNoneIsRejected) {
+    Shop shop = learnt();
+    shop.mill.upsets = {};
+    int periods = 0;
+    shop.tamper = [&](Milling::Sample& s) {
+        const bool short_pulse =
+            s.operation == 20 && s.velocity < 0 && s.motion == 2 && s.z > -39.7 && s.z < -39.6;
+        if (short_pulse) s.load += 6, ++periods;
+    };
+    shop.cycle(10 * um, {{1, {true}}});
+    EXPECT_GT(periods, 20);
+    EXPECT_EQ(shop.counts().rejected, 1);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_onset);
+}
+
+TEST(GrowthByContact, GrowthIsUncertainFromAChangeOfSpeedToTheNextContact) {
+    Shop shop = learnt();
+    EXPECT_FALSE(shop.measured.uncertain());
+    int uncertain = 0, periods = 0;
+    shop.tamper = [&](Milling::Sample&) { ++periods, uncertain += shop.measured.uncertain(); };
+    shop.cycle(10 * um);
+    EXPECT_FALSE(shop.measured.uncertain());
+    EXPECT_GT(uncertain, 6000) << "two tool changes, 3 s each";
+    EXPECT_LT(uncertain, periods / 2);
+}
+
+TEST(GrowthByContact, EveryContactIsCountedInOneWay) {
+    Shop shop = learnt();
+    Milling::Upset chip, slow, air;
+    chip.height = 0.2;
+    slow.feed_override = 0.8;
+    air.air = true;
+    shop.cycle(10 * um, {{0, chip}, {1, slow}});
+    shop.cycle(10 * um, {{2, air}});
+    shop.mill.program.push_back({50, 1, -30});
+    shop.cycle(10 * um);
+    const GrowthByContact::Counts& n = shop.counts();
+    EXPECT_EQ(n.contacts, 4 + n.accepted + n.rejected + n.unexpected);
+    EXPECT_EQ(n.contacts + n.missed, 4 + 4 + 4 + 5);
+}
+
+TEST(GrowthByContact, ReferencesOutliveARestart) {
+    const Shop before = learnt();
+    Shop after;
+    for (int i = 0; i < 4; ++i) EXPECT_TRUE(after.measured.restore(before.measured.cycle().references()[i]));
+    after.cycle(50 * um);
+    EXPECT_EQ(after.counts().accepted, 4) << "the gate is at its cap";
+    EXPECT_NEAR(after.target, 50 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    for (double Milling::Sample::*signal :
+         {&Milling::Sample::load, &Milling::Sample::z, &Milling::Sample::speed, &Milling::Sample::velocity,
+          &Milling::Sample::applied_offset, &Milling::Sample::start_height, &Milling::Sample::feed_override})
+        for (const double bad :
+             {std::numeric_limits<double>::quiet_NaN(), infinity, -infinity, 1e308, -1e308}) {
+            Shop shop;
+            shop.mill.dt = 0.002;
+            shop.used = settings(Method::time);
+            shop.learn();
+            int periods = 0;
+            shop.tamper = [&](Milling::Sample& s) {
+                EXPECT_EQ(GrowthByContact::lost(s), Lost::nothing);
+                if (++periods % 1000 != 0) return;
+                s.*signal = bad;
+                EXPECT_NE(GrowthByContact::lost(s), Lost::nothing);
+            };
+            shop.cycle(10 * um);
+            shop.tamper = [](auto&) {};
+            shop.cycle(10 * um);
+            EXPECT_GE(shop.accepted.size(), 4u);
+            for (const double g : shop.accepted) EXPECT_NEAR(g, 10 * um, 1 * um);
+            EXPECT_TRUE(std::isfinite(shop.measured.sigma()));
+        }
+}
+
+// Learnt from, one contact at 5 um, then ten minutes at a speed of which much growth is to be expected.
+Shop predicting(bool by_speed = true) {
+    Shop shop;
+    shop.used.between.by_speed = by_speed;
+    shop.used.gate.max_growth_rate = 0.01 * um;
+    shop.learn();
+    shop.cycle(5 * um);
+    Milling::Sample turning;
+    turning.enable = true;
+    turning.speed = 20000;
+    for (int i = 0; i < 600; ++i) shop.measured.step(turning, false, shop.used, 1);
+    return shop;
+}
+
+TEST(GrowthByContact, EstimateIsTheLastContactAndBySpeedWhatHasComeSince) {
+    const Shop holds = predicting(false), follows = predicting();
+    EXPECT_NEAR(holds.measured.estimate(holds.used), 5 * um, 0.5 * um);
+    EXPECT_EQ(holds.measured.estimate_sigma(holds.used), 0);
+    EXPECT_GT(follows.measured.estimate(follows.used), 15 * um);
+    EXPECT_GT(follows.measured.estimate_sigma(follows.used), 3 * um);
+}
+
+TEST(GrowthByContact, EstimateStaysWithinTheGateAboutTheLastContact) {
+    const Shop shop = predicting();
+    EXPECT_NEAR(shop.measured.gate(shop.used), 15 * um, 1e-9);
+    EXPECT_NEAR(shop.measured.estimate(shop.used) - shop.accepted.back(), 15 * um, 1e-9);
+}
+
+TEST(GrowthByContact, PredictionLetsNothingThroughTheGate) {
+    Shop shop = predicting();
+    const auto before = shop.accepted.size();
+    shop.cycle(-60 * um);
+    EXPECT_EQ(shop.accepted.size(), before);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+}
+
+TEST(GrowthByContact, AContactBeyondTheGateAboutThePredictionIsRejectedAndThePredictionGivenUp) {
+    Shop shop = predicting();
+    const auto before = shop.accepted.size();
+    shop.mill.program = {{10, 1, -20}};
+    shop.cycle(-5 * um);  // 10 from the last contact, and 25 from the prediction
+    EXPECT_EQ(shop.accepted.size(), before);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+    EXPECT_NEAR(shop.measured.estimate(shop.used), 5 * um, 0.5 * um);
+    shop.cycle(-5 * um);
+    ASSERT_EQ(shop.accepted.size(), before + 1);
+    EXPECT_NEAR(shop.accepted.back(), -5 * um, 0.5 * um);
+}
+
+TEST(GrowthByContact, PredictsNothingBeforeAContactWasBelieved) {
+    Shop shop = predicting();
+    shop.measured.forget();
+    EXPECT_FALSE(shop.measured.known());
+    EXPECT_EQ(shop.measured.estimate_sigma(shop.used), 0);
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/geometry/tip_correction.hpp"
+
+#include "components/math/blocks/pi.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace plumb {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double um = 1e-3;    // mm
+constexpr double urad = 1e-6;  // rad
+constexpr double arcsec = pi / 180 / 3600;
+
+const std::size_t x = 0, y = 1, z = 2, w = 3;  // in a position
+
+KinematicChain::Settings chain(const char* text) {
+    KinematicChain::Settings settings;
+    settings.axes = AxisChainReader::read(text);
+    return settings;
+}
+
+Matrix3d about_x(double angle) {
+    return AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix();
+}
+Matrix3d about_y(double angle) {
+    return AngleAxisd(angle, Vector3d::UnitY()).toRotationMatrix();
+}
+Matrix3d about_z(double angle) {
+    return AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix();
+}
+
+// The machines themselves, each written out for its own construction.
+struct Column {
+    double ea0y, ec0y;
+
+    Vector3d tip(const AxisPosition& q, const Vector3d& tool) const {
+        const Matrix3d r = about_z(ec0y) * about_x(ea0y);
+        return Vector3d(q[0], 0, 0) + r * (Vector3d(0, q[1], 0) + tool) + Vector3d(0, 0, q[2]);
+    }
+};
+
+struct Portal {
+    double ea0w, eb0w, ea0z, eb0z;
+    TiltReading reading;
+    TiltDatum datum;
+
+    Vector3d tip(const AxisPosition& q, const Vector3d& tool) const {
+        const Matrix3d rail = about_y(eb0w) * about_x(ea0w);
+        const Matrix3d ram = about_y(eb0z) * about_x(ea0z);
+        const Matrix3d ram_on_bed = datum == TiltDatum::bed ? ram : Matrix3d(rail * ram);
+        const Vector3d saddle(0, q[1], 0);
+        const Vector3d along_rail = reading == TiltReading::component ? Vector3d(rail * saddle) : saddle;
+        return Vector3d(q[0], 0, 0) + rail * Vector3d(0, 0, q[3]) + along_rail +
+               ram_on_bed * (Vector3d(0, 0, q[2]) + tool);
+    }
+};
+
+Vector3d ideal(const AxisPosition& q, const Vector3d& tool) {
+    return Vector3d(q[0], q[1], q[2] + q[3]) + tool;
+}
+
+// Over a cube of 1 m with tools of 400 mm that are 50 mm out of centre.
+struct Worst {
+    double uncorrected = 0, corrected = 0, round_trip = 0;
+
+    template <typename Machine>
+    void judge(const TipCorrection& correction, const Machine& machine, double parallel) {
+        for (const double px : {-500.0, 0.0, 500.0})
+            for (const double py : {-500.0, 0.0, 500.0})
+                for (const double pz : {-500.0, 0.0, 500.0})
+                    for (const Vector3d& tool : {Vector3d(50, 0, -400), Vector3d(-35, -35, -400)})
+                        judge_at(correction, machine, {px, py, pz, parallel * px}, tool);
+    }
+
+    template <typename Machine>
+    void judge_at(const TipCorrection& correction, const Machine& machine, const AxisPosition& q,
+                  const Vector3d& tool) {
+        const AxisPosition there = TipCorrection::corrected(q, correction.at(q, tool).offset);
+        raise(uncorrected, machine.tip(q, tool) - ideal(q, tool));
+        raise(corrected, machine.tip(there, tool) - ideal(q, tool));
+        raise(round_trip, (correction.un_corrected(there, tool) - q).head<3>());
+    }
+
+    static void raise(double& worst, const Vector3d& error) { worst = std::max(worst, error.norm()); }
+
+    void hold(const char* name) const {
+        std::printf("%s: worst error %.1f um, corrected %.2g um, round trip %.2g mm\n", name,
+                    uncorrected / um, corrected / um, round_trip);
+        EXPECT_GT(uncorrected, 400 * um);
+        EXPECT_LT(corrected, 1e-6 * um);
+        EXPECT_LT(round_trip, 1e-9);
+    }
+};
+
+TEST(TipCorrection, EveryTiltOfAColumnLeavesNothing) {
+    Worst worst;
+    for (const int ea : {-1, 0, 1}) {
+        for (const int ec : {-1, 0, 1}) {
+            if (ea == 0 && ec == 0) continue;
+            const Column machine{ea * 100 * arcsec, ec * 100 * arcsec};
+            auto settings = chain("w-Z.b-X-Y-C-t");
+            settings.tilts[y].angles = {machine.ea0y, 0, machine.ec0y};
+            const KinematicChain model(settings);
+            worst.judge(TipCorrection(model), machine, 0);
+        }
+    }
+    worst.hold("column");
+}
+
+void every_tilt_of_a_portal_leaves_nothing(TiltReading reading, TiltDatum datum) {
+    Worst worst;
+    for (int combination = 0; combination < 81; ++combination) {
+        const auto angle = [&](int divisor) { return (combination / divisor % 3 - 1) * 100 * arcsec; };
+        const Portal machine{angle(27), angle(9), angle(3), angle(1), reading, datum};
+        auto settings = chain("w-X.b-W-Y-Z-C-t");
+        settings.reading = reading;
+        settings.datum = datum;
+        settings.tilts[w].angles = {machine.ea0w, machine.eb0w, 0};
+        settings.tilts[z].angles = {machine.ea0z, machine.eb0z, 0};
+        const KinematicChain model(settings);
+        worst.judge(TipCorrection(model), machine, 0.5);
+    }
+    worst.hold(reading == TiltReading::component ? "portal, component" : "portal, axis direction");
+}
+
+TEST(TipCorrection, EveryTiltOfAPortalLeavesNothingInAllReadings) {
+    for (const TiltReading reading : {TiltReading::component, TiltReading::axis_direction})
+        for (const TiltDatum datum : {TiltDatum::rail, TiltDatum::bed}) {
+            SCOPED_TRACE(datum == TiltDatum::rail ? "to the rail" : "to the bed");
+            every_tilt_of_a_portal_leaves_nothing(reading, datum);
+        }
+}
+
+TEST(TipCorrection, FirstOrderIsTheNegativeOfTheError) {
+    const double ea = 60 * urad, ec = -80 * urad;
+    auto settings = chain("w-Z.b-X-Y-C-t");
+    settings.tilts[y].angles = {ea, 0, ec};
+    const KinematicChain model(settings);
+    const TipCorrection correction(model);
+    const AxisPosition q(0, 800, 0, 0);
+    const Vector3d tool(0, 25, 250);
+    const Vector3d expected = -Vector3d(-ec * 825, -ea * 250, ea * 825);
+    EXPECT_LT((correction.at(q, tool).offset - expected).norm(), 0.02 * um);
+    EXPECT_LT((correction.at(q, tool).error + expected).norm(), 0.02 * um);
+    EXPECT_LT((correction.at(q, tool, {1, -2, 3}).error + expected).norm(), 0.02 * um);
+}
+
+TEST(TipCorrection, ParallelAxisStaysClamped) {
+    auto settings = chain("w-X.b-W-Y-Z-C-t");
+    settings.tilts[w].angles = {80 * arcsec, -60 * arcsec, 0};
+    const KinematicChain model(settings);
+    const AxisPosition q(10, 20, -30, 400);
+    const AxisPosition there = TipCorrection::corrected(q, TipCorrection(model).at(q, {0, 0, -200}).offset);
+    EXPECT_EQ(there[3], 400);
+}
+
+TEST(TipCorrection, ReferenceToolIsNotDisplacedAtThePivot) {
+    auto settings = chain("w-Z.b-X-Y-C-t");
+    settings.tilts[y].angles = {60 * arcsec, 0, -80 * arcsec};
+    const KinematicChain model(settings);
+    const Vector3d reference(0, 0, -150), longer(0, 0, -250);
+    const TipCorrection correction(model, reference);
+    EXPECT_LT(correction.at(AxisPosition::Zero(), reference).offset.norm(), 1e-9);
+    EXPECT_NEAR(correction.at(AxisPosition::Zero(), longer).offset.y(), std::sin(60 * arcsec) * -100,
+                0.05 * um);
+    const AxisPosition q(100, 200, -300, 0);
+    const AxisPosition there = TipCorrection::corrected(q, correction.at(q, longer).offset);
+    EXPECT_LT((correction.un_corrected(there, longer) - q).norm(), 1e-9);
+}
+
+// A portal with all tilts, and all errors of a worn machine on each axis, anew wherever it stands.
+class Worn {
+public:
+    Worn() : model_(settings()) {}
+
+    const KinematicChain& at(const AxisPosition& q) {
+        for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::W}) {
+            const int i = coordinate(axis);
+            model_.set_error(axis, error(q[i], 1 + 0.3 * i));
+        }
+        return model_;
+    }
+
+private:
+    static KinematicChain::Settings settings() {
+        auto s = chain("w-X.b-W-Y-Z-C-t");
+        for (AxisTilt& tilt : s.tilts) tilt.angles = Vector3d(100, -100, 100) * arcsec;
+        return s;
+    }
+
+    // A wave of 20 um and 50 urad over 600 mm.
+    static AxisError error(double position, double phase) {
+        const double k = 2 * pi / 600, s = std::sin(k * position + phase), c = std::cos(k * position + phase);
+        const Vector3d um_each(20 * um, -15 * um, 10 * um), urad_each(50 * urad, 40 * urad, -30 * urad);
+        return {position, {s * um_each, c * urad_each}, {k * c * um_each, -k * s * urad_each}};
+    }
+
+    KinematicChain model_;
+};
+
+const Vector3d long_tool(40, 30, -400);
+
+// With the errors of where the axes are to go, as after the first of many periods.
+struct Corrected {
+    Corrected(Worn& machine, const AxisPosition& q) {
+        c = TipCorrection(machine.at(q)).at(q, long_tool).offset;
+        const auto correction = TipCorrection(machine.at(TipCorrection::corrected(q, c))).at(q, long_tool, c);
+        c = correction.offset;
+        slopes = correction.slopes;
+    }
+
+    Vector3d c;
+    PositionSlopes slopes;
+};
+
+TEST(TipCorrection, TablesLeaveNothingAndRoundTrip) {
+    Worn machine;
+    Worst worst;
+    for (double s = -500; s <= 500; s += 50) {
+        const AxisPosition q(s, -0.7 * s, 0.3 * s, 0.5 * s);
+        const AxisPosition there = TipCorrection::corrected(q, Corrected(machine, q).c);
+        const KinematicChain& model = machine.at(there);
+        Worst::raise(worst.uncorrected, TipCorrection(machine.at(q)).at(q, long_tool).error);
+        machine.at(there);
+        Worst::raise(worst.corrected, model.tip(there, long_tool).place - ideal(q, long_tool));
+        Worst::raise(worst.round_trip, (TipCorrection(model).un_corrected(there, long_tool) - q).head<3>());
+    }
+    worst.hold("tables");
+}
+
+TEST(TipCorrection, SlopesAreThoseOfTheCorrection) {
+    Worn machine;
+    for (const double s : {-400.0, -30.0, 250.0}) {
+        const AxisPosition q(s, -0.7 * s, 0.3 * s, 0.5 * s);
+        const PositionSlopes slopes = Corrected(machine, q).slopes;
+        for (int i = 0; i < 4; ++i) {
+            const AxisPosition step = 0.1 * AxisPosition::Unit(i);
+            const Vector3d difference =
+                (Corrected(machine, q + step).c - Corrected(machine, q - step).c) / 0.2;
+            EXPECT_LT((slopes.col(i) - difference).norm(), 1e-8) << i;
+        }
+    }
+}
+
+TEST(TipCorrection, VelocityOnACircleIsThatOfTheCorrection) {
+    Worn machine;
+    const double radius = 200, rate = 0.5;  // mm, rad/s: 100 mm/s
+    const auto q = [&](double t) {
+        return AxisPosition(radius * std::cos(rate * t), radius * std::sin(rate * t), -100, 50);
+    };
+    const double dt = 0.001;
+    double worst = 0, fastest = 0;
+    for (double t = 0; t < 12.6; t += 0.1) {
+        const AxisPosition velocity(-radius * rate * std::sin(rate * t), radius * rate * std::cos(rate * t),
+                                    0, 0);
+        const Vector3d by_slopes = Corrected(machine, q(t)).slopes * velocity;
+        const Vector3d by_difference =
+            (Corrected(machine, q(t + dt)).c - Corrected(machine, q(t - dt)).c) / (2 * dt);
+        worst = std::max(worst, (by_slopes - by_difference).norm());
+        fastest = std::max(fastest, by_slopes.norm());
+    }
+    std::printf("circle: correction moves at up to %.1f um/s, slopes and difference differ by %.2g um/s\n",
+                fastest / um, worst / um);
+    EXPECT_LT(worst, 0.001 * um);
+}
+
+}  // namespace
+}  // namespace plumb

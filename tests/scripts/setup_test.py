@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""scripts/setup on machines that lack something, played by stand-ins for the package tools."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from tree import ROOT
+
+NOBODY = 65534
+
+
+class Setup(unittest.TestCase):
+    """A checkout with scripts/setup alone, and a machine whose only programs are stand-ins that keep a log."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = folder.name
+        os.chmod(self.root, 0o755)
+        self.log = os.path.join(self.root, "log")
+        open(self.log, "w").close()
+        os.chmod(self.log, 0o666)
+        for name in ("scripts", "bin"):
+            os.mkdir(os.path.join(self.root, name))
+        shutil.copy(os.path.join(ROOT, "scripts", "setup"), os.path.join(self.root, "scripts"))
+        for tool in ("bash", "dirname", "env", "grep", "nproc"):
+            os.symlink(shutil.which(tool), os.path.join(self.root, "bin", tool))
+        for tool in ("apt-get", "cmake"):
+            self.program(tool, "true")
+        self.program("apt-cache", 'echo "$2 | 1.0 | somewhere"', logged=False)
+
+    def program(self, name, script, logged=True):
+        path = os.path.join(self.root, "bin", name)
+        with open(path, "w", encoding="ascii") as file:
+            file.write("#!/bin/bash\n")
+            if logged:
+                file.write(f'echo "{name} $*" >>{self.log}\n')
+            file.write(script + "\n")
+        os.chmod(path, 0o755)
+
+    def lack(self, *packages):
+        """The machine has every package but these."""
+        lacking = "|".join(packages) or "-"
+        script = f'for p in "${{@:3}}"; do case $p in {lacking}) ;; *) echo "installed $p" ;; esac; done'
+        self.program("dpkg-query", script, logged=False)
+
+    def setup_as(self, user, *arguments):
+        become = (lambda: os.setuid(user)) if os.geteuid() == 0 and user else None
+        return subprocess.run(
+            [os.path.join(self.root, "scripts", "setup"), *arguments],
+            env={"PATH": os.path.join(self.root, "bin")},
+            preexec_fn=become,
+            capture_output=True,
+            text=True,
+            timeout=30,
+        )
+
+    def calls(self):
+        with open(self.log, encoding="ascii") as file:
+            return file.read().splitlines()
+
+    def test_nothing_missing_needs_no_root_and_no_apt(self):
+        self.lack()
+        done = self.setup_as(NOBODY)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([call.split()[0] for call in self.calls()], ["cmake", "cmake"])
+
+    def test_without_root_and_sudo_it_says_what_to_install(self):
+        self.lack("cmake", "linuxcnc-uspace")
+        done = self.setup_as(NOBODY)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("missing: linuxcnc-uspace cmake", done.stderr)
+        self.assertIn("root", done.stderr)
+        self.assertEqual(self.calls(), [])
+
+    def test_with_sudo_exactly_what_is_missing_is_installed(self):
+        self.lack("cmake", "mandoc")
+        self.program("sudo", '"$@"', logged=False)
+        done = self.setup_as(NOBODY)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(
+            self.calls()[:2],
+            ["apt-get update -q", "apt-get install -q -y --no-install-recommends cmake mandoc"],
+        )
+
+    @unittest.skipUnless(os.geteuid() == 0, "not root")
+    def test_root_needs_no_sudo(self):
+        self.lack("mandoc")
+        done = self.setup_as(0)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("apt-get install -q -y --no-install-recommends mandoc", self.calls())
+
+    @unittest.skipUnless(os.geteuid() == 0, "not root")
+    def test_further_packages_are_installed_for_who_asks(self):
+        self.lack("faketime", "mandoc")
+        done = self.setup_as(0, "--with", "iproute2 faketime", "product")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        calls = self.calls()
+        self.assertIn("apt-get install -q -y --no-install-recommends mandoc faketime", calls)
+        self.assertTrue(calls[-1].endswith("--target product"), calls)
+
+    def test_package_that_this_system_does_not_have_is_named(self):
+        self.lack("linuxcnc-uspace", "cmake")
+        self.program("sudo", '"$@"', logged=False)
+        self.program("apt-cache", '[[ $2 == linuxcnc-uspace ]] || echo "$2 | 1.0 | somewhere"', logged=False)
+        done = self.setup_as(NOBODY)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("do not have linuxcnc-uspace; those of Debian 12 do", done.stderr)
+        self.assertNotIn("install", " ".join(self.calls()))
+
+    def test_failed_update_is_reported(self):
+        self.lack("cmake")
+        self.program("sudo", '"$@"', logged=False)
+        self.program("apt-get", "exit 100")
+        done = self.setup_as(NOBODY)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("apt-get update failed", done.stderr)
+
+    def test_other_systems_are_told(self):
+        done = self.setup_as(NOBODY)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("Debian 12", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How tests start a complete LinuxCNC in virtual time, and read what it leaves."""
+
+import argparse
+import csv
+import io
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import numpy as np
+
+from plumb_run import plumb_run  # noqa: E402
+from tree import BUILD, ROOT
+
+PROGRAMS = os.path.join(ROOT, "tests", "programs")
+PATIENCE = 200  # seconds, for what takes a few
+PERIOD = 0.001  # seconds, of the servo thread
+nm = 1e-6  # mm
+um = 1e-3  # mm
+
+speed = 10  # times real time
+
+
+def own_folder(test):
+    folder = tempfile.TemporaryDirectory(prefix="linuxcnc-run-")
+    (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
+    return folder.name
+
+
+def copy_configuration(name, folder, copy="machine"):
+    """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
+    machine = shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
+    # Task gives motion up after a time of the faster clock, which passes on a busy computer.
+    change(os.path.join(machine, "common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
+    return machine
+
+
+def change(file, old, new):
+    with open(file) as lines:
+        text = lines.read()
+    if old not in text:
+        raise AssertionError("no %r in %s" % (old, file))
+    with open(file, "w") as lines:
+        lines.write(text.replace(old, new))
+
+
+def environment(folder, **more):
+    """Of a run whose home is in a folder."""
+    home = os.path.join(folder, "home")
+    os.makedirs(home, exist_ok=True)
+    return {
+        "HOME": home,
+        "PATH": os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin",
+        # A sanitized program minds that libfaketime is loaded before its own library.
+        "ASAN_OPTIONS": "verify_asan_link_order=0",
+        **more,
+    }
+
+
+def start(folder, ini, *arguments, prefix=()):
+    plumb = plumb_run(BUILD, "--speed", "%g" % speed)
+    return subprocess.Popen(
+        [*prefix, *plumb, "linuxcnc", "-r", ini, *arguments],
+        env=environment(folder, ROOT=ROOT, BUILD=BUILD, FOLDER=folder),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def finish(process):
+    """Exit status and output of what start() has started."""
+    try:
+        output = process.communicate(timeout=PATIENCE)[0]
+    except subprocess.TimeoutExpired:
+        process.terminate()
+        raise AssertionError("linuxcnc did not end:\n" + process.communicate()[0]) from None
+    return process.returncode, output
+
+
+def read_recording(file):
+    """Columns of a recording, by name."""
+    with open(file) as lines:
+        names = next(csv.reader(lines))
+        table = np.loadtxt(lines, delimiter=",", ndmin=2)
+    return {name: table[:, column] for column, name in enumerate(names)}
+
+
+def changes(values):
+    """The rows in which a value is another than in the row before."""
+    return np.flatnonzero(np.diff(values)) + 1
+
+
+def main(case, description):
+    """unittest.main, which with --repeat goes through one test case many times beside busy loops."""
+    global speed
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=0, help="go through the shift that often")
+    parser.add_argument("--hogs", type=int, default=0, help="busy loops beside it")
+    parser.add_argument("--speed", type=float, default=speed, help="times real time")
+    options, others = parser.parse_known_args()
+    speed = options.speed
+    if options.repeat:
+        sys.exit(0 if _repeat(case, options.repeat, options.hogs) else 1)
+    unittest.main(argv=sys.argv[:1] + others)
+
+
+def _repeat(case, times, hogs):
+    loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(hogs)]
+    failed = []
+    try:
+        for turn in range(1, times + 1):
+            began = time.monotonic()
+            tests = unittest.defaultTestLoader.loadTestsFromTestCase(case)
+            result = unittest.TextTestRunner(stream=io.StringIO()).run(tests)
+            taken = time.monotonic() - began
+            print("%3d  %5.1f s  %s" % (turn, taken, "ok" if result.wasSuccessful() else "FAILED"), flush=True)
+            if not result.wasSuccessful():
+                failed.append(turn)
+            for test, trace in result.errors + result.failures:
+                print(test, trace)
+    finally:
+        for loop in loops:
+            loop.kill()
+            loop.wait()
+    print("%d of %d shifts at %gx beside %d busy loops" % (times - len(failed), times, speed, hogs))
+    return not failed
