@@ -15,7 +15,10 @@
 //     hal::Model hal::model() { return model_of<Doubler>(); }
 #pragma once
 
+#include "hal/axes.hpp"
+#include "hal/codes.hpp"
 #include "hal/function.hpp"
+#include "hal/group.hpp"
 #include "hal/option.hpp"
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"

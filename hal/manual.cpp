@@ -40,6 +40,14 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
     }
 }
 
+void write_codes(std::ostream& out, const Declarations& declared) {
+    for (const CodesInfo& code : declared.codes) {
+        out << (code.pin == "fault-code" ? ".SH FAULTS\n" : ".SH CODES OF " + escaped(code.pin) + "\n");
+        for (const auto& [number, text] : code.sentences)
+            out << ".TP 4\n" << number << '\n' << escaped(text) << '\n';
+    }
+}
+
 }  // namespace
 
 std::string manual(const Model& model, int section) {
@@ -80,6 +88,7 @@ std::string manual(const Model& model, int section) {
                "threads run can kill\n.BR rtapi_app .\n";
     }
     write_offsets(out, declared);
+    write_codes(out, declared);
     const auto& pins = declared.pins;
     out << ".SH PINS\n";
     if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {

@@ -27,11 +27,13 @@ public:
         return option.initial;
     }
     void add(const OffsetInfo& offset) override { offsets.push_back(offset); }
+    void add(const CodesInfo& info) override { codes.push_back(info); }
 
     std::vector<PinInfo> pins;
     std::vector<const Function*> functions;  // live as long as this object
     std::vector<OptionInfo> options;
     std::vector<OffsetInfo> offsets;
+    std::vector<CodesInfo> codes;
 
 private:
     std::deque<double> cells_;

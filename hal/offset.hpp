@@ -55,7 +55,7 @@ private:
 
 class Offset {
 public:
-    Offset(Component* owner, const MovingPin& pin) { registrar(owner).add(pin.info()); }
+    Offset(Owner owner, const MovingPin& pin) { owner.registrar().add(pin.info()); }
     Offset(const Offset&) = delete;
     Offset& operator=(const Offset&) = delete;
 };

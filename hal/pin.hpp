@@ -2,7 +2,7 @@
 // A pin is a value with a public name, a unit and one sentence of documentation.
 #pragma once
 
-#include "hal/registrar.hpp"
+#include "hal/owner.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -20,11 +20,11 @@ public:
     const std::string& name() const { return name_; }  // without the instance's name
 
 protected:
-    Pin(Component* owner, bool output, const std::string& name, T initial, const std::string& unit,
+    Pin(Owner owner, bool output, const std::string& name, T initial, const std::string& unit,
         const std::string& doc)
-        : slot_(registrar(owner).add(
-              PinInfo{type_of<T>, output, name, unit, static_cast<double>(initial), doc})),
-          name_(name) {
+        : slot_(owner.registrar().add(PinInfo{type_of<T>, output, owner.name(name), unit,
+                                              static_cast<double>(initial), owner.sentence(doc)})),
+          name_(owner.name(name)) {
         slot_.template write<T>(initial);
     }
 
@@ -38,9 +38,9 @@ private:
 // Another program may write it at any time: update() reads each input once.
 template <class T>
 struct In final : Pin<T> {
-    In(Component* owner, const std::string& name, T initial, const std::string& unit, const std::string& doc)
+    In(Owner owner, const std::string& name, T initial, const std::string& unit, const std::string& doc)
         : Pin<T>(owner, false, name, initial, unit, doc) {}
-    In(Component* owner, const std::string& name, T initial, const std::string& doc)
+    In(Owner owner, const std::string& name, T initial, const std::string& doc)
         : In(owner, name, initial, "", doc) {}
 
     operator T() const noexcept { return this->slot_.template read<T>(); }
@@ -49,9 +49,9 @@ struct In final : Pin<T> {
 // An output: write-only for its component, so that a public pin is never used as private state.
 template <class T>
 struct Out final : Pin<T> {
-    Out(Component* owner, const std::string& name, const std::string& unit, const std::string& doc)
+    Out(Owner owner, const std::string& name, const std::string& unit, const std::string& doc)
         : Pin<T>(owner, true, name, T{}, unit, doc) {}
-    Out(Component* owner, const std::string& name, const std::string& doc) : Out(owner, name, "", doc) {}
+    Out(Owner owner, const std::string& name, const std::string& doc) : Out(owner, name, "", doc) {}
 
     Out& operator=(T value) noexcept {
         this->slot_.template write<T>(value);
@@ -66,7 +66,7 @@ class Row {
 
 public:
     template <class... Rest>
-    Row(Component* owner, const std::string& stem, const Rest&... rest)
+    Row(Owner owner, const std::string& stem, const Rest&... rest)
         : Row(std::make_index_sequence<N>{}, owner, stem, rest...) {}
 
     P& operator[](std::size_t i) noexcept { return pins_[i]; }
@@ -75,7 +75,7 @@ public:
 
 private:
     template <std::size_t... I, class... Rest>
-    Row(std::index_sequence<I...>, Component* owner, const std::string& stem, const Rest&... rest)
+    Row(std::index_sequence<I...>, Owner owner, const std::string& stem, const Rest&... rest)
         : pins_{P(owner, stem + "-" + numeral(I), rest...)...} {}
 
     static std::string numeral(std::size_t i) {

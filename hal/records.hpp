@@ -23,7 +23,7 @@ namespace plumb::hal {
 // One value of a record, shown as row-NAME and given back as restore-NAME.
 template <class T>
 struct Field {
-    Field(Component* owner, const std::string& name, const std::string& unit, const std::string& doc)
+    Field(Owner owner, const std::string& name, const std::string& unit, const std::string& doc)
         : row{owner, "row-" + name, unit, doc}, restore{owner, "restore-" + name, T{}, unit, doc} {}
 
     Out<T> row;
@@ -34,7 +34,7 @@ struct Field {
 // wants_forget(), wants_restore() with restored() for the answer, and show().
 class Records {
 public:
-    explicit Records(Component* owner)
+    explicit Records(Owner owner)
         : row_{owner, "row", 0, "Record to show in the row-... pins, counted from 0."},
           shown_{owner, "row-shown", "Record that the row-... pins show; -1 for none."},
           rows_{owner, "rows", "Number of records."},

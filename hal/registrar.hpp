@@ -5,6 +5,8 @@
 
 #include "hal/value.hpp"
 
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,12 +42,19 @@ struct OffsetInfo {
     double slope = 0;                 // by so much at most
 };
 
+// ... and about a pin that holds a code: its sentences, by number.
+struct CodesInfo {
+    std::string pin;  // without the instance's name
+    std::map<std::int32_t, std::string> sentences;
+};
+
 class Registrar {
 public:
     virtual Slot add(const PinInfo& pin) = 0;
     virtual void add(Function& function) = 0;
     virtual std::string add(const OptionInfo& option) = 0;  // returns the text given for this instance
     virtual void add(const OffsetInfo&) {}
+    virtual void add(const CodesInfo&) {}
 
 protected:
     ~Registrar() = default;
