@@ -283,27 +283,49 @@ private:
         const double acceleration = limits_.valid() ? limits_.offset_acceleration : gentle;
         const auto bound = [&](AccelerationLimit& limit, double before) {
             const double allowed = std::max(most, std::abs(before));
-            if (std::abs(limit.value()) > allowed) limit.move_to(std::copysign(allowed, limit.value()), dt);
+            if (std::abs(limit.value()) > allowed)
+                limit.move_to(std::copysign(allowed, limit.value()), acceleration, dt);
         };
 
         if (guarded_ && !guarded) {  // nothing of what a limit has kept away
-            source_.move_to(applied_.value(), dt);
+            source_.move_to(applied_.value(), acceleration, dt);
             source_.hold();
         }
         guarded_ = guarded;
         const double source = source_.value(), applied = applied_.value();
-        source_.step(possible, {ramping_ ? settings_.ramp_rate : rate, rate, acceleration / 4}, dt);
+        AccelerationLimit::Limits speeds{ramping_ ? settings_.ramp_rate : rate, rate, acceleration / 4};
+        if (guarded) {
+            speeds.down = speed_to_limit(-1, moved, dt);
+            speeds.up = speed_to_limit(1, moved, dt);
+        }
+        source_.step(possible, speeds, dt);
         bound(source_, source);
         ramping_ = ramping_ && source_.value() != possible;
 
         const double now = source_.value();
         const double allowed = guarded ? limits_.allowed(now, position_) : now;
         tapered_ = allowed != now;
-        const double by_motion =
-            guarded ? std::min(std::abs(allowed - limits_.allowed(now, last_position_)), moved) : 0;
+        // The share, so that it brakes in time when motion does.
+        const double by_motion = guarded ? std::min(std::abs(allowed - limits_.allowed(now, last_position_)),
+                                                    limits_.share() * moved)
+                                         : 0;
         applied_.step(allowed, {rate, rate + by_motion / dt, acceleration}, dt);
         bound(applied_, applied);
         if (guarded) keep_from_limit(applied, moved, dt);
+    }
+
+    // Largest speed of the sources towards the soft limit in this direction: they stop, with their
+    // acceleration, before the taper at the place where the joint can stop. As the joint leaves the limit
+    // they may go with it.
+    double speed_to_limit(double direction, double moved, double dt) const noexcept {
+        const double room = std::max(limits_.distance(direction, position_), 0.0);
+        const double left =
+            bounded(room - std::max(limits_.distance(direction, last_position_), 0.0), moved) / dt;
+        const double share = limits_.share();
+        const double stops = left < 0 ? room - left * left / (2 * limits_.joint_acceleration) : room;
+        const double way = std::max(share * std::max(stops, 0.0) - direction * source_.value(), 0.0);
+        return share * std::max(left, 0.0) +
+               AccelerationLimit::stopping_speed(way, limits_.offset_acceleration / 4, dt);
     }
 
     // Motion takes the drive no further beyond a limit than it was, however late it brakes.
@@ -313,7 +335,7 @@ private:
         const double last = y * before > 0 ? std::abs(before) : 0;
         const double beyond = std::max(last - room(last_position_), 0.0);
         const double most = std::max(room(position_) + beyond, last - moved);
-        if (std::abs(y) > most) applied_.move_to(std::copysign(most, y), dt);
+        if (std::abs(y) > most) applied_.move_to(std::copysign(most, y), limits_.offset_acceleration, dt);
     }
 
     double lag(double possible) const noexcept { return std::abs(possible - applied_.value()); }
