@@ -85,12 +85,13 @@ class Bytes(unittest.TestCase):
 
     def program(self, name, script):
         path = os.path.join(self.build, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
         with open(path, "w", encoding="ascii") as file:
             file.write("#!/bin/sh\n" + script)
         os.chmod(path, 0o755)
 
     def attack(self, script, *arguments):
-        self.program("bytes/readers/readers", script)
+        self.program("bytes/tests/readers/readers", script)
         environment = {**os.environ, "PLUMB_BUILD": self.build, "PATH": self.build + os.pathsep + os.environ["PATH"]}
         return subprocess.run([os.path.join(ROOT, "scripts", "campaign"), "bytes", *arguments], env=environment,
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
