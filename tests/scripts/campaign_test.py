@@ -79,7 +79,7 @@ class Bytes(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.build = folder.name
-        os.makedirs(os.path.join(self.build, "bytes", "readers"))
+        os.makedirs(os.path.join(self.build, "bytes"))
         self.program("bytes/build.ninja", "")
         self.program("cmake", "exit 0")
 
@@ -100,7 +100,7 @@ class Bytes(unittest.TestCase):
         outcome = self.attack('echo "stat::number_of_executed_units: 7" >&2; echo $PLUMB_READER >>$(dirname "$0")/log', "--count", "3")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         self.assertIn("seeds 1 to 3, 21 tries", outcome.stdout)
-        with open(os.path.join(self.build, "bytes", "readers", "log"), encoding="ascii") as log:
+        with open(os.path.join(self.build, "bytes", "tests", "readers", "log"), encoding="ascii") as log:
             self.assertEqual(len(set(log.read().split())), 3)
 
     def test_a_finding_has_its_sentence_and_the_bytes_that_repeat_it(self):
