@@ -56,8 +56,7 @@ public:
     Codes(Owner owner, const std::string& name)
         : Codes(owner, name, "A " + name + " is active; " + name + "-code gives the cause.") {}
     Codes(Owner owner, const std::string& name, const std::string& doc)
-        : active_{owner, name, doc},
-          code_{owner, name + "-code", "Cause of " + owner.name(name) + "; 0 for none."} {}
+        : active_{owner, name, doc}, code_{owner, name + "-code", "Number of the cause; 0 for none."} {}
 
     Codes& operator=(E value) noexcept {
         code_ = value;
