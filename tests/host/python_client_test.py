@@ -205,6 +205,11 @@ class Declarations(unittest.TestCase):
         self.assertEqual(declared["name"], "thermal_displacement")
         self.assertEqual(declared["pins"]["window"]["default"], 0.5)
         self.assertIn("update", declared["functions"])
+        self.assertEqual(sorted(declared["codes"]), ["fault-code", "refusal-code", "rejection-code"])
+        for texts in declared["codes"].values():
+            self.assertEqual(sorted(texts), list(range(1, len(texts) + 1)))
+            for text in texts.values():
+                self.assertRegex(text, r"^[A-Z].* .*\.$")
 
     def test_an_installation_has_its_own(self):
         with tempfile.TemporaryDirectory() as prefix:
