@@ -18,7 +18,8 @@ import unittest
 import linuxcnc_runs
 from linuxcnc_runs import BUILD, ROOT, plumb_run
 
-sys.path.insert(0, os.path.join(BUILD, "python"))
+sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "io", "linuxcnc_link")]
+import linuxcnc_link  # noqa: E402
 import plumb  # noqa: E402
 
 LINK = os.path.join(BUILD, "bin", "linuxcnc_link")
@@ -187,10 +188,14 @@ class Settings(unittest.TestCase):
 
 
 class Shipped(unittest.TestCase):
+    """The messages of the configurations."""
+
     def test_codes_are_those_of_the_pin_that_is_netted_to_the_message(self):
         for config in ("mill", "portal"):
             folder = os.path.join(ROOT, "configs", config)
-            with open(os.path.join(folder, "messages.toml"), "rb") as file:
+            path = os.path.join(folder, "messages.toml")
+            linuxcnc_link.read_messages(path)
+            with open(path, "rb") as file:
                 messages = tomllib.load(file)["message"]
             hal = ""
             for path in glob.glob(os.path.join(folder, "*.hal")):
