@@ -87,6 +87,7 @@ class Day:
             self.message(("refused-code", 9)),
             self.message(("hint", True)),
             self.message(("refused", False), ("hint", False), ("shown", True)),
+            self.message(("door-code", 2), ("door", True)),
         ]
 
     def keep(self):

@@ -33,6 +33,7 @@ public:
             if (const auto text = file_->read()) {
                 stored_ = retained_file::parse(*text, settings_.machine, file_->path().string());
                 written_ = *text;
+                take_over_from_former_names();
             }
             tell_what_is_left_out();
         } catch (const retained_file::Refused& error) {
@@ -213,6 +214,25 @@ private:
         if (!pin) throw Unfit("there is no pin " + name);
         if (pin->linked()) throw Unfit(name + " is linked, and retain has to write it");
         return *pin;
+    }
+
+    // What is stored under the former name of an instance, unless it is stored under its own name too.
+    void take_over_from_former_names() {
+        for (const auto& [instance, former] : settings_.formerly) {
+            for (const std::string& name : settings_.pins)
+                if (name.rfind(instance + '.', 0) == 0)
+                    take_over(stored_.pins, former + name.substr(instance.size()), name);
+            take_over(stored_.records, former, instance);
+        }
+    }
+
+    template <class Values>
+    static void take_over(Values& values, const std::string& former, const std::string& name) {
+        if (values.count(name)) return;
+        if (auto kept = values.extract(former)) {
+            kept.key() = name;
+            values.insert(std::move(kept));
+        }
     }
 
     void tell_what_is_left_out() {

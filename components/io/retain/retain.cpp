@@ -23,6 +23,7 @@ What a machine has learnt is to outlive a restart.  A TOML file says what is kep
     program = ["/home/mill/nc/part.ngc"]           # files that make up program-id
     every   = 2                                    # s; what changes is written at most this often, default 5
     store   = "/home/mill/linuxcnc/mill.retained"  # default: beside the TOML file, with this ending
+    formerly = { "z-growth" = "thermal" }          # z-growth takes over the values that the store has of thermal
 
 Only machine must be there; paths are absolute.  The pins are inputs that no signal is netted to, of type bit, s32, u32 or
 float.  Load retain after all that it names, and after the lines that set the pins:

@@ -28,6 +28,23 @@ enum class Event : std::int32_t {
 };
 inline constexpr int event_count = 11;
 
+constexpr const char* sentence(Event event) {
+    switch (event) {
+        case Event::air_cut: return "An operation has no work.";
+        case Event::chip: return "A chip lies on the work.";
+        case Event::stock: return "The blank has another height.";
+        case Event::wrong_part: return "The blank is of another part.";
+        case Event::wrong_tool_length: return "A tool length is wrong.";
+        case Event::feed_override: return "The feed override changes.";
+        case Event::feed_hold: return "A feed hold stops the plunge for 3 s.";
+        case Event::spindle_override: return "The spindle override changes.";
+        case Event::speed_change: return "The speed changes on approach.";
+        case Event::abort: return "The program is aborted.";
+        case Event::edited: return "The program is edited.";
+        default: return nullptr;
+    }
+}
+
 // One event of one cycle.
 struct Upset {
     Event kind = Event::none;

@@ -77,5 +77,22 @@ TEST_F(KeeperThreads, OneMayFinishAndAnotherLookWhileItSteps) {
     }
 }
 
+TEST_F(KeeperThreads, APinTakesOverTheValueKeptUnderTheFormerNameOfItsInstance) {
+    const auto renamed = folder.write("it.toml",
+                                      "machine = \"m\"\npins = [\"kept.in\"]\nevery = 3600\n"
+                                      "formerly = { kept = \"a.former\" }\n");
+    for (const bool both : {false, true}) {
+        Retained values;
+        values.pins["a.former.in"] = 7.5;
+        if (both) values.pins["kept.in"] = 2.5;
+        folder.write("it.retained", retained_file::compose(values, "m"));
+        the_pin.f = 0;
+        Keeper keeper(renamed);
+        while (keeper.state().saves == 0) keeper.step();
+        EXPECT_EQ(the_pin.f, both ? 2.5 : 7.5);
+        EXPECT_EQ(stored().find("a.former"), std::string::npos) << stored();
+    }
+}
+
 }  // namespace
 }  // namespace plumb
