@@ -8,6 +8,7 @@ import re
 import sys
 import tempfile
 
+from support.cluster import Cluster
 from support.simulations import BUILD, ThisComputer
 
 
@@ -43,11 +44,12 @@ def add_output(parser, bench):
 def add_place(parser):
     """For benches that draw machines."""
     parser.add_argument("--jobs", type=whole(1, 4096), metavar="N", help="simulations at a time (default: one a core)")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="run the simulations on the workers of this Dask scheduler, such as tcp://mill:8786")
 
 
 def place_of(options):
     """Where simulate_all() is to run the simulations."""
-    return ThisComputer(options.jobs)
+    return Cluster(options.cluster) if options.cluster else ThisComputer(options.jobs)
 
 
 def written_line(paths):
