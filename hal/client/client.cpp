@@ -201,6 +201,10 @@ private:
             arguments.push_back("--modules");
             arguments.push_back(absolute(folder));
         }
+        for (const std::string& option : start.module_options) {
+            arguments.push_back("--option");
+            arguments.push_back(option);
+        }
         if (!start.namespaces) arguments.push_back("--no-namespaces");
         if (start.guard) arguments.push_back("--guard");
         std::vector<char*> argv;

@@ -36,8 +36,9 @@ std::string find_host();
 
 // How to start a host.
 struct Start {
-    std::vector<std::string> modules;  // folders of modules, searched before build and LinuxCNC's own
-    bool namespaces = true;            // false: in the machine's one HAL, one host at a time
+    std::vector<std::string> modules;         // folders of modules, searched before build and LinuxCNC's own
+    std::vector<std::string> module_options;  // MODULE.NAME=VALUE, in the place of those in loadrt lines
+    bool namespaces = true;                   // false: in the machine's one HAL, one host at a time
     bool guard = false;        // watch for allocations and, on x86-64, system calls in realtime functions
     bool show_output = false;  // pass what the host and its programs print on to stderr
     std::string executable;    // plumb-host; empty: beside this program, else in PATH

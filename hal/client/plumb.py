@@ -63,6 +63,7 @@ class Host:
     """A virtual-time host, started here unless `attach` is the socket path of one that runs.
 
     modules      folders of realtime modules, searched before the build's and LinuxCNC's own
+    options      "MODULE.NAME" -> value, with which MODULE is loaded in the place of that in its loadrt line
     namespaces   False: in the machine's one HAL, one host at a time
     guard        watch for allocations and, on x86-64, system calls in realtime functions
     show_output  pass what the host and its programs print on to stderr
@@ -72,7 +73,7 @@ class Host:
     of its own; modules, the folders that it searches.
     """
 
-    def __init__(self, attach=None, modules=(), namespaces=True, guard=False, show_output=False, executable=None):
+    def __init__(self, attach=None, modules=(), namespaces=True, guard=False, show_output=False, executable=None, options=None):
         self._started = None  # the process begun here, which ends when the host does
         self._output = None
         self._show_output = show_output
@@ -97,7 +98,7 @@ class Host:
             self.socket = attach
         else:
             self.socket = None
-            self._start(executable or _find_executable(), modules, namespaces, guard)
+            self._start(executable or _find_executable(), modules, options or {}, namespaces, guard)
         try:
             hello = self._request("hello")
         except HostDied:
@@ -243,11 +244,13 @@ class Host:
         """Names of the user-space HAL programs that are alive."""
         return self._request("programs")["names"]
 
-    def _start(self, executable, modules, namespaces, guard):
+    def _start(self, executable, modules, options, namespaces, guard):
         self._control, theirs = socket.socketpair()
         arguments = [executable, "--control-fd", str(theirs.fileno())]
         for folder in modules:
             arguments += ["--modules", os.path.abspath(folder)]
+        for name, value in options.items():
+            arguments += ["--option", "%s=%s" % (name, value)]
         arguments += [] if namespaces else ["--no-namespaces"]
         arguments += ["--guard"] if guard else []
         with theirs, contextlib.ExitStack() as on_failure:

@@ -43,7 +43,7 @@ struct BenchOptions {
     std::vector<std::string> record;  // names
     Time every{};
     std::string output;
-    std::vector<std::string> modules;
+    std::vector<std::string> modules, module_options;
     bool namespaces = true;
 };
 
@@ -361,6 +361,13 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         ->check(existing_folder())
         ->allow_extra_args(false)
         ->type_name("DIR");
+    command
+        .add_option("--option", options.module_options,
+                    "Loads MODULE with this option, in the place of that in its loadrt line: "
+                    "threads.period1=4000000. May be given many times.")
+        ->allow_extra_args(false)
+        ->check(option_problem)
+        ->type_name("MODULE.NAME=VALUE");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Runs in the computer's one HAL, one bench at a time; so it does, after saying so, where the system "
@@ -431,6 +438,7 @@ A recording of the machine, made with halsampler at 1 kHz, put through a compone
 int bench(const BenchOptions& options) {
     Start start;
     start.modules = options.modules;
+    start.module_options = options.module_options;
     start.namespaces = options.namespaces;
     start.show_output = true;
     Client host(start);

@@ -30,7 +30,7 @@ struct RunOptions {
     bool network = false;
     bool devices = false;
     bool namespaces = true;
-    std::vector<std::string> modules;
+    std::vector<std::string> modules, module_options;
 };
 
 // The clock of this process and of its programs is the computer's, also where this one was started under
@@ -105,6 +105,13 @@ void declare_run(CLI::App& command, RunOptions& options) {
         ->allow_extra_args(false)
         ->check(existing_folder())
         ->type_name("DIR");
+    command
+        .add_option("--option", options.module_options,
+                    "Loads MODULE with this option, in the place of that in its loadrt line: "
+                    "threads.period1=4000000. May be given many times.")
+        ->allow_extra_args(false)
+        ->check(option_problem)
+        ->type_name("MODULE.NAME=VALUE");
     command.prefix_command();
 }
 
@@ -203,6 +210,10 @@ int run(const RunOptions& options, const std::vector<std::string>& program) {
     for (const std::string& folder : options.modules) {
         words.push_back("--modules");
         words.push_back(folder);
+    }
+    for (const std::string& option : options.module_options) {
+        words.push_back("--option");
+        words.push_back(option);
     }
     words.push_back("--");
     words.insert(words.end(), program.begin(), program.end());

@@ -25,6 +25,12 @@ inline CLI::Validator existing_folder() {
     return CLI::Validator(CLI::ExistingDirectory).description("");
 }
 
+inline std::string option_problem(const std::string& text) {
+    const std::size_t dot = text.find('.'), equals = text.find('=');
+    const bool parted = dot != std::string::npos && equals != std::string::npos && dot + 1 < equals;
+    return dot > 0 && parted ? "" : "'" + text + "' is not MODULE.NAME=VALUE";
+}
+
 // A speed at which virtual time may pass.
 inline std::string speed_problem(const std::string& text) {
     const auto speed = number_of(text);

@@ -76,7 +76,7 @@ std::string sentence(std::string text) {
 
 Control::Control(Settings settings)
     : settings_(std::move(settings)),
-      modules_(settings_.module_folders),
+      modules_(settings_.module_folders, settings_.module_options),
       server_(*this, settings_.control_descriptor) {
     setenv("RTAPI_FIFO_PATH", server_.path().c_str(), 1);
     if (settings_.speed <= 0.0) return;

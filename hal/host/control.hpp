@@ -29,6 +29,7 @@ class Control final : public Server::Service {
 public:
     struct Settings {
         std::vector<std::string> module_folders;
+        std::vector<std::string> module_options;
         bool namespaces;
         int process;  // number of this process as its client sees it
         int control_descriptor;

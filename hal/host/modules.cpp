@@ -96,7 +96,8 @@ bool set_parameter(void* handle, std::string text, Texts& texts) {
 
 }  // namespace
 
-Modules::Modules(std::vector<std::string> folders) : folders_(std::move(folders)) {}
+Modules::Modules(std::vector<std::string> folders, std::vector<std::string> options)
+    : folders_(std::move(folders)), options_(std::move(options)) {}
 
 Modules::~Modules() {
     unload_all();
@@ -134,9 +135,24 @@ int Modules::load(const std::string& name, const std::vector<std::string>& param
         return -1;
     }
     if (!need_hal_library()) return -1;
-    const int result = load_file(name, parameters);
+    const int result = load_file(name, with_options(name, parameters));
     end_without_modules();
     return result;
+}
+
+std::vector<std::string> Modules::with_options(const std::string& name,
+                                               std::vector<std::string> parameters) const {
+    for (const std::string& option : options_) {
+        if (option.compare(0, name.size() + 1, name + ".") != 0) continue;
+        const std::string given = option.substr(name.size() + 1);
+        const std::string its_name = given.substr(0, given.find('=') + 1);
+        const auto replaced = [&](const std::string& other) {
+            return other.compare(0, its_name.size(), its_name) == 0;
+        };
+        parameters.erase(std::remove_if(parameters.begin(), parameters.end(), replaced), parameters.end());
+        parameters.push_back(given);
+    }
+    return parameters;
 }
 
 int Modules::load_file(const std::string& name, const std::vector<std::string>& parameters) {

@@ -12,8 +12,8 @@ namespace plumb::host {
 class Modules {
 public:
     // Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib comes
-    // from there.
-    explicit Modules(std::vector<std::string> folders);
+    // from there. `options`: MODULE.NAME=VALUE, each in the place of the NAME that a load of MODULE gives.
+    explicit Modules(std::vector<std::string> folders, std::vector<std::string> options = {});
 
     ~Modules();  // unloads everything
     Modules(const Modules&) = delete;
@@ -57,8 +57,10 @@ private:
     void unload(Module module);
     void end_without_modules();
     int load_file(const std::string& name, const std::vector<std::string>& parameters);
+    std::vector<std::string> with_options(const std::string& name, std::vector<std::string> parameters) const;
 
     std::vector<std::string> folders_;
+    std::vector<std::string> options_;
     std::vector<Module> modules_;  // in the order of loading
     unsigned long changes_ = 0;
 };

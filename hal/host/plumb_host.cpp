@@ -96,7 +96,7 @@ int carry_out(int argc, char** argv) {
     options.set_version_flag("--version", "plumb-host " PLUMB_VERSION, "Prints the version.");
     plumb::hal::add_manual(options, manual_page);
     int control_descriptor = -1;
-    std::vector<std::string> modules;
+    std::vector<std::string> modules, module_options;
     bool no_namespaces = false;
     bool guard = false;
     double speed = 0.0;
@@ -111,7 +111,15 @@ int carry_out(int argc, char** argv) {
     options
         .add_option("--modules", modules,
                     "Folder of realtime modules to search first. May be given many times.")
+        ->allow_extra_args(false)
         ->type_name("DIR");
+    options
+        .add_option("--option", module_options,
+                    "Loads MODULE with this option, in the place of that in its loadrt line. May be given "
+                    "many times.")
+        ->allow_extra_args(false)
+        ->check(option_problem)
+        ->type_name("MODULE.NAME=VALUE");
     options.add_flag(
         "--no-namespaces", no_namespaces,
         "Runs in the machine's one HAL, for systems that forbid namespaces; one host at a time.");
@@ -147,8 +155,8 @@ int carry_out(int argc, char** argv) {
         signal(SIGPIPE, SIG_IGN);
         int status = 0;
         {
-            Control control({std::move(folders), isolated.namespaces, isolated.process, control_descriptor,
-                             devices, speed});
+            Control control({std::move(folders), std::move(module_options), isolated.namespaces,
+                             isolated.process, control_descriptor, devices, speed});
             if (runs_program) {
                 status = control.run_program(program, end_event);
             } else {

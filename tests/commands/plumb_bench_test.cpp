@@ -379,6 +379,16 @@ TEST_F(PlumbBench, SearchesGivenFoldersForModulesFirst) {
     EXPECT_THAT(mine.errors, HasSubstr("mine/lowpass.so"));
 }
 
+TEST_F(PlumbBench, LoadsModulesWithGivenOptionsInThePlaceOfThoseOfTheFile) {
+    const Outcome other = bench({"lag.hal", "--option", "lowpass.names=other", "--for", "1"});
+    EXPECT_EQ(other.status, 1);
+    EXPECT_THAT(other.errors, HasSubstr("lag.hal:"));  // whose further lines know the old name
+    const Outcome wrong = bench({"lag.hal", "--option", "lowpass.nmaes=other", "--for", "1"});
+    EXPECT_THAT(wrong.errors, HasSubstr("Unknown parameter `nmaes=other'"));
+    for (const char* text : {"names=other", ".names=other", "lowpass.=other", "lowpass.names"})
+        EXPECT_EQ(bench({"lag.hal", "--option", text, "--for", "1"}).status, 2) << text;
+}
+
 TEST(PlumbProgram, ManualPagesAreWithoutFault) {
     for (const char* command :
          {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb squareness", "plumb-host"}) {
@@ -400,7 +410,7 @@ TEST(PlumbProgram, HelpAndManualNameEveryOption) {
     EXPECT_EQ(help.status, 0);
     EXPECT_EQ(man.status, 0);
     for (const char* option : {"ini", "for", "set", "replay", "columns", "sample-period", "override",
-                               "expect", "record", "every", "output", "modules", "no-namespaces"}) {
+                               "expect", "record", "every", "output", "modules", "option", "no-namespaces"}) {
         EXPECT_THAT(help.output, HasSubstr(std::string("--") + option));
         std::string escaped;  // as the page writes it
         for (const char c : "--" + std::string(option))

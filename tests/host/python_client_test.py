@@ -16,6 +16,31 @@ sys.path.insert(0, os.path.join(os.environ["PLUMB_BUILD"], "python"))
 import plumb  # noqa: E402
 
 
+class Options(unittest.TestCase):
+    """Options of modules, in the place of those in loadrt lines."""
+
+    def test_given_ones_replace_those_of_the_line_and_join_the_others(self):
+        options = {"threads.period1": 4000000, "threads.name2": "slow", "threads.period2": 8000000, "lowpass.names": "one,two"}
+        with plumb.Host(options=options) as host:
+            host.command("loadrt threads name1=fast period1=1000000")
+            host.command("loadrt lowpass names=it")
+            threads = host.halcmd("-s", "show", "thread").output
+            self.assertRegex(threads, r"(?m)^ *4000000 .*\bfast\b")
+            self.assertRegex(threads, r"(?m)^ *8000000 .*\bslow\b")
+            self.assertEqual(host.get(["one.gain", "two.gain"]), [0, 0])
+            with self.assertRaisesRegex(plumb.Refused, "it.gain"):
+                host.get("it.gain")
+
+    def test_one_that_the_module_does_not_have_is_refused_when_it_is_loaded(self):
+        with plumb.Host(options={"lowpass.nmaes": "one"}) as host:
+            with self.assertRaisesRegex(plumb.Refused, "Unknown parameter .nmaes=one"):
+                host.command("loadrt lowpass names=it")
+
+    def test_one_without_a_module_is_refused(self):
+        with self.assertRaisesRegex(plumb.HostDied, "MODULE.NAME=VALUE"):
+            plumb.Host(options={"names": "one"})
+
+
 class Filter(unittest.TestCase):
     """A filter without lag: out follows in a period later than it is set."""
 

@@ -7,16 +7,16 @@ import unittest
 
 import numpy as np
 
-import growth_bench
-from growth_bench import GAUGE, KINDS
-from mill_bench import largest, rms
+import growth
+from growth import GAUGE, KINDS
+from support.figures import largest, rms
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
 
 class Judged(unittest.TestCase):
     def setUp(self):
-        self.column = {name: np.zeros(8) for name in growth_bench.COLUMNS}
+        self.column = {name: np.zeros(8) for name in growth.COLUMNS}
         self.column["program.learn"][:3] = 1
         self.column["mill.truth-contact-operation"][:] = GAUGE
         self.column["mill.truth-contacts"] = np.array([0, 1, 1, 2, 3, 3, 3, 3])
@@ -30,37 +30,37 @@ class Judged(unittest.TestCase):
         self.column["hold.z-offset"] = np.array([0, 0, 0, 4, 7, 7, 7, 99]) / 1000
 
     def test_error_is_the_offset_in_the_work_less_the_growth_since_the_reference(self):
-        errors, contacts = growth_bench.judge(self.column)
+        errors, contacts = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-1, -0.5])
         np.testing.assert_allclose(errors["hold"], [-1, -3])
         np.testing.assert_allclose(contacts, [0.5, 0])
 
     def test_cuts_before_the_second_accepted_contact_are_not_told(self):
         self.column["thermal.contacts-accepted"][4:6] = 1
-        errors, _ = growth_bench.judge(self.column)
+        errors, _ = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-0.5])
 
     def test_table_is_over_machines(self):
         runs = [({"hold": np.full(3, size), "by speed": np.full(3, -2.0 * size)}, None) for size in range(1, 12)]
-        lines = growth_bench.table({"speed steps": runs})
+        lines = growth.table({"speed steps": runs})
         self.assertEqual(lines[1].split()[-6:], ["6.0", "10.0", "11.0", "10.5", "11.0", "100%"])
         self.assertEqual(lines[2].split()[-6:], ["12.0", "20.0", "22.0", "21.0", "22.0", "64%"])
 
     def test_a_machine_whose_contacts_were_not_seen_is_told_and_is_not_within_tolerance(self):
         none = ({"hold": np.empty(0), "by speed": np.empty(0)}, None)
         runs = [({"hold": np.ones(3), "by speed": np.ones(3)}, None)] * 3 + [none]
-        line = growth_bench.table({"speed steps": runs})[1]
+        line = growth.table({"speed steps": runs})[1]
         self.assertIn(" 75%, 1 without a cut after a second contact", line)
         self.assertEqual(line.split()[3:8], ["1.0"] * 5)
-        self.assertIn("not one machine had a cut", growth_bench.table({"speed steps": [none]})[1])
+        self.assertIn("not one machine had a cut", growth.table({"speed steps": [none]})[1])
 
 
 class Speeds(unittest.TestCase):
     def test_constant_speed_is_that_and_steps_are_of_10_to_40_minutes(self):
-        self.assertEqual(len(set(growth_bench.draw_speeds(1, "constant speed", 14400))), 1)
+        self.assertEqual(len(set(growth.draw_speeds(1, "constant speed", 14400))), 1)
         resting = 0
         for seed in range(1, 50):
-            speeds = np.array(growth_bench.draw_speeds(seed, "speed steps", 14400))
+            speeds = np.array(growth.draw_speeds(seed, "speed steps", 14400))
             changes = np.flatnonzero(np.diff(speeds))
             self.assertGreaterEqual(len(speeds), 144)
             self.assertGreaterEqual(np.min(np.diff(changes)), 6)
@@ -73,14 +73,14 @@ class Speeds(unittest.TestCase):
 class Short(unittest.TestCase):
     def test_following_the_speed_is_within_the_figures_and_better_than_holding(self):
         machines, duration = 2, 5400
-        outcomes = growth_bench.bench(machines, 1, duration, False)
-        print("\n" + "\n".join(growth_bench.table(outcomes)), file=sys.stderr)
+        outcomes = growth.bench(machines, 1, duration, False)
+        print("\n" + "\n".join(growth.table(outcomes)), file=sys.stderr)
         for kind in KINDS:
             for errors, contacts in outcomes[kind]:
                 self.assertEqual(len(contacts), duration // 300 - (0 if duration % 300 else 1))
                 self.assertLess(rms(contacts), 3)
                 self.assertLess(largest(errors["by speed"]), 15)
-            size = {way: np.median([rms(errors[way]) for errors, _ in outcomes[kind]]) for way in growth_bench.WAYS}
+            size = {way: np.median([rms(errors[way]) for errors, _ in outcomes[kind]]) for way in growth.WAYS}
             self.assertLess(size["by speed"], 2.5)
             if kind == "speed steps":
                 self.assertLess(size["by speed"], size["hold"])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The figures of scripts/bench mill, on recordings made by hand."""
 
+import argparse
 import math
 import os
 import subprocess
@@ -10,13 +11,16 @@ import unittest
 
 import numpy as np
 
-import mill_bench
+import mill
+from support.command import duration_of
+from support.figures import largest, rms
+from support.simulations import duration_text
 from tree import ROOT
 
 
 def recording(rows, **columns):
     """Columns of zeros, but for those given."""
-    names = ["time", *mill_bench.LENGTHS, *mill_bench.NUMBERS]
+    names = ["time", *mill.LENGTHS, *mill.NUMBERS]
     return {name: np.array(columns.get(name, [0] * rows), float) for name in names}
 
 
@@ -43,46 +47,46 @@ def three_cycles():
 
 class Cuts(unittest.TestCase):
     def test_error_is_against_the_reference_cut_of_the_same_operation_and_occurrence(self):
-        cuts = mill_bench.find_cuts(three_cycles())
+        cuts = mill.find_cuts(three_cycles())
         self.assertEqual(list(cuts["error"]), [0, 0, 0, -20, -21, -22, -10, -13, 1])
         self.assertEqual(list(cuts["tip_error"][:4]), [-1, -2, -5, -21])
 
     def test_each_cut_carries_its_own_circumstances(self):
-        cut = mill_bench.find_cuts(three_cycles())[5]
+        cut = mill.find_cuts(three_cycles())[5]
         told = [cut[n] for n in ("time", "cycle", "operation", "occurrence", "tool", "growth", "offset", "learning")]
         self.assertEqual(told, [6, 2, 20, 1, 2, 23, 20, 0])
 
     def test_cuts_of_the_learning_cycle_are_not_judged(self):
-        self.assertEqual(len(mill_bench.warm_cuts(mill_bench.find_cuts(three_cycles()))), 6)
+        self.assertEqual(len(mill.warm_cuts(mill.find_cuts(three_cycles()))), 6)
 
     def test_cut_without_a_reference_is_not_judged(self):
         rows = three_cycles()
         rows["cut-operation"][4] = 30
-        cuts = mill_bench.find_cuts(rows)
+        cuts = mill.find_cuts(rows)
         self.assertTrue(math.isnan(cuts["error"][3]))
-        self.assertEqual(len(mill_bench.warm_cuts(cuts)), 5)
+        self.assertEqual(len(mill.warm_cuts(cuts)), 5)
 
     def test_two_cuts_in_one_row_are_an_error(self):
         rows = three_cycles()
         rows["cuts"][5:] += 1
         with self.assertRaises(ValueError):
-            mill_bench.find_cuts(rows)
+            mill.find_cuts(rows)
 
 
 class Figures(unittest.TestCase):
     def test_rms_and_largest(self):
-        self.assertAlmostEqual(mill_bench.rms(np.array([3.0, -4.0])), math.sqrt(12.5))
-        self.assertEqual(mill_bench.largest(np.array([3.0, -4.0])), 4)
-        self.assertTrue(math.isnan(mill_bench.rms(np.array([]))))
+        self.assertAlmostEqual(rms(np.array([3.0, -4.0])), math.sqrt(12.5))
+        self.assertEqual(largest(np.array([3.0, -4.0])), 4)
+        self.assertTrue(math.isnan(rms(np.array([]))))
 
     def test_peak_growth_counts_from_the_start(self):
-        self.assertEqual(mill_bench.judge(three_cycles()).peak_growth, 22)
+        self.assertEqual(mill.judge(three_cycles()).peak_growth, 22)
 
     def test_table_leaves_out_the_first_warm_contact_and_says_so_in_percent_of_peak_growth(self):
-        without = mill_bench.judge(three_cycles())
-        compensated = mill_bench.judge(three_cycles())
+        without = mill.judge(three_cycles())
+        compensated = mill.judge(three_cycles())
         compensated.cuts["error"][3:] = [-20, 2, -2, 2, -2, 2]
-        lines = mill_bench.error_table(without, compensated)
+        lines = mill.error_table(without, compensated)
         row = next(line for line in lines if line.startswith("from the second warm contact on"))
         self.assertIn("2.0 (  9.1%)", row)
         self.assertNotIn("20.0", row)
@@ -91,26 +95,26 @@ class Figures(unittest.TestCase):
 
     def test_verdicts_are_counted_with_the_code_of_each_rejection(self):
         rows = recording(5, time=range(5), accepted=[0, 1, 1, 3, 3], rejected=[0, 0, 1, 1, 2], rejection=[0, 0, 4, 4, 8])
-        verdicts = mill_bench.find_verdicts(rows)
+        verdicts = mill.find_verdicts(rows)
         self.assertEqual(
             verdicts,
             [(1, "accepted", 0), (2, "rejected", 4), (3, "accepted", 0), (3, "accepted", 0), (4, "rejected", 8)],
         )
-        outcome = mill_bench.Outcome(1, np.zeros(0, mill_bench.CUT), verdicts, {})
+        outcome = mill.Outcome(1, np.zeros(0, mill.CUT), verdicts, {})
         self.assertEqual(
-            mill_bench.contact_lines(outcome, {4: "The feed differs."}),
+            mill.contact_lines(outcome, {4: "The feed differs."}),
             ["Contacts: 3 accepted, 0 missed, 0 unexpected, 2 rejected", "  1 rejected: The feed differs.", "  1 rejected: code 8"],
         )
 
     def test_percentiles_are_over_machines(self):
         pairs = []
         for error in range(1, 12):
-            outcomes = [mill_bench.judge(three_cycles()) for _ in range(2)]
+            outcomes = [mill.judge(three_cycles()) for _ in range(2)]
             outcomes[1].cuts["error"] = error
             pairs.append(tuple(outcomes))
         row = next(
             line
-            for line in mill_bench.percentile_table(pairs)
+            for line in mill.percentile_table(pairs)
             if line.startswith("rms of the error, um, with compensation")
         )
         self.assertEqual(row.split()[-4:], ["2.0", "6.0", "10.0", "11.0"])
@@ -118,18 +122,18 @@ class Figures(unittest.TestCase):
 
 class Words(unittest.TestCase):
     def test_durations(self):
-        self.assertEqual([mill_bench.duration_of(t) for t in ("4h", "10min", "90s", "600", "1.5h")], [14400, 600, 90, 600, 5400])
-        self.assertEqual(mill_bench.duration_text(5400), "1 h 30 min")
+        self.assertEqual([duration_of(t) for t in ("4h", "10min", "90s", "600", "1.5h")], [14400, 600, 90, 600, 5400])
+        self.assertEqual(duration_text(5400), "1 h 30 min")
         for wrong in ("", "h", "4 days", "-1", "0"):
-            with self.assertRaises(mill_bench.argparse.ArgumentTypeError):
-                mill_bench.duration_of(wrong)
+            with self.assertRaises(argparse.ArgumentTypeError):
+                duration_of(wrong)
 
 class Command(unittest.TestCase):
     def test_writes_table_chart_and_files(self):
         with tempfile.TemporaryDirectory() as folder:
-            script = os.path.join(ROOT, "scripts", "benches", "mill_bench.py")
+            script = os.path.join(ROOT, "scripts", "benches")
             done = subprocess.run(
-                [sys.executable, script, "--for", "6min", "--seed", "3", "--output", folder],
+                [sys.executable, script, "mill", "--for", "6min", "--seed", "3", "--output", folder],
                 capture_output=True,
                 text=True,
                 timeout=100,
@@ -146,8 +150,8 @@ class Command(unittest.TestCase):
                 self.assertEqual(len(series.read().splitlines()), 1 + 361)
 
     def test_unknown_option_is_refused(self):
-        script = os.path.join(ROOT, "scripts", "benches", "mill_bench.py")
-        self.assertEqual(subprocess.run([sys.executable, script, "--sed", "x"], capture_output=True).returncode, 2)
+        script = os.path.join(ROOT, "scripts", "benches")
+        self.assertEqual(subprocess.run([sys.executable, script, "mill", "--sed", "x"], capture_output=True).returncode, 2)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ import unittest
 
 import numpy as np
 
-import mill_bench
-import mill_cycles
-import mill_events
-from simulations import simulate_all
+import mill
+from support import mill_cycles, mill_events
+from support.figures import rms
+from support.simulations import simulate_all
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 HOURS = 3600
@@ -22,11 +22,11 @@ class FourHours(unittest.TestCase):
     def setUpClass(cls):
         duration = 4 * HOURS if not SANITIZED else HOURS / 2
         jobs = [(0, compensated, duration) for compensated in (False, True)]
-        cls.without, cls.compensated = simulate_all(mill_bench.simulate, jobs, 2 * duration)
+        cls.without, cls.compensated = simulate_all(mill.simulate, jobs, 2 * duration)
 
     def error(self, outcome):
         """rms at the cuts from the second warm contact on, as a part of the peak growth."""
-        return mill_bench.rms(mill_bench.warm_cuts(outcome.cuts)["error"][1:]) / self.without.peak_growth
+        return rms(mill.warm_cuts(outcome.cuts)["error"][1:]) / self.without.peak_growth
 
     def test_spindle_grows_and_the_growth_is_not_one_exponential(self):
         growth = self.without.series["growth"]
@@ -45,12 +45,12 @@ class FourHours(unittest.TestCase):
         self.assertLessEqual(self.error(self.compensated), 0.08)
 
     def test_every_operation_is_cut_truer(self):
-        before, after = (mill_bench.warm_cuts(o.cuts)[1:] for o in (self.without, self.compensated))
+        before, after = (mill.warm_cuts(o.cuts)[1:] for o in (self.without, self.compensated))
         operations = np.unique(after["operation"])
         self.assertGreaterEqual(len(operations), 3)
         for operation in operations:
-            rms = [mill_bench.rms(cuts["error"][cuts["operation"] == operation]) for cuts in (before, after)]
-            self.assertLess(rms[1], rms[0] / 3, f"operation {operation}")
+            before_after = [rms(cuts["error"][cuts["operation"] == operation]) for cuts in (before, after)]
+            self.assertLess(before_after[1], before_after[0] / 3, f"operation {operation}")
 
     def test_every_contact_of_an_undisturbed_program_is_accepted(self):
         cycles = self.compensated.cuts["cycle"][-1] - 1  # after learning

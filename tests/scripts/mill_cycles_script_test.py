@@ -8,7 +8,7 @@ import unittest
 
 import numpy as np
 
-import mill_cycles
+from support import mill_cycles
 
 
 def recording(*rows):

@@ -8,8 +8,8 @@ import unittest
 
 import numpy as np
 
-import mill_events
-from mill_events import Contact
+from support import mill_events
+from support.mill_events import Contact
 
 
 def recording(*rows):

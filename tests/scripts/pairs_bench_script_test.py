@@ -8,8 +8,9 @@ import unittest
 
 import numpy as np
 
-import pairs_bench
-from pairs_bench import CASES, FIT, LOW, MIDDLE, rms
+import pairs
+from pairs import CASES, FIT, LOW, MIDDLE
+from support.figures import rms
 from tree import ROOT
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
@@ -19,7 +20,7 @@ PAIRS = 80  # 8 % of an rms is its standard deviation
 @unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
 class Pairs(unittest.TestCase):
     def scatter(self, case):
-        return pairs_bench.simulate(case, PAIRS, lambda seconds: True)
+        return pairs.simulate(case, PAIRS, lambda seconds: True)
 
     def test_load_at_1_khz(self):
         self.check(CASES[0], 1.2)
@@ -37,29 +38,29 @@ class Pairs(unittest.TestCase):
 
 def rise(height, first=300, length=700):
     """Loads behind the filter, of a contact at the sample before the first that is not 0."""
-    time = pairs_bench.PERIOD * (np.arange(length) - first + 1)
-    return np.where(time > 0, height * -np.expm1(-time / pairs_bench.LAG), 0)
+    time = pairs.PERIOD * (np.arange(length) - first + 1)
+    return np.where(time > 0, height * -np.expm1(-time / pairs.LAG), 0)
 
 
 class Thresholds(unittest.TestCase):
     def test_middle_comes_later_where_the_load_is_lower(self):
-        usual, soft = (pairs_bench.crosses_middle(rise(step), -0.299) for step in (8, 6.4))
+        usual, soft = (pairs.crosses_middle(rise(step), -0.299) for step in (8, 6.4))
         self.assertAlmostEqual(usual, 0.03 * np.log(2), delta=0.001)
         self.assertAlmostEqual(soft - usual, 0.03 * np.log(4 / 3), delta=0.001)
 
     def test_low_one_is_interpolated_and_lasts(self):
         load = rise(8)
-        usual = pairs_bench.crosses_low(load, -0.299)
+        usual = pairs.crosses_low(load, -0.299)
         self.assertGreater(usual, 0.005)
         self.assertLess(usual, 0.015)
         load[100:103] = 6  # shorter than the debounce time
-        self.assertAlmostEqual(pairs_bench.crosses_low(load, -0.299), usual, delta=1e-6)
+        self.assertAlmostEqual(pairs.crosses_low(load, -0.299), usual, delta=1e-6)
 
 
 class Bound(unittest.TestCase):
     def test_is_that_of_white_noise_and_a_little_more_for_what_is_not_known(self):
-        one = 1000 * pairs_bench.FEED * 0.3 / 8 * np.sqrt(2 * 0.03 * 0.001)
-        bound = pairs_bench.bound(CASES[0])
+        one = 1000 * pairs.FEED * 0.3 / 8 * np.sqrt(2 * 0.03 * 0.001)
+        bound = pairs.bound(CASES[0])
         self.assertGreater(bound, one * np.hypot(1, 1 / 0.8))
         self.assertLess(bound, 1.15 * one * np.hypot(1, 1 / 0.8))
 
@@ -67,16 +68,16 @@ class Bound(unittest.TestCase):
 class Command(unittest.TestCase):
     @unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
     def test_prints_a_table(self):
-        script = os.path.join(ROOT, "scripts", "benches", "pairs_bench.py")
-        done = subprocess.run([sys.executable, script, "--pairs", "3"], capture_output=True, text=True, timeout=100)
+        script = os.path.join(ROOT, "scripts", "benches")
+        done = subprocess.run([sys.executable, script, "pairs", "--pairs", "3"], capture_output=True, text=True, timeout=100)
         for case in CASES:
             self.assertIn(case.name, done.stdout)
 
     def test_number_of_pairs_is_checked(self):
-        script = os.path.join(ROOT, "scripts", "benches", "pairs_bench.py")
-        done = subprocess.run([sys.executable, script, "--pairs", "0"], capture_output=True, text=True)
+        script = os.path.join(ROOT, "scripts", "benches")
+        done = subprocess.run([sys.executable, script, "pairs", "--pairs", "0"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("--pairs 0", done.stderr)
+        self.assertIn("--pairs: '0'", done.stderr)
 
 
 if __name__ == "__main__":

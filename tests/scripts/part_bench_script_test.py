@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The figures of scripts/bench part, on parts with errors made by hand; and one machine that cuts them."""
 
+import contextlib
 import csv
+import io
 import math
 import os
 import re
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
+import unittest.mock
 
 import numpy as np
 
-import part_bench
-import part_inspection
-from part_inspection import FEATURES, Samples
+import part as part_bench
+from support import part_inspection
+from support.part_inspection import FEATURES, Samples
+from support.part_machines import CONFIGURATION, PARTS, RUNS
 from tree import ROOT
 
 um = 1e-3  # mm
@@ -103,7 +108,7 @@ class Measures(unittest.TestCase):
         )
 
     def test_lengths_of_diagonals_are_those_of_the_square(self):
-        for part in part_bench.PARTS:
+        for part in PARTS:
             lengths = part_inspection.lengths_of_diagonals(part, cut(part, lambda u, v, w: (100 * PER_M * v, 0, 0)))
             longer = 150 * 100 * PER_M * math.sqrt(2)
             np.testing.assert_allclose(lengths, 300 * math.sqrt(2) + longer * np.array((1, -1)), rtol=0, atol=0.02 * um)
@@ -167,7 +172,7 @@ class Measures(unittest.TestCase):
 class Shown(unittest.TestCase):
     def test_outline_lies_on_the_bottom_side_and_about_the_centre(self):
         leaning_and_placed = lambda u, v, w: (0.2 - 70 * PER_M * v, 30 * PER_M * u - 0.3, 0)
-        for part in part_bench.PARTS:
+        for part in PARTS:
             for _, nominal, deviation, _ in part_bench.outline(part, cut(part, leaning_and_placed)):
                 np.testing.assert_allclose(deviation[:, 0], -40 * PER_M * nominal[:, 1], rtol=0, atol=0.5 * um)
                 np.testing.assert_allclose(deviation[:, 1], 0, rtol=0, atol=0.5 * um)
@@ -186,11 +191,41 @@ class Shown(unittest.TestCase):
         self.assertIn("plane XZ", lines[1])
 
 
+class Speeds(unittest.TestCase):
+    def cut_where(self, fails):
+        """The speeds that were tried, where LinuxCNC fails at some."""
+        tried = []
+
+        def cut(kind, seed, feed, parts, speed, stop):
+            tried.append(speed)
+            if fails(speed):
+                raise RuntimeError("Queue is not empty after probing")
+            return "cuts"
+
+        with unittest.mock.patch.object(part_bench, "cut", cut), contextlib.redirect_stderr(io.StringIO()) as told:
+            try:
+                self.assertEqual(part_bench.cut_at_some_speed("portal", 1, 2400, PARTS, threading.Event()), "cuts")
+            except RuntimeError:
+                tried.append("error")
+        return tried, told.getvalue()
+
+    def test_where_linuxcnc_fails_it_is_run_again_slower_which_is_told(self):
+        first, second = part_bench.SPEEDS[:2]
+        self.assertEqual(self.cut_where(lambda speed: False), ([first], ""))
+        tried, told = self.cut_where(lambda speed: speed > second)
+        self.assertEqual(tried, [first, second])
+        self.assertIn("portal: Queue is not empty after probing", told)
+        self.assertIn(f"Again at {second} times real time", told)
+
+    def test_what_fails_at_every_speed_is_an_error(self):
+        self.assertEqual(self.cut_where(lambda speed: True)[0], [*part_bench.SPEEDS, "error"])
+
+
 class Programs(unittest.TestCase):
     def test_portal_cuts_the_same_in_another_plane(self):
         """From the other side: what is clockwise for the column is not for the portal."""
         codes = {"G17": "G18", "G2": "G3", "G41": "G42", "T2": "T5"}
-        for part in part_bench.PARTS:
+        for part in PARTS:
             column, portal = (self.blocks(prefix + part) for prefix in ("", "portal_"))
             self.assertEqual(len(column), len(portal))
             for one, other in zip(column, portal):
@@ -202,7 +237,7 @@ class Programs(unittest.TestCase):
 
     @staticmethod
     def blocks(name):
-        with open(os.path.join(part_bench.CONFIGURATION, name + ".ngc"), encoding="utf-8") as file:
+        with open(os.path.join(CONFIGURATION, name + ".ngc"), encoding="utf-8") as file:
             return [line.split(";")[0].strip() for line in file if line.split(";")[0].strip()]
 
 
@@ -223,7 +258,7 @@ class Command(unittest.TestCase):
                 self.assertEqual(chart.read(8), b"\x89PNG\r\n\x1a\n")
             with open(os.path.join(folder, "points.csv"), encoding="ascii") as file:
                 rows = list(csv.DictReader(file))
-            self.assertEqual({row["run"] for row in rows}, set(part_bench.RUNS))
+            self.assertEqual({row["run"] for row in rows}, set(RUNS))
             self.assertGreater(len(rows), 4 * 3500)
 
     def test_unknown_machine_is_refused(self):
@@ -231,8 +266,8 @@ class Command(unittest.TestCase):
 
     @staticmethod
     def run_script(*arguments):
-        script = os.path.join(ROOT, "scripts", "benches", "part_bench.py")
-        return subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, timeout=200)
+        script = os.path.join(ROOT, "scripts", "benches")
+        return subprocess.run([sys.executable, script, "part", *arguments], capture_output=True, text=True, timeout=200)
 
 
 if __name__ == "__main__":

@@ -11,9 +11,9 @@ import unittest
 
 import numpy as np
 
-import portal_bench
-import portal_machine
-from portal_machine import Outcome, Tool, Visit
+import portal
+from support import portal_machine
+from support.portal_machine import Outcome, Tool, Visit
 from tree import ROOT
 
 
@@ -32,18 +32,18 @@ def outcome(sizes=(40, 10, 1)):
 
 class Figures(unittest.TestCase):
     def test_table_has_rms_and_largest_of_each_run_by_tool(self):
-        lines = portal_bench.cube_table(outcome())
+        lines = portal.cube_table(outcome())
         row = next(line for line in lines if line.startswith("tool of 250 mm, tip 20 mm off"))
         self.assertEqual(row.split()[-6:], ["80.0", "80.0", "20.0", "20.0", "2.0", "2.0"])
         row = next(line for line in lines if line.startswith("all tools"))
         self.assertEqual(row.split()[-6:], ["63.2", "80.0", "15.8", "20.0", "1.6", "2.0"])
 
     def test_what_tilts_make_is_apart_from_what_they_cannot_describe(self):
-        figures = [line[44:].strip() for line in portal_bench.remainder_lines(outcome())]
+        figures = [line[44:].strip() for line in portal.remainder_lines(outcome())]
         self.assertEqual(figures, ["15.0", "1.0", "0.03", "3.0", "< 1e-6", "5.0"])  # three quarters of 20, ...
 
     def test_percentiles_are_over_machines(self):
-        rows = portal_bench.percentile_table([outcome((size, size / 2, 0)) for size in range(1, 12)])
+        rows = portal.percentile_table([outcome((size, size / 2, 0)) for size in range(1, 12)])
         row = next(line for line in rows if line.startswith("with tilts "))
         self.assertEqual(row.split()[-4:], ["2.0", "6.0", "10.0", "11.0"])
 
@@ -100,8 +100,8 @@ class Command(unittest.TestCase):
 
     @staticmethod
     def run_script(*arguments):
-        script = os.path.join(ROOT, "scripts", "benches", "portal_bench.py")
-        return subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, timeout=200)
+        script = os.path.join(ROOT, "scripts", "benches")
+        return subprocess.run([sys.executable, script, "portal", *arguments], capture_output=True, text=True, timeout=200)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,9 @@ import unittest
 
 import numpy as np
 
-import portal_bench
-import portal_machine
-from portal_machine import ARCSEC, UM
+import portal
+from support import portal_machine
+from support.portal_machine import ARCSEC, UM
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 ERRORS = [f"portal.truth-{axis}-error" for axis in "xyz"]
@@ -135,7 +135,7 @@ class Cube(unittest.TestCase):
                 continue
             with self.subTest(kind):
                 worst = portal_machine.every_direction(kind, 100 * ARCSEC, 2, no_news)
-                print("\n" + "\n".join(portal_bench.worst_lines(worst)), file=sys.stderr)
+                print("\n" + "\n".join(portal.worst_lines(worst)), file=sys.stderr)
                 self.assertEqual(worst.cases, number)
                 self.assertGreater(worst.without, 700)
                 self.assertGreaterEqual(worst.compensated, 0)
@@ -154,8 +154,6 @@ class Cube(unittest.TestCase):
                 self.assertLess(tables.lengths.max(), 0.1)
 
     def test_a_wrong_setting_is_seen(self):
-        import plumb
-
         wrong = {
             "square.ea0w": -40e-6,
             "square.z-tool-offset": 0,
@@ -164,8 +162,8 @@ class Cube(unittest.TestCase):
             "square.to-bed": True,
             "square.z-tool-follows": False,
         }
-        with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-            machine = portal_machine.Machine(host, "portal", folder)
+        with portal_machine.new_host("portal") as host:
+            machine = portal_machine.Machine(host, "portal")
             machine.tilt(portal_machine.draw_tilts("portal", 0))
             machine.mount(portal_machine.Tool(250, 25, 90))
             far = (1000, 1000, -1000, 600)

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import unittest
 
-import simulations  # for the way to plumb.py
+from support import simulations  # for the way to plumb.py
 from tree import BUILD, ROOT
 
 

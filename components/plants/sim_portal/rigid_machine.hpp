@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -25,50 +26,82 @@ struct GuidedBody {
     GuideMotion error;
 };
 
+// The rotation by EA, EB, EC; computed when they change.
+class Turn {
+public:
+    const Eigen::Matrix3d& by(const Eigen::Vector3d& angles) noexcept {
+        using Eigen::AngleAxisd, Eigen::Vector3d;
+        if (angles == angles_) return matrix_;
+        angles_ = angles;
+        matrix_ = (AngleAxisd(angles.z(), Vector3d::UnitZ()) * AngleAxisd(angles.y(), Vector3d::UnitY()) *
+                   AngleAxisd(angles.x(), Vector3d::UnitX()))
+                      .toRotationMatrix();
+        return matrix_;
+    }
+
+private:
+    Eigen::Vector3d angles_ = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d matrix_ = Eigen::Matrix3d::Identity();
+};
+
 // Bodies that carry each other, from the bed on.
 template <std::size_t N>
 class BodyChain {
 public:
-    // Without `whole_bodies` a guide that is not parallel to a tilted one below it was shimmed true again.
-    // `to_bed`: the tilt of a guide on a parallel one was measured against the bed.
-    BodyChain(const std::array<GuidedBody, N>& bodies, bool whole_bodies, bool to_bed) noexcept
-        : bodies_(bodies), whole_bodies_(whole_bodies), to_bed_(to_bed) {}
+    using Bodies = std::array<GuidedBody, N>;
 
     // Of the end, that carries the tool (side = 1), or the work (side = -1), which travels the other way.
-    Eigen::Isometry3d end(double side) const noexcept {
+    // Without `whole_bodies` a guide that is not parallel to a tilted one below it was shimmed true again.
+    // `to_bed`: the tilt of a guide on a parallel one was measured against the bed.
+    Eigen::Isometry3d end(const Bodies& bodies, bool whole_bodies, bool to_bed, double side) noexcept {
+        stand(bodies, whole_bodies, to_bed);
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        for (std::size_t k = 0; k < N; ++k) {
+            pose.rotate(onto_guide_[k]);
+            pose.translate(side * (bodies[k].travel * Eigen::Vector3d::Unit(bodies[k].direction) +
+                                   bodies[k].error.shift));
+            pose.rotate(errors_[k].by(bodies[k].error.turn));
+            pose.rotate(onto_body_[k]);
+        }
+        pose.rotate(onto_end_);
+        return pose;
+    }
+
+private:
+    // How they stand on each other, which costs most and changes only with their tilts.
+    void stand(const Bodies& bodies, bool whole_bodies, bool to_bed) noexcept {
+        const auto stands_so = [](const GuidedBody& before, const GuidedBody& now) {
+            return before.direction == now.direction && before.tilt == now.tilt &&
+                   before.end_follows == now.end_follows;
+        };
+        if (stands_ && whole_bodies == whole_bodies_ && to_bed == to_bed_ &&
+            std::equal(bodies_.begin(), bodies_.end(), bodies.begin(), stands_so))
+            return;
+        stands_ = true;
+        bodies_ = bodies;
+        whole_bodies_ = whole_bodies;
+        to_bed_ = to_bed;
         Eigen::Matrix3d below = Eigen::Matrix3d::Identity();  // how the body below stands
         for (std::size_t k = 0; k < N; ++k) {
             const Eigen::Matrix3d body = stance(k, [](const GuidedBody&) { return true; });
             const Eigen::Matrix3d guide = whole_bodies_ ? body : stance(k, [&](const GuidedBody& other) {
                 return other.direction == bodies_[k].direction;
             });
-            pose.rotate(below.transpose() * guide);
-            pose.translate(side * (bodies_[k].travel * Eigen::Vector3d::Unit(bodies_[k].direction) +
-                                   bodies_[k].error.shift));
-            pose.rotate(turned(bodies_[k].error.turn));
-            pose.rotate(guide.transpose() * body);
+            onto_guide_[k] = below.transpose() * guide;
+            onto_body_[k] = guide.transpose() * body;
             below = body;
         }
-        pose.rotate(below.transpose() *
-                    stance(N - 1, [](const GuidedBody& body) { return body.end_follows; }));
-        return pose;
-    }
-
-private:
-    static Eigen::Matrix3d turned(const Eigen::Vector3d& angles) noexcept {
-        using Eigen::AngleAxisd, Eigen::Vector3d;
-        return (AngleAxisd(angles.z(), Vector3d::UnitZ()) * AngleAxisd(angles.y(), Vector3d::UnitY()) *
-                AngleAxisd(angles.x(), Vector3d::UnitX()))
-            .toRotationMatrix();
+        onto_end_ =
+            below.transpose() * stance(N - 1, [](const GuidedBody& body) { return body.end_follows; });
     }
 
     // What the tilts of the bodies up to k make, of those that count.
     template <class Counts>
-    Eigen::Matrix3d stance(std::size_t k, Counts counts) const noexcept {
+    Eigen::Matrix3d stance(std::size_t k, Counts counts) noexcept {
         Eigen::Matrix3d result = Eigen::Matrix3d::Identity();
         for (std::size_t i = 0; i <= k; ++i)
-            if (counts(bodies_[i]) && !replaced(i, k)) result = (result * turned(bodies_[i].tilt)).eval();
+            if (counts(bodies_[i]) && !replaced(i, k))
+                result = (result * tilts_[i].by(bodies_[i].tilt)).eval();
         return result;
     }
 
@@ -78,8 +111,11 @@ private:
         return false;
     }
 
-    const std::array<GuidedBody, N>& bodies_;
-    const bool whole_bodies_, to_bed_;
+    std::array<Turn, N> tilts_, errors_;
+    std::array<Eigen::Matrix3d, N> onto_guide_, onto_body_;
+    Eigen::Matrix3d onto_end_;
+    Bodies bodies_;  // of the matrices
+    bool whole_bodies_ = true, to_bed_ = false, stands_ = false;
 };
 
 }  // namespace plumb

@@ -106,8 +106,8 @@ value in force.)"};
                                     z.ideal_position() + rail * w.ideal_position());
         const auto as_is = [](PortalAxis& axis, const Eigen::Vector3d& bent) { return axis.as_is(bent); };
         const auto by_tilts = [](PortalAxis& axis, const Eigen::Vector3d&) { return axis.by_tilts(); };
-        const Eigen::Vector3d tip = tip_of(mounted, as_is) + pivot;
-        show(tip, ideal + mounted, tip_of(mounted, by_tilts) + pivot);
+        const Eigen::Vector3d tip = tip_of(mounted, as_is, is_) + pivot;
+        show(tip, ideal + mounted, tip_of(mounted, by_tilts, tilted_) + pivot);
         measure();
         artifact.meet(tip);
     }
@@ -130,19 +130,26 @@ private:
         return {radius_ * std::cos(angle), radius_ * std::sin(angle), -length_};
     }
 
+    // The bodies of both machines.
+    struct Chains {
+        BodyChain<3> portal_head;
+        BodyChain<2> column_head;
+        BodyChain<1> table;
+    };
+
     template <class BodyOf>
-    Eigen::Vector3d tip_of(const Eigen::Vector3d& mounted, BodyOf body) noexcept {
+    Eigen::Vector3d tip_of(const Eigen::Vector3d& mounted, BodyOf body, Chains& chains) noexcept {
         const Eigen::Vector3d none = Eigen::Vector3d::Zero();
         if (is_portal_) {
             const std::array<GuidedBody, 3> head{body(w, none), body(y, none), body(z, bend(z.position()))};
             const std::array<GuidedBody, 1> table{body(x, none)};
-            return BodyChain(table, whole_, against_bed_).end(-1).inverse() *
-                   (BodyChain(head, whole_, against_bed_).end(1) * mounted);
+            return chains.table.end(table, whole_, against_bed_, -1).inverse() *
+                   (chains.portal_head.end(head, whole_, against_bed_, 1) * mounted);
         }
         const std::array<GuidedBody, 2> head{body(x, none), body(y, none)};
         const std::array<GuidedBody, 1> table{body(z, none)};
-        return BodyChain(table, whole_, against_bed_).end(-1).inverse() *
-               (BodyChain(head, whole_, against_bed_).end(1) * mounted);
+        return chains.table.end(table, whole_, against_bed_, -1).inverse() *
+               (chains.column_head.end(head, whole_, against_bed_, 1) * mounted);
     }
 
     // Of the ram's nose, against the pivot.
@@ -180,6 +187,7 @@ private:
     double time_ = 0;
     bool started_ = false, is_portal_ = false, whole_ = true, against_bed_ = false;
     std::int32_t seed_ = 0;
+    Chains is_, tilted_;  // as it is, and as its tilts describe it
 };
 
 hal::Model hal::model() {

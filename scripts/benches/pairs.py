@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How far two contacts that are the same scatter: thermal_displacement beside thresholds on the same load.
+"""Measures the scatter between two equal contacts: thermal_displacement, and thresholds on the same load.
 
 In each pair the tool meets the same work twice at 100 mm/min, at moments that have nothing to do with the samples of
 the drive: in a learning cycle, and in a cycle in which the cut takes 20 % less.  The growth is 0, so that the
@@ -7,7 +7,6 @@ displacement between the two is the error.  The load is that of sim_drive_load, 
 thermal_displacement that is shipped, in the virtual-time host.
 """
 
-import argparse
 import dataclasses
 import os
 import random
@@ -16,8 +15,10 @@ import tempfile
 
 import numpy as np
 
-from bench_command import errors_told
-from simulations import simulate_all
+from support.command import add_place, errors_told, new_parser, place_of, whole
+from support.figures import rms
+from support.recordings import read_columns
+from support.simulations import simulate_all
 
 PERIOD = 0.001  # s, of servo-thread
 FEED = 100 / 60  # mm/s
@@ -33,6 +34,7 @@ APPROACH = 0.8  # s that Z feeds before the contact, and then in the work
 IN_WORK = 0.4
 ABOVE = 0.4  # s between two contacts that Z is clear of the work; the fit ends in it
 CYCLE = APPROACH + IN_WORK + ABOVE
+RESULTS = ("thermal.contacts", "thermal.displacement", "thermal.displacement-sigma")
 RESULTS_EVERY = 0.05  # s
 WINDOW = 0.3  # s before and after the contact that are fitted
 
@@ -136,10 +138,10 @@ def simulate(case, pairs, told):
         contacts, end = write_signals(signals, pairs, case.ripple)
         host.replay(signals)
         host.record(loads, ["drive.load"], PERIOD)
-        host.record(results, ["thermal.contacts", "thermal.displacement", "thermal.displacement-sigma"], RESULTS_EVERY)
+        host.record(results, RESULTS, RESULTS_EVERY)
         host.run(end - 0.2, told)
-        load = np.loadtxt(loads, delimiter=",", skiprows=1, usecols=1)
-        found, displacement, sigma = np.loadtxt(results, delimiter=",", skiprows=1, usecols=(1, 2, 3), unpack=True)
+        load, column = read_columns(loads)["drive.load"], read_columns(results)
+    found, displacement, sigma = (column[name] for name in RESULTS)
     rows = np.floor((contacts[1::2] + IN_WORK + ABOVE) / RESULTS_EVERY).astype(int)
     if not np.array_equal(found[rows], np.arange(2, 2 * pairs + 1, 2)):
         raise ValueError(f"{case.name}: thermal_displacement has found {found[-1]:.0f} of {2 * pairs} contacts")
@@ -208,10 +210,6 @@ def bound(case):
 # --- the command ---
 
 
-def rms(values):
-    return np.sqrt(np.mean(np.square(values)))
-
-
 def table(cases, scatters):
     heads = ("fit rms", "mean", "sigma", "limit", "bound", "middle rms", "mean", "low rms", "mean")
     lines = [f"{'Error of the displacement, um':30}" + "".join(f"{head:>12}" for head in heads)]
@@ -226,15 +224,14 @@ def table(cases, scatters):
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="scripts/bench pairs", description=__doc__.splitlines()[0])
-    parser.add_argument("--pairs", type=int, default=500, metavar="N", help="pairs of contacts in each case (default: 500)")
+    parser = new_parser("pairs", __doc__)
+    parser.add_argument("--pairs", type=whole(1, 100000), default=500, metavar="N", help="pairs of contacts in each case (default: 500)")
+    add_place(parser)
     options = parser.parse_args()
-    if not 1 <= options.pairs <= 100000:
-        parser.error(f"--pairs {options.pairs} is not a number from 1 to 100000")
     with errors_told():
-        jobs = [(case, options.pairs) for case in CASES]
-        duration = len(jobs) * 2 * options.pairs * (CYCLE + 0.25)
-        scatters = simulate_all(simulate, jobs, duration)
+        tasks = [(case, options.pairs) for case in CASES]
+        duration = len(tasks) * 2 * options.pairs * (CYCLE + 0.25)
+        scatters = simulate_all(simulate, tasks, duration, place_of(options))
     print(f"{options.pairs} pairs of contacts each; step {STEP} %, {SOFTER:.0%} of it in the second; white noise {NOISE} %,")
     print(f"filter {1000 * LAG:.0f} ms, {60 * FEED:.0f} mm/min, {SPEED} rpm\n")
     print("\n".join(table(CASES, scatters)))
@@ -242,6 +239,3 @@ def main():
     if missed:
         sys.exit("Beyond the limit: " + ", ".join(missed))
 
-
-if __name__ == "__main__":
-    main()

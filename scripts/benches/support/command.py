@@ -8,6 +8,9 @@ import re
 import sys
 import tempfile
 
+from support.cluster import Cluster
+from support.simulations import BUILD, ThisComputer
+
 
 def whole(least, most):
     """A type for argparse: a whole number from least to most."""
@@ -18,6 +21,39 @@ def whole(least, most):
         return int(text)
 
     return number
+
+
+def duration_of(text):
+    """ "4h", "10min", "90s" or "90" in seconds."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) *(h|min|s|)", text)
+    seconds = float(match[1]) * {"h": 3600, "min": 60}.get(match[2], 1) if match else 0
+    if not seconds:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time in s, min or h such as 600, 10min or 4h")
+    return seconds
+
+
+def new_parser(bench, docstring):
+    return argparse.ArgumentParser(prog=f"scripts/bench {bench}", description=docstring.splitlines()[0])
+
+
+def add_output(parser, bench):
+    folder = os.path.join(BUILD, "bench", bench)
+    parser.add_argument("--output", default=folder, metavar="DIR", help=f"where the files go (default: build/bench/{bench})")
+
+
+def add_place(parser):
+    """For benches that draw machines."""
+    parser.add_argument("--jobs", type=whole(1, 4096), metavar="N", help="simulations at a time (default: one a core)")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="run the simulations on the workers of this Dask scheduler, such as tcp://mill:8786")
+
+
+def place_of(options):
+    """Where simulate_all() is to run the simulations."""
+    return Cluster(options.cluster) if options.cluster else ThisComputer(options.jobs)
+
+
+def written_line(paths):
+    return "Written: " + "  ".join(os.path.relpath(path) for path in paths)
 
 
 def make_writable(folder):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Two parts, cut by machines with tilted columns and rails, and measured: without and with squareness.
+"""Cuts two parts in a complete LinuxCNC on tilted machines and measures them, without and with squareness.
 
 configs/portal, a complete LinuxCNC with its G-code, runs in virtual time; sim_portal says in each servo cycle where the
 tip truly is.  What it cuts is measured as an inspector would: straight lines and circles of least squares through the
@@ -10,112 +10,75 @@ The parts are cut without correction; with the tilts of the guides as they were;
 the diagonals of the square that was cut without; and with tables of all that an instrument finds on the axes.
 """
 
-import argparse
-import csv
-import dataclasses
+import concurrent.futures
 import math
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 
 import numpy as np
 
-from bench_command import errors_told, make_writable, whole
-from error_tables import blank_table, write_error_tables
-from part_inspection import FEATURES, UM, Samples, corners_of, measure_part, measure_side, on_circle, on_line
-from portal_bench import COLOURS, micrometres
-from portal_machine import draw_tilts
-from simulations import BUILD, ROOT
+from support import charts
+from support.command import add_output, errors_told, make_writable, new_parser, whole, written_line
+from support.figures import micrometres
+from support.part_inspection import FEATURES, UM, corners_of, measure_part, measure_side, on_circle, on_line
+from support.part_machines import FEED, MACHINES, PARTS, RUNS, prepare, read_recording
+from support.recordings import write_rows
+from support.simulations import BUILD
 from plumb_run import plumb_run
 
-CONFIGURATION = os.path.join(ROOT, "configs", "portal")
-
-RUNS = ("without", "with tilts", "by diagonals", "with tables")
-PARTS = ("square", "contour")
-FEED = 2400  # mm/min, as in the G-code
-SPEED = 20  # times real time
-DRIFT_HOURS = 1  # since tilts and tables were measured
-
-COLUMNS = [f"portal.truth-{axis}-{what}" for what in ("nominal", "error", "beyond-tilts") for axis in "xyz"]
-
-
-@dataclasses.dataclass(frozen=True)
-class Kind:
-    prefix: str  # of its G-code files
-    plane: tuple  # numbers of the axes that draw the part: to the right and up
-    into: int  # number of the axis that leads into the work
-    way: int  # and whether by going up or down
-    origin: tuple  # of the part, mm
-    shown: str  # the tilt that diagonals in this plane tell of
-
-    @property
-    def names(self):
-        return "".join("XYZ"[axis] for axis in self.plane)
-
-
-MACHINES = {
-    "column": Kind("", (0, 1), 2, -1, (0, 0, -340), "ec0y"),
-    "portal": Kind("portal_", (0, 2), 1, 1, (0, 150, -275), "eb0z"),
-}
-
+SPEEDS = (30, 15, 5)
 
 # --- cutting ---
 
 
-def change(path, old, new):
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    if old not in text:
-        raise RuntimeError(f"{path} has no {old!r}")
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text.replace(old, new))
+def cut_all(kinds, seed, feed, parts):
+    """What cut() returns of each kind, all at a time where each has a HAL of its own."""
+    at_once = len(kinds) if "--no-namespaces" not in plumb_run(BUILD) else 1
+    stop = threading.Event()
+    with concurrent.futures.ThreadPoolExecutor(at_once) as pool:
+        cuts = [pool.submit(cut_at_some_speed, kind, seed, feed, parts, stop) for kind in kinds]
+        try:
+            return {kind: its.result() for kind, its in zip(kinds, cuts)}
+        finally:
+            stop.set()  # after an error or Ctrl-C
+            pool.shutdown(cancel_futures=True)
 
 
-def prepare(kind, seed, feed, folder):
-    """A copy of the configuration that cuts the parts on machine `seed`; returns its INI file."""
-    machine = shutil.copytree(CONFIGURATION, os.path.join(folder, "machine"))
-    at = lambda *names: os.path.join(machine, *names)
-    ini = at(kind + ".ini")
-    change(ini, "common/headless.py", os.path.join(ROOT, "scripts", "benches", "part_cuts.py"))
-    change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")  # of a run; the disk may keep LinuxCNC waiting
-    # Task gives motion up after a time of the faster clock, which passes on a busy computer.
-    change(at("common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
-    change(at("compensation.hal"), "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + at("errors.csv"))
-    letters = "XYZW" if kind == "portal" else "XYZ"
-    write_error_tables(at("errors.csv"), [blank_table(letter, -1000, 1000) for letter in letters], f"ideal {kind}")
-    tilts = draw_tilts(kind, seed) if seed else {}  # machine 0 is that of the configuration
-    settings = [f"square.{name} {angle!r}" for name, angle in tilts.items()]
-    truth = [f"portal.{name} {angle!r}" for name, angle in tilts.items()]
-    truth += [f"portal.seed {seed}", f"portal.drift-start {DRIFT_HOURS * 3600 if seed else 0}"]
-    for name, lines in (("settings", settings), ("machine", truth)):
-        with open(at(f"{kind}_{name}.hal"), "a", encoding="utf-8") as file:
-            file.write("".join(f"setp {line}\n" for line in lines))
-    for part in PARTS:
-        change(at(MACHINES[kind].prefix + part + ".ngc"), f"F{FEED}\n", f"F{feed}\n")
-    return ini
+def cut_at_some_speed(kind, seed, feed, parts, stop):
+    """Slower where LinuxCNC fails: on a busy computer its programs do not keep up with a fast clock."""
+    for speed, slower in zip(SPEEDS, (*SPEEDS[1:], None)):
+        try:
+            return cut(kind, seed, feed, parts, speed, stop)
+        except RuntimeError as error:
+            if slower is None or stop.is_set():
+                raise
+            print(f"{kind}: {error}\nAgain at {slower} times real time, not {speed}.", file=sys.stderr, flush=True)
 
 
-def cut(kind, seed, feed, parts=PARTS):
+def cut(kind, seed, feed, parts, speed, stop):
     """What read_recording() says of each (run, part) on machine `seed`."""
     with tempfile.TemporaryDirectory(prefix="plumb-part-") as folder:
-        ini = prepare(kind, seed, feed, folder)
-        command = [*plumb_run(BUILD, "--speed", f"{SPEED}"), "linuxcnc", "-r", ini, *parts]
+        ini, options = prepare(kind, seed, folder)
+        words = [word for name, value in options.items() for word in ("--option", f"{name}={value}")]
+        command = [*plumb_run(BUILD, "--speed", f"{speed}", *words), "linuxcnc", "-r", ini, f"--feed={feed}", *parts]
         environment = {**os.environ, "HOME": folder, "PLUMB_BUILD": BUILD}
         said = []
         process = subprocess.Popen(
             command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         with process:
+            ended = threading.Event()
+            threading.Thread(target=terminate_at, args=(stop, ended, process)).start()
             try:
                 for line in process.stdout:
                     said.append(line)
                     if line.startswith(("cut ", "set ")):
                         print(f"{kind}: {line.rstrip()}", file=sys.stderr, flush=True)
-            except BaseException:  # Ctrl-C
-                process.terminate()
-                raise
+            finally:
+                ended.set()
         if process.returncode:
             raise RuntimeError(f"linuxcnc ended with {process.returncode}:\n" + "".join(said[-30:]))
         return {
@@ -125,15 +88,11 @@ def cut(kind, seed, feed, parts=PARTS):
         }
 
 
-def read_recording(path, kind):
-    """Samples as they are, and Samples as they were if nothing but what no tilt describes were wrong."""
-    with open(path, encoding="ascii") as file:
-        header = file.readline().strip().split(",")
-        rows = np.loadtxt(file, delimiter=",", ndmin=2)
-    nominal, error, beyond = rows[:, [header.index(name) for name in COLUMNS]].T.reshape(3, 3, -1)
-    axes, ways = [*kind.plane, kind.into], np.array((1, 1, kind.way))
-    nominal = (nominal.T - kind.origin)[:, axes] * ways
-    return tuple(Samples(nominal, its.T[:, axes] * ways) for its in (error, beyond))
+def terminate_at(stop, ended, process):
+    while not ended.wait(0.2):
+        if stop.is_set():
+            process.terminate()
+            return
 
 
 # --- what is printed ---
@@ -214,45 +173,38 @@ def _between(at, places, values):
 
 def write_points(path, machines):
     """One row for each mm that was cut."""
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        writer.writerow(
-            ["machine", "run", "part", "feature", "right_mm", "up_mm", "right_error_um", "up_error_um", "depth_error_um"]
-        )
-        for kind, cuts in machines.items():
-            for (run, part), (samples, _) in cuts.items():
-                for feature, nominal, deviation, depth in outline(part, samples):
-                    rows = np.column_stack((nominal, UM * deviation, UM * depth))
-                    writer.writerows([kind, run, part, feature, *(f"{value:.3f}" for value in row)] for row in rows)
+    header = ["machine", "run", "part", "feature", "right_mm", "up_mm", "right_error_um", "up_error_um", "depth_error_um"]
+    write_rows(path, header, (row for kind, cuts in machines.items() for row in point_rows(kind, cuts)))
 
 
-GREY = "#777777"
+def point_rows(kind, cuts):
+    for (run, part), (samples, _) in cuts.items():
+        for feature, nominal, deviation, depth in outline(part, samples):
+            for row in np.column_stack((nominal, UM * deviation, UM * depth)):
+                yield [kind, run, part, feature, *(f"{value:.3f}" for value in row)]
+
+
 ENLARGED = 2000
 BAR = 10  # um
 DRAWN = {  # of RUNS
-    "without": ("without correction", COLOURS["without"]),
-    "by diagonals": ("tilt set by diagonals", COLOURS["with tilts"]),
-    "with tables": ("tilts and tables", COLOURS["with tables"]),
+    "without": ("without correction", charts.ORANGE),
+    "by diagonals": ("tilt set by diagonals", charts.BLUE),
+    "with tables": ("tilts and tables", charts.GREEN),
 }
 
 
 def draw(paths, part, machines, seed):
     """A row for each machine, a column for each of DRAWN: the nominal contour, and the deviation from it enlarged."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    pyplot.rcParams.update({"svg.hashsalt": "plumb", "font.size": 10})
+    pyplot = charts.prepared_pyplot()
     sheet, views = pyplot.subplots(
         len(machines), len(DRAWN), figsize=(11, 3.9 * len(machines) + 0.3), squeeze=False, layout="constrained"
     )
     title = f"{TITLES[part]}, machine {seed}: deviation from nominal, enlarged {ENLARGED} times"
-    sheet.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    charts.write_title(sheet, title)
     caption = "Grey: nominal."
     if seed:
         caption += " No tilt straightens what is bent; tables of an hour ago do not know of the drift since."
-    sheet.supxlabel(caption, x=0.01, ha="left", fontsize=10, color=GREY)
+    sheet.supxlabel(caption, x=0.01, ha="left", fontsize=10, color=charts.LIGHT_GREY)
     for row, (kind, cuts) in zip(views, machines.items()):
         for view, (run, (label, colour)) in zip(row, DRAWN.items()):
             samples = cuts[run, part][0]
@@ -264,10 +216,8 @@ def draw(paths, part, machines, seed):
             else:
                 told += f"diagonals {found['square', 'difference of the diagonals']:+.1f} µm"
             view.set_title(f"{kind}, {label}\n{told}", fontsize=10, color=colour)
-            view.text(-170, -185, f"plane {MACHINES[kind].names}", va="center", color=GREY)
-    for path in paths:
-        sheet.savefig(path, dpi=120, metadata={"Date": None} if path.endswith(".svg") else None)
-    pyplot.close(sheet)
+            view.text(-170, -185, f"plane {MACHINES[kind].names}", va="center", color=charts.LIGHT_GREY)
+    charts.save(sheet, paths)
 
 
 def _draw_part(view, part, samples, colour):
@@ -280,7 +230,7 @@ def _draw_part(view, part, samples, colour):
     for name, (nominal, deviating) in paths:
         if name != "diagonals":
             deviating = np.vstack((deviating, deviating[:1]))
-        view.plot(*nominal.T, color=GREY, linewidth=0.8)
+        view.plot(*nominal.T, color=charts.LIGHT_GREY, linewidth=0.8)
         view.plot(*deviating.T, color=colour, linewidth=1.4)
     view.set_aspect("equal")
     view.set_xlim(-195, 195)
@@ -295,9 +245,8 @@ def _draw_part(view, part, samples, colour):
 
 
 def bench(kinds, parts, seed, feed, output):
-    machines = {}
+    machines = cut_all(kinds, seed, feed, parts)
     for kind in kinds:
-        machines[kind] = cut(kind, seed, feed, parts)
         for part in parts:
             print("\n".join(part_table(kind, part, machines[kind])) + "\n")
         print(f"What the guides' tilts leave where they are corrected: {micrometres(left_by_tilts(machines[kind]))} um\n", flush=True)
@@ -308,22 +257,19 @@ def bench(kinds, parts, seed, feed, output):
         written += charts
     written.append(os.path.join(output, "points.csv"))
     write_points(written[-1], machines)
-    print("Written: " + "  ".join(os.path.relpath(path) for path in written))
+    print(written_line(written))
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="scripts/bench part", description=__doc__.splitlines()[0])
+    parser = new_parser("part", __doc__)
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="draw machine N (default: 1); 0 has nothing wrong but the tilts of configs/portal")
     parser.add_argument("--machine", choices=list(MACHINES), help="one of them (default: both)")
     parser.add_argument("--part", choices=PARTS, help="one of them (default: both)")
     parser.add_argument("--feed", type=whole(100, 12000), default=FEED, metavar="F", help=f"mm/min (default: {FEED})")
-    parser.add_argument("--output", default=os.path.join(BUILD, "bench", "part"), metavar="DIR", help="where the files go (default: build/bench/part)")
+    add_output(parser, "part")
     options = parser.parse_args()
     with errors_told():
         make_writable(options.output)
         kinds = [options.machine] if options.machine else list(MACHINES)
         bench(kinds, [options.part] if options.part else PARTS, options.seed, options.feed, options.output)
 
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The DISPLAY of part_bench: cuts its parts, as often as there are RUNS.
+"""The DISPLAY of the bench part: cuts its parts, as often as there are RUNS.
 
 Each cut leaves PROGRAM-RUN.csv, a row for each servo cycle, and says so.
 """
@@ -12,27 +12,37 @@ import subprocess
 import sys
 
 import linuxcnc
-from error_tables import write_error_tables
-from part_bench import COLUMNS, MACHINES, PARTS, RUNS, read_recording
-from part_inspection import lengths_of_diagonals
-from plumb_linuxcnc import Machine
-from portal_machine import CHAINS, LEANING
-from simulations import BUILD
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+from support.part_inspection import lengths_of_diagonals
+from support.part_machines import COLUMNS, FEED, MACHINES, PARTS, RUNS, read_recording
+from support.portal_machine import CHAINS, LEANING
+from support.recordings import write_error_tables
+from support.simulations import BUILD
+from plumb_linuxcnc import Machine  # found by `simulations`
+
+# s since tilts and tables were measured, when a run begins, and when a part of it does. The machine drifts by these,
+# so that neither the speed of the clock nor a busy computer changes a figure.
+RUN_BEGINS = dict(zip(RUNS, (3611, 3774, 3952, 4122)))
+PART_BEGINS = {"square": 0, "contour": 58}
 STEPS = 20  # of the instrument along each axis
 
 
 class Cuts:
-    def __init__(self, machine, kind, parts):
+    def __init__(self, machine, kind, parts, feed):
         self.machine = machine
         self.host = machine.host
         self.kind = kind
         self.parts = parts
+        self.feed = feed
         self.expected = {}  # by the host's number of it
 
     def make(self):
         self.machine.turn_on()
         self.machine.home()
+        if self.feed != FEED:
+            self.machine.command.feedrate(self.feed / FEED)
         self.machine.wait(1)  # the correction comes
         self.expect_no_fault()
         tilts = {name: self.host.get("square." + name) for name in LEANING[self.kind]}
@@ -47,12 +57,28 @@ class Cuts:
             self.machine.wait(0.1)
             for part in self.parts:
                 program = MACHINES[self.kind].prefix + part + ".ngc"
+                self.drift_until(RUN_BEGINS[run] + PART_BEGINS[part])
                 with self.machine.recording(f"{part}-{run}.csv", COLUMNS):
                     self.machine.run(program)
                 for violation in self.host.violations():
                     raise RuntimeError(f"{self.expected[violation.id]} was {violation.values['code']:g} while {program} was cut {run}")
                 print(f"cut {program} {run}", flush=True)
         self.machine.turn_off()
+
+    def drift_until(self, seconds):
+        """Has the machine drift as if its tilts had been measured so many seconds ago."""
+        if self.host.get("portal.seed"):
+            self.host.set("portal.drift-start", seconds - self.running_for())
+
+    def running_for(self):
+        """Seconds that the machine has run, by how far it has drifted in them and would drift in an hour more."""
+        angle = LEANING[self.kind][0]
+        drifts = []
+        for start in (0, 3600):
+            self.host.set("portal.drift-start", start)
+            self.machine.wait(0.002)
+            drifts.append(self.host.get("portal.truth-" + angle) - self.host.get("portal." + angle))
+        return 3600 * drifts[0] / (drifts[1] - drifts[0])
 
     def expect_no_fault(self):
         """From now on, in every period."""
@@ -108,10 +134,11 @@ class Cuts:
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-ini", required=True, help=argparse.SUPPRESS)  # linuxcnc gives it to every DISPLAY
+    parser.add_argument("--feed", type=float, default=FEED)
     parser.add_argument("parts", nargs="+", choices=PARTS)
     options = parser.parse_args()
     with Machine() as machine:
-        Cuts(machine, "portal" if machine.status.joints == 4 else "column", options.parts).make()
+        Cuts(machine, "portal" if machine.status.joints == 4 else "column", options.parts, options.feed).make()
     return 0
 
 

@@ -1,9 +1,26 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Writes the error tables that squareness reads, with their head and the line that closes them."""
+"""Files of benches: recordings of the host, tables of results, and the error tables that squareness reads."""
 
+import csv
 import datetime
 import os
 import zlib
+
+import numpy as np
+
+
+def read_columns(path):
+    """The columns of a recording, as arrays under their names."""
+    with open(path, encoding="ascii") as file:
+        header = file.readline().strip().split(",")
+        return dict(zip(header, np.loadtxt(file, delimiter=",", ndmin=2).T))
+
+
+def write_rows(path, header, rows):
+    with open(path, "w", newline="", encoding="ascii") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(rows)
 
 
 def write_error_tables(path, tables, machine, temperature="20 degC"):

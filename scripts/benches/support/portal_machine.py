@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The machines of portal_bench: configs/portal/bench.hal in the virtual-time host, stopped at the points of a cube."""
+"""The machines of the bench portal: configs/portal/bench.hal in the virtual-time host, stopped at the points of a cube."""
 
+import contextlib
 import dataclasses
 import itertools
 import math
@@ -11,8 +12,8 @@ import tempfile
 
 import numpy as np
 
-from error_tables import blank_table, write_error_tables
-from simulations import ROOT
+from support.recordings import blank_table, write_error_tables
+from support.simulations import ROOT
 
 CONFIG = os.path.join(ROOT, "configs", "portal", "bench.hal")
 
@@ -79,6 +80,16 @@ def cube(machine, steps):
     return [(x, y, z, w) for w in rails for x in along[0] for y in along[1] for z in along[2]]
 
 
+def new_host(kind, table=None):
+    """A host that loads squareness with the chain of this kind of machine, and with a file of error tables."""
+    import plumb
+
+    options = {"squareness.chain": CHAINS[kind]}
+    if table:
+        options["squareness.table"] = table
+    return plumb.Host(options=options)
+
+
 class Machine:
     """The configuration in a host, its axes where they are sent."""
 
@@ -86,17 +97,11 @@ class Machine:
     READ += [f"square.{axis}-error" for axis in "xyz"]
     READ += ["square.fault-code", "square.limited-code", "square.ramping"] + [f"{axis}-motion.out" for axis in AXES]
 
-    def __init__(self, host, kind, folder, table=None):
+    def __init__(self, host, kind):
         self.host, self.kind = host, kind
         self.place = dict.fromkeys(AXES, 0)
         self.angles, self.tool = {}, Tool(0)
-        options = f"chain={CHAINS[kind]}" + (f" table={table}" if table else "")
-        with open(CONFIG, encoding="utf-8") as file:
-            text = file.read().replace("chain=" + CHAINS["portal"], options)
-        path = os.path.join(folder, "bench.hal")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-        host.load(path)
+        host.load(CONFIG)
         if kind == "column":
             host.set("portal.portal", False)
             self.set({f"square.{name}": 0 for name in LEANING["portal"]})
@@ -250,12 +255,11 @@ def duration(kind, steps):
 
 def simulate(kind, seed, steps, told):
     """The Outcome of machine `seed` of a kind."""
-    import plumb
-
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-        table = os.path.join(folder, "errors.csv")
+    with contextlib.ExitStack() as stack:
+        table = os.path.join(stack.enter_context(tempfile.TemporaryDirectory()), "errors.csv")
         blank_tables(kind, table)
-        machine = Machine(host, kind, folder, table)
+        host = stack.enter_context(new_host(kind, table))
+        machine = Machine(host, kind)
         host.set("portal.seed", seed)
         host.set("portal.tilt-drift", 0)  # which comes as a cause of its own
         machine.tilt(draw_tilts(kind, seed))
@@ -310,12 +314,10 @@ def case_text(kind, case, angle):
 
 def every_direction(kind, angle, steps, told):
     """The Worst of all cases over a cube, with 400 mm of tool and 50 mm of radial offset."""
-    import plumb
-
     points = cube(kind, steps)
     worst = Worst(kind, len(cases(kind)), len(points), 0, -1, "")
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-        machine = Machine(host, kind, folder)
+    with new_host(kind) as host:
+        machine = Machine(host, kind)
         machine.mount(LONGEST)
         for done, case in enumerate(cases(kind)):
             axis_direction, to_bed, signs = case

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What thermal_displacement makes of the growth between contacts: following the speed, beside holding the last contact.
+"""Compares two ways to follow the growth between contacts: by spindle speed, and holding the last contact.
 
 configs/mill/bench.hal runs with two thermal_displacement in one host, one of which follows the speed; that one is
 applied.  A part is made every 100 s, its last operation is the gauge, and every third part its contact counts: a contact
@@ -11,7 +11,6 @@ An error is the offset less the growth at the bottom of a cut, which counts from
 those after the second contact that was accepted are told.
 """
 
-import argparse
 import os
 import random
 import re
@@ -19,9 +18,11 @@ import tempfile
 
 import numpy as np
 
-from bench_command import errors_told, whole
-from mill_bench import CONFIG, duration_of, largest, rms
-from simulations import ROOT, duration_text, simulate_all
+from support.command import add_place, duration_of, errors_told, new_parser, place_of, whole
+from support.figures import largest, rms
+from support.mill_machine import start_mill
+from support.recordings import read_columns
+from support.simulations import ROOT, duration_text, simulate_all
 
 MEASURED = os.path.join(ROOT, "configs", "mill", "measured_growth.csv")
 PERIOD = 0.004  # s, of the thread: four times that of the bench, which costs a quarter of the time
@@ -31,6 +32,7 @@ PARTS_PER_CONTACT = 3
 GAUGE = 40  # operation
 CONTACT_NOISE = 0.001  # mm, of each contact; that of the reference has it too
 WAYS = {"hold": "hold", "by speed": "thermal"}  # and the instance that goes it
+OPTIONS = {"threads.period1": round(PERIOD * 1e9), "thermal_displacement.names": "thermal,hold"}
 KINDS = ("constant speed", "speed steps")
 
 IDEAL = {  # of the machine: nothing but the blank blurs a contact, and no tool gets shorter
@@ -52,14 +54,15 @@ COLUMNS += ["mill.truth-contact-growth", "thermal.displacement"]
 COLUMNS += [f"{instance}.{pin}" for instance in WAYS.values() for pin in ("z-offset", "contacts-accepted")]
 
 
-def two_of_them(hal):
-    """The .hal file with a second thermal_displacement, hold, that sees what the first one sees and is not applied."""
-    lines = hal.replace("loadrt thermal_displacement names=thermal", "loadrt thermal_displacement names=thermal,hold")
-    lines = lines.replace("period1=1000000", f"period1={round(PERIOD * 1e9)}").splitlines()
-    for signal, pin in re.findall(r"^net (\S+) .*=>.* thermal\.(\S+)", hal, re.M):
-        lines.append(f"net {signal} hold.{pin}")
-    lines += [line.replace("thermal.", "hold.") for line in lines if re.match(r"setp thermal|addf thermal", line)]
-    return "\n".join([*lines, "setp hold.follow-speed 0", ""])
+def add_hold(host):
+    """A second thermal_displacement, hold, that sees the same signals as the first one; nothing applies its offset."""
+    for line in host.halcmd("-s", "show", "pin", "thermal.*").output.splitlines():
+        netted = re.search(r" thermal\.(\S+) <== (\S+)", line)
+        if netted:
+            host.command(f"net {netted[2]} hold.{netted[1]}")
+    host.command("addf hold.update servo-thread")
+    host.set("hold.enable", True)
+    host.set("hold.follow-speed", False)
 
 
 def draw_speeds(seed, kind, duration):
@@ -79,14 +82,10 @@ def simulate(seed, speeds, duration, told):
     """(errors of each way, errors of the contacts) in um of one run; without speeds, of the measured curve."""
     import plumb
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
-        path, config = os.path.join(folder, "recording.csv"), os.path.join(folder, "two.hal")
-        with open(CONFIG, encoding="ascii") as one, open(config, "w", encoding="ascii") as two:
-            two.write(two_of_them(one.read()))
-        host.load(config)
-        host.command("start")
-        for part in ("program", "mill", "drive"):
-            host.set(part + ".seed", seed)
+    with tempfile.TemporaryDirectory() as folder, plumb.Host(options=OPTIONS) as host:
+        path = os.path.join(folder, "recording.csv")
+        start_mill(host, seed)
+        add_hold(host)
         for pin, value in IDEAL.items():
             host.set(pin, value)
         host.set("program.cycle-interval", PART)
@@ -105,9 +104,7 @@ def simulate(seed, speeds, duration, told):
             host.run(PART)
             if not told((part + 1) * PART):
                 break
-        with open(path, encoding="ascii") as file:
-            header = file.readline().strip().split(",")
-            column = dict(zip(header, np.loadtxt(file, delimiter=",", ndmin=2).T))
+        column = read_columns(path)
     return judge(column)
 
 
@@ -146,11 +143,11 @@ def table(outcomes):
     return lines
 
 
-def bench(count, first, duration, measured):
-    jobs = [(seed, draw_speeds(seed, kind, duration), duration) for kind in KINDS for seed in range(first, first + count)]
+def bench(count, first, duration, measured, place=None):
+    tasks = [(seed, draw_speeds(seed, kind, duration), duration) for kind in KINDS for seed in range(first, first + count)]
     if measured:
-        jobs.append((0, None, 166600))
-    found = simulate_all(simulate, jobs, sum(job[-1] for job in jobs))
+        tasks.append((0, None, 166600))
+    found = simulate_all(simulate, tasks, sum(task[-1] for task in tasks), place)
     outcomes = {kind: found[i * count : (i + 1) * count] for i, kind in enumerate(KINDS)}
     if measured:
         outcomes["measured curve"] = found[-1:]
@@ -158,19 +155,17 @@ def bench(count, first, duration, measured):
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="scripts/bench growth", description=__doc__.splitlines()[0])
+    parser = new_parser("growth", __doc__)
     parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines (default: 200)")
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 4h)")
+    add_place(parser)
     options = parser.parse_args()
     with errors_told():
-        outcomes = bench(options.seeds, options.seed, options.duration, True)
+        outcomes = bench(options.seeds, options.seed, options.duration, True, place_of(options))
     print(f"{duration_text(options.duration)} on each of {options.seeds} machines, twice; a contact every 5 min\n")
     print("\n".join(table(outcomes)))
     for kind, runs in outcomes.items():
         contacts = np.concatenate([contacts for _, contacts in runs])
         print(f"{kind}: {len(contacts)} contacts, their error {rms(contacts):.2f} um (rms)")
 
-
-if __name__ == "__main__":
-    main()

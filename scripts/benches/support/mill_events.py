@@ -15,9 +15,11 @@ import tempfile
 
 import numpy as np
 
-from simulations import ROOT, simulate_all
+from support.figures import largest, rms
+from support.mill_machine import every_end_mill_is_a_gauge, start_mill
+from support.recordings import read_columns
+from support.simulations import simulate_all
 
-CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
 EVERY = 0.05  # s between two rows of a recording; contacts are seconds apart
 PROGRAM_TIME = 60  # s, at most
 SMALL = 60  # um, largest height of the events that are to lie within the gate
@@ -92,11 +94,8 @@ def simulate(seed, event, small, interval, told):
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
-        host.load(CONFIG)
-        host.command("start")
-        for part in ("program", "mill", "drive"):
-            host.set(part + ".seed", seed)
-        host.set("thermal.exclude-operation-1", 0)  # every end mill is a gauge here
+        start_mill(host, seed)
+        every_end_mill_is_a_gauge(host)
         host.set("program.cycle-interval", interval)
         host.set("program.event", event)
         host.set("program.event-cycle", 3)
@@ -105,9 +104,7 @@ def simulate(seed, event, small, interval, told):
             host.set("program.event-largest", SMALL / 1000)
         host.record(path, COLUMNS.values(), EVERY)
         host.run(2 * interval + PROGRAM_TIME, told)
-        with open(path, encoding="ascii") as file:
-            header = file.readline().strip().split(",")
-            column = dict(zip(header, np.loadtxt(file, delimiter=",", ndmin=2).T))
+        column = read_columns(path)
     return read_contacts(
         {name: column[pin] * (1000 if name in LENGTHS else 1) for name, pin in COLUMNS.items()}
     )
@@ -123,9 +120,9 @@ def draw_programs(count, small):
     return programs
 
 
-def run_programs(programs):
+def run_programs(programs, place=None):
     duration = sum(2 * interval + PROGRAM_TIME for _, _, _, interval in programs)
-    return simulate_all(simulate, programs, duration)
+    return simulate_all(simulate, programs, duration, place)
 
 
 def event_names():
@@ -156,7 +153,7 @@ def table(programs, outcomes):
             len(errors),
             len(wrong(contacts)),
         ]
-        sizes = (np.sqrt(np.mean(np.square(errors))), np.max(np.abs(errors))) if errors else ()
+        sizes = (rms(errors), largest(errors)) if errors else ()
         lines.append(f"{names[event]:{width}}" + "".join(f"{n:10}" for n in figures) + "".join(f"{x:10.1f}" for x in sizes))
     return lines
 
@@ -165,13 +162,13 @@ def wrong(contacts):
     return [contact for contact in contacts if contact.accepted and contact.excess > 0]
 
 
-def report(count):
+def report(count, place):
     """Runs `count` programs with events of the usual size, and a fifth as many with smaller ones; prints tables."""
     for small, number, title in (
         (False, count, "programs with an event each; heights of 0.1 mm and more"),
         (True, max(1, count // 5), f"programs with an event within the gate; heights up to {SMALL} um"),
     ):
         programs = draw_programs(number, small)
-        outcomes = run_programs(programs)
+        outcomes = run_programs(programs, place)
         print(f"{number} {title}\n")
         print("\n".join(table(programs, outcomes)) + "\n")

@@ -16,8 +16,10 @@ import tempfile
 
 import numpy as np
 
-from mill_events import CONFIG, event_names
-from simulations import simulate_all
+from support.mill_events import event_names
+from support.mill_machine import every_end_mill_is_a_gauge, start_mill
+from support.recordings import read_columns
+from support.simulations import simulate_all
 
 EVERY = 0.1  # s between two rows of a recording; contacts are seconds apart
 INTERVAL = 60  # s from one cycle to the next
@@ -255,19 +257,14 @@ def simulate(seed, cycles, told):
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
-        host.load(CONFIG)
+        start_mill(host, seed)
         host.command("net refused thermal.reference-refused => program.relearn")
-        host.command("start")
-        for part in ("program", "mill", "drive"):
-            host.set(part + ".seed", seed)
-        host.set("thermal.exclude-operation-1", 0)  # every end mill is a gauge here
+        every_end_mill_is_a_gauge(host)
         host.set("program.cycle-interval", INTERVAL)
         host.set("program.event-rate", 1)
         host.record(path, [*NUMBERS.values(), *LENGTHS.values()], EVERY)
         host.run(cycles * INTERVAL, told)
-        with open(path, encoding="ascii") as file:
-            header = file.readline().strip().split(",")
-            column = dict(zip(header, np.loadtxt(file, delimiter=",", ndmin=2).T))
+        column = read_columns(path)
     recording = {name: column[pin] for name, pin in NUMBERS.items()}
     recording.update((name, 1000 * column[pin]) for name, pin in LENGTHS.items())
     recording["feeding"] = recording["feeding"] < 0
@@ -275,11 +272,11 @@ def simulate(seed, cycles, told):
     return judge(recording)
 
 
-def run_cycles(cycles):
+def run_cycles(cycles, place=None):
     """An Outcome for each hundred cycles."""
     machines = -(-cycles // MACHINE_CYCLES)
-    jobs = [(seed, min(MACHINE_CYCLES, cycles - MACHINE_CYCLES * (seed - 1))) for seed in range(1, machines + 1)]
-    return simulate_all(simulate, jobs, cycles * INTERVAL)
+    tasks = [(seed, min(MACHINE_CYCLES, cycles - MACHINE_CYCLES * (seed - 1))) for seed in range(1, machines + 1)]
+    return simulate_all(simulate, tasks, cycles * INTERVAL, place)
 
 
 def wrong(approaches):
@@ -316,9 +313,9 @@ def table(outcomes):
     return lines + [""] + [f"Rejected, code {code}: {sentence}" for code, sentence in sentences.items()]
 
 
-def report(cycles):
+def report(cycles, place):
     """Runs so many cycles and prints what became of them; False if anything was wrong, lost or did not add up."""
-    outcomes = run_cycles(cycles)
+    outcomes = run_cycles(cycles, place)
     print(f"{sum(o.cycles for o in outcomes)} cycles of {len(outcomes)} machines, each upset by something but those ", end="")
     print(f"that were learnt from; references: {sum(o.learnt for o in outcomes)}\n")
     print("\n".join(table(outcomes)))

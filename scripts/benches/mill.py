@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Hours of milling without and with thermal_displacement, and what it did to the cuts.
+"""Simulates hours of milling and compares the errors of the cuts without and with thermal_displacement.
 
 configs/mill/bench.hal runs in the virtual-time host, once with thermal.enable false and once with it true.  Each cut
 is judged by its error: the tip error at its bottom minus that of the reference cut, which the same operation made in
@@ -7,9 +7,7 @@ the learning cycle.  From the second warm contact on, thermal_displacement can k
 counted in a line of their own.
 """
 
-import argparse
 import collections
-import csv
 import dataclasses
 import os
 import re
@@ -19,12 +17,14 @@ import time
 
 import numpy as np
 
-import mill_cycles
-import mill_events
-from bench_command import errors_told, make_writable, whole
-from simulations import BUILD, ROOT, duration_text, simulate_all
-
-CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
+from support import charts, mill_cycles, mill_events
+from support.charts import BLUE, GREEN, GREY, ORANGE, PURPLE
+from support.command import add_output, add_place, duration_of, errors_told, make_writable, new_parser, place_of, whole
+from support.command import written_line
+from support.figures import largest, percentile_lines, rms
+from support.mill_machine import start_mill
+from support.recordings import read_columns, write_rows
+from support.simulations import BUILD, duration_text, simulate_all
 
 RUNS = ("without", "with")  # compensation
 EVERY = 0.1  # s between two rows of a recording; cuts are seconds apart
@@ -58,10 +58,7 @@ VERDICTS = ("accepted", "missed", "unexpected", "rejected")  # of thermal_displa
 
 def read_recording(path):
     """The columns of a recording, as arrays under their short names, and "time"."""
-    with open(path, encoding="ascii") as file:
-        header = file.readline().strip().split(",")
-        rows = np.loadtxt(file, delimiter=",", ndmin=2)
-    column = dict(zip(header, rows.T))
+    column = read_columns(path)
     recording = {"time": column["time"]}
     recording.update((name, 1000 * column[pin]) for name, pin in LENGTHS.items())
     recording.update((name, column[pin]) for name, pin in NUMBERS.items())
@@ -96,14 +93,6 @@ def find_cuts(recording):
 def warm_cuts(cuts):
     """The cuts after learning that can be judged."""
     return cuts[(cuts["learning"] == 0) & np.isfinite(cuts["error"])]
-
-
-def rms(values):
-    return np.sqrt(np.mean(np.square(values))) if len(values) else np.nan
-
-
-def largest(values):
-    return np.max(np.abs(values)) if len(values) else np.nan
 
 
 def find_verdicts(recording):
@@ -147,10 +136,7 @@ def simulate(seed, compensated, duration, told):
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
-        host.load(CONFIG)
-        host.command("start")
-        for part in ("program", "mill", "drive"):
-            host.set(part + ".seed", seed)
+        start_mill(host, seed)
         host.set("thermal.enable", compensated)
         host.record(path, [*LENGTHS.values(), *NUMBERS.values()], EVERY)
         host.run(duration, told)
@@ -158,15 +144,6 @@ def simulate(seed, compensated, duration, told):
 
 
 # --- what is printed ---
-
-
-def duration_of(text):
-    """ "4h", "10min", "90s" or "90" in seconds."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?) *(h|min|s|)", text)
-    seconds = float(match[1]) * {"h": 3600, "min": 60}.get(match[2], 1) if match else 0
-    if not seconds:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a time in s, min or h such as 600, 10min or 4h")
-    return seconds
 
 
 def error_table(without, compensated):
@@ -217,13 +194,12 @@ def percentile_table(machines):
         "the same, % of peak growth": lambda outcome, peak: 100 * rms(warm_cuts(outcome.cuts)["error"][1:]) / peak,
         "largest error, um": lambda outcome, peak: largest(warm_cuts(outcome.cuts)["error"][1:]),
     }
-    lines = [f"{'At the cuts, from the second warm contact on':50}" + "".join(f"{p:>8}" for p in ("p10", "p50", "p90", "worst"))]
-    for name, figure in figures.items():
-        for run in range(2):
-            values = [figure(pair[run], pair[0].peak_growth) for pair in machines]
-            cells = "".join(f"{v:8.1f}" for v in np.percentile(values, (10, 50, 90, 100)))
-            lines.append(f"{name + ', ' + RUNS[run] + ' compensation':50}{cells}")
-    return lines
+    rows = [
+        (f"{name}, {run} compensation", [figure(pair[i], pair[0].peak_growth) for pair in machines])
+        for name, figure in figures.items()
+        for i, run in enumerate(RUNS)
+    ]
+    return percentile_lines("At the cuts, from the second warm contact on", rows, 8, "{:.1f}".format, 50)
 
 
 # --- what is written ---
@@ -232,45 +208,31 @@ def percentile_table(machines):
 def write_cuts(path, outcomes):
     """outcomes: run -> Outcome.  One row for each cut."""
     names = [name for name, _ in CUT]
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        writer.writerow(["compensation"] + [{"time": "time_s"}.get(n, n + "_um" if t is float else n) for n, t in CUT])
-        for run, outcome in outcomes.items():
-            for cut in outcome.cuts:
-                writer.writerow([run] + [_cell(cut[name]) for name in names])
+    header = ["compensation"] + [{"time": "time_s"}.get(n, n + "_um" if t is float else n) for n, t in CUT]
+    cuts = [(run, cut) for run, outcome in outcomes.items() for cut in outcome.cuts]
+    write_rows(path, header, ([run] + [_cell(cut[name]) for name in names] for run, cut in cuts))
 
 
 def write_series(path, outcomes):
     """One row for each SERIES_EVERY."""
     without, compensated = (outcomes[run].series for run in RUNS)
     columns = [without["time"], without["speed"], without["growth"], compensated["offset"]]
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        writer.writerow(["time_s", "spindle_speed_rpm", "growth_um", "offset_um"])
-        writer.writerows([_cell(value) for value in row] for row in zip(*columns))
+    header = ["time_s", "spindle_speed_rpm", "growth_um", "offset_um"]
+    write_rows(path, header, ([_cell(value) for value in row] for row in zip(*columns)))
 
 
 def _cell(value):
     return f"{value:.4f}".rstrip("0").rstrip(".") if isinstance(value, float) else int(value)
 
 
-# Colours that the colour-blind tell apart, from Okabe and Ito.
-ORANGE, BLUE, GREEN, PURPLE, GREY = "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#555555"
-
-
 def draw(paths, outcomes, title):
     """Errors above, growth, offset and contacts below; in the format that the end of each path names."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    pyplot.rcParams.update({"svg.hashsalt": "plumb", "font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
+    pyplot = charts.prepared_pyplot()
     without, compensated = (outcomes[run] for run in RUNS)
     figure, (errors, offsets) = pyplot.subplots(
         2, 1, figsize=(10, 7), sharex=True, height_ratios=(3, 2), layout="constrained"
     )
-    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    charts.write_title(figure, title)
 
     errors.axhline(0, color=GREY, linewidth=0.8)
     for outcome, colour, marker, label in (
@@ -282,7 +244,7 @@ def draw(paths, outcomes, title):
         errors.plot(cuts["time"] / 3600, cuts["error"], marker, color=colour, markersize=3.5, label=label)
     errors.set_ylabel("error at the cuts (µm)")
     errors.legend(loc="upper right", frameon=False, ncols=2, bbox_to_anchor=(1, 1.12))
-    errors.grid(axis="y", color="#dddddd", linewidth=0.6)
+    errors.grid(axis="y", color=charts.GRID, linewidth=0.6)
 
     hours = compensated.series["time"] / 3600
     offsets.plot(hours, compensated.series["growth"], color=GREY, linewidth=2.5, alpha=0.6, label="growth of the machine")
@@ -300,18 +262,17 @@ def draw(paths, outcomes, title):
     offsets.set_xlabel("time (h)")
     offsets.set_xlim(0, hours[-1] + SERIES_EVERY / 3600)
     offsets.legend(loc="upper right", frameon=False, ncols=4, bbox_to_anchor=(1, 1.18), fontsize=9)
-    offsets.grid(axis="y", color="#dddddd", linewidth=0.6)
-    for path in paths:
-        figure.savefig(path, dpi=120, metadata={"Date": None} if path.endswith(".svg") else None)
-    pyplot.close(figure)
+    offsets.grid(axis="y", color=charts.GRID, linewidth=0.6)
+    charts.save(figure, paths)
 
 
 # --- the command ---
 
 
-def bench_one(seed, duration, output):
+def bench_one(seed, duration, output, place):
     began = time.monotonic()
-    outcomes = dict(zip(RUNS, simulate_all(simulate, [(seed, compensated, duration) for compensated in (False, True)], 2 * duration)))
+    tasks = [(seed, compensated, duration) for compensated in (False, True)]
+    outcomes = dict(zip(RUNS, simulate_all(simulate, tasks, 2 * duration, place)))
     elapsed = time.monotonic() - began
     without, compensated = (outcomes[run] for run in RUNS)
     machine = f"machine {seed}" if seed else "the typical machine"
@@ -324,55 +285,55 @@ def bench_one(seed, duration, output):
     draw(paths[:2], outcomes, f"Z errors of {duration_text(duration)} of milling on {machine}")
     write_cuts(paths[2], outcomes)
     write_series(paths[3], outcomes)
-    print("Written: " + "  ".join(os.path.relpath(path) for path in paths))
+    print(written_line(paths))
 
 
-def bench_many(seeds, duration, output):
-    jobs = [(seed, compensated, duration) for seed in seeds for compensated in (False, True)]
-    outcomes = simulate_all(simulate, jobs, len(jobs) * duration)
+def bench_many(seeds, duration, output, place):
+    tasks = [(seed, compensated, duration) for seed in seeds for compensated in (False, True)]
+    outcomes = simulate_all(simulate, tasks, len(tasks) * duration, place)
     machines = list(zip(outcomes[::2], outcomes[1::2]))
     print(f"{duration_text(duration)} of milling on each of {len(machines)} machines, {seeds[0]} to {seeds[-1]}\n")
     print("\n".join(percentile_table(machines)))
 
     path = os.path.join(output, "machines.csv")
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        writer.writerow(["machine", "peak_growth_um"] + [f"{figure}_{run}_um" for run in RUNS for figure in ("rms", "max")] + list(VERDICTS))
-        for seed, pair in zip(seeds, machines):
-            errors = [warm_cuts(outcome.cuts)["error"][1:] for outcome in pair]
-            counts = collections.Counter(verdict for _, verdict, _ in pair[1].verdicts)
-            figures = [pair[0].peak_growth] + [f(values) for values in errors for f in (rms, largest)]
-            writer.writerow([seed] + [_cell(value) for value in figures] + [counts[verdict] for verdict in VERDICTS])
-    print("Written: " + os.path.relpath(path))
+    header = ["machine", "peak_growth_um"] + [f"{figure}_{run}_um" for run in RUNS for figure in ("rms", "max")] + list(VERDICTS)
+    write_rows(path, header, (machine_row(seed, *pair) for seed, pair in zip(seeds, machines)))
+    print(written_line([path]))
+
+
+def machine_row(seed, without, compensated):
+    errors = [warm_cuts(outcome.cuts)["error"][1:] for outcome in (without, compensated)]
+    counts = collections.Counter(verdict for _, verdict, _ in compensated.verdicts)
+    figures = [without.peak_growth] + [f(values) for values in errors for f in (rms, largest)]
+    return [seed] + [_cell(value) for value in figures] + [counts[verdict] for verdict in VERDICTS]
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="scripts/bench mill", description=__doc__.splitlines()[0])
+    parser = new_parser("mill", __doc__)
     seed, many = whole(0, 2**31 - 1), whole(1, 100000)
     parser.add_argument("--seed", type=seed, default=None, metavar="N", help="draw machine N; 0 is the typical one")
     parser.add_argument("--seeds", type=many, metavar="N", help="N drawn machines, from --seed or 1 on, and a table of percentiles")
     parser.add_argument("--events", type=many, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
     parser.add_argument("--cycles", type=many, metavar="N", help="N drawn cycles with an event each, 100 a machine: whether all counts agree")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
-    parser.add_argument("--output", default=os.path.join(BUILD, "bench", "mill"), metavar="DIR", help="where the files go (default: build/bench/mill)")
+    add_place(parser)
+    add_output(parser, "mill")
     options = parser.parse_args()
     for name in ("events", "cycles"):
         if getattr(options, name) and (options.seed is not None or options.seeds):
             parser.error(f"--{name} draws its own programs: it does not go with --seed or --seeds")
     if options.events and options.cycles:
         parser.error("--events and --cycles are two benches: one at a time")
+    place = place_of(options)
     with errors_told():
         make_writable(options.output)
         if options.events:
-            mill_events.report(options.events)
+            mill_events.report(options.events, place)
         elif options.cycles:
-            sys.exit(0 if mill_cycles.report(options.cycles) else 1)
+            sys.exit(0 if mill_cycles.report(options.cycles, place) else 1)
         elif options.seeds:
             first = 1 if options.seed is None else options.seed
-            bench_many(range(first, first + options.seeds), options.duration, options.output)
+            bench_many(range(first, first + options.seeds), options.duration, options.output, place)
         else:
-            bench_one(options.seed or 0, options.duration, options.output)
+            bench_one(options.seed or 0, options.duration, options.output, place)
 
-
-if __name__ == "__main__":
-    main()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What an inspector measures on the parts of part_bench: a square with its diagonals, and a test piece after ISO 10791-7.
+"""What an inspector measures on the parts of the bench part: a square with its diagonals, and a test piece after ISO 10791-7.
 
 Straight lines and circles of least squares through the points of each side (ISO 1101, ISO 4291), against the bottom
 side as the datum.

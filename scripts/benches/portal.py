@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Cubes visited by machines with tilted columns and rails, without and with squareness.
+"""Drives tilted machines through a 1 m cube and measures the tip error, without and with squareness.
 
 configs/portal/bench.hal runs in the virtual-time host.  Its axes stop at the points of a cube of a metre, with tools of
 different length; at each point the tip error is read: as the machine is, with its tilts corrected, and with tables of
@@ -7,25 +7,21 @@ all that an instrument finds on its axes.  What straightness, pitch, yaw, sag an
 tilts leave.
 """
 
-import argparse
-import csv
 import itertools
-import math
 import os
 import sys
 
 import numpy as np
 
-from bench_command import errors_told, make_writable, whole
-from portal_machine import ARCSEC, AXES, CAUSES, CHAINS, DRIFT_HOURS, LONGEST, RUNS, SPANS, STOP, UM
-from portal_machine import cases, cube, duration, every_direction, simulate
-from simulations import BUILD, simulate_all
+from support import charts
+from support.command import add_output, add_place, errors_told, make_writable, new_parser, place_of, whole, written_line
+from support.figures import micrometres, percentile_lines, rms
+from support.portal_machine import ARCSEC, AXES, CAUSES, CHAINS, DRIFT_HOURS, LONGEST, RUNS, SPANS, STOP, UM
+from support.portal_machine import cases, cube, duration, every_direction, simulate
+from support.recordings import write_rows
+from support.simulations import simulate_all
 
 # --- what is printed ---
-
-
-def rms(values):
-    return math.sqrt(np.mean(np.square(values)))
 
 
 def tool_text(tool):
@@ -50,10 +46,6 @@ def cause_text(cause):
     return f"drift in {DRIFT_HOURS} h" if cause == "drift" else cause
 
 
-def micrometres(um):
-    return "< 1e-6" if um < 1e-6 else f"{um:.1g}" if um < 0.05 else f"{um:.1f}"
-
-
 def remainder_lines(outcome):
     """What of the error the tilts leave, what else there is, each cause by itself, and what mistakes would cost."""
     lines = [f"    {'left by the tilts':40}{micrometres(outcome.visits['with tilts'].left_by_tilts):>10}"]
@@ -67,12 +59,8 @@ def percentile_table(outcomes):
     rows["with tilts, left by tilts"] = [outcome.visits["with tilts"].left_by_tilts for outcome in outcomes]
     for cause in CAUSES:
         rows[f"with tilts, left by {cause_text(cause)}"] = [outcome.causes[cause] for outcome in outcomes]
-    kind = outcomes[0].machine
-    lines = [f"{'Largest tip error over the ' + kind + ', um':44}" + "".join(f"{p:>10}" for p in ("p10", "p50", "p90", "worst"))]
-    for name, values in rows.items():
-        cells = "".join(f"{micrometres(v):>10}" for v in np.percentile(values, (10, 50, 90, 100)))
-        lines.append(f"{name:44}{cells}")
-    return lines
+    title = f"Largest tip error over the {outcomes[0].machine}, um"
+    return percentile_lines(title, rows.items(), 10, micrometres, 44)
 
 
 def worst_lines(worst):
@@ -88,38 +76,30 @@ def worst_lines(worst):
 
 def write_points(path, outcomes):
     """One row for each tool at each point."""
-    with open(path, "w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file)
-        writer.writerow(
-            ["machine", "run", "tool_length_mm", "radial_offset_mm", "radial_direction_deg"]
-            + [f"{axis}_mm" for axis in AXES]
-            + [f"{axis}_error_um" for axis in "xyz"]
-            + [f"{axis}_beyond_tilts_um" for axis in "xyz"]
-        )
-        for outcome in outcomes:
-            for run, its in outcome.visits.items():
-                for t, tool in enumerate(outcome.tools):
-                    for p, point in enumerate(outcome.points):
-                        measured = [f"{value:.4f}" for value in (*its.error[t][p], *its.beyond[t][p])]
-                        writer.writerow([outcome.machine, run, tool.length, tool.radial, tool.direction, *point, *measured])
+    header = ["machine", "run", "tool_length_mm", "radial_offset_mm", "radial_direction_deg"]
+    header += [f"{axis}_mm" for axis in AXES]
+    header += [f"{axis}_{what}_um" for what in ("error", "beyond_tilts") for axis in "xyz"]
+    write_rows(path, header, (row for outcome in outcomes for row in point_rows(outcome)))
 
 
-# Colours that the colour-blind tell apart, from Okabe and Ito.
-COLOURS = {"without": "#d55e00", "with tilts": "#0072b2", "with tables": "#009e73"}
+def point_rows(outcome):
+    for run, its in outcome.visits.items():
+        for t, tool in enumerate(outcome.tools):
+            for p, point in enumerate(outcome.points):
+                measured = [f"{value:.4f}" for value in (*its.error[t][p], *its.beyond[t][p])]
+                yield [outcome.machine, run, tool.length, tool.radial, tool.direction, *point, *measured]
+
+
+COLOURS = {"without": charts.ORANGE, "with tilts": charts.BLUE, "with tables": charts.GREEN}
 ENLARGED = 2000
 FINEST = 0.01  # um, where the axis of errors begins
 
 
 def draw(paths, outcomes, title):
     """The cube as the tip of the longest tool goes round it, errors enlarged; and all errors, sorted."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    pyplot.rcParams.update({"svg.hashsalt": "plumb", "font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
+    pyplot = charts.prepared_pyplot()
     figure = pyplot.figure(figsize=(11, 4.6 * len(outcomes)), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    charts.write_title(figure, title)
     for row, outcome in enumerate(outcomes):
         view = figure.add_subplot(len(outcomes), 2, 2 * row + 1, projection="3d")
         _draw_cube(view, outcome)
@@ -137,10 +117,8 @@ def draw(paths, outcomes, title):
         errors.xaxis.set_major_formatter("{x:g}")
         errors.set_title(outcome.machine, loc="left")
         errors.legend(loc="center", bbox_to_anchor=(0.38, 0.6), frameon=False)
-        errors.grid(color="#dddddd", linewidth=0.6)
-    for path in paths:
-        figure.savefig(path, dpi=120, metadata={"Date": None} if path.endswith(".svg") else None)
-    pyplot.close(figure)
+        errors.grid(color=charts.GRID, linewidth=0.6)
+    charts.save(figure, paths)
 
 
 def _draw_cube(view, outcome):
@@ -176,9 +154,9 @@ def _on_one_edge(a, b, points):
 # --- the command ---
 
 
-def bench_one(seed, steps, output):
-    jobs = [(kind, seed, steps) for kind in CHAINS]
-    outcomes = simulate_all(simulate, jobs, sum(duration(kind, steps) for kind in CHAINS))
+def bench_one(seed, steps, output, place):
+    tasks = [(kind, seed, steps) for kind in CHAINS]
+    outcomes = simulate_all(simulate, tasks, sum(duration(kind, steps) for kind in CHAINS), place)
     for outcome in outcomes:
         print("\n".join(cube_table(outcome)))
         print("With tilts, largest; each cause, and each mistake, by itself:")
@@ -187,45 +165,45 @@ def bench_one(seed, steps, output):
     machine = f"machine {seed}" if seed else "machine 0, which has nothing wrong but its tilts"
     draw(paths[:2], outcomes, f"A cube of a metre on {machine}")
     write_points(paths[2], outcomes)
-    print("Written: " + "  ".join(os.path.relpath(path) for path in paths))
+    print(written_line(paths))
 
 
-def bench_directions():
+def bench_directions(place):
     """Whether all is below the 0.01 um that squareness promises."""
     print(f"Every direction in which they can lean, by 100 arcsec each, with a {tool_text(LONGEST)}:")
-    jobs = [(kind, 100 * ARCSEC, 3) for kind in CHAINS]
+    tasks = [(kind, 100 * ARCSEC, 3) for kind in CHAINS]
     expected = sum(len(cases(kind)) * len(cube(kind, 3)) * STOP for kind in CHAINS)
-    worst = simulate_all(every_direction, jobs, expected)
+    worst = simulate_all(every_direction, tasks, expected, place)
     for its in worst:
         print("\n".join(worst_lines(its)))
     return all(its.compensated < 0.01 for its in worst)
 
 
-def bench_many(seeds, steps):
+def bench_many(seeds, steps, place):
     print(f"{len(seeds)} machines, {seeds[0]} to {seeds[-1]}\n")
     for kind in CHAINS:
-        outcomes = simulate_all(simulate, [(kind, seed, steps) for seed in seeds], duration(kind, steps) * len(seeds))
+        tasks = [(kind, seed, steps) for seed in seeds]
+        outcomes = simulate_all(simulate, tasks, duration(kind, steps) * len(seeds), place)
         print("\n".join(percentile_table(outcomes)) + "\n")
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="scripts/bench portal", description=__doc__.splitlines()[0])
+    parser = new_parser("portal", __doc__)
     seed, many = whole(0, 2**31 - 1), whole(1, 100000)
     parser.add_argument("--seed", type=seed, default=1, metavar="N", help="draw machine N (default: 1); 0 has nothing wrong but its tilts")
     parser.add_argument("--seeds", type=many, metavar="N", help="N drawn machines, from --seed on, and a table of percentiles")
     parser.add_argument("--directions", action="store_true", help="every direction in which they can lean, both readings, against rail and bed")
     parser.add_argument("--cube", type=whole(2, 11), default=3, metavar="N", help="N points along each side (default: 3)")
-    parser.add_argument("--output", default=os.path.join(BUILD, "bench", "portal"), metavar="DIR", help="where the files go (default: build/bench/portal)")
+    add_place(parser)
+    add_output(parser, "portal")
     options = parser.parse_args()
+    place = place_of(options)
     with errors_told():
         if options.directions:
-            sys.exit(0 if bench_directions() else 1)
+            sys.exit(0 if bench_directions(place) else 1)
         if options.seeds:
-            bench_many(range(options.seed, options.seed + options.seeds), options.cube)
+            bench_many(range(options.seed, options.seed + options.seeds), options.cube, place)
             return
         make_writable(options.output)
-        bench_one(options.seed, options.cube, options.output)
+        bench_one(options.seed, options.cube, options.output, place)
 
-
-if __name__ == "__main__":
-    main()

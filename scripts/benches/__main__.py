@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs the bench that the first argument names. Each module beside this one is a bench, with its options."""
+
+import ast
+import glob
+import importlib
+import os
+import sys
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+
+
+def benches():
+    """Name -> the first line of its docstring."""
+    found = {}
+    for path in sorted(glob.glob(os.path.join(FOLDER, "[a-z]*.py"))):
+        with open(path, encoding="utf-8") as file:
+            found[os.path.basename(path)[:-3]] = ast.get_docstring(ast.parse(file.read())).splitlines()[0]
+    return found
+
+
+def usage():
+    lines = ["Usage: scripts/bench NAME [OPTION ...]", ""]
+    lines += [f"    {name:8}{words}" for name, words in benches().items()]
+    return "\n".join(lines + ["", "`scripts/bench NAME --help` prints the options of a bench.", ""])
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2 or sys.argv[1] not in benches():
+        sys.stderr.write(usage())
+        sys.exit(2)
+    importlib.import_module(sys.argv.pop(1)).main()

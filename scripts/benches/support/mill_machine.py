@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The mill of configs/mill/bench.hal in the virtual-time host."""
+
+import os
+
+from support.simulations import ROOT
+
+CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
+
+
+def start_mill(host, seed):
+    """Loads the configuration as machine `seed`; 0 is the typical one."""
+    host.load(CONFIG)
+    host.command("start")
+    for part in ("program", "mill", "drive"):
+        host.set(part + ".seed", seed)
+
+
+def every_end_mill_is_a_gauge(host):
+    host.set("thermal.exclude-operation-1", 0)
