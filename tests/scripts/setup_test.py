@@ -4,9 +4,9 @@
 import os
 import shutil
 import subprocess
-import tempfile
 import unittest
-from tree import ROOT
+
+from tree import ROOT, own_folder
 
 NOBODY = 65534
 
@@ -15,9 +15,7 @@ class Setup(unittest.TestCase):
     """A checkout with scripts/setup alone, and a machine whose only programs are stand-ins that keep a log."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = folder.name
+        self.root = own_folder(self)
         os.chmod(self.root, 0o755)
         self.log = os.path.join(self.root, "log")
         open(self.log, "w").close()
