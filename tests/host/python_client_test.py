@@ -8,12 +8,11 @@ import os
 import shutil
 import signal
 import sys
-import tempfile
 import threading
 import unittest
 
-sys.path.insert(0, os.path.join(os.environ["PLUMB_BUILD"], "python"))
-import plumb  # noqa: E402
+import plumb
+from tree import own_folder
 
 
 class Options(unittest.TestCase):
@@ -55,9 +54,7 @@ class Filter(unittest.TestCase):
             "start",
         ):
             self.host.command(line)
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+        self.folder = own_folder(self)
 
     def write(self, name, text):
         path = os.path.join(self.folder, name)

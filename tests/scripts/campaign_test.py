@@ -5,10 +5,9 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from tree import ROOT
+from tree import ROOT, own_folder
 
 ATTACK = """
 import sys
@@ -21,9 +20,7 @@ campaign.run("odd", "Finds every third seed.",
 
 class Campaign(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.build = folder.name
+        self.build = own_folder(self)
         self.record = os.path.join(self.build, "campaigns", "odd.json")
 
     def odd(self, *arguments):
@@ -76,10 +73,8 @@ class Bytes(unittest.TestCase):
     """scripts/campaign bytes with stand-ins for cmake and for the readers that clang would build."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.build = folder.name
-        os.makedirs(os.path.join(self.build, "bytes"))
+        self.build = own_folder(self)
+        os.makedirs(os.path.join(self.build, "bytes")))
         self.program("bytes/build.ninja", "")
         self.program("cmake", "exit 0")
 

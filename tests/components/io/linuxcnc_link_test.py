@@ -16,7 +16,7 @@ import tomllib
 import unittest
 
 import linuxcnc_runs
-from linuxcnc_runs import BUILD, ROOT, plumb_run
+from linuxcnc_runs import BUILD, ROOT, copy_configuration, own_folder
 
 sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "io", "linuxcnc_link")]
 import linuxcnc_link  # noqa: E402
@@ -76,36 +76,20 @@ class Days(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(prefix="link-")
-        cls.addClassCleanup(folder.cleanup)
-        machine = shutil.copytree(os.path.join(ROOT, "configs", "three_axis"), os.path.join(folder.name, "machine"))
+        folder = own_folder(cls)
+        machine = copy_configuration("three_axis", folder)
         files = dict(PROGRAMS, **{"link.hal": HAL.format(build=BUILD), "messages.toml": MESSAGES, "mill.toml": RETAIN})
         for name, text in files.items():
             with open(os.path.join(machine, name), "w") as file:
                 file.write(text)
         ini = os.path.join(machine, "three_axis.ini")
-        with open(ini) as file:
-            text = file.read()
-        text = text.replace("common/headless.py", os.path.join(ROOT, "tests", "programs", "link_scenario.py"))
-        text = text.replace("PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
-        with open(ini, "w") as file:
-            file.write(text + "HALFILE = link.hal\n")
+        linuxcnc_runs.use_scenario(ini, "link_scenario.py")
+        with open(ini, "a") as file:
+            file.write("HALFILE = link.hal\n")
         cls.facts = []
         for _ in range(2):
-            ended = subprocess.run(
-                [*plumb_run(BUILD, "--speed", "10"), "linuxcnc", "-r", ini],
-                env=linuxcnc_runs.environment(folder.name),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=PATIENCE,
-            )
-            if ended.returncode != 42:
-                raise AssertionError("linuxcnc ended with %d:\n%s" % (ended.returncode, ended.stdout))
-            cls.said = ended.stdout
-            with open(os.path.join(machine, "facts.json")) as file:
-                cls.facts.append(json.load(file))
+            told, cls.said = linuxcnc_runs.work(folder, ini)
+            cls.facts.append(told["facts"])
 
     def test_what_was_kept_is_in_force_on_the_second_day(self):
         self.assertEqual(self.facts[0]["in force"], [0.5, 0, 0])

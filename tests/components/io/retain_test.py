@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """retain, the real program, beside components in the virtual-time host; retain_stock_test.py has it on LinuxCNC.
 
-    PLUMB_BUILD=build tests/retain_test.py --kills 5000
+    python3 tests/support/run.py tests/components/io/retain_test.py --kills 5000
 
 kills it as often.  PLUMB_BUILD names the build folder.
 """
@@ -15,14 +15,12 @@ import signal
 import stat
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 import zlib
 
-BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
-sys.path.insert(0, os.path.join(BUILD, "python"))
-import plumb  # noqa: E402
+import plumb
+from tree import BUILD, own_folder
 
 RETAIN = os.path.join(BUILD, "bin", "retain")
 PATIENCE = 30  # s of real time, for what takes a moment
@@ -31,12 +29,6 @@ EVERY = 0.05  # s between two looks
 FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM = range(1, 8)
 
 kills = 20 if os.environ.get("PLUMB_SANITIZE") else 200  # sanitized programs start slowly
-
-
-def own_folder(test):
-    folder = tempfile.TemporaryDirectory(prefix="retain-")
-    test.addCleanup(folder.cleanup)
-    return folder.name
 
 
 def processes():
