@@ -10,7 +10,6 @@ counted in a line of their own.
 import collections
 import dataclasses
 import os
-import re
 import sys
 import tempfile
 import time
@@ -24,7 +23,7 @@ from support.command import written_line
 from support.figures import largest, percentile_lines, rms
 from support.mill_machine import start_mill
 from support.recordings import read_columns, write_rows
-from support.simulations import BUILD, duration_text, simulate_all
+from support.simulations import duration_text, simulate_all
 
 RUNS = ("without", "with")  # compensation
 EVERY = 0.1  # s between two rows of a recording; cuts are seconds apart

@@ -294,7 +294,9 @@ TEST(SideBySide, WhereTheKernelForbidsNamespacesTheMachinesHalIsUsed) {
     on_own_machine(
         [] {
             std::ofstream("/proc/sys/user/max_ipc_namespaces") << 0;
-            host::Client host({{}, true, false, false, host_of_machine});
+            host::Start start;
+            start.executable = host_of_machine;
+            host::Client host(start);
             EXPECT_FALSE(host.namespaces());
             make_thread(host);
             EXPECT_GT(shared_memory_segments(), 0);

@@ -234,19 +234,19 @@ class Declarations(unittest.TestCase):
                 self.assertRegex(text, r"^[A-Z].* .*\.$")
 
     def test_an_installation_has_its_own(self):
-        with tempfile.TemporaryDirectory() as prefix:
-            installed = self.installed(prefix)
-            share = os.path.join(prefix, "share", "plumb")
-            os.makedirs(share)
-            with open(os.path.join(share, "lowpass.json"), "w") as file:
-                file.write('{"name": "lowpass", "codes": {"fault-code": {"3": "It is cold."}}}')
-            declared = installed.declarations("lowpass")
-            self.assertEqual(declared["codes"], {"fault-code": {3: "It is cold."}})
-            self.assertEqual((declared["pins"], declared["options"]), ({}, {}))
-            with open(os.path.join(share, "lowpass.json"), "w") as file:
-                file.write('{"name": "lowp')
-            with self.assertRaisesRegex(ValueError, "share/plumb/lowpass.json is damaged: "):
-                installed.declarations("lowpass")
+        prefix = own_folder(self)
+        installed = self.installed(prefix)
+        share = os.path.join(prefix, "share", "plumb")
+        os.makedirs(share)
+        with open(os.path.join(share, "lowpass.json"), "w") as file:
+            file.write('{"name": "lowpass", "codes": {"fault-code": {"3": "It is cold."}}}')
+        declared = installed.declarations("lowpass")
+        self.assertEqual(declared["codes"], {"fault-code": {3: "It is cold."}})
+        self.assertEqual((declared["pins"], declared["options"]), ({}, {}))
+        with open(os.path.join(share, "lowpass.json"), "w") as file:
+            file.write('{"name": "lowp')
+        with self.assertRaisesRegex(ValueError, "share/plumb/lowpass.json is damaged: "):
+            installed.declarations("lowpass")
 
     def test_a_module_that_is_not_there_is_named(self):
         share = os.path.join(os.path.abspath(os.environ["PLUMB_BUILD"]), "share", "plumb")

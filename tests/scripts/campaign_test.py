@@ -74,7 +74,7 @@ class Bytes(unittest.TestCase):
 
     def setUp(self):
         self.build = own_folder(self)
-        os.makedirs(os.path.join(self.build, "bytes")))
+        os.makedirs(os.path.join(self.build, "bytes"))
         self.program("bytes/build.ninja", "")
         self.program("cmake", "exit 0")
 

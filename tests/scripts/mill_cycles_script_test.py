@@ -2,8 +2,6 @@
 """Whether counts that do not agree with the truth are noticed, on recordings made by hand."""
 
 import math
-import os
-import sys
 import unittest
 
 import numpy as np

@@ -2,8 +2,6 @@
 """What the tables of events count, on recordings made by hand."""
 
 import math
-import os
-import sys
 import unittest
 
 import numpy as np

@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 
 import pairs
-from pairs import CASES, FIT, LOW, MIDDLE
+from pairs import CASES, FIT, MIDDLE
 from support.figures import rms
 from tree import ROOT
 

@@ -5,10 +5,8 @@ PLUMB_BUILD names the build folder.
 """
 
 import glob
-import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
