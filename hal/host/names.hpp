@@ -4,10 +4,10 @@
 // it.
 #pragma once
 
-#include "hal/any_value.hpp"
-
 #include <optional>
 #include <string>
+
+#include "hal/any_value.hpp"
 
 namespace plumb::host {
 
