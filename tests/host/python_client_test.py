@@ -211,6 +211,9 @@ class Declarations(unittest.TestCase):
             for text in texts.values():
                 self.assertRegex(text, r"^[A-Z].* .*\.$")
 
+    def test_a_program_has_declarations_too(self):
+        self.assertEqual(plumb.declarations("retain")["pins"]["restored"]["type"], "bit")
+
     def test_an_installation_has_its_own(self):
         with tempfile.TemporaryDirectory() as prefix:
             installed = self.installed(prefix)
