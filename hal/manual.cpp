@@ -3,6 +3,8 @@
 
 #include "hal/markup.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <sstream>
 
@@ -100,6 +102,23 @@ std::string manual(const Model& model, int section) {
     write_pins(out, declared, true);
     out << ".SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();
+}
+
+std::string declarations(const Model& model) {
+    const Declarations declared(model);
+    nlohmann::ordered_json result{{"name", model.about.name}, {"summary", model.about.summary}};
+    for (const auto& pin : declared.pins)
+        result["pins"][pin.name] = {{"type", type_name(pin.type)},
+                                    {"output", pin.output},
+                                    {"unit", pin.unit},
+                                    {"default", pin.initial},
+                                    {"sentence", pin.doc}};
+    for (const auto& code : declared.codes)
+        for (const auto& [number, sentence] : code.sentences)
+            result["codes"][code.pin][std::to_string(number)] = sentence;
+    for (const auto& option : declared.options) result["options"][option.name] = option.doc;
+    for (const auto* function : declared.functions) result["functions"][function->name] = function->place;
+    return result.dump(1) + '\n';
 }
 
 }  // namespace plumb::hal

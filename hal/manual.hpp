@@ -45,4 +45,7 @@ private:
 // and says under SYNOPSIS how it is loaded).
 std::string manual(const Model& model, int section);
 
+// The declarations as JSON, for programs: pins, codes and their sentences, options, functions.
+std::string declarations(const Model& model);
+
 }  // namespace plumb::hal

@@ -75,15 +75,21 @@ static int carry_out(int argc, char** argv) try {
     std::string name = component.about.name;  // for which `loadusr -W` waits
     double period = 0.1;
     bool show_manual = false;
+    bool show_declarations = false;
     std::map<std::string, std::string> options;
     app.add_option("name", name, "Name of the HAL component")->capture_default_str();
     app.add_option("--period", period, "Seconds between two calls")->check(CLI::Range(0.001, 3600.0));
     app.add_flag("--man", show_manual, "Print the manual page");
+    app.add_flag("--declarations", show_declarations, "Print pins and codes as JSON");
     for (const OptionInfo& option : declared.options)
         app.add_option("--" + option.name, options[option.name] = option.initial, option.doc);
     CLI11_PARSE(app, argc, argv);
     if (show_manual) {
         std::cout << manual(component, 1);
+        return 0;
+    }
+    if (show_declarations) {
+        std::cout << declarations(component);
         return 0;
     }
 

@@ -386,10 +386,10 @@ class Host:
 
 
 def declarations(module):
-    """What a module of Plumb declares, as a dictionary: pins, codes, options and functions by their names.
+    """The declarations of a module, or of a HAL program: its pins, codes, options and functions by their names.
 
     A pin has a type, output, unit, default and sentence; codes has the sentences of each code by their numbers.
-    Raises FileNotFoundError for a module that this Plumb does not have, ValueError for a damaged file.
+    Raises FileNotFoundError for one that this Plumb does not have, ValueError for a damaged file.
     """
     here = os.path.dirname(os.path.abspath(__file__))
     build, prefix = os.path.dirname(here), os.path.normpath(os.path.join(here, "..", "..", ".."))

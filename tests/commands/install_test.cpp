@@ -60,6 +60,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/bin/plumb-host",
                                     "/usr/share/man/man1/plumb-bench.1",
                                     "/usr/share/man/man1/plumb-doctor.1",
+                                    "/usr/share/plumb/retain.json",
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
                                     "/usr/lib/python3/dist-packages/plumb.py",
@@ -67,6 +68,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
     for (const std::string& module : built_modules()) {
         wanted.push_back(STOCK_MODULE_DIR "/" + module + ".so");
         wanted.push_back("/usr/share/man/man9/" + module + ".9");
+        wanted.push_back("/usr/share/plumb/" + module + ".json");
     }
     for (const fs::directory_entry& program : fs::directory_iterator(programs))
         wanted.push_back("/usr/share/man/man1/" + program.path().filename().string() + ".1");

@@ -233,6 +233,9 @@ class Declarations(unittest.TestCase):
             for text in texts.values():
                 self.assertRegex(text, r"^[A-Z].* .*\.$")
 
+    def test_a_program_has_declarations_too(self):
+        self.assertEqual(plumb.declarations("retain")["pins"]["restored"]["type"], "bit")
+
     def test_an_installation_has_its_own(self):
         prefix = own_folder(self)
         installed = self.installed(prefix)
