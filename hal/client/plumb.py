@@ -16,6 +16,10 @@
 Times are in seconds, and virtual: they pass only in run(). A host has a HAL of its own; any number of them
 run side by side. Where the host refuses something, Refused carries its sentence; when it has died, every
 call raises HostDied with its last words. A Host is for one thread at a time.
+
+The sentences of a module's codes come from its declarations:
+
+    plumb.declarations("thermal_displacement")["codes"]["rejection-code"][8]
 """
 
 import collections
@@ -31,7 +35,7 @@ import struct
 import subprocess
 import sys
 
-__all__ = ["Host", "Refused", "HostDied", "Halcmd", "Ran", "Violation"]
+__all__ = ["Host", "Refused", "HostDied", "Halcmd", "Ran", "Violation", "declarations"]
 
 _PATIENCE = 5  # seconds for a host to unload its modules and end
 _KEPT_WORDS = 4000  # of what the host printed last
@@ -379,6 +383,29 @@ class Host:
                 "its last words: " + words if words else "it left no words",
             )
         raise HostDied(self._death)
+
+
+def declarations(module):
+    """What a module of Plumb declares, as a dictionary: pins, codes, options and functions by their names.
+
+    A pin has a type, output, unit, default and sentence; codes has the sentences of each code by their numbers.
+    Raises FileNotFoundError for a module that this Plumb does not have, ValueError for a damaged file.
+    """
+    here = os.path.dirname(os.path.abspath(__file__))
+    build, prefix = os.path.dirname(here), os.path.normpath(os.path.join(here, "..", "..", ".."))
+    folders = [os.path.join(root, "share", "plumb") for root in (build, prefix)]
+    paths = [os.path.join(folder, "%s.json" % module) for folder in folders]
+    path = next(filter(os.path.isfile, paths), None) if str(module).isidentifier() else None
+    if path is None:
+        raise FileNotFoundError("cannot find the declarations of '%s' in %s or %s" % (module, *folders))
+    try:
+        with open(path, encoding="utf-8") as file:
+            declared = {"pins": {}, "options": {}, "functions": {}, "codes": {}, **json.load(file)}
+        for pin, texts in declared["codes"].items():
+            declared["codes"][pin] = {int(code): text for code, text in texts.items()}
+    except (ValueError, TypeError, AttributeError) as error:
+        raise ValueError("%s is damaged: %s" % (path, error)) from None
+    return declared
 
 
 def _find_executable():

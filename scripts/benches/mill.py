@@ -179,20 +179,12 @@ def first_of_each_cycle(cuts):
     return cuts["error"][np.unique(cuts["cycle"], return_index=True)[1]]
 
 
-def rejection_names():
-    """The words for each rejection code, from the list in the manual page of thermal_displacement."""
-    with open(os.path.join(BUILD, "man", "thermal_displacement.9"), encoding="utf-8") as page:
-        listed = re.search(r"rejection.?-code:\n(.*?)fault.?-code", page.read().replace("\\", ""), re.S)
-    return {int(code): words for code, words in re.findall(r"(\d+) (\S+(?: \S+)*)", listed[1])}
-
-
-def contact_line(outcome, names):
-    """One line about what thermal_displacement made of the contacts."""
+def contact_lines(outcome, sentences):
+    """Lines about the contacts: how many were accepted, missed, unexpected and rejected, and why."""
     counts = collections.Counter(verdict for _, verdict, _ in outcome.verdicts)
     codes = collections.Counter(code for _, verdict, code in outcome.verdicts if verdict == "rejected")
-    reasons = ", ".join(f"{names.get(code, f'code {code}')} {count}" for code, count in codes.most_common())
-    line = "Contacts: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS)
-    return line + (f" ({reasons})" if reasons else "")
+    lines = ["Contacts: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS)]
+    return lines + [f"  {count} rejected: {sentences.get(code, f'code {code}')}" for code, count in codes.most_common()]
 
 
 def percentile_table(machines):
@@ -286,7 +278,7 @@ def bench_one(seed, duration, output, place):
     machine = f"machine {seed}" if seed else "the typical machine"
     print(f"{duration_text(duration)} of milling on {machine}, peak growth {without.peak_growth:.1f} um\n")
     print("\n".join(error_table(without, compensated)))
-    print("\n" + contact_line(compensated, rejection_names()))
+    print("\n" + "\n".join(contact_lines(compensated, mill_cycles.rejections())))
     print(f"2 x {duration_text(duration)} in {elapsed:.1f} s: {2 * duration / elapsed:.0f} simulated seconds per second")
 
     paths = [os.path.join(output, name) for name in ("errors.png", "errors.svg", "cuts.csv", "series.csv")]

@@ -18,7 +18,8 @@ SOURCES = os.path.join(campaign.ROOT, "tests", "readers")
 CORPORA = os.path.join(campaign.ROOT, "tests", "corpus")
 WORK = os.path.join(campaign.BUILD, "campaigns", "bytes")
 FUZZED = os.path.join(campaign.BUILD, "bytes")  # the build by clang
-LIMITS = ("-timeout=20", "-rss_limit_mb=1500", "-malloc_limit_mb=256")  # s for one input, on a busy computer, and MB
+PROGRAM = os.path.join(FUZZED, "tests", "readers", "readers")
+LIMITS = ("-timeout=100", "-rss_limit_mb=1500", "-malloc_limit_mb=256")  # s for one input, on a busy computer, and MB
 LONGEST = 1 << 14  # bytes of an input
 
 READERS = sorted({os.path.splitext(name)[0] for name in os.listdir(SOURCES) if name.endswith(".cpp")} - {"reader", "corpus"})
@@ -51,7 +52,7 @@ def attack(seed):
     corpus, findings = (os.path.join(WORK, kind, reader) for kind in ("corpus", "findings"))
     for folder in (corpus, findings):
         os.makedirs(folder, exist_ok=True)
-    command = [os.path.join(FUZZED, "readers", "readers"), f"-seed={seed}", f"-max_total_time={max(1, round(options.seconds))}",
+    command = [PROGRAM, f"-seed={seed}", f"-max_total_time={max(1, round(options.seconds))}",
                f"-max_len={LONGEST}", f"-artifact_prefix={findings}{os.sep}", "-print_final_stats=1", "-detect_leaks=1",
                *LIMITS, corpus, os.path.join(CORPORA, reader)]
     run = subprocess.run(command, env={**os.environ, "PLUMB_READER": reader}, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -74,8 +75,7 @@ def finding(reader, run):
         with open(log, "w", encoding="utf-8") as file:
             file.write(run.stderr)
         return f"{reader}: {cause}; see {log}"
-    program = os.path.join(FUZZED, "readers", "readers")
-    return f"{reader}: {cause}; repeat it by PLUMB_READER={reader} {program} {kept[1]}"
+    return f"{reader}: {cause}; repeat it by PLUMB_READER={reader} {PROGRAM} {kept[1]}"
 
 
 if __name__ == "__main__":

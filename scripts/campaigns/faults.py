@@ -11,7 +11,7 @@ ATTACKS = 10  # of each seed, on each of the live machines
 
 
 def attack(seed):
-    tests = os.path.join(campaign.BUILD, "tests")
+    tests = os.path.join(campaign.BUILD, "tests", "tests")
     found = subprocess.run([tests, "--gtest_filter=Faults.*"], capture_output=True, text=True, check=False,
                            env={**os.environ, "RC_PARAMS": f"seed={seed} max_success={ATTACKS} max_size=60 max_discard_ratio=100"})
     ran = re.findall(r"^\[ +(OK|FAILED) +\] (Faults\.\w+) \(", found.stdout, re.M)

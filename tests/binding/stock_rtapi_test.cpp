@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // How modules end with LinuxCNC's own rtapi_app.
+#include "tests/support/folder.hpp"
 #include "tests/support/machine.hpp"
 
 #include <gtest/gtest.h>
@@ -25,12 +26,6 @@ namespace {
 #ifndef PLUMB_SANITIZED  // stock LinuxCNC is not built with sanitizers
 
 using namespace std::chrono_literals;
-
-std::string contents(const std::string& file) {
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
-    return text.str();
-}
 
 // From a file with lines `Name: value`, as the kernel has them.
 std::string field(const std::string& file, const std::string& name) {

@@ -3,9 +3,9 @@
 
 import os
 import subprocess
-import tempfile
 import unittest
-from tree import BUILD, ROOT
+
+from tree import BUILD, ROOT, own_folder
 
 BIN = os.path.join(BUILD, "bin")
 BENCH = "loadrt threads name1=t period1=1000000\nloadrt limit1 names=limit\naddf limit t\n"
@@ -21,9 +21,8 @@ def on_full_disk(*command, **options):
 
 class FullDisk(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.hal = os.path.join(folder.name, "limit.hal")
+        folder = own_folder(self)
+        self.hal = os.path.join(folder, "limit.hal")
         with open(self.hal, "w", encoding="ascii") as file:
             file.write(BENCH)
 

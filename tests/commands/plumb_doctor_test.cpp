@@ -34,12 +34,6 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string contents(const fs::path& file) {
-    std::ostringstream bytes;
-    bytes << std::ifstream(file, std::ios::binary).rdbuf();
-    return bytes.str();
-}
-
 void write(const fs::path& file, const std::string& text) {
     fs::create_directories(file.parent_path());
     std::ofstream(file, std::ios::binary) << text;

@@ -8,29 +8,21 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import unittest
 
 import numpy as np
 
 import linuxcnc_runs
 import plumb_contacts
-from linuxcnc_runs import BUILD, PROGRAMS, ROOT, change, changes, finish, own_folder, plumb_run, read_recording, um
+from linuxcnc_runs import BUILD, PROGRAMS, ROOT, changes, copy_configuration, finish, own_folder, plumb_run, read_recording, um
 
 README = os.path.join(ROOT, "configs", "mill", "README.md")
-SPEED = 20
+linuxcnc_runs.speed = 20
 
 GROWTH = 10 * um  # that grow.ngc adds
 TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and what the load leaves uncertain
 OPERATIONS = [10, 10, 10, 20, 20, 30]
 RAPID, FEED = 1, 2
-
-
-def copy_configuration(folder):
-    machine = linuxcnc_runs.copy_configuration("mill", folder)
-    for ini in ("mill.ini", "axis.ini"):  # the memory of a run is its own, and needs no disk
-        change(os.path.join(machine, ini), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
-    return machine
 
 
 def run(folder, machine, *command, **more):
@@ -53,24 +45,14 @@ class Shift(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         folder = own_folder(cls)
-        cls.folder, cls.machine = folder, copy_configuration(folder)
-        scenario = os.path.join(PROGRAMS, "mill_scenario.py")
-        change(os.path.join(cls.machine, "mill.ini"), "common/headless.py", scenario)
+        cls.folder, cls.machine = folder, copy_configuration("mill", folder)
+        ini = os.path.join(cls.machine, "mill.ini")
+        linuxcnc_runs.use_scenario(ini, "mill_scenario.py")
         with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = record.hal\n")
-        status, output = run(
-            folder, cls.machine, *plumb_run(BUILD, "--speed", "%g" % SPEED), "linuxcnc", "-r", "mill.ini"
-        )
-        if status != 42:
-            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
-        cls.output = output
-        with open(os.path.join(cls.machine, "facts.json")) as file:
-            cls.facts = json.load(file)
-        cls.scenes = {
-            name[:-4]: read_recording(os.path.join(cls.machine, name))
-            for name in os.listdir(cls.machine)
-            if name.endswith(".csv") and name != "measured_growth.csv"
-        }
+        told, cls.output = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors, cls.messages = told["facts"], told["errors"], told["messages"]
+        cls.scenes = linuxcnc_runs.read_scenes(cls.machine, told["scenes"])
 
     def cuts(self, scene):
         """Errors of the cuts in a scene."""
@@ -142,7 +124,7 @@ class Shift(unittest.TestCase):
     def test_program_reads_the_offset_in_force(self):
         for scene in self.scenes.values():
             np.testing.assert_allclose(scene["motion.analog-in-00"][3:], scene["axis.z.eoffset"][2:-1], atol=0.1 * um)
-        told = [float(re.search("force (.*) mm", text)[1]) for text in self.facts["messages"] if "force" in text]
+        told = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force" in text]
         names = ["learnt", "uncompensated", "compensated", "grown", "before_probing"]
         for name, offset in zip(names, told):
             self.assertAlmostEqual(offset, self.scenes[name]["axis.z.eoffset"][-1], delta=0.1 * um)
@@ -166,7 +148,7 @@ class Shift(unittest.TestCase):
         self.assertLess(np.ptp(scene["joint.2.motor-pos-cmd"]), 10 * um)
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         self.assertIn("refusal", self.facts)
-        self.assertTrue(any("Probing is broken off" in error for error in self.facts["errors"]), self.facts["errors"])
+        self.assertTrue(any("Probing is broken off" in error for error in self.errors), self.errors)
 
     def test_probing_takes_the_offset_back_and_finds_the_work_where_the_offset_will_be_right(self):
         self.assertAlmostEqual(self.facts["work"], -250, delta=2 * um)
@@ -328,7 +310,7 @@ class Shift(unittest.TestCase):
 class Screen(unittest.TestCase):
     def test_axis_shows_the_panel_and_its_buttons_work(self):
         folder = own_folder(self)
-        machine = copy_configuration(folder)
+        machine = copy_configuration("mill", folder)
         numbers, answer = os.pipe()
         screen = subprocess.Popen(
             ["Xvfb", "-displayfd", str(answer), "-screen", "0", "1280x960x24", "-nolisten", "tcp"],
@@ -361,7 +343,7 @@ class Readme(unittest.TestCase):
         with open(README) as page:
             cls.page = page.read()
         cls.folder = own_folder(cls)
-        cls.machine = copy_configuration(cls.folder)
+        cls.machine = copy_configuration("mill", cls.folder)
 
     def shown(self, before):
         """What stands, indented, behind these words."""
@@ -371,7 +353,7 @@ class Readme(unittest.TestCase):
         return re.search(r"^    (%s.*?)(?: +#.*)?$" % pattern, self.page, re.M)[1]
 
     def follow(self, command):
-        command = re.sub(r"--speed \d+", "--speed %d" % SPEED, command).replace("linuxcnc mill", "linuxcnc -r mill")
+        command = re.sub(r"--speed \d+", "--speed %g" % linuxcnc_runs.speed, command).replace("linuxcnc mill", "linuxcnc -r mill")
         return run(self.folder, self.machine, "sh", "-c", command)
 
     @staticmethod
@@ -434,5 +416,4 @@ class Readme(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, os.path.join(BUILD, "python"))
     unittest.main()

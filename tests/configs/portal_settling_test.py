@@ -2,19 +2,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """configs/portal: where a cut begins after another tool, by the servo cycles of a complete LinuxCNC.
 
-    PLUMB_BUILD=build tests/portal_settling_test.py --repeat 20 --hogs 2 --speed 10
+    python3 tests/support/run.py tests/configs/portal_settling_test.py --repeat 20 --hogs 2 --speed 10
 
 cuts twenty times beside two busy loops, and counts what fails.
 """
 
-import json
 import os
 import sys
 import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, PROGRAMS, change, finish, nm, own_folder, read_recording, start, um
+from linuxcnc_runs import PERIOD, change, own_folder, read_recording, um
 
 EXACT = 0.01 * um  # of the tip
 AT_ONCE = 0.2 * um  # where the drives are yet behind the last step of the ramp, by 3 ms
@@ -30,19 +29,12 @@ class Settling(unittest.TestCase):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("portal", folder)
         ini = os.path.join(machine, "column.ini")
-        change(ini, "common/headless.py", os.path.join(PROGRAMS, "settling_scenario.py"))
-        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+        linuxcnc_runs.use_scenario(ini, "settling_scenario.py")
         change(os.path.join(machine, "compensation.hal"), "loadrt squareness", "newsig scene s32\nloadrt squareness")
-        status, output = finish(start(folder, ini))
-        if status != 42:
-            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
-        with open(os.path.join(machine, "facts.json")) as file:
-            its = json.load(file)
-        cls.facts, cls.told, cls.errors = its["facts"], its["told"], its["errors"]
+        its, _ = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.told = its["facts"], its["facts"]["told"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
-        cls.rows = {
-            name: np.flatnonzero(cls.shift["scene"] == number) for number, name in enumerate(its["scenes"], start=1)
-        }
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
         cls.error = np.linalg.norm([cls.shift["portal.truth-%s-error" % letter] for letter in "xyz"], axis=0)
         cls.moves = abs(cls.shift["motion.current-vel"]) > 1e-9
         cls.works = ~np.isin(cls.shift["motion.motion-type"], (0, RAPID))

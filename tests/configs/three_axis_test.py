@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """configs/three_axis: a complete LinuxCNC in virtual time, ten times faster than the clock.
 
-    PLUMB_BUILD=build tests/three_axis_test.py --repeat 20 --hogs 3 --speed 10
+    python3 tests/support/run.py tests/configs/three_axis_test.py --repeat 20 --hogs 3 --speed 10
 
 goes through the shift of the tests twenty times beside three busy loops, and counts what fails.
 """
 
-import json
 import math
 import os
 import re
@@ -17,7 +16,7 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, change, changes, finish, nm, own_folder, read_recording, start
+from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, changes, copy_configuration, finish, nm, own_folder, read_recording, start
 
 CONFIGURATION = os.path.join(ROOT, "configs", "three_axis")
 
@@ -43,34 +42,20 @@ exit $status
 """
 
 
-def copy_configuration(folder, name="machine"):
-    copy = linuxcnc_runs.copy_configuration("three_axis", folder, name)
-    # LinuxCNC waits until the parameters are on the disk, for seconds on a busy one; the memory of a run is its own.
-    change(os.path.join(copy, "three_axis.ini"), "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
-    return copy
-
-
 class Shift(unittest.TestCase):
     """One start of LinuxCNC, in which programs/three_axis_scenario.py works through all scenes."""
 
     @classmethod
     def setUpClass(cls):
         folder = own_folder(cls)
-        machine = copy_configuration(folder)
+        machine = copy_configuration("three_axis", folder)
         for name in ("three_axis_path.ngc", "three_axis_line.ngc"):
             shutil.copy(os.path.join(PROGRAMS, name), machine)
         ini = os.path.join(machine, "three_axis.ini")
-        change(ini, "common/headless.py", os.path.join(PROGRAMS, "three_axis_scenario.py"))
-        status, output = finish(start(folder, ini))
-        if status != 42:
-            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
-        with open(os.path.join(machine, "facts.json")) as file:
-            cls.facts = json.load(file)
-        cls.scenes = {
-            name[:-4]: read_recording(os.path.join(machine, name))
-            for name in os.listdir(machine)
-            if name.endswith(".csv")
-        }
+        linuxcnc_runs.use_scenario(ini, "three_axis_scenario.py")
+        told, _ = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors = told["facts"], told["errors"]
+        cls.scenes = linuxcnc_runs.read_scenes(machine, told["scenes"])
 
     def test_every_servo_cycle_is_recorded(self):
         self.assertEqual(len(self.scenes), 14)
@@ -123,7 +108,7 @@ class Shift(unittest.TestCase):
 
     def test_beyond_a_limit_is_refused_with_the_operators_message(self):
         self.assertIn("exceed X's positive limit", self.facts["refusal"])
-        for error in self.facts["errors"]:  # all of them of this cause, and none has disturbed what came later
+        for error in self.errors:  # all of them of this cause, and none has disturbed what came later
             self.assertRegex(error, "positive limit|invalid params")
 
     def test_blended_path_stays_within_the_tolerance(self):
@@ -262,7 +247,7 @@ class Sample(unittest.TestCase):
         self.folder = own_folder(self)
 
     def run_sample(self, *arguments, prefix=()):
-        ini = os.path.join(copy_configuration(self.folder), "three_axis.ini")
+        ini = os.path.join(copy_configuration("three_axis", self.folder), "three_axis.ini")
         return finish(start(self.folder, ini, *arguments, prefix=prefix))
 
     def test_it_runs_its_program_and_leaves_nothing_behind(self):
@@ -294,7 +279,7 @@ class Sample(unittest.TestCase):
         self.assertGreater(len(included[0]), 8)
 
     def test_two_run_beside_each_other(self):
-        machines = [copy_configuration(self.folder, name) for name in ("one", "other")]
+        machines = [copy_configuration("three_axis", self.folder, name) for name in ("one", "other")]
         records = [os.path.join(machine, "shift.csv") for machine in machines]
         processes = [
             start(self.folder, os.path.join(machine, "three_axis.ini"), "--record", record)

@@ -51,11 +51,6 @@ std::string talk(const std::string& socket_path, const std::vector<std::string>&
     return answer;
 }
 
-std::string text_of(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 class HostCore : public testing::Test {
 protected:
     Bench bench_;
@@ -209,7 +204,7 @@ TEST_F(HostCore, AnAppendedRecordingGoesOnInTime) {
     bench_.set("sum2.0.in0", 0.1);
     client.record("r", {{"sum2.0.out"}, 500ms, file, true});
     bench_.run(0.5);
-    EXPECT_EQ(text_of(file), "time,sum2.0.out\n0,0\n0.5,1\n1,1\n1.5,0.1\n");
+    EXPECT_EQ(contents(file), "time,sum2.0.out\n0,0\n0.5,1\n1,1\n1.5,0.1\n");
     EXPECT_THROW(client.record("s", {{"sum2.0.in0"}, 500ms, file, true}), std::runtime_error);
 }
 
@@ -249,7 +244,7 @@ TEST_F(HostCore, ARecordingThatFailsMeanwhileEndsTheRunAndIsTold) {
     EXPECT_THAT(refusal([&] { client.record_stop("r"); }), HasSubstr("there is no recording"));
     EXPECT_EQ(client.run(2ms).ran, 2ms) << "the host goes on";
     client.record_stop("other");
-    EXPECT_THAT(text_of(folder_ / "other.csv"), HasSubstr("\n0.006,0\n"));
+    EXPECT_THAT(contents(folder_ / "other.csv"), HasSubstr("\n0.006,0\n"));
 }
 
 TEST_F(HostCore, ARecordingThatBreaksOffIsNotGoneOnWith) {
@@ -262,7 +257,7 @@ TEST_F(HostCore, ARecordingThatBreaksOffIsNotGoneOnWith) {
         } catch (const std::runtime_error& refusal) {
             EXPECT_THAT(refusal.what(), HasSubstr(why));
         }
-        EXPECT_EQ(text_of(file), text);
+        EXPECT_EQ(contents(file), text);
     };
     refused("time,sum2.0.out\n0,1\n0.5,", "the last row breaks off");
     refused("time,sum2.0.out\n0,1\n1e300,1\n", "the last row has no time");

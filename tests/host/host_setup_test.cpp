@@ -30,11 +30,6 @@ using Clock = std::chrono::steady_clock;
 
 const std::string plumb_program = "/tmp/bin/plumb";
 
-std::string contents(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 void write_bench() {
     std::ofstream("/tmp/lag.hal") << "loadrt threads name1=servo-thread period1=1000000\n"
                                      "loadrt lowpass names=lag\naddf lag servo-thread\n";

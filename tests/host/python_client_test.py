@@ -2,16 +2,17 @@
 """The Python client, against a real host.  PLUMB_BUILD names the build folder."""
 
 import ast
+import importlib.util
 import math
 import os
+import shutil
 import signal
 import sys
-import tempfile
 import threading
 import unittest
 
-sys.path.insert(0, os.path.join(os.environ["PLUMB_BUILD"], "python"))
-import plumb  # noqa: E402
+import plumb
+from tree import own_folder
 
 
 class Options(unittest.TestCase):
@@ -53,9 +54,7 @@ class Filter(unittest.TestCase):
             "start",
         ):
             self.host.command(line)
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+        self.folder = own_folder(self)
 
     def write(self, name, text):
         path = os.path.join(self.folder, name)
@@ -210,6 +209,51 @@ class Source(unittest.TestCase):
         for node in ast.walk(ast.parse(text)):
             for name in getattr(node, "names", []) if isinstance(node, (ast.Import, ast.ImportFrom)) else []:
                 self.assertIn(name.name.split(".")[0], sys.stdlib_module_names)
+
+
+class Declarations(unittest.TestCase):
+    def installed(self, prefix):
+        """The client as it lies in an installation."""
+        folder = os.path.join(prefix, "lib", "python3", "dist-packages")
+        os.makedirs(folder)
+        path = shutil.copy(plumb.__file__, folder)
+        spec = importlib.util.spec_from_file_location("installed_plumb", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    def test_a_module_is_known_by_its_declarations(self):
+        declared = plumb.declarations("thermal_displacement")
+        self.assertEqual(declared["name"], "thermal_displacement")
+        self.assertEqual(declared["pins"]["window"]["default"], 0.5)
+        self.assertIn("update", declared["functions"])
+        self.assertEqual(sorted(declared["codes"]), ["fault-code", "refusal-code", "rejection-code"])
+        for texts in declared["codes"].values():
+            self.assertEqual(sorted(texts), list(range(1, len(texts) + 1)))
+            for text in texts.values():
+                self.assertRegex(text, r"^[A-Z].* .*\.$")
+
+    def test_an_installation_has_its_own(self):
+        with tempfile.TemporaryDirectory() as prefix:
+            installed = self.installed(prefix)
+            share = os.path.join(prefix, "share", "plumb")
+            os.makedirs(share)
+            with open(os.path.join(share, "lowpass.json"), "w") as file:
+                file.write('{"name": "lowpass", "codes": {"fault-code": {"3": "It is cold."}}}')
+            declared = installed.declarations("lowpass")
+            self.assertEqual(declared["codes"], {"fault-code": {3: "It is cold."}})
+            self.assertEqual((declared["pins"], declared["options"]), ({}, {}))
+            with open(os.path.join(share, "lowpass.json"), "w") as file:
+                file.write('{"name": "lowp')
+            with self.assertRaisesRegex(ValueError, "share/plumb/lowpass.json is damaged: "):
+                installed.declarations("lowpass")
+
+    def test_a_module_that_is_not_there_is_named(self):
+        share = os.path.join(os.path.abspath(os.environ["PLUMB_BUILD"]), "share", "plumb")
+        for name in ("therm", "", "../plumb/thermal_displacement"):
+            with self.assertRaises(FileNotFoundError) as raised:
+                plumb.declarations(name)
+            self.assertIn("cannot find the declarations of '%s' in %s" % (name, share), str(raised.exception))
 
 
 if __name__ == "__main__":

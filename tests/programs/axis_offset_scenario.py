@@ -1,17 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of axis_offset_linuxcnc_test: works a machine with an offset in its Z axis through a shift.
-
-shift.csv has a row for each servo cycle of it, with the number of the scene; facts.json has their names, and what the
-operator was told. The exit status, 42, is no one else's.
 """
 
 import contextlib
-import json
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import Machine, OperatorError
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
 
 COLUMNS = [
     "scene",
@@ -36,15 +33,11 @@ COLUMNS = [
 ]
 
 
-class Shift:
-    def __init__(self, machine):
-        self.machine = machine
-        self.host = machine.host
-        self.scenes = []
-        self.facts = {}
+class Shift(Scenario):
+    columns = COLUMNS
 
     def work(self):
-        for scene in (
+        self.play(
             self.turn_on,
             self.start_a_cycle,
             self.change_modes,
@@ -62,10 +55,7 @@ class Shift:
             self.emergency_stop,
             self.home_anew,
             self.unhome,
-        ):
-            self.begin(scene.__name__)
-            scene()
-            self.rest()
+        )
 
     def turn_on(self):
         self.set("offset", 0.05)
@@ -222,10 +212,6 @@ class Shift:
         self.machine.mdi("G38.2 Z-40 F300")
         return self.machine.poll().probed_position[2]
 
-    def begin(self, scene):
-        self.scenes.append(scene)
-        self.host.set("scene", len(self.scenes))
-
     def arm(self):
         """As a program does it at the start of a cycle."""
         self.machine.mdi("M64 P0")
@@ -238,31 +224,6 @@ class Shift:
     def await_offset(self, value):
         self.await_condition(lambda: abs(self.host.get("axis.z.eoffset") - value) < 1e-4, "the offset of %g" % value)
 
-    def await_pin(self, pin, value):
-        self.await_condition(lambda: self.host.get(pin) == value, "%s %s" % (pin, value))
-
-    def await_condition(self, condition, what):
-        """Of pins; what the operator is told meanwhile is not looked at."""
-        latest = self.host.time + 60
-        while not condition():
-            if self.host.time > latest:
-                raise RuntimeError("%s did not come" % what)
-            self.machine.wait(0.005)
-
-    def rest(self):
-        self.machine.wait(0.1)
-
-
-def main():
-    with Machine() as machine:
-        shift = Shift(machine)
-        with machine.recording("shift.csv", COLUMNS):
-            shift.work()
-        machine.turn_off()
-    with open("facts.json", "w") as file:
-        json.dump({"scenes": shift.scenes, "facts": shift.facts, "errors": machine.errors}, file)
-    return 42
-
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Shift, recording="shift.csv"))

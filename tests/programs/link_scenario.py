@@ -1,27 +1,20 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What linuxcnc_link_test.py looks at in a complete LinuxCNC with linuxcnc_link.py and retain.
-
-The facts are left in facts.json.
 """
 
-import json
 import os
 import sys
 import zlib
 
-from plumb_linuxcnc import Machine, OperatorError
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
 
 FIELDS = {"operation": 10, "tool": 1, "occurrence": 1, "coordinate": -1.25, "feed": -2.0, "feed-override": 1.0}
 FIELDS.update({"applied-offset": 0.0, "program-id": 4711, "cycles": 1, "time-constant": 0.1 + 0.2})
 
 
-class Day:
-    def __init__(self, machine):
-        self.machine = machine
-        self.host = machine.host
-        self.facts = {}
-
+class Day(Scenario):
     def until(self, condition, what):
         self.machine.wait_for(lambda _: condition(), what)
 
@@ -87,6 +80,7 @@ class Day:
             self.message(("refused-code", 9)),
             self.message(("hint", True)),
             self.message(("refused", False), ("hint", False), ("shown", True)),
+            self.message(("door-code", 2), ("door", True)),
         ]
 
     def keep(self):
@@ -101,16 +95,5 @@ class Day:
         self.host.set("growth.restore", False)
 
 
-def main():
-    with Machine() as machine:
-        day = Day(machine)
-        try:
-            day.work()
-        finally:
-            with open("facts.json", "w") as file:
-                json.dump(day.facts, file)
-    return 42
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Day))

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of mill_linuxcnc_test: works configs/mill through a day, which is named in the command line.
 
-On the first much goes wrong; any other begins where the first has ended, and one part is made. DAY.csv has a row for
-each servo cycle, with the number of the scene; DAY.json has the names of the scenes, and what the operator was told.
-The exit status, 42, is no one else's.
+On the first much goes wrong; any other begins where the first has ended, and one part is made. DAY.csv is the recording of
+a day, DAY.json has its facts.
 """
 
 import contextlib
@@ -15,7 +14,8 @@ import subprocess
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import Machine, OperatorError
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
 
 COLUMNS = [
     "scene",
@@ -39,16 +39,25 @@ COLUMNS = [
     "thermal.contacts",
     "thermal.contacts-accepted",
 ]
+NAME = sys.argv[-1]  # of the day
 WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine
 um = 1e-3
 
 
-class Day:
+class Day(Scenario):
+    columns = COLUMNS
+
     def __init__(self, machine):
-        self.machine = machine
-        self.host = machine.host
-        self.scenes = []
+        super().__init__(machine)
         self.growth = 0
+
+    def work(self):
+        if NAME == "first":
+            self.first()
+        else:
+            with open("first.json") as file:
+                self.other(json.load(file)["facts"]["growth"])
+        self.facts["growth"] = self.host.get("mill.truth-growth")
 
     def first(self):
         machine = self.machine
@@ -141,10 +150,6 @@ class Day:
         self.begin("touch_off")
         self.refused(lambda: machine.mdi("O <touch_off> call [0]"))
 
-    def begin(self, scene):
-        self.scenes.append(scene)
-        self.host.set("scene", len(self.scenes))
-
     def idle(self, scene):
         self.machine.mode(linuxcnc.MODE_MANUAL)
         self.begin(scene)
@@ -189,22 +194,5 @@ class Day:
         self.machine.mode(linuxcnc.MODE_MANUAL)
 
 
-def main():
-    name = sys.argv[-1]
-    with Machine() as machine:
-        day = Day(machine)
-        with machine.recording(name + ".csv", COLUMNS):
-            if name == "first":
-                day.first()
-            else:
-                with open("first.json") as file:
-                    day.other(json.load(file)["growth"])
-        growth = day.host.get("mill.truth-growth")
-    told = {"scenes": day.scenes, "growth": growth, "errors": machine.errors}
-    with open(name + ".json", "w") as file:
-        json.dump(told, file)
-    return 42
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Day, recording=NAME + ".csv", facts=NAME + ".json"))

@@ -1,15 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The DISPLAY of mill_config_test: works configs/mill through a shift, and leaves a record of each scene.
+"""The DISPLAY of mill_config_test: works configs/mill through a shift, and leaves a recording of each scene."""
 
-Each scene is a file of servo cycles, NAME.csv in the folder of the INI file; facts.json says what the operator was
-told, and what LinuxCNC knew. The exit status, 42, is no one else's.
-"""
-
-import json
 import sys
 
-from plumb_linuxcnc import Machine, OperatorError
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
 
 COLUMNS = (
     ["motion.digital-out-%02d" % i for i in range(5)]
@@ -20,16 +16,11 @@ COLUMNS = (
 )
 
 
-class Shift:
-    def __init__(self, machine):
-        self.machine = machine
-        self.facts = {}
-
-    def scene(self, name):
-        return self.machine.recording(name + ".csv", COLUMNS)
+class Shift(Scenario):
+    columns = COLUMNS
 
     def part(self, name):
-        with self.scene(name):
+        with self.record(name):
             self.machine.run("part.ngc")
             self.machine.wait(0.05)
 
@@ -54,7 +45,7 @@ class Shift:
     def abort(self):
         """In the second plunge; the request to learn, which came meanwhile, is gone as well."""
         machine = self.machine
-        with self.scene("aborted"):
+        with self.record("aborted"):
             machine.start("part.ngc")
             cuts = machine.host.get("mill.truth-cuts")
             machine.wait_for(
@@ -64,7 +55,7 @@ class Shift:
             machine.abort()
             machine.wait(1)
         machine.run("learn.ngc")
-        with self.scene("aborted_before_learning"):
+        with self.record("aborted_before_learning"):
             machine.abort()
             machine.wait(0.2)
 
@@ -74,14 +65,14 @@ class Shift:
         self.part("before_probing")
         machine.mdi("T4 M6 G43")
         machine.mdi("G0 X0 Y0 Z3")
-        with self.scene("refused"):
+        with self.record("refused"):
             try:
                 machine.mdi("G38.2 Z-5 F100")
             except OperatorError as error:
                 self.facts["refusal"] = str(error)
             machine.abort()
             machine.wait(0.2)
-        with self.scene("probed"):
+        with self.record("probed"):
             machine.mdi("O <probe_work> call [20]")
             machine.wait(0.05)
         self.facts["probed"] = self.top()
@@ -103,16 +94,5 @@ class Shift:
         return self.machine.poll().g5x_offset[2]
 
 
-def main():
-    with Machine() as machine:
-        shift = Shift(machine)
-        shift.work()
-        shift.facts["errors"] = machine.errors
-        shift.facts["messages"] = machine.messages
-    with open("facts.json", "w") as file:
-        json.dump(shift.facts, file)
-    return 42
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Shift))

@@ -1,17 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The DISPLAY of portal_linuxcnc_test: works a machine whose tilts are corrected through a shift.
-
-shift.csv has a row for each servo cycle of it, with the number of the scene; facts.json has their names, and what the
-operator was told. The exit status, 42, is no one else's.
-"""
+"""The DISPLAY of portal_linuxcnc_test: works a machine whose tilts are corrected through a shift."""
 
 import contextlib
-import json
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import Machine, OperatorError, Overdue
+from plumb_linuxcnc import OperatorError, Overdue
+from scenario import Scenario, run
 
 COLUMNS = ["scene", "motion.is-all-homed", "motion.digital-out-01", "motion.tooloffset.z", "iocontrol.0.tool-number"]
 COLUMNS += ["square.ramping", "square.fault-code", "square.enable", "square.axis-direction"]
@@ -35,16 +31,14 @@ MOVES = (
 )
 
 
-class Shift:
+class Shift(Scenario):
     def __init__(self, machine):
-        self.machine = machine
-        self.host = machine.host
-        self.scenes = []
-        self.facts = {}
+        super().__init__(machine)
         self.has_rail = machine.status.joints == 4
+        self.columns = COLUMNS + (RAIL if self.has_rail else [])
 
     def work(self):
-        for scene in (
+        self.play(
             self.turn_on,
             self.choose_a_tool,
             self.disable,
@@ -72,10 +66,7 @@ class Shift:
             self.home_anew,
             self.home_too_early,
             self.home_once_more,
-        ):
-            self.begin(scene.__name__)
-            scene()
-            self.rest()
+        )
 
     def turn_on(self):
         self.machine.turn_on()
@@ -286,10 +277,6 @@ class Shift:
         if self.has_rail:
             self.machine.mdi("G53 G0 W-20")
 
-    def begin(self, scene):
-        self.scenes.append(scene)
-        self.host.set("scene", len(self.scenes))
-
     def set_ramps(self, rate):
         for letter in "xyz":
             self.host.set("%s-stage.ramp-rate" % letter, rate)
@@ -306,30 +293,6 @@ class Shift:
         self.machine.wait(0.01)
         self.await_condition(lambda: not self.stages_ramp(), "the end of the stages' ramps")
 
-    def await_pin(self, pin, value):
-        self.await_condition(lambda: self.host.get(pin) == value, "%s %s" % (pin, value))
-
-    def await_condition(self, condition, what):
-        latest = self.host.time + 300  # a table is read beside the machine's time
-        while not condition():
-            if self.host.time > latest:
-                raise RuntimeError("%s did not come" % what)
-            self.machine.wait(0.005)
-
-    def rest(self):
-        self.machine.wait(0.1)
-
-
-def main():
-    with Machine() as machine:
-        shift = Shift(machine)
-        with machine.recording("shift.csv", COLUMNS + (RAIL if shift.has_rail else [])):
-            shift.work()
-        machine.turn_off()
-    with open("facts.json", "w") as file:
-        json.dump({"scenes": shift.scenes, "facts": shift.facts, "errors": machine.errors}, file)
-    return 42
-
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Shift, recording="shift.csv"))

@@ -1,16 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The DISPLAY of portal_settling_test: cuts behind changes of the tool, in all ways that LinuxCNC has to begin one.
+"""The DISPLAY of portal_settling_test: cuts behind changes of the tool, in all ways that LinuxCNC has to begin one."""
 
-shift.csv has a row for each servo cycle, with the number of the scene; facts.json has their names, and what the
-operator was told. The exit status, 42, is no one else's.
-"""
-
-import json
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import Machine
+from scenario import Scenario, run
 
 COLUMNS = ["scene", "motion.motion-type", "motion.current-vel", "motion.tooloffset.z", "spindle.0.revs"]
 COLUMNS += ["motion.feed-inhibit", "motion.feed-hold", "motion.coord-mode"]
@@ -34,13 +29,12 @@ SLOWLY = 0.003  # mm/s: the change takes 4 s, in which a busy computer gets to w
 BEGIN = "G54 G64 P0.01\nT1 M6 G43\nG0 X0 Y0 Z0\nM66 P5 L4 Q60\n"
 
 
-class Shift:
+class Shift(Scenario):
+    columns = COLUMNS
+
     def __init__(self, machine):
-        self.machine = machine
-        self.host = machine.host
-        self.scenes = []
-        self.facts = {}
-        self.told = {}  # scene -> messages
+        super().__init__(machine)
+        self.told = self.facts["told"] = {}  # scene -> messages
 
     def work(self):
         self.begin("start")
@@ -132,21 +126,6 @@ class Shift:
         self.machine.wait_until_idle()
         self.host.set("square.radial-offset", 0)
 
-    def begin(self, scene):
-        self.scenes.append(scene)
-        self.host.set("scene", len(self.scenes))
-
-
-def main():
-    with Machine() as machine:
-        shift = Shift(machine)
-        with machine.recording("shift.csv", COLUMNS):
-            shift.work()
-        machine.turn_off()
-    with open("facts.json", "w") as file:
-        json.dump({"scenes": shift.scenes, "facts": shift.facts, "told": shift.told, "errors": machine.errors}, file)
-    return 42
-
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Shift, recording="shift.csv"))

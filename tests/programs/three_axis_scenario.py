@@ -1,16 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The DISPLAY of three_axis_test: works the machine through a shift, and leaves a record of each scene.
+"""The DISPLAY of three_axis_test: works the machine through a shift, and leaves a recording of each scene."""
 
-Each scene is a file of servo cycles, NAME.csv in the folder of the INI file; facts.json says what the operator
-was told, and where. The exit status, 42, is no one else's.
-"""
-
-import json
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import Machine, OperatorError
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
 
 COLUMNS = (
     ["axis.%s.pos-cmd" % letter for letter in "xyz"]
@@ -22,30 +18,25 @@ COLUMNS = (
 X, Y, Z = 0, 1, 2
 
 
-class Shift:
-    def __init__(self, machine):
-        self.machine = machine
-        self.facts = {}
-
-    def scene(self, name):
-        return self.machine.recording(name + ".csv", COLUMNS)
+class Shift(Scenario):
+    columns = COLUMNS
 
     def work(self):
         machine = self.machine
-        with self.scene("home"):
+        with self.record("home"):
             machine.turn_on()
             machine.home()
             self.rest()
-        with self.scene("home_again"):
+        with self.record("home_again"):
             machine.home()
-        with self.scene("rapid"):
+        with self.record("rapid"):
             machine.mdi("G61 G0 X100")  # blended paths have but half the acceleration
             self.rest()
-        with self.scene("short_rapid"):
+        with self.record("short_rapid"):
             machine.mdi("G0 Y5")
             self.rest()
         self.refusal()
-        with self.scene("program"):
+        with self.record("program"):
             machine.run("three_axis_path.ngc")
             self.rest()
         self.override()
@@ -66,7 +57,7 @@ class Shift:
     def override(self):
         machine = self.machine
         machine.mdi("G0 X0 Y0 Z0")
-        with self.scene("override"):
+        with self.record("override"):
             machine.command.feedrate(0.5)
             machine.mdi("G1 X20 F1200")
             self.rest()
@@ -75,7 +66,7 @@ class Shift:
     def pause(self):
         machine = self.machine
         machine.mdi("G0 X0")
-        with self.scene("pause"):
+        with self.record("pause"):
             machine.start("three_axis_line.ngc")
             self.await_x(30)
             machine.pause()
@@ -88,18 +79,18 @@ class Shift:
     def abort(self):
         machine = self.machine
         machine.mdi("G0 X0")
-        with self.scene("abort"):
+        with self.record("abort"):
             machine.start("three_axis_line.ngc")
             self.await_x(30)
             machine.abort()
             self.rest()
-        with self.scene("after_abort"):
+        with self.record("after_abort"):
             machine.mdi("G0 X60")
             self.rest()
 
     def off_and_on(self):
         machine = self.machine
-        with self.scene("off_and_on"):
+        with self.record("off_and_on"):
             self.rest()
             machine.turn_off()
             self.rest()
@@ -109,14 +100,14 @@ class Shift:
     def emergency_stop(self):
         machine = self.machine
         machine.mdi("G0 X0")
-        with self.scene("emergency_stop"):
+        with self.record("emergency_stop"):
             machine.start("three_axis_line.ngc")
             self.await_x(30)
             machine.emergency_stop()
             self.rest()
             machine.turn_on()
             self.rest()
-        with self.scene("after_emergency_stop"):
+        with self.record("after_emergency_stop"):
             machine.mdi("G0 X20 Y20")
             self.rest()
 
@@ -124,12 +115,12 @@ class Shift:
         machine = self.machine
         machine.mode(linuxcnc.MODE_MANUAL)
         machine.axis_mode()
-        with self.scene("jog_increment"):
+        with self.record("jog_increment"):
             machine.command.jog(linuxcnc.JOG_INCREMENT, False, Y, 50, 12.5)
             self.await_motion(Y, 20)
             machine.wait_until_still()
             self.rest()
-        with self.scene("jog"):
+        with self.record("jog"):
             machine.command.jog(linuxcnc.JOG_CONTINUOUS, False, Y, 50)
             machine.wait_for(lambda status: status.position[Y] > 60, "the jog")
             machine.command.jog(linuxcnc.JOG_STOP, False, Y)
@@ -143,21 +134,6 @@ class Shift:
     def await_motion(self, axis, start):
         self.machine.wait_for(lambda status: abs(status.position[axis] - start) > 1, "motion")
 
-    def rest(self):
-        """Long enough for the drives to come to where they are commanded to 1e-9 mm: 50 ms is 16 time constants."""
-        self.machine.wait(0.1)
-
-
-def main():
-    with Machine() as machine:
-        shift = Shift(machine)
-        shift.work()
-        shift.facts["messages"] = machine.messages
-        shift.facts["errors"] = machine.errors
-    with open("facts.json", "w") as file:
-        json.dump(shift.facts, file)
-    return 42
-
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(Shift))

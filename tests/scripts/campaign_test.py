@@ -5,10 +5,9 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from tree import ROOT
+from tree import ROOT, own_folder
 
 ATTACK = """
 import sys
@@ -21,9 +20,7 @@ campaign.run("odd", "Finds every third seed.",
 
 class Campaign(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.build = folder.name
+        self.build = own_folder(self)
         self.record = os.path.join(self.build, "campaigns", "odd.json")
 
     def odd(self, *arguments):
@@ -76,21 +73,20 @@ class Bytes(unittest.TestCase):
     """scripts/campaign bytes with stand-ins for cmake and for the readers that clang would build."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.build = folder.name
-        os.makedirs(os.path.join(self.build, "bytes", "readers"))
+        self.build = own_folder(self)
+        os.makedirs(os.path.join(self.build, "bytes")))
         self.program("bytes/build.ninja", "")
         self.program("cmake", "exit 0")
 
     def program(self, name, script):
         path = os.path.join(self.build, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
         with open(path, "w", encoding="ascii") as file:
             file.write("#!/bin/sh\n" + script)
         os.chmod(path, 0o755)
 
     def attack(self, script, *arguments):
-        self.program("bytes/readers/readers", script)
+        self.program("bytes/tests/readers/readers", script)
         environment = {**os.environ, "PLUMB_BUILD": self.build, "PATH": self.build + os.pathsep + os.environ["PATH"]}
         return subprocess.run([os.path.join(ROOT, "scripts", "campaign"), "bytes", *arguments], env=environment,
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
@@ -99,7 +95,7 @@ class Bytes(unittest.TestCase):
         outcome = self.attack('echo "stat::number_of_executed_units: 7" >&2; echo $PLUMB_READER >>$(dirname "$0")/log', "--count", "3")
         self.assertEqual(outcome.returncode, 0, outcome.stderr)
         self.assertIn("seeds 1 to 3, 21 tries", outcome.stdout)
-        with open(os.path.join(self.build, "bytes", "readers", "log"), encoding="ascii") as log:
+        with open(os.path.join(self.build, "bytes", "tests", "readers", "log"), encoding="ascii") as log:
             self.assertEqual(len(set(log.read().split())), 3)
 
     def test_a_finding_has_its_sentence_and_the_bytes_that_repeat_it(self):

@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 import linuxcnc_tests
-from tree import ROOT
+from tree import ROOT, own_folder
 
 
 class AsItIs(linuxcnc_tests.Side):
@@ -29,11 +29,9 @@ class Source(unittest.TestCase):
     """A folder of tests."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-        self.source = os.path.join(folder.name, "source")
-        self.runs = os.path.join(folder.name, "runs")
+        self.folder = own_folder(self)
+        self.source = os.path.join(self.folder, "source")
+        self.runs = os.path.join(self.folder, "runs")
         os.mkdir(self.source)
 
     def write(self, name, text="", mode=0o644):

@@ -99,8 +99,11 @@ class Agreement(unittest.TestCase):
     def test_the_table_counts_by_event_and_code(self):
         outcome = judge(dict(SECOND, event=2), dict(met=2), dict(found=2, rejected=1, code=8), END)
         lines = mill_cycles.table([outcome])
-        cells = dict(zip(lines[0].replace("too large", "too-large").replace("other feed", "feed").split()[1:], lines[2].split()[1:]))
-        self.assertEqual((cells["approaches"], cells["met"], cells["gate"], cells["wrong"]), ("1", "1", "1", "0"))
+        heads = lines[0].replace("code ", "code-").split()[1:]
+        cells = dict(zip(heads, lines[2].split()[-len(heads) :]))
+        self.assertEqual((cells["approaches"], cells["met"], cells["code-8"], cells["wrong"]), ("1", "1", "1", "0"))
+        self.assertIn("Rejected, code 8: " + mill_cycles.rejections()[8], lines)
+        self.assertNotIn("code-3", cells)
 
 
 if __name__ == "__main__":

@@ -93,8 +93,9 @@ class Table(unittest.TestCase):
             [Contact(3, 2, True, True, 90.0, 5), Contact(3, 2, True), Contact(3, 2)],
         ]
         lines = mill_events.table([(1, 2, False, 60), (2, 2, False, 60)], outcomes)
-        self.assertEqual(lines[1].split(), ["none", "2", "2", "2", "2", "0", "3.5", "4.0"])
-        self.assertEqual(lines[2].split(), ["chip", "2", "3", "2", "1", "1", "90.0", "90.0"])
+        self.assertEqual(lines[1].split(), ["None.", "2", "2", "2", "2", "0", "3.5", "4.0"])
+        chip = mill_events.event_names()[2]
+        self.assertEqual(lines[2].split(), [*chip.split(), "2", "3", "2", "1", "1", "90.0", "90.0"])
 
     def test_programs_are_drawn_alike_each_time_with_every_event(self):
         programs = mill_events.draw_programs(22, False)

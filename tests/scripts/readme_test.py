@@ -5,11 +5,10 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
 from support import simulations  # for the way to plumb.py
-from tree import BUILD, ROOT
+from tree import BUILD, ROOT, own_folder
 
 
 def read(name):
@@ -78,9 +77,7 @@ class OwnConfiguration(unittest.TestCase):
     """The worked example for those who have a HAL configuration of their own."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+        self.folder = own_folder(self)
         self.write(block("hal", "limit3"))
 
     def write(self, lines):

@@ -4,9 +4,9 @@
 import os
 import shutil
 import subprocess
-import tempfile
 import unittest
-from tree import ROOT
+
+from tree import ROOT, own_folder
 
 NOBODY = 65534
 
@@ -15,9 +15,7 @@ class Setup(unittest.TestCase):
     """A checkout with scripts/setup alone, and a machine whose only programs are stand-ins that keep a log."""
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.root = folder.name
+        self.root = own_folder(self)
         os.chmod(self.root, 0o755)
         self.log = os.path.join(self.root, "log")
         open(self.log, "w").close()
@@ -101,13 +99,22 @@ class Setup(unittest.TestCase):
         self.assertIn("apt-get install -q -y --no-install-recommends mandoc faketime", calls)
         self.assertTrue(calls[-1].endswith("--target product"), calls)
 
+    def test_sanitized_build_has_a_folder_of_its_own(self):
+        self.lack()
+        done = self.setup_as(NOBODY, "--sanitize")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        configured, built = self.calls()
+        self.assertIn("-B build-sanitize", configured)
+        self.assertIn("-DPLUMB_SANITIZE=address,undefined", configured)
+        self.assertIn("--build build-sanitize ", built)
+
     def test_package_that_this_system_does_not_have_is_named(self):
         self.lack("linuxcnc-uspace", "cmake")
         self.program("sudo", '"$@"', logged=False)
         self.program("apt-cache", '[[ $2 == linuxcnc-uspace ]] || echo "$2 | 1.0 | somewhere"', logged=False)
         done = self.setup_as(NOBODY)
         self.assertEqual(done.returncode, 1)
-        self.assertIn("do not have linuxcnc-uspace; those of Debian 12 do", done.stderr)
+        self.assertIn("do not have linuxcnc-uspace; those of Debian 12 and 13 do", done.stderr)
         self.assertNotIn("install", " ".join(self.calls()))
 
     def test_failed_update_is_reported(self):
@@ -121,7 +128,7 @@ class Setup(unittest.TestCase):
     def test_other_systems_are_told(self):
         done = self.setup_as(NOBODY)
         self.assertEqual(done.returncode, 1)
-        self.assertIn("Debian 12", done.stderr)
+        self.assertIn("Debian 12 and 13", done.stderr)
 
 
 if __name__ == "__main__":

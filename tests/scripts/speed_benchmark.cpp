@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // How fast the virtual-time host is, and what update() of a component costs beside LinuxCNC's own pid.
 //
-// Not one of the tests: build/bin/speed_benchmark.  A shared computer blurs single figures, so that each is
+// Not one of the tests: build/tests/speed_benchmark.  A shared computer blurs single figures, so that each is
 // the median of many short runs, and what is compared is run in turns.
 #include "hal/client/client.hpp"
 

@@ -57,7 +57,7 @@ move.)"};
 
 private:
     void stand_at(double place, double dt) noexcept {
-        position_.move_to(place, dt);
+        position_.move_to(place, 1, dt);
         position_.hold();
     }
 

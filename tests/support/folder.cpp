@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <system_error>
 
@@ -24,6 +25,11 @@ std::filesystem::path Folder::write(const std::string& name, const std::string& 
     out << text;
     if (!out.flush()) throw std::runtime_error("cannot write " + (path_ / name).string());
     return path_ / name;
+}
+
+std::string contents(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace plumb

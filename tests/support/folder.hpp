@@ -23,4 +23,7 @@ private:
     std::filesystem::path path_;
 };
 
+// The bytes of a file; none where it cannot be read.
+std::string contents(const std::filesystem::path& file);
+
 }  // namespace plumb

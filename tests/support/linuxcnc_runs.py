@@ -3,21 +3,23 @@
 
 import argparse
 import csv
+import glob
 import io
+import json
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
 import numpy as np
 
 from plumb_run import plumb_run  # noqa: E402
-from tree import BUILD, ROOT
+from tree import BUILD, ROOT, own_folder  # noqa: F401
 
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
+WORKED = 42  # exit status of a scenario (scenario.py), and of no one else
 PATIENCE = 200  # seconds, for what takes a few
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm
@@ -26,17 +28,14 @@ um = 1e-3  # mm
 speed = 10  # times real time
 
 
-def own_folder(test):
-    folder = tempfile.TemporaryDirectory(prefix="linuxcnc-run-")
-    (test.addClassCleanup if isinstance(test, type) else test.addCleanup)(folder.cleanup)
-    return folder.name
-
-
 def copy_configuration(name, folder, copy="machine"):
     """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
     machine = shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
     # Task gives motion up after a time of the faster clock, which passes on a busy computer.
     change(os.path.join(machine, "common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
+    for ini in glob.glob(os.path.join(machine, "*.ini")):
+        # LinuxCNC waits until the parameters are on the disk, for seconds on a busy one; the memory of a run is its own.
+        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
     return machine
 
 
@@ -58,8 +57,23 @@ def environment(folder, **more):
         "PATH": os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin",
         # A sanitized program minds that libfaketime is loaded before its own library.
         "ASAN_OPTIONS": "verify_asan_link_order=0",
+        "PYTHONPATH": os.path.join(ROOT, "tests", "support"),  # of scenarios
         **more,
     }
+
+
+def use_scenario(ini, scenario):
+    """Makes a scenario of PROGRAMS the DISPLAY of a copied configuration."""
+    change(ini, "common/headless.py", os.path.join(PROGRAMS, scenario))
+
+
+def work(folder, ini, *arguments, facts="facts.json"):
+    """Starts LinuxCNC, and works through its scenario: what this left in its file of facts, and LinuxCNC's output."""
+    status, output = finish(start(folder, ini, *arguments))
+    if status != WORKED:
+        raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+    with open(os.path.join(os.path.dirname(ini), facts)) as file:
+        return json.load(file), output
 
 
 def start(folder, ini, *arguments, prefix=()):
@@ -90,6 +104,16 @@ def read_recording(file):
         names = next(csv.reader(lines))
         table = np.loadtxt(lines, delimiter=",", ndmin=2)
     return {name: table[:, column] for column, name in enumerate(names)}
+
+
+def read_scenes(folder, scenes):
+    """The recordings of single scenes, by their names."""
+    return {scene: read_recording(os.path.join(folder, scene + ".csv")) for scene in scenes}
+
+
+def rows_of(recording, scenes):
+    """The rows of each scene in a recording of all."""
+    return {name: np.flatnonzero(recording["scene"] == number) for number, name in enumerate(scenes, start=1)}
 
 
 def changes(values):

@@ -9,6 +9,6 @@ from tree import BUILD, ROOT
 
 for folder in ("components/commissioning/contacts", "scripts/campaigns", "scripts/benches", "scripts"):
     sys.path.insert(1, os.path.join(ROOT, folder))
-sys.path.append(os.path.join(BUILD, "python"))
+sys.path.insert(1, os.path.join(BUILD, "python"))  # before one that is installed
 del sys.argv[0]
 runpy.run_path(sys.argv[0], run_name="__main__")

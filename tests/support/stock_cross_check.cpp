@@ -20,12 +20,6 @@ namespace {
 
 const char* const dump = "/tmp/bin/hal_stream_dump";
 
-std::string contents(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw std::runtime_error("cannot read " + file.string());
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 // The file's lines but `start`, which must follow the recorder's.
 std::string without_start(const std::string& text) {
     std::istringstream lines(text);

@@ -34,18 +34,7 @@ LEARN_TOO = "learn.in1"  # of replay.hal: learn from this cycle, whatever was re
 
 RAPID, FEED = 1, 2  # LinuxCNC's motion.motion-type
 
-VERDICTS = {
-    1: "blanked: too soon after a change of speed",
-    2: "there is no reference",
-    3: "the reference has no such contact",
-    4: "feed or override differs",
-    5: "time: no clock, a hold or a dwell",
-    6: "outside the window",
-    7: "larger than max-correction",
-    8: "beyond the gate",
-    9: "too soon after a hold",
-    10: "no clear rise of the load",
-}
+BLANKED, FEED_DIFFERS, TOO_LARGE, BEYOND_GATE = 1, 4, 7, 8  # of rejection-code
 
 OUTPUTS = [
     "contacts",
@@ -341,6 +330,7 @@ class Replay:
     """What thermal_displacement makes of a recording."""
 
     def __init__(self, recording, files, settings):
+        self.rejections = plumb.declarations("thermal_displacement")["codes"]["rejection-code"]
         learnt = [c for c in recording.cycles if c.learn]
         self.chosen = None if learnt else next((c for c in recording.cycles if c.complete), None)
         with tempfile.TemporaryDirectory(prefix="plumb-report-") as folder, plumb.Host() as host:
@@ -376,12 +366,17 @@ class Replay:
         code = int(self.rejection_code[row])
         refused = (self.contacts_rejected + self.contacts_unexpected)[[row - 1, row]]
         contact.code = code if refused[1] > refused[0] else 0
-        contact.compared = not contact.learnt and (contact.believed or contact.code in (7, 8))
+        contact.rejection = self.rejection(code)
+        contact.compared = not contact.learnt and (contact.believed or contact.code in (TOO_LARGE, BEYOND_GATE))
         # It is told when it has been fitted, half a second late: perhaps in the next descent, but not yet in its cut.
         at = contact.time / recording.period
         met = [a for a in recording.approaches if (a.begin if a.onset is None else a.onset) < at]
         contact.approach = met[-1] if met else None
         return contact
+
+    def rejection(self, code):
+        """Its sentence."""
+        return self.rejections.get(code, "code %d" % code)
 
     def believed(self):
         return sum(c.believed and not c.learnt for c in self.found)
@@ -403,7 +398,7 @@ class Replay:
 class Contact:
     def verdict(self):
         if self.code:
-            return "rejected: " + VERDICTS.get(self.code, "code %d" % self.code)
+            return "rejected: " + self.rejection
         return "learnt" if self.learnt else "believed" if self.believed else "seen"
 
 
@@ -500,7 +495,7 @@ def show_summary(replay):
     learnt = sum(c.learnt for c in replay.found)
     print("\nContacts: %d learnt, %d believed, %d missed" % (learnt, replay.believed(), replay.contacts_missed[-1]))
     for code in sorted(refused):
-        print("  %d rejected: %s" % (refused[code], VERDICTS.get(code, "code %d" % code)))
+        print("  %d rejected: %s" % (refused[code], replay.rejection(code)))
     print("Largest offset %+.4f mm" % replay.z_offset[np.argmax(abs(replay.z_offset))])
 
 
@@ -535,11 +530,11 @@ def problems(recording, replay, load):
         yield "Nothing was learnt: the rises of the load were no contacts. See debounce, smoothing and exclude-operation."
     yield from load.warnings()
     codes = [c.code for c in replay.found]
-    if codes.count(1):
+    if codes.count(BLANKED):
         yield "Contacts come too soon after a change of speed: let the spindle settle (G4), or shorten blanking-time."
-    if codes.count(4):
+    if codes.count(FEED_DIFFERS):
         yield "The feed at a contact was not that of the reference: no override while the tool comes down."
-    if codes.count(8) + codes.count(7) > len(codes) / 10:
+    if codes.count(BEYOND_GATE) + codes.count(TOO_LARGE) > len(codes) / 10:
         yield "Many contacts were beyond the gate: machine a part more often, or see whether blanks are alike."
     if replay.contacts_missed[-1]:
         yield "Contacts of the reference did not come: a threshold that is too high, or an operation to be excluded."

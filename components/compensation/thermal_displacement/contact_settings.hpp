@@ -9,8 +9,8 @@
 namespace plumb {
 
 // How contacts are found, compared and believed, as a machine's integrator sets it.
-struct ContactSettings {
-    explicit ContactSettings(hal::Component* component) : owner(component) {}
+struct ContactSettings : hal::Group {
+    using Group::Group;
 
     GrowthByContact::Settings read() noexcept {
         GrowthByContact::Settings s;
@@ -19,42 +19,53 @@ struct ContactSettings {
         std::copy(exclude.begin(), exclude.end(), s.excluded.begin());
         s.load_latency = load_latency;
         s.reference_cycles = reference_cycles;
-        s.contact = {threshold, release, smoothing, debounce, baseline_time, blanking_time};
-        s.limits = {window, feed_tolerance, lost_time_tolerance, max_correction, steady_time};
-        s.gate = {max_growth_rate, gate_floor, gate_cap, confirm_contacts};
+        s.contact.threshold = threshold;
+        s.contact.release = release;
+        s.contact.smoothing = smoothing;
+        s.contact.debounce = debounce;
+        s.contact.baseline_time = baseline_time;
+        s.contact.blanking_time = blanking_time;
+        s.limits.window = window;
+        s.limits.feed_tolerance = feed_tolerance;
+        s.limits.lost_time_tolerance = lost_time_tolerance;
+        s.limits.max_correction = max_correction;
+        s.limits.steady_time = steady_time;
+        s.gate.max_growth_rate = max_growth_rate;
+        s.gate.floor = gate_floor;
+        s.gate.cap = gate_cap;
+        s.gate.confirm = confirm_contacts;
         return s;
     }
 
-    hal::Component* const owner;
-    hal::In<bool> by_time{owner, "by-time", false, "Compare the times of contacts, not their coordinates."};
-    hal::In<bool> clock_from_program{owner, "clock-from-program", false, "The clock starts with the cycle."};
-    hal::Row<hal::In<std::int32_t>, 8> exclude{owner, "exclude-operation", 0,
+    hal::In<bool> by_time{this, "by-time", false, "Compare the times of contacts, not their coordinates."};
+    hal::In<bool> clock_from_program{this, "clock-from-program", false, "The clock starts with the cycle."};
+    hal::Row<hal::In<std::int32_t>, 8> exclude{this, "exclude-operation", 0,
                                                "Key of an operation whose contacts say nothing; 0 for none."};
-    hal::In<double> threshold{owner, "threshold", 1, "%", "Rise of the load that is a contact."};
-    hal::In<double> release{owner, "release", 0.5, "%", "Rise below which the tool has left the work."};
-    hal::In<double> smoothing{owner, "smoothing", 0.01, "s", "Time constant of a filter on the load."};
-    hal::In<double> debounce{owner, "debounce", 0.02, "s", "How long a rise must last to be a contact."};
-    hal::In<double> baseline_time{owner, "baseline-time", 0.5, "s", "Time constant of the running baseline."};
-    hal::In<double> blanking_time{owner, "blanking-time", 2.5, "s",
+    hal::In<double> threshold{this, "threshold", 1, "%", "Rise of the load that is a contact."};
+    hal::In<double> release{this, "release", 0.5, "%", "Rise below which the tool has left the work."};
+    hal::In<double> smoothing{this, "smoothing", 0.01, "s", "Time constant of a filter on the load."};
+    hal::In<double> debounce{this, "debounce", 0.02, "s", "How long a rise must last to be a contact."};
+    hal::In<double> baseline_time{this, "baseline-time", 0.5, "s", "Time constant of the running baseline."};
+    hal::In<double> blanking_time{this, "blanking-time", 2.5, "s",
                                   "How long the load is disturbed by a change of spindle speed."};
-    hal::In<double> load_latency{owner, "load-latency", 0, "s", "Age of the load, as of a serial line."};
-    hal::In<std::int32_t> reference_cycles{owner, "reference-cycles", 1,
+    hal::In<double> load_latency{this, "load-latency", 0, "s", "Age of the load, as of a serial line."};
+    hal::In<std::int32_t> reference_cycles{this, "reference-cycles", 1,
                                            "Number of cycles of which a reference is the mean."};
-    hal::In<double> window{owner, "window", 0.5, "mu",
+    hal::In<double> window{this, "window", 0.5, "mu",
                            "Farthest that a contact may lie from its reference, in this operation."};
-    hal::In<double> feed_tolerance{owner, "feed-tolerance", 0.02, "1",
+    hal::In<double> feed_tolerance{this, "feed-tolerance", 0.02, "1",
                                    "Part by which feed and override may differ from the reference."};
-    hal::In<double> lost_time_tolerance{owner, "lost-time-tolerance", 0.002, "s",
+    hal::In<double> lost_time_tolerance{this, "lost-time-tolerance", 0.002, "s",
                                         "By time: how much longer than in the reference Z may have stood."};
-    hal::In<double> steady_time{owner, "steady-time", 0.2, "s",
+    hal::In<double> steady_time{this, "steady-time", 0.2, "s",
                                 "How long Z must feed steadily before a contact after a hold."};
-    hal::In<double> max_growth_rate{owner, "max-growth-rate", 0.0002, "mu/s",
+    hal::In<double> max_growth_rate{this, "max-growth-rate", 0.0002, "mu/s",
                                     "Fastest growth to expect; the gate opens with it."};
-    hal::In<double> gate_floor{owner, "gate-floor", 0.015, "mu", "Narrowest gate."};
-    hal::In<double> gate_cap{owner, "gate-cap", 0.06, "mu", "Widest gate."};
-    hal::In<std::int32_t> confirm_contacts{owner, "confirm-contacts", 0,
+    hal::In<double> gate_floor{this, "gate-floor", 0.015, "mu", "Narrowest gate."};
+    hal::In<double> gate_cap{this, "gate-cap", 0.06, "mu", "Widest gate."};
+    hal::In<std::int32_t> confirm_contacts{this, "confirm-contacts", 0,
                                            "Further contacts that confirm one beyond the gate; 0 for never."};
-    hal::In<double> max_correction{owner, "max-correction", 0.1, "mu",
+    hal::In<double> max_correction{this, "max-correction", 0.1, "mu",
                                    "Largest change from one believed contact to the next."};
 };
 

@@ -7,11 +7,17 @@
 namespace plumb {
 
 // How the growth goes on between contacts, as an integrator sets it, and what comes of it.
-struct GrowthSettings {
-    explicit GrowthSettings(hal::Component* component) : owner(component) {}
+struct GrowthSettings : hal::Group {
+    using Group::Group;
 
     GrowthBetweenContacts::Settings read() noexcept {
-        return {follow_speed, expected_growth, unexplained_growth, contact_repeatability, temperature_growth};
+        GrowthBetweenContacts::Settings s;
+        s.by_speed = follow_speed;
+        s.expected_growth = expected_growth;
+        s.unexplained_growth = unexplained_growth;
+        s.repeatability = contact_repeatability;
+        s.temperature_growth = temperature_growth;
+        return s;
     }
 
     bool temperature_usable() noexcept {
@@ -24,25 +30,24 @@ struct GrowthSettings {
         growth_sigma = sigma;
     }
 
-    hal::Component* const owner;
-    hal::In<bool> follow_speed{owner, "follow-speed", true,
+    hal::In<bool> follow_speed{this, "follow-speed", true,
                                "Between contacts the growth follows the speed; else the last contact holds."};
-    hal::In<double> expected_growth{owner, "expected-growth", 0.015, "mu",
+    hal::In<double> expected_growth{this, "expected-growth", 0.015, "mu",
                                     "Growth of the spindle to expect at 5000 rpm, about."};
-    hal::In<double> unexplained_growth{owner, "unexplained-growth", 0.006, "mu",
+    hal::In<double> unexplained_growth{this, "unexplained-growth", 0.006, "mu",
                                        "Growth in an hour that the speed does not explain."};
-    hal::In<double> contact_repeatability{owner, "contact-repeatability", 0.001, "mu",
+    hal::In<double> contact_repeatability{this, "contact-repeatability", 0.001, "mu",
                                           "Standard deviation of a contact by seat and blank."};
-    hal::In<bool> temperature_valid{owner, "temperature-valid", false,
+    hal::In<bool> temperature_valid{this, "temperature-valid", false,
                                     "The growth is to follow temperature too, and it is good."};
-    hal::In<double> temperature_age{owner, "temperature-age", 0, "s", "Time since temperature was read."};
-    hal::In<double> max_temperature_age{owner, "max-temperature-age", 60, "s",
+    hal::In<double> temperature_age{this, "temperature-age", 0, "s", "Time since temperature was read."};
+    hal::In<double> max_temperature_age{this, "max-temperature-age", 60, "s",
                                         "Age from which a temperature counts as lost."};
-    hal::In<double> temperature_growth{owner, "temperature-growth", 0.003, "mu/K",
+    hal::In<double> temperature_growth{this, "temperature-growth", 0.003, "mu/K",
                                        "Growth with temperature to expect, about, either way."};
-    hal::Out<double> growth_estimate{owner, "growth-estimate", "mu",
+    hal::Out<double> growth_estimate{this, "growth-estimate", "mu",
                                      "Growth now: by the model, or by the last contact that was believed."};
-    hal::Out<double> growth_sigma{owner, "growth-sigma", "mu",
+    hal::Out<double> growth_sigma{this, "growth-sigma", "mu",
                                   "Standard deviation of growth-estimate by the model; 0 without it."};
 };
 

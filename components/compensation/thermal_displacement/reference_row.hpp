@@ -7,64 +7,64 @@
 namespace plumb {
 
 // A reference, as the walk shows it and takes it back.
-struct ReferenceRow {
-    explicit ReferenceRow(hal::Component* component) : owner(component) {}
+struct ReferenceRow : hal::Group {
+    using Group::Group;
 
-    void show(const ContactReference& r) noexcept {
-        operation.row = r.key.operation;
-        tool.row = r.key.tool;
-        occurrence.row = r.key.occurrence;
-        coordinate.row = r.contact.coordinate;
-        time.row = r.contact.time;
-        lost_time.row = r.contact.lost_time;
-        feed.row = r.contact.feed;
-        feed_override.row = r.contact.feed_override;
-        applied_offset.row = r.contact.applied_offset;
-        sigma.row = r.contact.sigma;
-        time_constant.row = r.contact.time_constant;
-        speed_history.row = r.speed_history;
-        program.row = r.setup.program;
-        tool_set.row = r.setup.tool_set;
-        temperature.row = r.temperature;
-        date.row = r.date;
-        cycles.row = r.cycles;
-        scatter.row = r.scatter;
+    void show(ContactReference reference) noexcept {
+        each(reference, [](auto& field, const auto& value) { field.row = value; });
     }
 
-    ContactReference given() const noexcept {
-        return {{operation.restore, tool.restore, occurrence.restore},
-                {coordinate.restore, time.restore, lost_time.restore, feed.restore, feed_override.restore,
-                 applied_offset.restore, sigma.restore, time_constant.restore},
-                {program.restore, tool_set.restore},
-                speed_history.restore,
-                temperature.restore,
-                date.restore,
-                cycles.restore,
-                scatter.restore};
+    ContactReference given() noexcept {
+        ContactReference reference;
+        each(reference, [](auto& field, auto& value) { value = field.restore; });
+        return reference;
     }
 
-    hal::Component* const owner;
-    hal::Field<std::int32_t> operation{owner, "operation", "", "Operation of the contact."};
-    hal::Field<std::int32_t> tool{owner, "tool", "", "Tool of the contact."};
-    hal::Field<std::int32_t> occurrence{owner, "occurrence", "",
+    hal::Field<std::int32_t> operation{this, "operation", "", "Operation of the contact."};
+    hal::Field<std::int32_t> tool{this, "tool", "", "Tool of the contact."};
+    hal::Field<std::int32_t> occurrence{this, "occurrence", "",
                                         "Which approach of that tool in that operation, from 1."};
-    hal::Field<double> coordinate{owner, "coordinate", "mu", "Coordinate of the contact."};
-    hal::Field<double> time{owner, "time", "s", "Time of the contact by the clock."};
-    hal::Field<double> lost_time{owner, "lost-time", "s", "Part of this time that Z did not feed."};
-    hal::Field<double> feed{owner, "feed", "mu/s", "Feed at the contact, negative."};
-    hal::Field<double> feed_override{owner, "feed-override", "1", "Override at the contact."};
-    hal::Field<double> applied_offset{owner, "applied-offset", "mu", "Offset at the contact."};
-    hal::Field<double> sigma{owner, "sigma", "mu", "Standard deviation of the contact by noise."};
-    hal::Field<double> time_constant{owner, "time-constant", "s", "Of the load's rise at the contact."};
-    hal::Field<double> speed_history{owner, "speed-history", "rpm",
+    hal::Field<double> coordinate{this, "coordinate", "mu", "Coordinate of the contact."};
+    hal::Field<double> time{this, "time", "s", "Time of the contact by the clock."};
+    hal::Field<double> lost_time{this, "lost-time", "s", "Part of this time that Z did not feed."};
+    hal::Field<double> feed{this, "feed", "mu/s", "Feed at the contact, negative."};
+    hal::Field<double> feed_override{this, "feed-override", "1", "Override at the contact."};
+    hal::Field<double> applied_offset{this, "applied-offset", "mu", "Offset at the contact."};
+    hal::Field<double> sigma{this, "sigma", "mu", "Standard deviation of the contact by noise."};
+    hal::Field<double> time_constant{this, "time-constant", "s", "Of the load's rise at the contact."};
+    hal::Field<double> speed_history{this, "speed-history", "rpm",
                                      "Spindle speed over the ten minutes before."};
-    hal::Field<std::int32_t> program{owner, "program-id", "", "Program that the contact belongs to."};
-    hal::Field<std::int32_t> tool_set{owner, "tool-set-id", "", "Set of tools that it was made with."};
-    hal::Field<double> temperature{owner, "temperature", "degC", "Temperature at the contact."};
-    hal::Field<std::int32_t> date{owner, "date", "", "YYYYMMDD of the contact; 0 when not known."};
-    hal::Field<std::int32_t> cycles{owner, "cycles", "", "Number of cycles that this is the mean of."};
-    hal::Field<double> scatter{owner, "scatter", "mu",
+    hal::Field<std::int32_t> program{this, "program-id", "", "Program that the contact belongs to."};
+    hal::Field<std::int32_t> tool_set{this, "tool-set-id", "", "Set of tools that it was made with."};
+    hal::Field<double> temperature{this, "temperature", "degC", "Temperature at the contact."};
+    hal::Field<std::int32_t> date{this, "date", "", "YYYYMMDD of the contact; 0 when not known."};
+    hal::Field<std::int32_t> cycles{this, "cycles", "", "Number of cycles that this is the mean of."};
+    hal::Field<double> scatter{this, "scatter", "mu",
                                "Standard deviation of the contact from cycle to cycle; 0 of one cycle."};
+
+private:
+    // Each field, and its place in a reference.
+    template <class Visit>
+    void each(ContactReference& r, const Visit& visit) noexcept {
+        visit(operation, r.key.operation);
+        visit(tool, r.key.tool);
+        visit(occurrence, r.key.occurrence);
+        visit(coordinate, r.contact.coordinate);
+        visit(time, r.contact.time);
+        visit(lost_time, r.contact.lost_time);
+        visit(feed, r.contact.feed);
+        visit(feed_override, r.contact.feed_override);
+        visit(applied_offset, r.contact.applied_offset);
+        visit(sigma, r.contact.sigma);
+        visit(time_constant, r.contact.time_constant);
+        visit(speed_history, r.speed_history);
+        visit(program, r.setup.program);
+        visit(tool_set, r.setup.tool_set);
+        visit(temperature, r.temperature);
+        visit(date, r.date);
+        visit(cycles, r.cycles);
+        visit(scatter, r.scatter);
+    }
 };
 
 }  // namespace plumb

@@ -15,6 +15,31 @@
 
 namespace plumb {
 
+enum class Fault : std::int32_t {
+    none,
+    load,
+    position,
+    spindle_speed,
+    applied_offset,
+    approach,
+    settings,
+    lost_track,
+};
+
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::load: return "The load is invalid.";
+        case Fault::position: return "The position or velocity of Z is invalid.";
+        case Fault::spindle_speed: return "The spindle speed is invalid.";
+        case Fault::applied_offset: return "The applied offset is invalid.";
+        case Fault::approach: return "The feed override or start height is invalid.";
+        case Fault::settings: return "The settings are out of range; the last good ones are used.";
+        case Fault::lost_track:
+            return "No contact was accepted in three cycles. Check the machine and learn again.";
+        default: return nullptr;
+    }
+}
+
 struct ThermalDisplacement final : hal::Component {
     static constexpr hal::About about{
         "thermal_displacement",
@@ -56,11 +81,7 @@ the reference lies in the middle of that, and fewer cycles, or a rest between th
 
 The reference belongs to its program-id and tool-set-id, and can be read and restored row by row; of another program
 than the one before it in the list, a row is not restored.  It is refused, with the reason in refusal-code, when a
-cycle begins with another one of either, and when all contacts of a complete cycle came with another feed or override:
-
-    1 another program           3 all contacts with another feed
-    2 another set of tools      4 all contacts with another override
-
+cycle begins with another one of either, and when all contacts of a complete cycle came with another feed or override.
 No contact is compared then, and z-offset returns to 0.  A rising edge of acknowledge ends it, and the next start of a
 cycle is judged anew; learning ends it too, which is the way out after an edit or a change of tools.
 
@@ -122,21 +143,9 @@ within the gate cannot be told from growth by any means and shifts the work by w
 correction is called wrong when it leaves |offset - growth| larger than before by more than gate + 3 sigma; a whole
 batch of odd blanks that confirms itself can cause one.
 
-rejection-code:
-
-    1 blanked           4 feed or override differs              7 larger than max-correction
-    2 none, or refused  5 time: no clock, hold, dwell           8 beyond the gate
-    3 unexpected        6 outside the window                    9 after a hold, within steady-time
-                                                           10 no clear rise
-
-fault-code; inputs that are not numbers, or beyond 1e6, count as lost.  While one is, contacts are not seen and z-offset
-holds; afterwards the load is blanked as after a change of speed:
-
-    1 load              3 spindle-speed-cmd                     5 feed-override, start-height
-    2 z-position, -cmd  4 applied-offset                        6 settings: the last good set is in force
-
-    7 three cycles with contacts, and none accepted: growth may have left the gate, as over a long rest; z-offset
-      holds what the last accepted contact said, and the machine wants a look and a learning cycle
+An input that is not a number, or is beyond 1e6, is invalid.  Meanwhile contacts are ignored and z-offset holds;
+afterwards the load is blanked as after a change of speed.  When three cycles had contacts and none was accepted, growth
+may have left the gate, as over a long rest: z-offset holds the last accepted contact.  Check the machine and learn again.
 
 When enable is false or dry-run true, z-offset returns to 0 at max-rate.  Defaults are for millimetres.  Source:
 CN104227498A, claims 1 (time) and 2 (coordinate).)"};
@@ -169,8 +178,7 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
     hal::Out<double> z_offset{this, "z-offset", "mu", "What is to be added to the Z origin, by a stage."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
-    hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
-    hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+    hal::Codes<Fault> fault{this, "fault"};
     ContactReport report{this};
     hal::Records records{this};
     ReferenceRow row{this};
@@ -183,12 +191,12 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
     void update(double dt) noexcept {
         const Sample now = sample();
-        const auto lost = GrowthByContact::lost(now);
+        const Lost lost = GrowthByContact::lost(now);
         const Settings wanted = settings();
         if (wanted.valid()) settings_ = wanted;
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
         const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
-        const bool frozen = applying && lost != GrowthByContact::Lost::nothing;
+        const bool frozen = applying && lost != Lost::nothing;
 
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
         if (conditions.acknowledges()) measured_.acknowledge();
@@ -203,24 +211,28 @@ CN104227498A, claims 1 (time) and 2 (coordinate).)"};
 
         z_offset = slew_.value();
         limited = offset != target_;
-        const std::int32_t code = lost != GrowthByContact::Lost::nothing ? static_cast<std::int32_t>(lost)
-                                  : !wanted.valid()                      ? bad_settings
-                                  : measured_.lost_track()               ? lost_track
-                                                                         : 0;
+        fault = hal::first<Fault>({{lost == Lost::load, Fault::load},
+                                   {lost == Lost::position, Fault::position},
+                                   {lost == Lost::speed, Fault::spindle_speed},
+                                   {lost == Lost::offset, Fault::applied_offset},
+                                   {lost == Lost::approach, Fault::approach},
+                                   {!wanted.valid(), Fault::settings},
+                                   {measured_.lost_track(), Fault::lost_track}});
         growth.show(estimate, measured_.estimate_sigma(settings_.contact));
-        fault_code = code;
-        fault = code != 0;
         report.show(measured_, event, now.setup, settings_.contact);
         walk();
     }
 
 private:
     using Sample = GrowthByContact::Sample;
-    static constexpr std::int32_t bad_settings = 6, lost_track = 7;
+    using Lost = GrowthByContact::Lost;
 
     struct Settings {
         GrowthByContact::Settings contact;
-        double tolerance, time_tolerance, max_offset, max_rate;
+        double tolerance = 0;       // mu
+        double time_tolerance = 0;  // s
+        double max_offset = 0;      // mu
+        double max_rate = 0;        // mu/s
 
         bool valid() const noexcept {
             const auto within = [](double x, double most) { return x >= 0 && x <= most; };
@@ -230,30 +242,37 @@ private:
     };
 
     Settings settings() noexcept {
-        Settings s{contact_settings.read(), tolerance, time_tolerance, max_offset, max_rate};
+        Settings s;
+        s.contact = contact_settings.read();
         s.contact.between = growth.read();
+        s.tolerance = tolerance;
+        s.time_tolerance = time_tolerance;
+        s.max_offset = max_offset;
+        s.max_rate = max_rate;
         return s;
     }
 
     Sample sample() noexcept {
-        return {enable,
-                learn,
-                cycle_running,
-                cycle_complete,
-                conditions.setup(),
-                motion_type,
-                tool_number,
-                operation,
-                load,
-                spindle_speed_cmd,
-                z_position,
-                z_velocity_cmd,
-                feed_override,
-                start_height,
-                applied_offset,
-                conditions.temperature,
-                conditions.date,
-                growth.temperature_usable()};
+        Sample s;
+        s.enable = enable;
+        s.learn = learn;
+        s.cycle_running = cycle_running;
+        s.cycle_complete = cycle_complete;
+        s.setup = conditions.setup();
+        s.motion = motion_type;
+        s.tool = tool_number;
+        s.operation = operation;
+        s.load = load;
+        s.speed = spindle_speed_cmd;
+        s.z = z_position;
+        s.velocity = z_velocity_cmd;
+        s.feed_override = feed_override;
+        s.start_height = start_height;
+        s.applied_offset = applied_offset;
+        s.temperature = conditions.temperature;
+        s.date = conditions.date;
+        s.temperature_valid = growth.temperature_usable();
+        return s;
     }
 
     // A growth is not what is applied, by more than the tolerances.
@@ -271,7 +290,7 @@ private:
     }
 
     GrowthByContact measured_;
-    Settings settings_{};     // the last good ones
+    Settings settings_;       // the last good ones
     double target_ = 0;       // mu
     bool following_ = false;  // a contact was accepted since the offset is applied
     SlewLimit slew_;

@@ -17,6 +17,9 @@ import zlib
 import hal
 import linuxcnc
 
+sys.path.append(os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "python"))  # of a build
+import plumb  # noqa: E402
+
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts what is longer
@@ -104,6 +107,18 @@ def tool_set(status):
     return identity(repr(tools).encode()) if tools else 0
 
 
+def declared_codes(source):
+    """The sentences of "MODULE PIN", as the module declares them. Raises OSError and ValueError."""
+    words = source.split()
+    if len(words) != 2:
+        raise ValueError("'%s' is not a module and its pin, as 'axis_offset fault-code'" % source)
+    module, pin = words
+    codes = plumb.declarations(module)["codes"]
+    if pin not in codes:
+        raise ValueError("%s has no codes of '%s', only of: %s" % (module, pin, ", ".join(sorted(codes)) or "nothing"))
+    return codes[pin]
+
+
 class Message:
     """One message, and the pins by which it is called for."""
 
@@ -127,8 +142,13 @@ class Message:
         if self.kind not in self.KINDS:
             fail("kind = '%s' is none of %s" % (self.kind, ", ".join(self.KINDS)))
         codes = table.get("codes")
+        if isinstance(codes, str):
+            try:
+                codes = declared_codes(codes)
+            except (OSError, ValueError) as error:
+                fail("codes: %s" % error)
         if codes is not None and not isinstance(codes, dict):
-            fail("codes is no table")
+            fail("codes is neither a table nor a module and its pin")
         try:
             self.codes = None if codes is None else {int(code): text for code, text in codes.items()}
         except ValueError as error:
@@ -137,7 +157,7 @@ class Message:
             if not isinstance(text, str):
                 fail("codes: %d has no text" % code)
         if (self.codes is not None) != ("{code}" in self.text):
-            fail("{code} in the text and a table of codes belong together")
+            fail("{code} in the text and codes belong together")
         for text in map(self._composed, self.codes or [0]):
             if len(text.encode()) > LONGEST:
                 fail("longer than %d characters: '%s'" % (LONGEST, text))

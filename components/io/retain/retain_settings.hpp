@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/io/files/regular_file.hpp"
+#include "hal/regular_file.hpp"
 
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -18,11 +19,19 @@ namespace plumb {
 // What the TOML file of `retain` says.
 struct RetainSettings {
     std::string machine;
-    std::filesystem::path store;       // where the values are kept
-    double every = 5;                  // s: at most this often
-    std::vector<std::string> pins;     // to keep
-    std::vector<std::string> records;  // components whose records to keep
-    std::vector<std::string> program;  // files that together are the program
+    std::filesystem::path store;                  // where the values are kept
+    double every = 5;                             // s: at most this often
+    std::vector<std::string> pins;                // to keep
+    std::vector<std::string> records;             // components whose records to keep
+    std::vector<std::string> program;             // files that together are the program
+    std::map<std::string, std::string> formerly;  // former names of instances, by their names now
+
+    // Whether a pin or the records of an instance are kept.
+    bool keeps(const std::string& instance) const {
+        const auto its = [&](const std::string& pin) { return pin.rfind(instance + '.', 0) == 0; };
+        return std::any_of(pins.begin(), pins.end(), its) ||
+               std::find(records.begin(), records.end(), instance) != records.end();
+    }
 
     // Throws std::runtime_error, with file and line, for what it cannot take.
     static RetainSettings read(const std::filesystem::path& file);
@@ -33,6 +42,12 @@ namespace retain_settings {
 [[noreturn]] inline void refuse(const std::filesystem::path& file, const toml::source_region& place,
                                 const std::string& why) {
     throw std::runtime_error(file.string() + ":" + std::to_string(place.begin.line) + ": " + why);
+}
+
+inline bool hal_name(const std::string& text) {
+    return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+        return std::isalnum(c) || c == '-' || c == '_' || c == '.' || c == ':';
+    });
 }
 
 // One key after the other is taken out of the table; what is left in the end is unknown.
@@ -78,6 +93,27 @@ public:
         return result;
     }
 
+    // A table of former names of instances, by their names now.
+    std::map<std::string, std::string> former_names(const std::string& key,
+                                                    const RetainSettings& settings) const {
+        std::map<std::string, std::string> result;
+        const toml::node* const node = table_.get(key);
+        if (!node) return result;
+        if (!node->is_table()) refuse(*node, key + " is no table: write { \"name\" = \"former name\" }");
+        std::set<std::string> seen;
+        for (const auto& [now, element] : *node->as_table()) {
+            const std::string name(now.str());
+            const auto former = element.value<std::string>();
+            if (!former || !hal_name(*former))
+                refuse(element, key + ": the former name of '" + name + "' is no name of an instance");
+            if (!settings.keeps(name)) refuse(element, key + ": nothing of '" + name + "' is kept");
+            if (settings.keeps(*former)) refuse(element, key + ": '" + *former + "' is still kept");
+            if (!seen.insert(*former).second) refuse(element, key + ": '" + *former + "' is there twice");
+            result[name] = *former;
+        }
+        return result;
+    }
+
     const toml::node& need(const std::string& key) const {
         const toml::node* const node = table_.get(key);
         if (!node) refuse(table_, "there is no " + key);
@@ -99,12 +135,6 @@ private:
     toml::table& table_;
 };
 
-inline bool hal_name(const std::string& text) {
-    return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-        return std::isalnum(c) || c == '-' || c == '_' || c == '.' || c == ':';
-    });
-}
-
 inline bool absolute(const std::string& path) {
     return !path.empty() && path.front() == '/';
 }
@@ -115,12 +145,12 @@ inline RetainSettings RetainSettings::read(const std::filesystem::path& file) {
     using namespace retain_settings;
     toml::table table;
     try {
-        table = toml::parse(RegularFile(file, O_RDONLY).read(), file.string());
+        table = toml::parse(hal::RegularFile(file, O_RDONLY).read(), file.string());
     } catch (const toml::parse_error& error) {
         refuse(file, error.source(), std::string(error.description()));
     }
     const Reader reader(file, table);
-    reader.refuse_all_but({"machine", "store", "every", "pins", "records", "program"});
+    reader.refuse_all_but({"machine", "store", "every", "pins", "records", "program", "formerly"});
     RetainSettings settings;
     reader.need("machine");
     settings.machine = reader.text("machine");
@@ -133,6 +163,7 @@ inline RetainSettings RetainSettings::read(const std::filesystem::path& file) {
     settings.pins = reader.texts("pins", "name of a pin", hal_name);
     settings.records = reader.texts("records", "name of a component's instance", hal_name);
     settings.program = reader.texts("program", "absolute path", absolute);
+    settings.formerly = reader.former_names("formerly", settings);
     return settings;
 }
 

@@ -17,6 +17,8 @@ public:
     struct Limits {
         double approach, rate;  // mu/s, above 0
         double acceleration;    // mu/s2, above 0, and so is its product with dt
+        double down = rate,
+               up = rate;  // mu/s, at least 0: largest speeds down and up
     };
 
     // target finite, dt above 0.
@@ -31,8 +33,9 @@ public:
         const double most = std::min(braking_speed(std::abs(lag) / dt, loss), limits.approach);
         const bool arrives = std::abs(lag) <= most * dt;
         const double wanted = (nearest - y_) / dt + (arrives ? lag / dt : std::copysign(most, lag));
-        const double speed =
-            std::clamp(std::clamp(wanted, -limits.rate, limits.rate), speed_ - loss, speed_ + loss);
+        const double possible =
+            std::clamp(wanted, -std::min(limits.rate, limits.down), std::min(limits.rate, limits.up));
+        const double speed = std::clamp(possible, speed_ - loss, speed_ + loss);
         y_ = arrives && std::abs(speed - wanted) <= 1e-9 * loss ? target : y_ + speed * dt;
         speed_ = speed;
         return y_;
@@ -44,13 +47,22 @@ public:
         target_ = y_;
     }
 
-    // Goes to a value at once, where something else has the last word.
-    void move_to(double value, double dt) noexcept {
+    // Goes to a value at once, where something else has the last word. The speed of that change stays, unless
+    // it leads past 0: a jump must not become a journey.
+    void move_to(double value, double acceleration, double dt) noexcept {
         speed_ += (value - y_) / dt;
         y_ = value;
+        const double home = stopping_speed(std::abs(y_), acceleration, dt);
+        if (y_ * speed_ <= 0) speed_ = std::clamp(speed_, -home, home);
     }
 
     double value() const noexcept { return y_; }
+
+    // The speed from which a value stops within `way`, which is at least 0, losing acceleration dt in each
+    // period.
+    static double stopping_speed(double way, double acceleration, double dt) noexcept {
+        return braking_speed(way / dt, acceleration * dt);
+    }
 
 private:
     // The speed from which the way s, in units of dt, is just enough to stop, losing `loss` in each period:

@@ -10,18 +10,37 @@ namespace plumb {
 
 // Why a contact is not believed.
 enum class Rejection : std::int32_t {
-    none = 0,
-    blanked = 1,         // within the blanking time after a change of spindle speed
-    no_reference = 2,    // nothing was learnt for this program and these tools, or it is refused
-    unexpected = 3,      // the reference has no contact of this operation, tool and occurrence
-    feed_differs = 4,    // from the feed or the override of the reference
-    time_differs = 5,    // time method: no clock, or a feed hold, dwell, tool change or override on the way
-    outside_window = 6,  // too far from the coordinate of the reference
-    too_large = 7,       // a larger single correction than allowed
-    beyond_gate = 8,     // larger than growth can be since the last accepted contact
-    unsteady_feed = 9,   // a feed hold, a stop or another override came just before it
-    no_onset = 10,       // the load has no clear rise that could be fitted
+    none,
+    blanked,
+    no_reference,
+    unexpected,
+    feed_differs,
+    time_differs,
+    outside_window,
+    too_large,
+    beyond_gate,
+    unsteady_feed,
+    no_onset,
 };
+
+constexpr const char* sentence(Rejection rejection) {
+    switch (rejection) {
+        case Rejection::blanked: return "The spindle speed changed less than blanking-time before.";
+        case Rejection::no_reference:
+            return "There is no reference for this program and these tools, or it is refused.";
+        case Rejection::unexpected: return "The reference has no such contact.";
+        case Rejection::feed_differs: return "The feed or the override differs from the reference.";
+        case Rejection::time_differs:
+            return "The time cannot be compared: no clock ran, or a hold or dwell stopped the tool.";
+        case Rejection::outside_window: return "The contact lies farther than window from its reference.";
+        case Rejection::too_large: return "The change is larger than max-correction.";
+        case Rejection::beyond_gate: return "The change is beyond the gate.";
+        case Rejection::unsteady_feed:
+            return "A feed hold, a stop or another override came less than steady-time before.";
+        case Rejection::no_onset: return "The load has no clear rise.";
+        default: return nullptr;
+    }
+}
 
 struct ContactLimits {
     double window = 0;               // mu, about the coordinate of the reference

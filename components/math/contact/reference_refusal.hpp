@@ -9,13 +9,17 @@
 namespace plumb {
 
 // Why a reference as a whole is not compared with.
-enum class Refusal : std::int32_t {
-    none = 0,
-    program = 1,        // it is of another program
-    tool_set = 2,       // it was made with other tools
-    feed = 3,           // all contacts of a cycle came with another feed
-    feed_override = 4,  // ... with another override
-};
+enum class Refusal : std::int32_t { none, program, tool_set, feed, feed_override };
+
+constexpr const char* sentence(Refusal refusal) {
+    switch (refusal) {
+        case Refusal::program: return "The reference is of another program.";
+        case Refusal::tool_set: return "The reference is of another set of tools.";
+        case Refusal::feed: return "All contacts came with another feed than the reference.";
+        case Refusal::feed_override: return "All contacts came with another override than the reference.";
+        default: return nullptr;
+    }
+}
 
 // Whether a reference may be used at all.  It is judged as a cycle begins; a cycle all of whose contacts came
 // with another feed or override refuses it as well, for the next ones.  A refusal stays until it is

@@ -18,20 +18,12 @@ last tool mills sides at its speed (operation 0).  Speeds are trapezoids; z-velo
     30         3 face mill 32  1, from the side
     40         4 end mill 10   1
 
-With probability event-rate one event, drawn by seed, upsets a cycle after the learning ones; or the one that event
-names upsets cycle event-cycle (every one, where that is 0):
-
-    1 air cut      no work under an operation
-    2 chip         on the work of an operation, event-height high
-    3 stock        all of the work higher by event-height, up to 0.3 mm either way
-    4 wrong part   likewise, up to 5 mm
-    5 wrong tool length  a tool longer by event-height, up to 2 mm either way
-    6 feed override  of an operation, by event-factor
-    7 feed hold    for 3 s on the way down
-    8 spindle override  of an operation, by event-factor
-    9 speed change on approach  by event-factor, within 1 mm above the work
-    10 abort       on the way down; the machine stands until the next cycle
-    11 edited      from this cycle on the work of every operation lies event-height higher, and program-id is another
+With probability event-rate one event, drawn by seed, upsets a cycle after the learning ones.  The event whose number
+event holds upsets cycle event-cycle, or every cycle where that is 0.  The numbers are those of truth-event.
+event-height is the height of a chip (0.5 mm at most), a blank (0.3 mm), another part (5 mm), a tool (2 mm) or an edited
+program (1 mm), either way except for a chip.  event-factor multiplies the feed or the speed of one operation.  The speed
+changes within 1 mm above the work.  After an abort the machine stands until the next cycle.  After an edit all later
+cycles have another program-id, and their work lies higher by event-height.
 
 The truth-... pins are for scoring only.)"};
 
@@ -86,8 +78,7 @@ The truth-... pins are for scoring only.)"};
     hal::Out<std::int32_t> teeth{this, "teeth", "Teeth of the tool."};
     hal::Out<std::int32_t> truth_occurrence{this, "truth-occurrence",
                                             "Which run of the operation in its cycle, from 1."};
-    hal::Out<std::int32_t> truth_event{this, "truth-event",
-                                       "Event under way, as numbered above; 0 for none."};
+    hal::Code<Event> truth_event{this, "truth-event", "Event under way; 0 for none."};
     hal::Function update_{this, "update", &SimPartProgram::update, "Before the mill."};
 
     void update(double dt) noexcept {
@@ -131,9 +122,7 @@ The truth-... pins are for scoring only.)"};
         tool_deviation = is(Event::wrong_tool_length) ? upset_.height : 0;
         teeth = now.teeth;
         truth_occurrence = now.occurrence;
-        truth_event = static_cast<std::int32_t>(is(upset_.kind) ? upset_.kind
-                                                : edits_ > 0    ? Event::edited
-                                                                : Event::none);
+        truth_event = hal::first<Event>({{is(upset_.kind), upset_.kind}, {edits_ > 0, Event::edited}});
     }
 
 private:

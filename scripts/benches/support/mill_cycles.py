@@ -10,6 +10,7 @@ times in s.
 
 import collections
 import dataclasses
+import functools
 import os
 import tempfile
 
@@ -31,18 +32,7 @@ UNKNOWN = "for no known reason"
 MOST_UNKNOWN = 0.001  # of the contacts that were met
 EDITED = 11  # the event; a program that has been edited stays so, but that is no event any more
 
-REJECTIONS = {
-    1: "blanked",
-    2: "refused",
-    4: "other feed",
-    5: "clock",
-    6: "window",
-    7: "too large",
-    8: "gate",
-    9: "hold",
-    10: "no rise",
-}
-
+UNEXPECTED = 3  # the rejection code of a contact that is counted as unexpected, and not as rejected
 BEFORE_PAIRING = (1, 9, 10)  # a contact that is rejected so may have no partner as well
 
 NUMBERS = {
@@ -105,6 +95,14 @@ class Outcome:
     cycles: int
     learnt: int  # cycles that gave a reference
     complaints: list  # of counters that do not agree with the truth
+
+
+@functools.cache
+def rejections():
+    """The sentence of each rejection code."""
+    import plumb
+
+    return plumb.declarations("thermal_displacement")["codes"]["rejection-code"]
 
 
 def judge(recording):
@@ -215,7 +213,7 @@ class Ledger:
         expected = approach.key not in self._growth and not judged_before
         if not now["refused"] and (approach.verdict == "unexpected") != expected:
             self._complain(now, f"{approach.verdict}, which does not go with what was learnt")
-        if approach.verdict == "rejected" and approach.code not in REJECTIONS:
+        if approach.verdict == "rejected" and approach.code not in set(rejections()) - {UNEXPECTED}:
             self._complain(now, f"rejected by a code without a name, {approach.code}")
         if approach.verdict == "accepted":
             growth = now["growth"] - self._growth.get(approach.key, np.nan)
@@ -292,8 +290,11 @@ def table(outcomes):
     for outcome in outcomes:
         for approach in outcome.approaches:
             groups[approach.event].append(approach)
-    heads = ["approaches", "met", "unseen", "phantom", "learnt", "accepted", "wrong", "unexpected", *REJECTIONS.values()]
-    lines = [f"{'event':24}" + "".join(f"{head:>11}" for head in heads)]
+    sentences = {code: sentence for code, sentence in rejections().items() if code != UNEXPECTED}
+    heads = ["approaches", "met", "unseen", "phantom", "learnt", "accepted", "wrong", "unexpected"]
+    heads += [f"code {code}" for code in sentences]
+    width = 2 + max(map(len, names.values()))
+    lines = [f"{'event':{width}}" + "".join(f"{head:>11}" for head in heads)]
     for event, approaches in sorted(groups.items()):
         verdicts = collections.Counter(a.verdict for a in approaches)
         codes = collections.Counter(a.code for a in approaches)
@@ -306,11 +307,10 @@ def table(outcomes):
             verdicts["accepted"],
             len(wrong(approaches)),
             verdicts["unexpected"],
-            *(codes[code] for code in REJECTIONS),
+            *(codes[code] for code in sentences),
         ]
-        name = names[event] if event else "none"
-        lines.append(f"{name:24}" + "".join(f"{n:11}" for n in figures))
-    return lines
+        lines.append(f"{names[event]:{width}}" + "".join(f"{n:11}" for n in figures))
+    return lines + [""] + [f"Rejected, code {code}: {sentence}" for code, sentence in sentences.items()]
 
 
 def report(cycles, place):

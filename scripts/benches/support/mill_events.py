@@ -11,7 +11,6 @@ import collections
 import dataclasses
 import os
 import random
-import re
 import tempfile
 
 import numpy as np
@@ -19,7 +18,7 @@ import numpy as np
 from support.figures import largest, rms
 from support.mill_machine import every_end_mill_is_a_gauge, start_mill
 from support.recordings import read_columns
-from support.simulations import BUILD, simulate_all
+from support.simulations import simulate_all
 
 EVERY = 0.05  # s between two rows of a recording; contacts are seconds apart
 PROGRAM_TIME = 60  # s, at most
@@ -113,7 +112,7 @@ def simulate(seed, event, small, interval, told):
 
 def draw_programs(count, small):
     """Arguments of simulate(): machines from 1 on, every kind of event in turn, 1 to 5 minutes between the parts."""
-    kinds = WITH_HEIGHT if small else range(1, len(event_names()) + 1)
+    kinds = WITH_HEIGHT if small else range(1, len(event_names()))
     programs = []
     for seed in range(1, count + 1):
         interval = round(PROGRAM_TIME * 5 ** random.Random(seed).random(), 3)
@@ -127,10 +126,10 @@ def run_programs(programs, place=None):
 
 
 def event_names():
-    """The words for each event, from the list in the manual page of sim_part_program."""
-    with open(os.path.join(BUILD, "man", "sim_part_program.9"), encoding="utf-8") as page:
-        names = dict(re.findall(r"^ +(\d+) (\S+(?: \S+)*)", page.read().replace("\\", ""), re.M))
-    return {int(number): name for number, name in names.items() if int(number) < 10 or int(number) in (10, 11)}
+    """The sentence of each event, by its number; 0 is none."""
+    import plumb
+
+    return {0: "None.", **plumb.declarations("sim_part_program")["codes"]["truth-event"]}
 
 
 def table(programs, outcomes):
@@ -142,7 +141,8 @@ def table(programs, outcomes):
             groups[contact.event].append(contact)
     counts = collections.Counter(event for _, event, _, _ in programs)
     heads = ("programs", "contacts", "found", "accepted", "wrong", "error rms", "max, um")
-    lines = [f"{'event':28}" + "".join(f"{head:>10}" for head in heads)]
+    width = 2 + max(map(len, names.values()))
+    lines = [f"{'event':{width}}" + "".join(f"{head:>10}" for head in heads)]
     for event in sorted(set(counts) | set(groups)):
         contacts = groups[event]
         errors = [contact.error for contact in contacts if contact.accepted]
@@ -154,8 +154,7 @@ def table(programs, outcomes):
             len(wrong(contacts)),
         ]
         sizes = (rms(errors), largest(errors)) if errors else ()
-        name = names[event] if event else "none"
-        lines.append(f"{name:28}" + "".join(f"{n:10}" for n in figures) + "".join(f"{x:10.1f}" for x in sizes))
+        lines.append(f"{names[event]:{width}}" + "".join(f"{n:10}" for n in figures) + "".join(f"{x:10.1f}" for x in sizes))
     return lines
 
 

@@ -381,6 +381,61 @@ TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
     }
 }
 
+TEST(ThermalDisplacement, EverySettingIsJudged) {
+    Mill mill;
+    for (const std::string pin : {"threshold",
+                                  "release",
+                                  "smoothing",
+                                  "debounce",
+                                  "baseline-time",
+                                  "blanking-time",
+                                  "load-latency",
+                                  "reference-cycles",
+                                  "window",
+                                  "feed-tolerance",
+                                  "lost-time-tolerance",
+                                  "steady-time",
+                                  "max-growth-rate",
+                                  "gate-floor",
+                                  "gate-cap",
+                                  "confirm-contacts",
+                                  "max-correction",
+                                  "expected-growth",
+                                  "unexplained-growth",
+                                  "contact-repeatability",
+                                  "temperature-growth",
+                                  "tolerance",
+                                  "time-tolerance",
+                                  "max-offset",
+                                  "max-rate"}) {
+        const double own = mill.get(pin);
+        mill.set(pin, -1);
+        mill.bench.run(0.01);
+        EXPECT_EQ(mill.get("fault-code"), 6) << pin;
+        mill.set(pin, own);
+        mill.bench.run(0.01);
+        EXPECT_EQ(mill.get("fault-code"), 0) << pin;
+    }
+}
+
+TEST(ThermalDisplacement, EveryFieldOfAReferenceComesBackAsItWasRestored) {
+    const std::map<std::string, double> reference{{"operation", 10},       {"tool", 2},
+                                                  {"occurrence", 3},       {"coordinate", -1.25},
+                                                  {"time", 4.5},           {"lost-time", 0.125},
+                                                  {"feed", -1.5},          {"feed-override", 0.875},
+                                                  {"sigma", 0.0625},       {"program-id", 7},
+                                                  {"speed-history", 4000}, {"applied-offset", 0.03125},
+                                                  {"tool-set-id", 5},      {"temperature", 21},
+                                                  {"time-constant", 0.25}, {"date", 20261122},
+                                                  {"cycles", 6},           {"scatter", 0.001953125}};
+    Mill mill;
+    for (const auto& [field, value] : reference) mill.set("restore-" + field, value);
+    mill.set("restore", 1);
+    mill.bench.run(0.01);
+    ASSERT_EQ(mill.get("restores"), 1);
+    for (const auto& [field, value] : reference) EXPECT_EQ(mill.get("row-" + field), value) << field;
+}
+
 TEST(ThermalDisplacement, ReferencesAreWalkedRestoredAndRefused) {
     const std::vector<std::string> fields{
         "operation",   "tool",           "occurrence", "coordinate",    "time",       "lost-time",

@@ -64,7 +64,7 @@ TEST_F(KeeperThreads, OneMayFinishAndAnotherLookWhileItSteps) {
                 keeper.step();
                 const Keeper::State state = keeper.state();
                 EXPECT_FALSE(state.restored && state.waiting);
-                EXPECT_EQ(state.fault_code, 0);
+                EXPECT_EQ(state.fault, Fault::none);
             }
         });
         while (keeper.state().saves == 0) std::this_thread::yield();
@@ -74,6 +74,23 @@ TEST_F(KeeperThreads, OneMayFinishAndAnotherLookWhileItSteps) {
         background.join();
         const std::string line = "\"kept.in\" = " + std::to_string(round) + ".5\n";
         EXPECT_NE(stored().find(line), std::string::npos) << stored();
+    }
+}
+
+TEST_F(KeeperThreads, APinTakesOverTheValueKeptUnderTheFormerNameOfItsInstance) {
+    const auto renamed = folder.write("it.toml",
+                                      "machine = \"m\"\npins = [\"kept.in\"]\nevery = 3600\n"
+                                      "formerly = { kept = \"a.former\" }\n");
+    for (const bool both : {false, true}) {
+        Retained values;
+        values.pins["a.former.in"] = 7.5;
+        if (both) values.pins["kept.in"] = 2.5;
+        folder.write("it.retained", retained_file::compose(values, "m"));
+        the_pin.f = 0;
+        Keeper keeper(renamed);
+        while (keeper.state().saves == 0) keeper.step();
+        EXPECT_EQ(the_pin.f, both ? 2.5 : 7.5);
+        EXPECT_EQ(stored().find("a.former"), std::string::npos) << stored();
     }
 }
 

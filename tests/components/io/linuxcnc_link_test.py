@@ -4,15 +4,23 @@
 PLUMB_BUILD names the build folder.
 """
 
+import glob
 import json
 import os
+import re
 import shutil
 import subprocess
+import sys
 import tempfile
+import tomllib
 import unittest
 
 import linuxcnc_runs
-from linuxcnc_runs import BUILD, ROOT, plumb_run
+from linuxcnc_runs import BUILD, ROOT, copy_configuration, own_folder
+
+sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "io", "linuxcnc_link")]
+import linuxcnc_link  # noqa: E402
+import plumb  # noqa: E402
 
 LINK = os.path.join(BUILD, "bin", "linuxcnc_link")
 PATIENCE = 100  # s, for what takes a few
@@ -36,9 +44,7 @@ MESSAGES = """\
 pin = "refused"
 kind = "error"
 text = "The reference is refused: {code}"
-[message.codes]
-1 = "it is of another program"
-2 = "it is of other tools"
+codes = "thermal_displacement refusal-code"
 
 [[message]]
 pin = "hint"
@@ -48,6 +54,12 @@ text = "Let it warm up"
 pin = "shown"
 kind = "display"
 text = "Look here"
+
+[[message]]
+pin = "door"
+text = "Close the door {code}."
+[message.codes]
+2 = "at the back"
 """
 
 PROGRAMS = {
@@ -64,36 +76,20 @@ class Days(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(prefix="link-")
-        cls.addClassCleanup(folder.cleanup)
-        machine = shutil.copytree(os.path.join(ROOT, "configs", "three_axis"), os.path.join(folder.name, "machine"))
+        folder = own_folder(cls)
+        machine = copy_configuration("three_axis", folder)
         files = dict(PROGRAMS, **{"link.hal": HAL.format(build=BUILD), "messages.toml": MESSAGES, "mill.toml": RETAIN})
         for name, text in files.items():
             with open(os.path.join(machine, name), "w") as file:
                 file.write(text)
         ini = os.path.join(machine, "three_axis.ini")
-        with open(ini) as file:
-            text = file.read()
-        text = text.replace("common/headless.py", os.path.join(ROOT, "tests", "programs", "link_scenario.py"))
-        text = text.replace("PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
-        with open(ini, "w") as file:
-            file.write(text + "HALFILE = link.hal\n")
+        linuxcnc_runs.use_scenario(ini, "link_scenario.py")
+        with open(ini, "a") as file:
+            file.write("HALFILE = link.hal\n")
         cls.facts = []
         for _ in range(2):
-            ended = subprocess.run(
-                [*plumb_run(BUILD, "--speed", "10"), "linuxcnc", "-r", ini],
-                env=linuxcnc_runs.environment(folder.name),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=PATIENCE,
-            )
-            if ended.returncode != 42:
-                raise AssertionError("linuxcnc ended with %d:\n%s" % (ended.returncode, ended.stdout))
-            cls.said = ended.stdout
-            with open(os.path.join(machine, "facts.json")) as file:
-                cls.facts.append(json.load(file))
+            told, cls.said = linuxcnc_runs.work(folder, ini)
+            cls.facts.append(told["facts"])
 
     def test_what_was_kept_is_in_force_on_the_second_day(self):
         self.assertEqual(self.facts[0]["in force"], [0.5, 0, 0])
@@ -109,14 +105,16 @@ class Days(unittest.TestCase):
 
     def test_the_operator_reads_the_messages(self):
         refused = "The reference is refused: %s"
+        sentences = plumb.declarations("thermal_displacement")["codes"]["refusal-code"]
         self.assertEqual(
             self.facts[0]["messages"],
             [
-                [refused % "it is of another program"],
-                [refused % "it is of other tools"],
+                [refused % sentences[1]],
+                [refused % sentences[2]],
                 [refused % "code 9"],
                 ["Let it warm up"],
                 ["Look here"],
+                ["Close the door at the back."],
             ],
         )
 
@@ -145,10 +143,23 @@ class Settings(unittest.TestCase):
             (good + "colour = 1\n", "message 1: unknown key 'colour'"),
             (good + 'kind = "shout"\n', "message 1: kind = 'shout' is none of error, text, display"),
             (good.replace('"a"', '"A_b"'), "message 1: pin = 'A_b' is not of a-z, 0-9 and -, at most 24"),
-            (good + "codes = 3\n", "message 1: codes is no table"),
+            (good + "codes = 3\n", "message 1: codes is neither a table nor a module and its pin"),
+            (
+                good + "codes = 'axis_offset'\n",
+                "message 1: codes: 'axis_offset' is not a module and its pin, as 'axis_offset fault-code'",
+            ),
+            (
+                good + good.replace('"a"', '"c"') + "codes = 'thermal fault-code'\n",
+                "message 2: codes: cannot find the declarations of 'thermal' in %s or %s"
+                % (os.path.join(os.path.abspath(BUILD), "share", "plumb"), os.path.abspath(os.path.join(BUILD, "..", "..", "share", "plumb"))),
+            ),
+            (
+                good + "codes = 'thermal_displacement fault'\n",
+                "message 1: codes: thermal_displacement has no codes of 'fault', only of: fault-code, refusal-code, rejection-code",
+            ),
             (good + "[message.codes]\nx = 'y'\n", "message 1: codes: invalid literal for int() with base 10: 'x'"),
             (good + "[message.codes]\n1 = 2\n", "message 1: codes: 1 has no text"),
-            (good + "[message.codes]\n1 = 'y'\n", "message 1: {code} in the text and a table of codes belong together"),
+            (good + "[message.codes]\n1 = 'y'\n", "message 1: {code} in the text and codes belong together"),
             (good.replace('"b"', '"%s"' % ("b" * 251)), "message 1: longer than 250 characters: '%s'" % ("b" * 251)),
         ):
             with self.subTest(words):
@@ -158,6 +169,35 @@ class Settings(unittest.TestCase):
         self.refused('[[message]]\npin = \n', "Invalid value (at line 2, column 7)")
         ended = subprocess.run(["/usr/bin/python3", LINK, "--messages", "/nowhere.toml"], capture_output=True, text=True)
         self.assertEqual(ended.stderr, "linuxcnc_link: /nowhere.toml: No such file or directory\n")
+
+
+class Shipped(unittest.TestCase):
+    """The messages of the configurations."""
+
+    def test_codes_are_those_of_the_pin_that_is_netted_to_the_message(self):
+        for config in ("mill", "portal"):
+            folder = os.path.join(ROOT, "configs", config)
+            path = os.path.join(folder, "messages.toml")
+            linuxcnc_link.read_messages(path)
+            with open(path, "rb") as file:
+                messages = tomllib.load(file)["message"]
+            hal = ""
+            for path in glob.glob(os.path.join(folder, "*.hal")):
+                with open(path) as file:
+                    hal += file.read()
+            modules = dict(
+                (instance, module)
+                for module, instances in re.findall(r"^loadrt (\w+) +names=(\S+)", hal, re.M)
+                for instance in instances.split(",")
+            )
+            for message in messages:
+                if not isinstance(message.get("codes"), str):
+                    continue
+                with self.subTest(config=config, pin=message["pin"]):
+                    net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*linuxcnc-link\.%s-code\b" % message["pin"], hal, re.M)
+                    module, pin = message["codes"].split()
+                    self.assertEqual((modules[net[1]], net[2]), (module, pin))
+                    self.assertTrue(plumb.declarations(module)["codes"][pin])
 
 
 if __name__ == "__main__":

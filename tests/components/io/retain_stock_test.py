@@ -7,12 +7,10 @@ Also what the thread sanitizer sees of it: the virtual-time host does not run un
 import os
 import shutil
 import subprocess
-import sys
-import tempfile
 import unittest
 
-BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
-import stock_linuxcnc  # noqa: E402
+import stock_linuxcnc
+from tree import BUILD, own_folder
 
 RETAIN = os.path.join(BUILD, "bin", "retain")
 PATIENCE = 30  # s of real time
@@ -33,13 +31,8 @@ setp filter.in {value}
 loadusr -w sh until_saved {value}
 """
 
-    def own_folder(self):
-        folder = tempfile.TemporaryDirectory(prefix="retain-")
-        self.addCleanup(folder.cleanup)
-        return folder.name
-
     def test_values_outlive_halrun(self):
-        folder = self.own_folder()
+        folder = own_folder(self)
         with open(folder + "/mill.toml", "w") as file:
             file.write('machine = "m"\npins = ["filter.in"]\nevery = 0.05\n')
         with open(folder + "/until_restored", "w") as file:

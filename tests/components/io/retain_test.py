@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """retain, the real program, beside components in the virtual-time host; retain_stock_test.py has it on LinuxCNC.
 
-    PLUMB_BUILD=build tests/retain_test.py --kills 5000
+    python3 tests/support/run.py tests/components/io/retain_test.py --kills 5000
 
 kills it as often.  PLUMB_BUILD names the build folder.
 """
@@ -15,14 +15,12 @@ import signal
 import stat
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 import zlib
 
-BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
-sys.path.insert(0, os.path.join(BUILD, "python"))
-import plumb  # noqa: E402
+import plumb
+from tree import BUILD, own_folder
 
 RETAIN = os.path.join(BUILD, "bin", "retain")
 PATIENCE = 30  # s of real time, for what takes a moment
@@ -31,12 +29,6 @@ EVERY = 0.05  # s between two looks
 FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM = range(1, 8)
 
 kills = 20 if os.environ.get("PLUMB_SANITIZE") else 200  # sanitized programs start slowly
-
-
-def own_folder(test):
-    folder = tempfile.TemporaryDirectory(prefix="retain-")
-    test.addCleanup(folder.cleanup)
-    return folder.name
 
 
 def processes():
@@ -463,6 +455,46 @@ class Keeping(unittest.TestCase):
         self.assertFalse(machine.get("retain.fault"))
         self.assertEqual(machine.get("later.in"), 2.5)
 
+    def test_an_instance_takes_over_the_values_kept_under_its_former_name(self):
+        with self.machine() as machine:
+            machine.retain(SETTINGS)
+            machine.await_pin("retain.restored")
+            machine.host.set("it.in", 0.25)
+            machine.give((3, 1.5))
+            machine.await_saved("it.in", "0.25")
+            machine.until(lambda: contents(self.store)[1], "the record")
+        renamed = SETTINGS.replace("it", "new") + 'formerly = { new = "it" }\n'
+        with self.machine(load="loadrt specimen names=new") as machine:
+            machine.retain(renamed)
+            machine.await_pin("retain.restored")
+            self.assertEqual(machine.get("new.in"), 0.25)
+            machine.unload()
+            self.assertEqual(machine.records("new"), [(3, 1.5)])
+            self.assertEqual(machine.said(), "")
+        self.assertNotIn('"it', self.read_store())
+        with self.machine(load="loadrt specimen names=new") as machine:  # formerly has no effect any more
+            machine.retain(renamed)
+            machine.await_pin("retain.restored")
+            self.assertEqual(machine.get("new.in"), 0.25)
+            machine.unload()
+            self.assertEqual(machine.records("new"), [(3, 1.5)])
+
+    def test_values_under_the_name_of_today_come_before_those_of_a_former_name(self):
+        self.write_store(
+            checksummed(
+                'machine = "bench"\n\n[pins]\n"it.in" = 2.0\n"old.in" = 1.0\n"old.order" = 7\n\n[records]\n'
+                '"it" = [\n  { length = 2.5, tool = 2 },\n]\n"old" = [\n  { length = 1.5, tool = 1 },\n]\n'
+            )
+        )
+        machine = self.machine()
+        machine.retain(SETTINGS + 'formerly = { it = "old" }\n')
+        machine.await_pin("retain.restored")
+        self.assertEqual((machine.get("it.in"), machine.get("it.order")), (2.0, 7))
+        machine.unload()
+        self.assertEqual(machine.records(), [(2, 2.5)])
+        self.assertIn("holds old.in, which", machine.said())
+        self.assertIn("holds records of old, which", machine.said())
+
     def test_records_with_other_fields_are_refused(self):
         machine = self.machine()
         for number, (record, words) in enumerate(
@@ -674,6 +706,11 @@ class Keeping(unittest.TestCase):
                 ('machine = "a"\npins = ["it.in",\n"it.in"]', ":3: pins: 'it.in' is there twice"),
                 ('machine = "a"\nstore = "mill.retained"', ":2: store: 'mill.retained' is no absolute path"),
                 ('machine = "a"\nprogram = ["part.ngc"]', ":2: program: 'part.ngc' is no absolute path"),
+                ('machine = "a"\nformerly = "it"', ':2: formerly is no table: write { "name" = "former name" }'),
+                ('machine = "a"\nformerly = { it = "old" }', ":2: formerly: nothing of 'it' is kept"),
+                ('machine = "a"\nrecords = ["it"]\nformerly = { it = 3 }', ":3: formerly: the former name of 'it' is no name"),
+                ('machine = "a"\nrecords = ["it", "b"]\nformerly = { it = "b" }', ":3: formerly: 'b' is still kept"),
+                ('machine = "a"\npins = ["a.x", "b.x"]\nformerly = { a = "c", b = "c" }', ":3: formerly: 'c' is there twice"),
                 ('machine = "a"\nevery = "5"', ":2: every is no time"),
                 ('machine = "a"\nevery = nan', ":2: every is no time"),
                 ('machine = "a"\nevery = 0', ":2: every is no time"),

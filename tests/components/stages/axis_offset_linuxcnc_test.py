@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """axis_offset in a complete LinuxCNC, wired as its manual page says, and judged by the servo cycles of a shift.
 
-    PLUMB_BUILD=build tests/axis_offset_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
+    python3 tests/support/run.py tests/components/stages/axis_offset_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
 
 goes through the shift twenty times beside two busy loops, and counts what fails.
 """
 
-import json
 import os
 import re
 import shutil
@@ -16,7 +15,7 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, change, changes, finish, nm, own_folder, read_recording, start, um
+from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, change, changes, nm, own_folder, read_recording, um
 
 MAX_RATE = 0.1  # mm/s, the default
 COUNT = 0.1 * um
@@ -39,8 +38,7 @@ class Shift(unittest.TestCase):
         machine = linuxcnc_runs.copy_configuration("three_axis", folder)
         shutil.copy(os.path.join(PROGRAMS, "axis_offset_part.ngc"), machine)
         ini = os.path.join(machine, "three_axis.ini")
-        change(ini, "common/headless.py", os.path.join(PROGRAMS, "axis_offset_scenario.py"))
-        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
+        linuxcnc_runs.use_scenario(ini, "axis_offset_scenario.py")
         change(ini, "z_axis.inc\n", "z_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
         change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
         with open(os.path.join(machine, "stage.hal"), "w") as file:
@@ -48,16 +46,10 @@ class Shift(unittest.TestCase):
             probe += ["net z-motor-fb => probe.in0", "net probe probe.out => motion.probe-input"]
             stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
             file.write("\n".join(["newsig scene s32", *stage, *probe]) + "\n")
-        status, output = finish(start(folder, ini))
-        if status != 42:
-            raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
-        with open(os.path.join(machine, "facts.json")) as file:
-            told = json.load(file)
+        told, _ = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.errors = told["facts"], told["errors"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
-        cls.rows = {
-            name: np.flatnonzero(cls.shift["scene"] == number) for number, name in enumerate(told["scenes"], start=1)
-        }
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, told["scenes"])
 
     def column(self, scene, name):
         return self.shift[name][self.rows[scene]]

@@ -520,6 +520,47 @@ TEST(JointOffset, BeforeASoftLimitItBrakesWithinItsAcceleration) {
         }
 }
 
+// The sum of the sources passes 0 while the joint stands at a limit, or near it: beyond 0 nothing is allowed.
+TEST(JointOffset, AtASoftLimitAnOffsetThatTurnsRoundBrakesWithinItsAcceleration) {
+    for (const double rate : {0.5, 1.0, 10.0})
+        for (const double distance : {0.0, 0.001, 0.05}) {
+            SCOPED_TRACE(testing::Message() << distance << " before the limit, at " << rate);
+            Machine machine;
+            machine.set("max-offset", 2);
+            machine.set("max-rate", rate);
+            machine.set("min-limit", -40);
+            machine.set("max-limit", 40);
+            machine.apply(0.3);
+            machine.go(-40 + distance);
+            machine.set("offset-0", -0.3);
+            const Table table = machine.bench.trace(3, {"x-stage.applied-offset", "x-stage.drive-command"});
+            EXPECT_LE(largest_acceleration(table.column("x-stage.applied-offset")),
+                      offset_acceleration * 1.001);
+            for (const double place : table.column("x-stage.drive-command")) ASSERT_GE(place, -40 - 1e-12);
+            EXPECT_LE(machine.applied(), 0);
+        }
+}
+
+// A wrong position takes the offset away at once while motion moves the joint; that is no speed to go on
+// with.
+TEST(JointOffset, APositionThatJumpsBeyondALimitTakesTheOffsetNoFurtherThanTo0) {
+    Machine machine;
+    machine.set("max-offset", 1);
+    machine.set("min-limit", -40);
+    machine.set("max-limit", 40);
+    machine.apply(0.08);
+    machine.bench.set("motion.speed", 200);
+    machine.bench.set("motion.program", 30);
+    machine.bench.run(0.1);
+    machine.bench.command("unlinkp x-stage.position");
+    machine.set("position", 7.5);
+    machine.bench.run(0.01);
+    machine.set("position", 150);
+    for (const double applied :
+         machine.bench.trace(0.5, {"x-stage.applied-offset"}).column("x-stage.applied-offset"))
+        ASSERT_GE(applied, 0);
+}
+
 TEST(JointOffset, OffsetIsWholeAsSoonAsTheTaperEnds) {
     Machine machine;
     machine.set("max-limit", 40);

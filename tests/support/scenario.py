@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A scenario on a complete LinuxCNC in virtual time, which LinuxCNC starts as its DISPLAY.
+
+    class Shift(Scenario):
+        columns = ["scene", "joint.0.pos-cmd"]
+
+        def work(self):
+            self.play(self.turn_on, self.cut)
+        ...
+
+    sys.exit(run(Shift, recording="shift.csv"))
+
+The recording has a row for each servo cycle, with the number of the scene. In the folder of the INI file facts.json has the
+names of the scenes, the facts that the scenario noted, and the messages to the operator. linuxcnc_runs.py reads it.
+"""
+
+import contextlib
+import json
+
+from plumb_linuxcnc import Machine
+
+WORKED = 42  # exit status, no one else's
+LONGEST = 300  # seconds of the machine's time: a file is read beside it
+
+
+class Scenario:
+    columns = []  # pins of recordings
+
+    def __init__(self, machine):
+        self.machine = machine
+        self.host = machine.host
+        self.scenes = []
+        self.facts = {}
+
+    def work(self):
+        raise NotImplementedError
+
+    def play(self, *scenes):
+        for scene in scenes:
+            self.begin(scene.__name__)
+            scene()
+            self.rest()
+
+    def begin(self, scene):
+        self.scenes.append(scene)
+        self.host.set("scene", len(self.scenes))
+
+    def record(self, scene):
+        """A recording of one scene, NAME.csv, while the block runs."""
+        self.scenes.append(scene)
+        return self.machine.recording(scene + ".csv", self.columns)
+
+    def rest(self):
+        """Long enough for the drives to come to where they are commanded to 1e-9 mm: 50 ms is 16 time constants."""
+        self.machine.wait(0.1)
+
+    def await_pin(self, pin, value):
+        self.await_condition(lambda: self.host.get(pin) == value, "%s %s" % (pin, value))
+
+    def await_condition(self, condition, what):
+        """Of pins; messages to the operator do not end it."""
+        latest = self.host.time + LONGEST
+        while not condition():
+            if self.host.time > latest:
+                raise RuntimeError("%s did not come" % what)
+            self.machine.wait(0.005)
+
+
+def run(scenario, recording=None, facts="facts.json"):
+    """Works through a scenario, in one recording if this has a name; returns the exit status."""
+    with Machine() as machine:
+        shift = scenario(machine)
+        try:
+            with machine.recording(recording, shift.columns) if recording else contextlib.nullcontext():
+                shift.work()
+            if recording:
+                machine.turn_off()
+        finally:
+            with open(facts, "w") as file:
+                noted = {"errors": machine.errors, "messages": machine.messages}
+                json.dump({"scenes": shift.scenes, "facts": shift.facts, **noted}, file)
+    return WORKED
