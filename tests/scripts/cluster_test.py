@@ -56,7 +56,8 @@ class OnWorkers(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         scheduler = os.path.join(self.folder, "scheduler.json")
-        self.start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", scheduler)
+        its = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", scheduler)
+        self.scheduler = self.start("dask_scheduler", *its)
         self.wait_until(lambda: os.path.exists(scheduler), "the scheduler")
         import distributed
 
@@ -130,6 +131,12 @@ class OnWorkers(unittest.TestCase):
         self.start_worker(PYTHONPATH="")
         with self.assertRaisesRegex(RuntimeError, "is refused: it does not find the benches of Plumb .*README.md"):
             self.cluster.simulate_all(mill_events.simulate, mill_events.draw_programs(1, False), Silent())
+
+    def test_lost_scheduler_is_an_error(self):
+        self.start_worker()
+        programs = mill_events.draw_programs(4, False)
+        with self.assertRaisesRegex(RuntimeError, "were lost"):
+            self.cluster.simulate_all(mill_events.simulate, programs, Silent(self.scheduler.kill))
 
     def test_no_worker_is_an_error(self):
         with self.assertRaisesRegex(RuntimeError, "has no worker"):

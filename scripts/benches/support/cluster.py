@@ -2,8 +2,10 @@
 """Simulations on the workers of a Dask scheduler, each with the same build of Plumb as this computer."""
 
 import concurrent.futures
+import contextlib
 import glob
 import hashlib
+import logging
 import os
 import platform
 import re
@@ -86,6 +88,7 @@ class Cluster:
             import distributed
         except ImportError:
             raise RuntimeError("--cluster needs Dask: apt install python3-distributed") from None
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # an error here is one sentence
         try:
             client = distributed.Client(self._address, timeout=10)
         except (OSError, ValueError) as error:
@@ -102,8 +105,11 @@ class Cluster:
                     progress.show_part(sum(future.done() for future in futures) / len(futures))
                 progress.end()
                 return [future.result() for future in futures if future.done()]
+            except (distributed.KilledWorker, concurrent.futures.CancelledError) as error:
+                raise RuntimeError(f"the scheduler at {self._address} or too many of its workers were lost: {error}") from None
             finally:
-                executor.shutdown(wait=False)  # cancels what has not begun
+                with contextlib.suppress(OSError):  # the scheduler is gone
+                    executor.shutdown(wait=False)  # cancels what has not begun
 
     def _refuse_others(self, client, here):
         """Raises RuntimeError that names each worker of another build, or says that there is none at all."""
