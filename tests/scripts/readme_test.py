@@ -4,7 +4,6 @@
 import os
 import re
 import subprocess
-import sys
 import unittest
 
 from support import simulations  # for the way to plumb.py
