@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/io/files/crc_32.hpp"
-#include "hal/named_pin.hpp"
+#include "hal/any_value.hpp"
 
 #include <toml++/toml.h>
 
