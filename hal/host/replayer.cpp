@@ -13,7 +13,7 @@
 
 #include "hal/host/decimal.hpp"
 #include "hal/host/scheduler.hpp"
-#include "hal/host/regular_file.hpp"
+#include "hal/regular_file.hpp"
 
 namespace plumb::host {
 
@@ -81,7 +81,7 @@ constexpr std::size_t longest_line = 1 << 20;  // bytes
 class Lines {
 public:
     explicit Lines(const std::string& name) : name_(name) {
-        require_regular_file(name);
+        hal::require_regular_file(name);
         file_.open(name);
         if (!file_) throw std::runtime_error(name + ": " + std::strerror(errno));
     }
