@@ -61,11 +61,33 @@ inline Registrar& registrar(Component* component) {
     return component->registrar_;
 }
 
-// The words of a component's manual page that its declarations do not say.
+// The sections of a component's manual page that its declarations do not give. A text consists of paragraphs;
+// lines that begin with blanks keep their shape, "1. " begins a step, "- " begins an item "Term: text".
+struct Wiring {
+    const char* text = "";
+};
+struct SettingUp {
+    const char* text = "";
+};
+struct Behaviour {
+    const char* text = "";
+};
+struct Limits {
+    const char* text = "";
+};
+struct SeeAlso {
+    const char* pages = "";  // halcmd(1), motion(9)
+};
+
 struct About {
     const char* name;
     const char* summary;
-    const char* description;  // paragraphs; lines that begin with blanks keep their shape
+    const char* description;
+    Wiring wiring = {};
+    SettingUp setting_up = {};
+    Behaviour behaviour = {};
+    Limits limits = {};
+    SeeAlso see_also = {};
 };
 
 // What a loadable module offers: its manual text and a way to build one instance.

@@ -50,6 +50,51 @@ void write_codes(std::ostream& out, const Declarations& declared) {
     }
 }
 
+void write_section(std::ostream& out, const char* heading, const std::string& text) {
+    if (text.empty()) return;
+    out << ".SH " << heading << '\n';
+    write_description(out, text);
+}
+
+// Of pages as they are named in a text: halcmd(1), motion(9).
+void write_see_also(std::ostream& out, const std::string& pages) {
+    if (pages.empty()) return;
+    out << ".SH SEE ALSO\n";
+    std::istringstream words(pages);
+    for (std::string page; words >> page;) {
+        const std::size_t bracket = page.find('(');
+        out << ".BR " << escaped(page.substr(0, bracket)) << ' ' << page.substr(bracket) << '\n';
+    }
+}
+
+void write_options(std::ostream& out, const Declarations& declared, int section) {
+    if (declared.options.empty()) return;
+    out << ".SH OPTIONS\nGiven when the component is loaded"
+        << (section == 9 ? ", one value for each instance, separated by commas.\n" : ".\n");
+    for (const OptionInfo& option : declared.options)
+        out << ".TP\n.B " << escaped(option.name)
+            << "\n(default: " << (option.initial.empty() ? "none" : escaped(option.initial)) << ")\n.br\n"
+            << escaped(option.doc) << '\n';
+}
+
+void write_functions(std::ostream& out, const Declarations& declared) {
+    out << ".SH FUNCTIONS\nIn the order of a thread:\n";
+    for (const Function* function : declared.functions)
+        out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
+}
+
+void write_all_pins(std::ostream& out, const Declarations& declared) {
+    const auto& pins = declared.pins;
+    out << ".SH PINS\n";
+    if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {
+        out << "Inputs, each with its default. The unit mu is the machine unit of length.\n";
+        write_pins(out, declared, false);
+        out << ".PP\n";
+    }
+    out << "Outputs:\n";
+    write_pins(out, declared, true);
+}
+
 }  // namespace
 
 std::string manual(const Model& model, int section) {
@@ -70,36 +115,22 @@ std::string manual(const Model& model, int section) {
             out << "\n.RI [ " << escaped(option.name) << "=value,... ]";
         else
             out << "\n.RI [ \\-\\-" << escaped(option.name) << " \" value]\"";
-    out << "\n.SH DESCRIPTION\n";
-    write_description(out, model.about.description);
-    if (!declared.options.empty()) {
-        out << ".SH OPTIONS\nGiven when the component is loaded"
-            << (section == 9 ? ", one value per instance, separated by commas.\n" : ".\n");
-        for (const OptionInfo& option : declared.options)
-            out << ".TP\n.B " << escaped(option.name)
-                << "\n(default: " << (option.initial.empty() ? "none" : escaped(option.initial)) << ")\n.br\n"
-                << escaped(option.doc) << '\n';
-    }
-    if (section == 9) {
-        out << ".SH FUNCTIONS\nIn the order of a thread:\n";
-        for (const Function* function : declared.functions)
-            out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
-        out << ".SH UNLOADING\nStop the threads first:\n.IP\n.nf\nhalcmd stop\nhalcmd unloadrt " << name
-            << "\n.fi\n.PP\nLinuxCNC does not wait for a function that runs. To unload any component while "
-               "the "
-               "threads run can kill\n.BR rtapi_app .\n";
-    }
+    out << '\n';
+    write_section(out, "DESCRIPTION", model.about.description);
+    write_section(out, "WIRING", model.about.wiring.text);
+    write_section(out, "\"SETTING UP\"", model.about.setting_up.text);
+    write_section(out, "BEHAVIOUR", model.about.behaviour.text);
+    write_options(out, declared, section);
+    if (section == 9) write_functions(out, declared);
+    write_all_pins(out, declared);
     write_offsets(out, declared);
     write_codes(out, declared);
-    const auto& pins = declared.pins;
-    out << ".SH PINS\n";
-    if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {
-        out << "Inputs, each with its default; unit mu is the machine's unit of length:\n";
-        write_pins(out, declared, false);
-        out << ".PP\n";
-    }
-    out << "Outputs:\n";
-    write_pins(out, declared, true);
+    write_section(out, "LIMITS", model.about.limits.text);
+    if (section == 9)
+        out << ".SH UNLOADING\nStop the threads first:\n.IP\n.nf\nhalcmd stop\nhalcmd unloadrt " << name
+            << "\n.fi\n.PP\nLinuxCNC does not wait for a running function. If you unload any component "
+               "while the threads run, you can kill\n.BR rtapi_app .\n";
+    write_see_also(out, model.about.see_also.pages);
     out << ".SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();
 }

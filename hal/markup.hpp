@@ -44,7 +44,23 @@ inline std::string wrapped(const std::string& text) {
     return result;
 }
 
-// Paragraphs are filled; a run of lines that begin with a blank keeps its shape.
+// Whether a line begins a step, "1. text", or an item, "- Term: text"; then writes its markup and leaves the
+// text.
+inline bool begins_item(std::ostream& out, std::string& line) {
+    const std::size_t digits = line.find_first_not_of("0123456789");
+    if (digits != 0 && digits != std::string::npos && line.compare(digits, 2, ". ") == 0) {
+        out << ".IP " << line.substr(0, digits + 1) << " 4\n";
+        line.erase(0, digits + 2);
+        return true;
+    }
+    const std::size_t colon = line.find(": ");
+    if (line.compare(0, 2, "- ") != 0 || colon == std::string::npos) return false;
+    out << ".TP\n" << escaped(line.substr(2, colon - 2)) << '\n';
+    line.erase(0, colon + 2);
+    return true;
+}
+
+// Paragraphs, steps and items are filled; a run of lines that begin with a blank keeps its shape.
 inline void write_description(std::ostream& out, const std::string& text) {
     std::istringstream lines(text);
     bool verbatim = false;
@@ -56,9 +72,11 @@ inline void write_description(std::ostream& out, const std::string& text) {
             continue;
         }
         const bool shaped = line.front() == ' ';
+        if (!shaped && verbatim) out << ".EE\n";
+        const bool item = !shaped && begins_item(out, line);
         if (shaped != verbatim) {
-            out << (shaped ? ".PP\n.EX\n" : ".EE\n.PP\n");
-        } else if (pending_gap) {
+            out << (shaped ? first ? ".EX\n" : ".PP\n.EX\n" : item ? "" : ".PP\n");
+        } else if (pending_gap && !item) {
             out << (verbatim ? "\n" : ".PP\n");
         }
         pending_gap = false;

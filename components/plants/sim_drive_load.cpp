@@ -11,20 +11,40 @@
 namespace plumb {
 
 struct SimDriveLoad final : hal::Component {
-    static constexpr hal::About about{"sim_drive_load", "simulated spindle drive: what it reports of the cut",
+    static constexpr hal::About about{"sim_drive_load",
+                                      "simulated spindle drive: the load that it reports",
                                       R"(
-The load of the spindle motor, in percent of its rating, as a drive shows it:
+sim_drive_load turns the power of a cut into the load of the spindle motor, in percent of its rating, as a drive
+reports it:
 
     true load = idle + pulse + coolant + cut
-    idle      = (idle + idle-speed (n / 10000)^1.5) (1 - warm-decline w)       w rises to 1 with warm-tau while it turns
-    cut       = 100 cutting-power / rated-power  x part gain  x (1 + wear-rise tool-wear)  x tooth and runout ripple
-    load      = true load, through a lag, sampled by the drive's own clock, with white and 1/f noise, rounded
+    idle      = (idle + idle-speed (n / 10000)^1.5) (1 - warm-decline w)
+    cut       = 100 cutting-power / rated-power x part gain
+                x (1 + wear-rise tool-wear) x tooth and runout ripple
+    load      = true load, through a lag, sampled by the drive's own clock,
+                with white and 1/f noise, rounded
 
-A pulse stands while the spindle changes its speed, and briefly while it is oriented at a tool change.  The part gain
-is new with every cycle (material, chucking).  Ripple is averaged over the period of the thread.
+w rises to 1 with warm-tau while the spindle turns.)",
+                                      hal::Wiring{R"(
+  loadrt sim_drive_load names=drive
 
-The truth-... pins are for scoring only.  An input that is not a number, or beyond any drive, leaves its last good
-value in force.)"};
+  net cutting-power     mill.cutting-power        => drive.cutting-power
+  net spindle-speed-cmd program.spindle-speed-cmd => drive.spindle-speed-cmd
+  net tool-number       program.tool-number       => drive.tool-number
+  net load              drive.load                => thermal.load
+
+  addf drive.update servo-thread
+
+configs/mill/bench.hal has all lines.)"},
+                                      {},
+                                      hal::Behaviour{R"(
+- Change of speed: A pulse stands while the spindle changes its speed, and briefly at a tool change.
+- Part gain: Each cycle draws a new one, for material and chucking.
+- Truth: truth-... pins are for scoring only.
+- seed: 0 is the typical drive; any other number draws one.
+- Invalid input: The last good value stays.)"},
+                                      hal::Limits{"Ripple is averaged over the period of the thread."},
+                                      hal::SeeAlso{"sim_mill(9), thermal_displacement(9)"}};
 
     using Component::Component;
 

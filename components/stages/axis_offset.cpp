@@ -33,65 +33,70 @@ constexpr const char* sentence(Fault fault) {
 
 struct AxisOffset final : hal::Component {
     static constexpr hal::About about{"axis_offset",
-                                      "bring an offset into an axis of LinuxCNC, by external offsets",
+                                      "brings an offset into an axis of LinuxCNC by external offsets",
                                       R"(
-Whatever computes an offset of an axis nets it to offset; LinuxCNC adds it to the axis as an external offset, within
-OFFSET_AV_RATIO of the axis' speed and acceleration (in [AXIS_L] of the INI file; planned moves keep the rest).
+axis_offset applies an offset to an axis by LinuxCNC's external offsets. The offset shows in the DRO. It uses
+OFFSET_AV_RATIO of the speed and acceleration of the axis; planned moves keep the rest. Nothing moves before a cycle
+start arms the stage. Use one instance for each axis.
 
-    y  follows  offset  by max-rate at most, within max-offset
-    counts += round((y - offset-request) / scale)
+The output follows offset at max-rate, within max-offset:
 
-One instance an axis.  In the servo thread after motion-controller and after the source of offset, here for Z:
+    counts += round((output - offset-request) / scale))",
+                                      hal::Wiring{R"(
+  loadrt axis_offset names=z-stage
 
-    net z-offset          source.z-offset            => z-stage.offset
-    net motion-enabled    motion.motion-enabled      => z-stage.motion-enabled
-    net all-homed         motion.is-all-homed        => z-stage.all-homed
-    net motion-type       motion.motion-type         => z-stage.motion-type
-    net offset-limited    motion.eoffset-limited     => z-stage.offset-limited
-    net z-request         axis.z.eoffset-request     => z-stage.offset-request
-    net z-in-force        axis.z.eoffset             => z-stage.offset-in-force
-    net z-counts          z-stage.counts             => axis.z.eoffset-counts
-    net z-counts-scale    z-stage.counts-scale       => axis.z.eoffset-scale
-    net z-offset-enable   z-stage.offset-enable      => axis.z.eoffset-enable
-    net z-offset-clear    z-stage.offset-clear       => axis.z.eoffset-clear
-    net cycle-start       motion.digital-out-00      => z-stage.arm
-    net probing-refused   z-stage.probing-refused    => motion.feed-inhibit halui.abort
-    net applied-offset    z-stage.applied-offset     => source.applied-offset
+  net z-offset        thermal.z-offset        => z-stage.offset
+  net motion-enabled  motion.motion-enabled   => z-stage.motion-enabled
+  net all-homed       motion.is-all-homed     => z-stage.all-homed
+  net motion-type     motion.motion-type      => z-stage.motion-type
+  net offset-limited  motion.eoffset-limited  => z-stage.offset-limited
+  net z-request       axis.z.eoffset-request  => z-stage.offset-request
+  net z-in-force      axis.z.eoffset          => z-stage.offset-in-force
+  net z-counts        z-stage.counts          => axis.z.eoffset-counts
+  net z-counts-scale  z-stage.counts-scale    => axis.z.eoffset-scale
+  net z-offset-enable z-stage.offset-enable   => axis.z.eoffset-enable
+  net z-offset-clear  z-stage.offset-clear    => axis.z.eoffset-clear
+  net cycle-start     motion.digital-out-00   => z-stage.arm
+  net probing-refused z-stage.probing-refused => motion.feed-inhibit
+  net probing-refused                         => halui.abort
+  net applied-offset  z-stage.applied-offset  => thermal.applied-offset
 
-    addf motion-command-handler servo-thread
-    addf motion-controller      servo-thread
-    addf source.update          servo-thread
-    addf z-stage.update         servo-thread
+  addf motion-command-handler servo-thread
+  addf motion-controller      servo-thread
+  addf thermal.update         servo-thread
+  addf z-stage.update         servo-thread
 
-Arming: nothing moves before a rising edge of arm, the start of a cycle, finds the machine on and homed.  Machine off,
-emergency stop, unhoming, clear and the faults 4 to 6 disarm.  LinuxCNC forgets the offset when the machine is turned on:
-nothing moves then, the position shown changes instead, and the interpreter takes note of it at the next change of
-mode.  Then, and whenever else an offset that is to be applied is not in force, to ten counts, uncompensated is true:
-tell the operator.  A program that must not go on without it waits for that pin (M66) after it has set arm.
+Through this stage LinuxCNC's feedback contains the offset: joint.N.motor-pos-fb. A component that needs the
+position of the program subtracts applied-offset from it.)"},
+                                      hal::SettingUp{R"(
+1. Write OFFSET_AV_RATIO = 0.2 into the section [AXIS_Z] of the INI file.
+2. Let the program set M64 P0 when a cycle starts. This arms the stage.
+3. Let a program that needs the offset wait with M66 until uncompensated is false, after it has armed the stage.
+4. Keep programs away from the soft limits by max-offset.
+5. On an inch machine divide scale, max-offset and max-rate by 25.4.)"},
+                                      hal::Behaviour{R"(
+- Start: No offset. The first rising edge of arm, with the machine on and homed, arms the stage.
+- Machine off, emergency stop: The stage is disarmed. Nothing moves. When the machine is turned on, LinuxCNC forgets the
+offset and the displayed position changes; uncompensated is true. The next cycle start applies the offset again.
+- Abort: The offset holds.
+- enable false: An armed stage takes the offset back at max-rate.
+- clear: Takes the offset back, armed or not, and disarms. LinuxCNC then clears the rest.
+- Probing (G38): The offset holds while a probing move runs. A move that begins with an offset in force is refused:
+probing-refused holds and aborts it. Results such as #5063 contain the offset. If allow-probing is true, subtract it.
+- Touch-off (G10 L20): Correct while uncompensated is false. Otherwise the offset is added to the new origin a
+second time.
+- Homing: Take the offset back first. If the joints become homed with an offset in force, the offset stays and the stage
+cannot be armed (see FAULTS).
+- Soft limit: LinuxCNC holds the axis there, and limited is true. The offset comes back when the axis leaves the limit.
+- Joint mode: The output waits until LinuxCNC applies offsets again.
+- Invalid offset: The last good value stays.)"},
+                                      hal::Limits{R"(
+External offsets do not work in joint mode. They take a part of the speed and acceleration of the axis all the time.
 
-With enable false an armed stage takes the offset back by max-rate.  So does clear, armed or not; when nothing is left
-it has LinuxCNC clear the rest.
+At a soft limit LinuxCNC stops axis and offset abruptly. The stage cannot brake before it.
 
-At a soft limit LinuxCNC holds the axis, where it stops it without braking, and limited says so; the offset comes back
-as the axis leaves the limit.  So let programs keep off the limits by max-offset.  y waits while the offset in force
-does not follow, there and in joint mode.
-
-The feedback contains the offset: to know where the program wants the axis subtract applied-offset from it.  #5063 and
-the other results of G38 contain it, too.  While one is under way the offset is held, and one that begins with an
-offset in force is refused: probing-refused is true until it has ended, and wired as above holds it and breaks it off.
-With allow-probing it goes on; subtract the offset from its results.  Touch-off (G10 L20) takes the position without
-the offset, which is right as long as uncompensated is false: an origin set while it is true contains what the offset
-will add once more.
-
-Take the offset back before homing anew: a joint that homes where it stands takes the place, offset included, as its
-home.  When the joints become homed with an offset in force, it stays as it is, and the stage has fault 6 and cannot be
-armed.
-
-At a soft limit LinuxCNC holds axis and offset together, and limited is true.  It stops the axis there as abruptly as
-motion and offset arrive: that is LinuxCNC's own, and the stage cannot brake before it.  Leave the offset as much room
-before the limits as max-offset.
-
-The defaults are for millimetres; on an inch machine divide scale, max-offset and max-rate by 25.4.)"};
+joint_offset(9) works in every mode and costs no speed, but you must wire it between motion and drive.)"},
+                                      hal::SeeAlso{"thermal_displacement(9), joint_offset(9), motion(9)"}};
 
     using Component::Component;
 

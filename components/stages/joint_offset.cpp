@@ -38,84 +38,70 @@ constexpr const char* sentence(Fault fault) {
 
 struct JointOffset final : hal::Component {
     static constexpr hal::About about{"joint_offset",
-                                      "add an offset to a joint of LinuxCNC, between motion and drive",
+                                      "adds an offset to a joint of LinuxCNC, between motion and drive",
                                       R"(
-Whatever computes offsets of a joint nets them to offset-0 to offset-3.  Their sum is added to what LinuxCNC commands the
-drive, and taken from what the drive reports, so that motion knows nothing of it:
+joint_offset adds up to four offsets to the command of a drive, and takes their sum from the feedback of the drive. It
+works in every mode and costs no speed of the axis. LinuxCNC does not see the offset:
 
     drive-command  = joint-command  + applied-offset
-    joint-feedback = drive-feedback - applied-offset of the last drive-command
+    joint-feedback = drive-feedback - applied-offset (of the last period)
 
-The sum is bounded by max-offset and followed without lag, at most at max-rate.  Changes that motion does not cause are
-ramped at ramp-rate: enable, the joint becoming homed, the machine turned on.  A source may be on a ramp of its own at the
-same time; the two add up then.  No speed of the axis is used up, and it works in every mode.
+Use one instance for each joint. The two joints of a gantry get a stage each, with the same offsets.)",
+                                      hal::Wiring{R"(
+  loadrt joint_offset names=x-stage
 
-One instance a joint.  Its two functions have motion-controller between them; a drive that reads and writes
-hardware reads before the first and writes after the second.  Here for joint 0, with one source:
+  setp x-stage.min-limit [JOINT_0]MIN_LIMIT
+  setp x-stage.max-limit [JOINT_0]MAX_LIMIT
+  setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION
+  setp x-stage.offset-acceleration 500
 
-    net x-homed           joint.0.homed              => x-stage.homed
-    net motion-enabled    motion.motion-enabled      => x-stage.motion-enabled
-    net x-position-cmd    joint.0.pos-cmd            => x-stage.position
-    net x-joint-cmd       joint.0.motor-pos-cmd      => x-stage.joint-command
-    net x-motor-fb        x-drive.out                => x-stage.drive-feedback
-    net x-offset          source.x-correction        => x-stage.offset-0
-    net x-motor-cmd       x-stage.drive-command      => x-drive.in
-    net x-joint-fb        x-stage.joint-feedback     => joint.0.motor-pos-fb
-    net x-inhibit-homing  x-stage.inhibit-homing     => motion.homing-inhibit
+  net x-homed          joint.0.homed          => x-stage.homed
+  net motion-enabled   motion.motion-enabled  => x-stage.motion-enabled
+  net x-position       joint.0.pos-cmd        => x-stage.position
+  net x-joint-cmd      joint.0.motor-pos-cmd  => x-stage.joint-command
+  net x-motor-fb       x-drive.out            => x-stage.drive-feedback
+  net x-correction     square.x-correction    => x-stage.offset-0
+  net x-motor-cmd      x-stage.drive-command  => x-drive.in
+  net x-joint-fb       x-stage.joint-feedback => joint.0.motor-pos-fb
+  net x-inhibit-homing x-stage.inhibit-homing => motion.homing-inhibit
 
-    setp x-stage.min-limit [JOINT_0]MIN_LIMIT
-    setp x-stage.max-limit [JOINT_0]MAX_LIMIT
-    setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION
-    setp x-stage.offset-acceleration 500
+  addf motion-command-handler  servo-thread
+  addf x-stage.update-feedback servo-thread
+  addf motion-controller       servo-thread
+  addf square.update           servo-thread
+  addf x-stage.update          servo-thread
+  addf x-drive                 servo-thread
 
-    addf motion-command-handler  servo-thread
-    addf x-stage.update-feedback servo-thread
-    addf motion-controller       servo-thread
-    addf source.update           servo-thread
-    addf x-stage.update          servo-thread
-    addf x-drive                 servo-thread
+x-drive is your drive. If it has separate functions, it reads before update-feedback and writes after update. With more
+than one stage, join all inhibit-homing by or, and net the result to motion.homing-inhibit.
 
-Frames: joint-feedback, and all that LinuxCNC shows, limits and probes, is without the offset: it says where the program
-has the joint.  The feedback of the drive, and its encoder, is with it.  A component that asks for the position of the
-encoder gets the signal at drive-feedback, and applied-offset.  The following error of the joint grows by the speed of
-applied-offset times the lag of its drive.
+Through this stage LinuxCNC's feedback does not contain the offset; only the feedback of the drive does. A component
+that needs the position of the encoder takes the signal at drive-feedback, here x-motor-fb, and applied-offset.)"},
+                                      hal::SettingUp{R"(
+1. Set min-limit, max-limit, joint-acceleration and offset-acceleration as above. Before that no offset is applied.
+2. Check that the drive can follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.
+3. Check the order of the functions with halcmd show thread.
+4. On an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"},
+                                      hal::Behaviour{R"(
+- Not homed: No offset. A present one is released at ramp-rate.
+- Homed, machine turned on, enable: The offset comes at ramp-rate. ramping is true meanwhile.
+- In motion: The offset follows its sources without lag, at most at max-rate. The following error grows by the speed of
+the offset times the lag of the drive.
+- Machine off, emergency stop: The offset holds, and turning on moves nothing. Later changes of the sources follow at
+ramp-rate after the machine is on.
+- Abort: The offset stays.
+- Homing: LinuxCNC refuses to home while inhibit-homing is true. Unhome the joint, wait until its offset is 0, and home.
+If the origin moves with an offset in force, the offset is released until the joint is unhomed and homed again.
+- Near a soft limit: An offset towards the limit fades out, and limited is true. The distance in which it fades is
+4 x offset x joint-acceleration / offset-acceleration: 0.8 mm for 0.05 mm, 2000 and 500 mm/s2.
+- Invalid source or position: The last good value stays.
+- Contradiction: max-offset comes first, then the soft limits, offset-acceleration, and max-rate.)"},
+                                      hal::Limits{R"(
+Backlash and screw compensation of LinuxCNC look like a moved origin. Home such a joint again if it moved while its
+offset was released.
 
-While the machine is off the offset is held, and LinuxCNC takes the feedback over as its position: turning it on moves
-nothing.  What the sources have changed meanwhile comes by the ramp then.  While the joint is not homed its offset is
-released, by the ramp, and position, whose origin is not known, bounds nothing.
-
-Two joints of one axis, a gantry, get a stage each, and the same offset.
-
-Home with no offset in force.  A homing that takes the place of the joint from the feedback, at a switch or where it
-stands, would make what is left of the offset a part of the origin for good, however long it goes on moving afterwards.
-So inhibit-homing is true until the offset is released: with more than one stage, net the or of all to
-motion.homing-inhibit.  LinuxCNC then refuses to home a joint that is homed and corrected; unhome it, and try again when
-its offset is 0.
-
-Where that is not wired, fault 6 tells: the origin has been moved with an offset in force, and the offset stays released
-until the joint is unhomed and homed again.  The stage sees the origin as the difference of joint-command and position.
-Backlash and screw compensation of LinuxCNC move it, too: a joint that has them, and is moved while its offset is
-released, has to be homed again without need.
-
-Motion checks its soft limits without the offset.  So the stage keeps position and offset within min-limit and max-limit.
-An offset that leads towards a limit fades out before it, with the distance of the joint from the limit, and limited is
-true there:
-
-    fade = 4 offset joint-acceleration / offset-acceleration     0.8 mm for 0.05 mm, 2000 and 500 mm/s2
-
-It depends on the position alone, not on the speed, so that the same place always has the same offset.  The offset never
-adds more than offset-acceleration to the acceleration of motion, on the way to a limit and away from it.  The drive must
-be able to follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.  Set the four from the INI file: no
-offset is applied before that.  A joint that is beyond a limit itself is not taken back.
-
-Where these contradict each other, the first one wins:
-
-    1 max-offset: the offset never grows beyond it, and returns to it when max-offset was reduced
-    2 the soft limits: motion takes the drive no further beyond than it was, even if motion itself brakes too late
-    3 offset-acceleration
-    4 max-rate
-
-The defaults are for millimetres; on an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"};
+A joint that is itself beyond a soft limit is not taken back.)"},
+                                      hal::SeeAlso{"squareness(9), axis_offset(9), motion(9)"}};
 
     using Component::Component;
 

@@ -370,8 +370,9 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         ->type_name("MODULE.NAME=VALUE");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
-        "Runs in the computer's one HAL, one bench at a time; so it does, after saying so, where the system "
-        "forbids namespaces.");
+        "Runs on the computer's one HAL, one bench at a time. Where the system forbids namespaces, this is "
+        "the "
+        "default, with a note.");
     command.final_callback([duration, replay, &options] {
         if (!duration->count() && !replay->count()) throw CLI::RequiredError("--for");
         std::set<std::string> recorded;
@@ -390,47 +391,54 @@ hal::CommandPage bench_page() {
         "plumb-bench",
         "FILE.hal... --for TIME [options]",
         {{"DESCRIPTION",
-          R"(Loads .hal files with LinuxCNC's own halcmd, starts their realtime threads and simulates them
-faster than the clock, whether a file says start or not: HAL, its threads and the modules are the real ones, only the time is virtual.
-Every function is told the nominal period, as on the machine, and time moves only from period to period.
+          R"(plumb bench loads .hal files with LinuxCNC's own halcmd and simulates their realtime threads faster than the
+clock. HAL, its threads and the modules are the real ones; only the time is virtual. Each function gets the nominal period,
+as on the machine. The threads start even if no file contains start.
 
-Two runs of the same files give the same values to the last bit, unless a file starts user-space
-programs (loadusr): they live by the clock on the wall, and the command says so. This holds on one kind of
-processor. On another kind, with or without fused multiply-add, the last digit can differ.
+A TIME is a number with a unit, ns, us, ms, s, min, h or d; without a unit it is in seconds: 600, 250ms, 10min, 4h.)"},
+         {"BEHAVIOUR",
+          R"(Two runs of the same files produce identical values on one kind of processor. On another kind, with or without
+fused multiply-add, the last digit can differ. A file that starts user-space programs (loadusr) gives no such guarantee,
+because they follow the computer's clock; plumb bench then prints a note.
 
-The bench has a HAL of its own. It does not disturb a LinuxCNC that runs on the same computer, nor
-another bench.
+The bench has a HAL of its own. It disturbs no LinuxCNC on the same computer, and no other bench.
 
-A TIME is a number with a unit, ns, us, ms, s, min, h or d; without a unit it is in seconds: 600, 250ms,
-10min, 4h.)"},
+Ctrl-C ends the run cleanly and keeps the recording.)"},
          {"STATEMENTS",
-          R"(A statement is an expression of muParser that is true or false: a comparison (< <= > >= == !=), a pin of type
-bit, finite({NAME}), or several of them joined by && and || or chosen by a ? b : c; "not" is == 0. It compares numbers; a bit is 0 or 1.
-There are + - * / ^, brackets, and among the functions abs, min, max, sqrt, sin, cos, atan2, exp, ln, log10, sign, rint.
-{NAME}_rate is the change of a value per second since the period before, finite({NAME}) is 0 for what is infinite or no number.
+          R"(A statement for --expect is an expression of muParser that is true or false. It is one of these:
 
-Refused is what could not fail, or would change a value: a number by itself, {NAME} = 5 (write ==), a comma outside the
-arguments of a function, and 0 < {NAME} < 5 (write 0 < {NAME} && {NAME} < 5).)"},
+  {limit.out} <= 5             a comparison: < <= > >= == !=
+  {motion.in-position}         a pin of type bit, 0 or 1
+  finite({pid.out})            0 if the value is infinite or not a number
+  A && B, A || B, C ? A : B    several; write "not" as == 0
+
+You can use + - * / ^, brackets, and functions such as abs, min, max, sqrt, sin, cos, atan2, exp, ln, log10, sign and rint.
+{NAME}_rate is the change of a value per second since the last period.
+
+Expressions that cannot fail or would change a value are refused: a number alone, {NAME} = 5 (write ==), a comma outside
+a function, and 0 < {NAME} < 5 (write 0 < {NAME} && {NAME} < 5).)"},
          {"EXIT STATUS",
-          R"(0 when the whole time was simulated and every statement held, 1 when one did not or after an error, 2 for
-a wrong command line. Ctrl-C ends the
-run cleanly, keeps what was recorded and gives 130.)"},
+          R"(0 if the whole time was simulated and every statement held; 1 if a statement did not hold, or after an error; 2
+for a wrong command line; 130 after Ctrl-C.)"},
          {"EXAMPLES",
           R"(Four hours of a filter, one row a second:
 
   plumb bench filter.hal --for 4h \
     --record filter.in,filter.out --every 1s --output filter.csv
 
-An hour that passes a test, or says when it first did not:
+An hour that passes a test, or reports the first failure:
 
   plumb bench filter.hal --for 1h --expect 'abs({filter.out}) <= 1' \
     --expect 'abs({filter.out}_rate) <= 20'
 
-A recording of the machine, made with halsampler at 1 kHz, put through a component:
+A recording of the machine, made with halsampler at 1 kHz, replayed into a component:
 
   plumb bench component.hal \
     --replay load.txt --columns it.load --sample-period 1ms \
-    --record it.contact --every 1ms --output contact.csv)"}},
+    --record it.contact --every 1ms --output contact.csv)"},
+         {"LIMITS",
+          R"(A bench has no motion of LinuxCNC unless the files load it, and no G-code. plumb-run(1) runs a complete
+LinuxCNC.)"}},
         ".BR plumb (1),\n.BR plumb\\-run (1),\n.BR halcmd (1),\n.BR halsampler (1)"};
 }
 

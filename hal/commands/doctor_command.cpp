@@ -45,7 +45,7 @@ enum class Mark { ok, note, wrong };
 struct Finding {
     Mark mark;
     std::string text;
-    std::string command = {};  // that mends it
+    std::string command = {};  // that fixes it
 };
 
 using Findings = std::vector<Finding>;
@@ -460,16 +460,18 @@ hal::CommandPage doctor_page() {
         "plumb-doctor",
         "",
         {{"DESCRIPTION",
-          R"(Looks at this computer and says what Plumb finds here: LinuxCNC and whether its HAL works in Plumb's
-host, which is tried; the kernel; whether a host can have a HAL of its own; what the user may do in realtime; whether
-the modules and programs of Plumb are there and of one build, beside this program and where LinuxCNC looks for them;
-and what is good to have besides. It installs and configures nothing.
+          R"(plumb doctor examines this computer and reports what is missing for Plumb, with the command that installs or
+corrects it. It checks LinuxCNC and tries its HAL in Plumb's host. It checks the kernel, namespaces, and the rights of the
+user in realtime. It checks that the modules and programs of Plumb are present and of one build, beside this program and
+where LinuxCNC looks for them. It changes nothing.)"},
+         {"OUTPUT",
+          R"(- ok: Nothing to do.
+- note: optional.
+- WRONG: Plumb does not work without it.
 
-Each finding is marked ok, note or WRONG. A note is something that one can do without. Under a finding stands the
-command that mends it; PLUMB in it is the folder of Plumb's sources. What sysctl sets
-holds until the computer is started again; a file in /etc/sysctl.d makes it last.)"},
-         {"EXIT STATUS",
-          "0 when all is well, notes or not; 1 when something is WRONG; 2 for a wrong command line."}},
+The command that fixes a finding stands below it. PLUMB in it is the folder of Plumb's sources. Values that sysctl sets last
+until the next start of the computer; put them into a file in /etc/sysctl.d to keep them.)"},
+         {"EXIT STATUS", "0 if nothing is WRONG; 1 if something is WRONG; 2 for a wrong command line."}},
         ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
 }
 
@@ -488,11 +490,11 @@ int doctor() {
     }
     std::cout << '\n';
     if (wrongs == 0)
-        std::cout << "All is well" << (notes ? ", apart from what the notes say" : "") << ".\n";
+        std::cout << "All is well" << (notes ? ", apart from the notes" : "") << ".\n";
     else if (wrongs == 1)
-        std::cout << "One thing is WRONG; the command below it mends it.\n";
+        std::cout << "One thing is WRONG; the command below fixes it.\n";
     else
-        std::cout << wrongs << " things are WRONG; the command below each mends it.\n";
+        std::cout << wrongs << " things are WRONG; the command below each fixes it.\n";
     return wrongs ? 1 : 0;
 }
 

@@ -39,10 +39,10 @@ hal::CommandPage page() {
         "plumb",
         "COMMAND [arguments]",
         {{"DESCRIPTION",
-          R"(Plumb is a set of LinuxCNC HAL components that make a machine tool cut truer, and a host that runs
-HAL in virtual time. This program runs its commands: each is built in, or is the program plumb-COMMAND in the
-folder of this one. plumb --help lists them all.)"},
-         {"EXIT STATUS", "0 after success, 1 after an error, 2 for a wrong command line."}},
+          R"(Plumb measures and corrects errors of a machine tool with LinuxCNC HAL components, and runs HAL in virtual
+time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND in the folder of this one. plumb --help
+lists them all.)"},
+         {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
         ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n"
         ".BR plumb\\-squareness (1),\n.BR halcmd (1)"};
 }

@@ -88,11 +88,10 @@ void declare_run(CLI::App& command, RunOptions& options) {
         ->excludes(speed);
     command.add_flag(
         "--network", options.network,
-        "Leaves the computer's network to the programs. By default they have but a loopback of their own.");
+        "Gives the computer's network to the programs. By default they have a loopback of their own only.");
     command.add_flag("--devices", options.devices,
-                     "Leaves the computer's devices in /dev to the programs, serial ports and all. By "
-                     "default they see none "
-                     "that drives anything.");
+                     "Gives the computer's devices in /dev to the programs, such as serial ports. By "
+                     "default they see no device that drives anything.");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Runs on the computer's one HAL, with its /dev, its network and its /tmp, one host at a time and "
@@ -120,69 +119,63 @@ hal::CommandPage run_page() {
         "plumb-run",
         "[options] [--] PROGRAM [argument ...]",
         {{"DESCRIPTION",
-          R"(Runs an unmodified program of LinuxCNC: linuxcnc, halrun, halcmd, or a script that uses them, with the
-virtual-time host in the place of LinuxCNC's realtime. HAL, its modules and all programs are the real ones; the clock
-is not: at --speed 10 a minute of the machine's life takes six seconds. Nothing needs a realtime kernel, and nothing
-reaches hardware: parallel ports and PCI cards are refused, /dev has no device that drives anything, and there is no network,
-unless --devices or --network give them. Do not give them beside a machine that runs.
+          R"(plumb run starts an unmodified program of LinuxCNC (linuxcnc, halrun, halcmd, or a script that uses them) with
+the virtual-time host in the place of LinuxCNC's realtime. HAL, its modules and all programs are the real ones; only the
+clock differs. At --speed 10 a minute of the machine takes six seconds. You need no realtime kernel and no hardware.)"},
+         {"ISOLATION",
+          R"(- Hardware: Parallel ports and PCI cards are refused, and /dev contains no device that drives anything. --devices
+gives the computer's devices to the run. Do not use it beside a running machine.
+- Network: The run has a loopback only. --network gives it the computer's network.
+- HAL: memory, process numbers and the tool table in memory (~/.tool.mmap) are the run's own. At its end LinuxCNC reports
+"tool_mmap_close(): unlink fail"; ignore this.
+- Files: The program keeps its terminal, folder, HOME and X display. It writes the parameter file and the tool table of
+its configuration, so run a copy.
+- /tmp: The program sees the files of the start, without LinuxCNC's lock file, and cannot remove or replace them. New
+files are in memory. They come to the real /tmp when the run ends in order, under another name if theirs is taken. Files
+that do not fit are named, and the run fails. Write long or valuable files elsewhere.
+- Namespaces: All of this needs them. Where the system gives none, the run is refused unless you give --no-namespaces.)"},
+         {"BESIDE ANOTHER LINUXCNC",
+          R"(Do not start or end another LinuxCNC during a long run. When its script ends, or starts after a crash, it sends
+SIGTERM to every milltask and linuxcncsvr on the computer (pidof -x milltask). A run that has lost its milltask reports
+this and ends with 1.
 
-The program keeps the terminal, its folder, HOME and the X display. HAL's memory, process numbers, /dev and the network are
-the run's own, so it neither sees nor disturbs a LinuxCNC on the same computer, nor another run. The programs' tool table
-in memory (~/.tool.mmap) is the run's own too, which LinuxCNC remarks at its end with "tool_mmap_close(): unlink fail".
-All of this needs namespaces. Where the system gives none, the run is refused unless --no-namespaces is given.
+When the linuxcnc script ends, it also asks an AXIS on the same X display to quit. Beside a machine that runs in AXIS, give
+the run a display of its own (xvfb-run), or none.)"},
+         {"SPEED",
+          R"(The threads of HAL execute every period, in the order of a realtime kernel. User-space programs see a coarse
+clock. At up to 10 times the clock all of LinuxCNC keeps pace, even beside other work. At 20 times, HAL configurations with
+halsampler and similar programs do. Use --free only if no user-space program takes part.
 
-The other LinuxCNC sees the processes of a run. When it starts after a crash, or ends, it sends SIGTERM to every milltask
-and linuxcncsvr on the computer (pidof -x milltask). A run that has lost its milltask says so and ends with 1. Start and
-end no other LinuxCNC during a long run.
-
-In /tmp the program sees what is there at the start, but no lock file of LinuxCNC: it may read and write that, not remove or
-replace it. What it adds to the top level is in memory, and is brought to the real /tmp when the run ends in order; where
-there is something of that name by then, under another name. What does not find room there is named, and the run fails.
-What is long or of worth belongs elsewhere.
-
-Like every start of LinuxCNC, this one writes the parameter file and the tool table of its configuration: run a
-copy of a machine's configuration.
-
-The linuxcnc script asks an AXIS on the same X display to quit when it ends, whichever LinuxCNC that belongs to. Beside a
-machine that runs in AXIS, give the run a display of its own (xvfb-run), or none.
-
-HAL's threads pass through every period, one after the other, in the order of a realtime kernel. Between them and
-user-space programs it is as on a computer with a coarse clock. Up to 10 all of LinuxCNC keeps pace, even beside other
-work; at 20, HAL configurations with halsampler and the like do; where a program alone is waited for, its time-outs set the
-limit. Free running is for what has no user-space program that takes part.
-
-Speeds are those of the computer's own clock, also inside another run or under libfaketime. When the computer falls behind by
-more than 100 ms, time is given up, and passes slower than it was asked for; a run says so at its end.)"},
+Speeds are those of the computer's own clock, also inside another run or under libfaketime. If the computer falls behind by
+more than 100 ms, time passes more slowly than requested. The run reports this at its end.)"},
          {"ENVIRONMENT",
-          R"(RTAPI_FIFO_PATH is the host's socket, in the environment of the program. A client can attach to it while
-time passes, to record pins and check statements in every period; in Python, for instance in the script that
-[DISPLAY]DISPLAY of an INI file names:
+          R"(RTAPI_FIFO_PATH is the socket of the host, in the environment of the program. A client attaches to it while time
+passes, from inside or outside the run. It records pins and checks statements in every period. In the Python script that
+[DISPLAY]DISPLAY of an INI file names, for instance:
 
   import os, plumb
   host = plumb.Host(attach=os.environ["RTAPI_FIFO_PATH"])
   host.record("z.csv", ["joint.2.motor-pos-cmd"], every=0.001)
-  host.expect("abs(v) <= 50", v="joint.2.vel-cmd")
-
-The same socket serves clients outside the run.)"},
+  host.expect("abs(v) <= 50", v="joint.2.vel-cmd"))"},
          {"EXAMPLES",
           R"(A minute of a machine in six seconds:
 
   plumb run --speed 10 -- linuxcnc mill.ini
 
-A HAL configuration at twenty times the clock's speed, with its user-space programs:
+A HAL configuration at twenty times the clock, with its user-space programs:
 
   plumb run --speed 20 -- halrun -f filter.hal)"},
          {"EXIT STATUS",
-          R"(That of the program; 128 + N when signal N killed it, 127 when there is no such program, 126 when it cannot
-be executed. 1 when the host cannot run, has lost milltask, or could not bring all new files to /tmp; 2 for a wrong command
-line. The linuxcnc script ends with 0 when it is asked to end by a
-signal. Without a terminal it keeps its errors in files, or in a window on DISPLAY that waits for somebody: in CI, start
-linuxcnc -r without DISPLAY, and under timeout(1).)"},
+          R"(The status of the program; 128 + N if signal N killed it, 127 if there is no such program, 126 if it cannot be
+executed. 1 if the host cannot run, has lost milltask, or could not bring all new files to /tmp; 2 for a wrong command line.
+
+The linuxcnc script ends with 0 when a signal asks it to end. Without a terminal it puts its errors into files, or into a
+window on DISPLAY that waits for an answer. In CI start linuxcnc -r without DISPLAY, under timeout(1).)"},
          {"SIGNALS",
-          "Ctrl-C and Ctrl-Z reach the program, as always; time goes on while it is stopped. SIGTERM and "
-          "SIGHUP ask it to end; after ten seconds it is "
-          "killed. "
-          "Whichever part is killed, the rest ends, and nothing is left behind."}},
+          "Ctrl-C and Ctrl-Z reach the program as usual; time continues while it is stopped. SIGTERM and "
+          "SIGHUP ask it to "
+          "end; after ten seconds it is killed. If any part is killed, the rest ends, and nothing is left "
+          "behind."}},
         ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR halcmd (1),\n.BR halrun "
         "(1),\n.BR linuxcnc (1)"};
 }

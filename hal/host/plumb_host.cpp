@@ -75,18 +75,22 @@ void name_user_for_rtapi_app() {
 }
 
 plumb::hal::CommandPage manual_page() {
-    return {"plumb-host",
-            "[options] [PROGRAM [argument ...]]",
-            {{"DESCRIPTION",
-              R"(Takes the place of LinuxCNC's rtapi_app: halcmd talks to it over the socket that the variable
-RTAPI_FIFO_PATH names, and the real modules run in it. Time stands still but when a client lets it run.
-Clients start a host themselves: plumb bench, and the Python module plumb. Started by hand, it prints the
-path of its socket.
+    return {
+        "plumb-host",
+        "[options] [PROGRAM [argument ...]]",
+        {{"DESCRIPTION",
+          R"(plumb-host is the virtual-time host: it takes the place of LinuxCNC's rtapi_app. halcmd talks to it over the
+socket that RTAPI_FIFO_PATH names, and the real modules run in it. Time passes only when a client lets it run. You seldom
+start it yourself: plumb bench, plumb run and the Python module plumb start a host. Started by hand, it prints the path of
+its socket.
 
-By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer. Where the system gives
-no namespaces, it says so and uses the computer's one HAL, under a lock.)"},
-             {"EXIT STATUS", "0 after it was told to end, 1 after an error, more for a wrong command line."}},
-            ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR halcmd (1)"};
+By default it has a HAL of its own, in namespaces, and disturbs no LinuxCNC on the same computer.)"},
+         {"EXIT STATUS", "0 after a client has ended it; 1 after an error; more for a wrong command line."},
+         {"LIMITS",
+          "Where the system gives no namespaces, plumb-host reports this and uses the computer's one HAL, "
+          "under a "
+          "lock."}},
+        ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR halcmd (1)"};
 }
 
 int carry_out(int argc, char** argv) {
@@ -130,7 +134,8 @@ int carry_out(int argc, char** argv) {
     options.add_flag("--free", free, see);
     options.add_flag("--network", network, see);
     options.add_flag("--devices", devices, see);
-    options.add_option("PROGRAM", program, "What the host runs, ending with it; what plumb run does.");
+    options.add_option("PROGRAM", program,
+                       "Program that the host runs; the host ends with it. plumb run uses this.");
     CLI11_PARSE(options, argc, argv);
     if (!program.empty() && speed == 0.0) speed = free ? std::numeric_limits<double>::infinity() : 1.0;
     for (std::string& folder : modules) folder = std::filesystem::absolute(folder).string();

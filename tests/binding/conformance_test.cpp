@@ -72,6 +72,11 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
         for (const auto& [number, text] : codes.sentences)
             demand(sentence(text), codes.pin + " " + std::to_string(number) + ": not one sentence: " + text);
     demand(!declared.functions.empty(), "no function");
+    demand(*model.about.wiring.text != 0, "no wiring");
+    demand(*model.about.behaviour.text != 0, "no behaviour");
+    std::istringstream wiring(model.about.wiring.text);
+    for (std::string line; std::getline(wiring, line);)
+        demand(line.empty() || line.front() != ' ' || line.size() <= 72, "a line of the wiring is too wide: " + line);
     for (const hal::Function* function : declared.functions) {
         demand(dashed_lower(function->name), function->name + ": not lower case with dashes");
         demand(sentence(function->place), function->name + ": its place is not one sentence");
@@ -299,7 +304,8 @@ TEST(ConformanceRules, CatchBadDeclarations) {
                     "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
                     "for the instance",
                     "flag: a bit or a count has no unit, not 'mu'", "nameless: not one sentence: no period",
-                    "fault-code 1: not one sentence: something", "update: its place is not one sentence"));
+                    "fault-code 1: not one sentence: something", "update: its place is not one sentence",
+                    "no wiring", "no behaviour"));
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {

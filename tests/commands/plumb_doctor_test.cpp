@@ -151,8 +151,8 @@ MATCHER_P3(Finds, mark, text, command, "") {
     return false;
 }
 
-const char* const all_is_well = "\nAll is well, apart from what the notes say.\n";
-const char* const one_is_wrong = "\nOne thing is WRONG; the command below it mends it.\n";
+const char* const all_is_well = "\nAll is well, apart from the notes.\n";
+const char* const one_is_wrong = "\nOne thing is WRONG; the command below fixes it.\n";
 
 // No system call of this process and its children makes a namespace any more: so a container forbids it.
 void forbid_namespaces() {
@@ -225,7 +225,7 @@ TEST_F(PlumbDoctor, NamesInstalledModulesThatDoNotMatch) {
                     Finds("WRONG",
                           "Not part of this Plumb, but in " + folder + ": gone (of Plumb " PLUMB_VERSION ").",
                           "rm " + folder + "/gone.so"));
-        EXPECT_THAT(outcome.output, EndsWith("\n3 things are WRONG; the command below each mends it.\n"));
+        EXPECT_THAT(outcome.output, EndsWith("\n3 things are WRONG; the command below each fixes it.\n"));
     });
 }
 

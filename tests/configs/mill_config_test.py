@@ -379,7 +379,7 @@ class Readme(unittest.TestCase):
 
         status, output = self.follow(self.command(r"plumb contacts load.txt"))
         self.assertEqual(status, 0, output)
-        said, shown = self.skeletons(output), self.skeletons(self.shown("says of the recording from step 2"))
+        said, shown = self.skeletons(output), self.skeletons(self.shown("prints, for the recording of step 2"))
         self.assertEqual([line for line in shown if line not in said + ["..."]], [])
         self.assertEqual([line for line in said if line not in shown], [])
         self.assertIn("Nothing hinders compensation", output)

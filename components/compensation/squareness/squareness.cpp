@@ -16,47 +16,65 @@
 namespace plumb {
 
 struct Squareness final : hal::Component {
-    static constexpr hal::About about{"squareness", "correct tilted columns and rails, with the tool", R"(
-On a machine whose columns and rails lean the tip of the tool is not where the axes say, and the longer the tool, the
-further off it is.  The operator tells which axes carry the work and which the tool, and by how much each of them leans;
-the correction brings the tip to where an ideal machine would have it, tool length and radial offset included:
+    static constexpr hal::About about{"squareness",
+                                      "corrects tilted columns and rails, for the tool in use",
+                                      R"(
+Guides are never quite square. Where a column or a rail leans, the tip of the tool is not where the axes are, and a longer
+tool is further off. squareness takes the chain of axes and the tilt of each guide. It outputs the correction of X, Y and
+Z that brings the tip to its nominal place, tool length and radial offset included. Error tables can add straightness,
+pitch, yaw and scale. It needs no sensor; plumb-squareness(1) computes the settings from measurements.
 
-    tip(q + c) = ideal tip(q)      q = position - pivot      x-, y-, z-correction = c, within max-correction
+The theory and the figures are in components/compensation/squareness/README.md of the sources.)",
+                                      hal::Wiring{R"(
+For X. Wire Y and Z in the same way.
 
-    tip = (transforms of the work's side)^-1 (transforms of the tool's side) T        T from the gauge point to the tip
-    transform of an axis = R(EA0, EB0, EC0) . move by q + (EX, EY, EZ) . R(EA, EB, EC)       R = Rz(EC) Ry(EB) Rx(EA)
+  loadrt squareness   names=square chain=w-Z.b-X-Y-C-t
+  loadrt joint_offset names=x-stage,y-stage,z-stage
 
-solved exactly, not to first order; everything behind an axis turns with it, and on the work's side q and (EX, EY, EZ)
-count negative.  The axis parallel to X, Y or Z is clamped when cutting: its share is corrected by X, Y and Z.
+  setp square.enable    true
+  setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY
+  setp square.ec0y      -0.00016
 
-The chain is written as in ISO 10791, without primes: w-Z.b-X-Y-C-t is a table that moves in Z, and a column on X that
-carries the spindle in Y; w-X.b-W-Y-Z-C-t a portal whose cross rail moves in W.  Before b, the bed, is what carries the
-work w, after it what carries the tool t: X, Y and Z in any order, and at most one of U, V and W.
+  net x-position    joint.0.pos-cmd     => square.x-position
+  net x-position                        => x-stage.position
+  net x-velocity    joint.0.vel-cmd     => square.x-velocity
+  net all-homed     motion.is-all-homed => square.all-homed
+  net x-tool-offset motion.tooloffset.x => square.x-tool-offset
+  net x-correction  square.x-correction => x-stage.offset-0
+  net ramping       on-its-way.out      => square.stages-ramping
+  net coordinated   motion.coord-mode   => square.coordinated
+  net motion-type   motion.motion-type  => square.motion-type
+  net path-velocity motion.current-vel  => square.path-velocity
+  net settling      square.settling     => motion.feed-inhibit
+  net settling                          => motion.feed-hold
 
-The tilts are the quantities of ISO 230-1, in rad, that is, turns of the axis about X, Y and Z by the right hand.  An axis
-leans to where its + end lies:
+  addf motion-command-handler  servo-thread
+  addf x-stage.update-feedback servo-thread
+  addf motion-controller       servo-thread
+  addf square.update           servo-thread
+  addf x-stage.update          servo-thread
 
-    Y leans to +X: EC0Y < 0      Z, W lean to +X: EB0Z, EB0W > 0      X leans to +Y: EC0X > 0
-    Y leans to +Z: EA0Y > 0      Z, W lean to +Y: EA0Z, EA0W < 0      X leans to +Z: EB0X < 0
+The positions are those of joint.N.pos-cmd: they contain neither the correction nor screw compensation. Do not net
+joint.N.motor-pos-cmd. joint_offset(9) has the other lines of a stage. on-its-way is the or of ramping of all stages.
+max-rate of a stage must be above the speed of the correction in a rapid, and max-offset at least max-correction.
+configs/portal/compensation.hal has all lines. For the feed-forward of a drive take x-corrected-velocity.)"},
+                                      hal::SettingUp{R"(
+1. Write the chain as in ISO 10791: the axes that carry the work before b, the bed; the axes that carry the tool after it.
+w-Z.b-X-Y-C-t is a column on X with the spindle head on Y and the work on Z. w-X.b-W-Y-Z-C-t is a portal with a cross
+rail W. X, Y and Z come in any order, with at most one of U, V and W.
+2. Measure the tilts with enable false. plumb-squareness(1) turns the readings of square, diagonals or probe into setp
+lines. The tilts are those of ISO 230-1 in rad, turns about X, Y and Z by the right hand. An axis leans to the side of its
++ end:
 
-A square on the table sees the corner of two axes.  If it shows that the + end of Y lies 20 um per 300 mm towards +X, ec0y
-is -66.7e-6 on a column, where Y does not carry X.  Where Y carries X, as in the default chain, that tilt turns X and the
-work, too, and alone corrects nothing: there ec0x is 66.7e-6 beside it, which takes them back.  `plumb squareness --square`
-tells what to set on which chain.  Check the sign with one move: with enable true the indicator that climbs the square
-must stand still.
+    Y to +X: EC0Y < 0   Z, W to +X: EB0Z, EB0W > 0   X to +Y: EC0X > 0
+    Y to +Z: EA0Y > 0   Z, W to +Y: EA0Z, EA0W < 0   X to +Z: EB0X < 0
 
-axis-direction says what a tilt turns: all that the axis carries, so that a rail that leans takes the saddle with it
-(false), or only the axes parallel to it, and the tool, so that the saddle stays level (true).  to-bed says against what
-the tilt of an axis was measured that rides on one parallel to it, as Z on W: the rail (false), or the bed (true), which
-replaces the tilt of the rail.  With L-tool-follows false the spindle, or the table, was set up square in spite of the
-tilt of L.  At L-pivot the tilt of L displaces nothing: where the machine was squared, or its origin.
-
-T is minus the tool offset, plus radial-offset in radial-direction: a boring bar's tip, or the cutter's side that cuts
-(radial-is-diameter where D words hold diameters).  The reference tool is the one that the origin of the work was set
-with, for whoever sets it without the correction: what the tilts do to that tool is in the origin already.
-
-Tables hold all errors of an axis over its position, by the names of ISO 230-1, in mm and rad whatever the machine
-unit, such as
+3. Set axis-direction false if all that an axis carries turns with its tilt, and true if the axes across it stay level.
+Set to-bed true if the tilt of an axis on a parallel one, such as Z on W, was measured against the bed.
+4. Set the pivots to the position where the tilts displace nothing, such as the place where the machine was squared.
+Set L-tool-follows false for a spindle or table that was set up square on a leaning guide.
+5. Check the sign with one move: with enable true, an indicator that climbs the square stands still.
+6. For more than tilts, load tables of the errors of ISO 230-1, in mm and rad on every machine:
 
     # machine: portal mill 7
     # date: 2026-11-20
@@ -67,69 +85,40 @@ unit, such as
     50,0.0012,-0.003,0,0,0,1.5e-5
     # end, 2 rows
 
-for Y at its machine positions, whatever the pivot.  The last line counts the rows of all tables in the file.  Without
-it, or with another count, a part of the file may be missing: the file is refused, and the message prints the line to
-add.  The four lines in front may be left out, and are shown where LinuxCNC was started from when the file is read.  The
-checksum is the CRC-32, as in zip, of the lines that do not begin with #, without blanks at their ends, a line feed
-behind each.  A wrong one is refused, and the message prints the right one.  They count beside the tilts: do not give the same squareness in both.
-Between rows they are cubic; beyond the ends the last value holds.  A rising edge of reload has them read anew, aside:
-it takes some 0.1 s and the time to read.  Good ones take over by max-rate, and serial counts up; of bad ones none is
-taken, those before stay, and LinuxCNC shows file, line and reason.
+The first column is the machine position. The last line counts the rows of all tables in the file, so that half a copy is
+refused. The lines in front are optional. The checksum is the CRC-32, as in zip, of all lines that do not begin with #,
+without blanks at their ends, each with a line feed. Tables add to the tilts: do not give one squareness in both.
+plumb squareness --table FILE checks a file. A rising edge of reload reads the tables again.
+7. On an inch machine load with unit=inch, and divide max-correction and max-rate by 25.4.)"},
+                                      hal::Behaviour{R"(
+- Start, not homed: No correction, and nothing moves.
+- All joints homed, enable, edited angle, new table: The correction changes at max-rate, at most. ramping is true meanwhile.
+- Motion: The correction follows without lag. corrected-velocity is the velocity of joint and correction together.
+- Machine off, emergency stop: joint_offset holds the correction, and turning on moves nothing.
+- Abort: The correction stays.
+- Another tool (G43, G49) or radial offset: The correction changes at max-rate; 50 um take half a second. settling is
+true until ramping and stages-ramping are false, and LinuxCNC waits with the next move. Jogs do not wait.
+- In a cut: settling is never true. A cut lasts from the first feed to the next rapid, or to the end of all motion.
+- Settling ends early: unsettled is true, and unsettled-code gives the cause.
+- Position faster than max-speed: A position that changes faster, by more than a tenth, did not move. The correction
+follows at max-rate.
+- Invalid position or tool offset: The last good value stays, and the velocity counts as 0.
+- Invalid settings: The last good set stays in force, as a whole. Positions, tools, enable and all-homed go on.
+- Invalid tables: None of the new ones is used. The old ones stay, and LinuxCNC shows file, line and reason.
+- Position outside a table: The value at the end of the table holds.)"},
+                                      hal::Limits{R"(
+A square or a diagonal shows the corner between two axes, not which of the two leans. Where one axis carries the other,
+its tilt turns both: let plumb-squareness(1) compute the setting.
 
-Motion is followed without lag: corrected-velocity is that of joint and correction together, from the slopes of the
-model, not from differences.  What motion did not cause comes by max-rate, as a vector: enable, homed, an
-edited angle, G43, another radial offset or pivot, tables.  An angle may be driven, as by heat; slower than max-rate
-it is followed without lag, too.  A position that changes faster than max-speed by more than a tenth did not move.
+Net both pins of settling. LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0. After M53 P0
+together with one of the others, a cut begins early. LinuxCNC never holds threads and rigid taps: put a move before G33
+and G33.1.
 
-Wiring, here of X and of the tool; the other axes of the chain likewise:
+Other ramps do not make settling true: enable, an edited angle, new tables, the machine turned on. Let a program wait
+for them with M66 on the signal ramping.
 
-    setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY
-
-    net x-position-cmd joint.0.pos-cmd       => square.x-position x-stage.position
-    net x-velocity-cmd joint.0.vel-cmd       => square.x-velocity
-    net all-homed      motion.is-all-homed   => square.all-homed
-    net tool-x         motion.tooloffset.x   => square.x-tool-offset
-    net tool-y         motion.tooloffset.y   => square.y-tool-offset
-    net tool-z         motion.tooloffset.z   => square.z-tool-offset
-    net x-correction   square.x-correction   => x-stage.offset-0
-
-    addf motion-command-handler  servo-thread
-    addf x-stage.update-feedback servo-thread
-    addf motion-controller       servo-thread
-    addf square.update           servo-thread
-    addf x-stage.update          servo-thread
-
-The positions are those of joint.N.pos-cmd, which the correction is not in, and not of motor-pos-cmd, which screw
-compensation is in.  max-speed is a speed that no axis exceeds, in a joint's jog neither.  The stage is joint_offset: its max-rate must be above the speed of the correction in a rapid, and
-its max-offset not below max-correction.  corrected-velocity is for the feed-forward of a drive.
-
-After G43 or G49 the tip comes to its place by max-rate: 50 um take half a second, in which a cut would begin as much off.
-settling is true from there until ramping and stages-ramping are false.  Another radial-offset or
-direction, as another tool brings it, starts it, too.  With
-
-    net ramping        on-its-way.out     => square.stages-ramping
-    net coordinated    motion.coord-mode  => square.coordinated
-    net motion-type    motion.motion-type => square.motion-type
-    net path-velocity  motion.current-vel => square.path-velocity
-    net settling       square.settling    => motion.feed-inhibit motion.feed-hold
-
-LinuxCNC waits at the start of the next move, a rapid too, in programs and MDI.  on-its-way is the or of ramping of all
-stages.  Jogs do not wait.
-
-settling is never true in a cut, that is, from the first motion that is no rapid until a rapid or the end of all motion,
-a hold in between included.  It ends early, with unsettled, where the correction is switched off, has a fault or is limited,
-after settling-time, and where a cut begins all the same.
-
-Net both pins.  LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.  After M53 P0 with one of
-the others nothing holds: the cut begins early, and unsettled-code is 5.  The same goes for threads and rigid taps, which
-LinuxCNC never holds: have a move in front of G33 or G33.1.  Ramps of other causes do not make settling true: enable, an
-edited angle, new tables, the machine turned on.  A program waits for all of them by M66 on the signal ramping.
-
-Positions, tool offsets, enable and all-homed are no settings, and go on while a set is refused.  The defaults are for
-millimetres; on an inch machine set the option unit, and divide max-correction and max-rate by 25.4.
-
-Sources: ISO 230-1 (names and signs), ISO 10791 (chains), JP7448336B2 and US 11,241,766 (tilts by direction and angle,
-tool vector; not to the letter: there the turned tool and the length of the tool in the portal are left out).)"};
+A tilt is valid for the travel over which you measured it. Drift since the measurement remains.)"},
+                                      hal::SeeAlso{"plumb-squareness(1), joint_offset(9), linuxcnc_link(1)"}};
 
     using Component::Component;
 

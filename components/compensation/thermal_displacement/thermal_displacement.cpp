@@ -43,112 +43,93 @@ constexpr const char* sentence(Fault fault) {
 struct ThermalDisplacement final : hal::Component {
     static constexpr hal::About about{
         "thermal_displacement",
-        "compensate thermal growth along Z, measured by the contacts of the tools with the work",
+        "compensates thermal growth along Z, measured by the contacts of the tools with the work",
         R"(
-A warm spindle is longer and reaches the work earlier.  The load of a motor shows when: no sensor is added.  A
-learning cycle on a settled machine records each contact A of a tool with the work; in later cycles on equal blanks
-each contact B is compared with it.  +Z points away from the work, growth g > 0 is a longer spindle, and z-offset is
-what is to be added to the Z origin:
+A warm spindle grows and cuts too deep, 20 to 70 um within half an hour. thermal_displacement measures this growth
+without a sensor. The load of the motor rises when a tool meets the work. The component compares the Z position of
+this contact with the contact that it learned on a cold machine. It outputs the difference as an offset of the Z origin.
 
-    by coordinate:  g = zB - zA          z-offset = g                       z: z-position at the contact
-    by time:        d = v (tB - tA)      z-offset = applied-offset + d      v < 0: signed feed in the plunge
+Use it for repeated parts with plunging end mills. It corrects Z only. The theory, the symbols and the figures are in
+components/compensation/thermal_displacement/README.md of the sources.)",
+        hal::Wiring{R"(
+  loadrt thermal_displacement names=thermal
+  loadrt axis_offset          names=z-stage
 
-The clock of the time method starts when z-position - applied-offset comes down to start-height, or with the cycle
-(clock-from-program).  Then every cycle, and the one that is learnt from too, must begin with the same tool in the same
-place: the first one after switching on often does not, and all contacts of the later ones are rejected.
+  net z-motor-fb                               => thermal.z-position
+  net spindle-load                             => thermal.load
+  net z-velocity-cmd joint.2.vel-cmd           => thermal.z-velocity-cmd
+  net motion-type    motion.motion-type        => thermal.motion-type
+  net operation      motion.program-line       => thermal.operation
+  net spindle-speed spindle.0.speed-out => thermal.spindle-speed-cmd
+  net tool-number    iocontrol.0.tool-number   => thermal.tool-number
+  net feed-override  halui.feed-override.value => thermal.feed-override
+  net cycle-running  motion.digital-out-00     => thermal.cycle-running
+  net cycle-complete motion.digital-out-01     => thermal.cycle-complete
+  net learn          motion.digital-out-02     => thermal.learn
+  net z-offset       thermal.z-offset          => z-stage.offset
+  net applied-offset z-stage.applied-offset    => thermal.applied-offset
 
-z-offset changes where growth-estimate differs from it by more than tolerance, only in a cycle while the tool is out of
-the work and does not feed down to it, by max-rate at most, and stays within max-offset.  Between cycles it stands
-still, or returns to 0 when it is no longer to be applied.
+  addf motion-command-handler servo-thread
+  addf motion-controller      servo-thread
+  addf thermal.update         servo-thread
+  addf z-stage.update         servo-thread
 
-The signal to net to z-position is the encoder, offset included: joint.N.motor-pos-fb when the offset goes in through
-axis_offset, the drive's own feedback when through joint_offset.  applied-offset is what that stage says it applies.
-z-velocity-cmd is joint.N.vel-cmd, motion-type motion.motion-type, operation motion.program-line or a number that the
-program sets by M68.  load may be that of the spindle or of the Z motor.
+  setp thermal.enable  1
+  setp thermal.dry-run 1
 
-Learning: with learn true at the start of a cycle, z-offset returns to 0 and stays there.  The cycle is learnt from
-when cycle-running falls while cycle-complete is true: let the program set it as its last act (M64) and take it back as
-its first.  A cycle that was aborted, that had a fault, or whose offset was not 0, counts for nothing and sets
-learning-failed.  The reference is the mean of reference-cycles consecutive ones, and takes over with the last of them;
-until then the one before stays.  It keeps the contacts, 64 at most, that all of them had and that agreed in feed,
-override, window and gate.  A cycle none of which agrees, another program-id or tool-set-id, begins anew; a cycle with
-learn false ends the attempt.
+spindle-load is the load of the spindle motor or of the Z motor, 0 to 100 percent of its rating. Give a new value every
+10 ms or faster. z-motor-fb is the position of the encoder, and it must contain the offset. Through axis_offset this is
+your signal at joint.2.motor-pos-fb. Through joint_offset it is the feedback of the drive, at z-stage.drive-feedback.
 
-row-scatter is the standard deviation of one contact from cycle to cycle: what blanks, the seat of the tool and a
-machine that warmed meanwhile make of it, beyond the noise of the load that row-sigma has.  It counts in
-displacement-sigma.  Scatter well above row-sigma that grows with the number of cycles means that the machine warmed:
-the reference lies in the middle of that, and fewer cycles, or a rest between them, are better.
+operation identifies a cut. It is the program line, or a number that the program sets with M68. axis_offset(9) has the
+other lines of the stage, and configs/mill/compensation.hal has all of them.)"},
+        hal::SettingUp{R"(
+1. Keep dry-run true. Let the program begin a cycle with M65 P1 and M64 P0, and end it with M64 P1 and M65 P0.
+2. Run a part and watch contacts: it counts every plunge. If it misses some, reduce threshold. Four to five times
+load-noise is a good value, read while the tool feeds through air. Use at most a third of the rise of the lightest cut.
+3. Exclude drills and cuts from the side with exclude-operation-N. Their load does not show the Z position of the work.
+4. Let the machine stand overnight. Set learn true (M64 P2) before the cycle starts, and run one part. reference-valid
+becomes true. To learn again, repeat this step.
+5. Run parts as usual. displacement follows the spindle; displacement-sigma is its uncertainty.
+6. Set dry-run false when the growth is at least three times displacement-sigma.
 
-The reference belongs to its program-id and tool-set-id, and can be read and restored row by row; of another program
-than the one before it in the list, a row is not restored.  It is refused, with the reason in refusal-code, when a
-cycle begins with another one of either, and when all contacts of a complete cycle came with another feed or override.
-No contact is compared then, and z-offset returns to 0.  A rising edge of acknowledge ends it, and the next start of a
-cycle is judged anew; learning ends it too, which is the way out after an edit or a change of tools.
+plumb-contacts(1) finds the settings from a recording. On an inch machine divide these defaults by 25.4: window,
+tolerance, max-growth-rate, gate-floor, gate-cap, max-correction, max-offset, max-rate, expected-growth,
+unexplained-growth, contact-repeatability and temperature-growth.)"},
+        hal::Behaviour{R"(
+- Start of LinuxCNC: z-offset is 0. It follows the growth again after the first accepted contact. retain(1) keeps the
+reference over a restart.
+- In a cycle: z-offset changes at most at max-rate, only while the tool is clear of the work and does not feed down.
+- Between cycles: z-offset does not move. If it is no longer applied, it returns to 0.
+- Abort: z-offset holds. The cycle does not count.
+- Machine off, emergency stop: Z does not move. axis_offset applies the offset again when the next cycle starts.
+- enable false, dry-run true: z-offset returns to 0 at max-rate.
+- Learning: z-offset returns to 0 first. The cycle counts if cycle-complete is true when cycle-running falls. An
+aborted cycle, a fault, or an offset that is not 0 sets learning-failed.
+- Another program or tool set: The reference is refused (refusal-code) and z-offset returns to 0. Learn again, or raise
+acknowledge. The same happens if all contacts of a complete cycle came with another feed or override.
+- Change of spindle speed: Contacts within blanking-time are rejected.
+- Feed hold, stop, change of override: Contacts within steady-time are rejected.
+- Invalid input: Contacts are ignored and z-offset holds. An input is invalid if it is not a number or beyond 1e6.
+- Growth beyond the gate: The contact is rejected and z-offset holds.)"},
+        hal::Limits{R"(
+A contact measures tool, spindle, work and wear together. A chip, odd stock or a longer tool within the gate (15 to 60 um)
+looks like growth, and shifts the work by as much.
 
-There is no setting for wear at a tool change because no wear is kept: each contact sets the offset anew, so a fresh
-edge of the same tool shows at its first contacts, within the gate.  A tool measured anew is another tool-set-id.
+Only plunges with an end mill give the Z position. Drills and cuts from the side do not.
 
-A contact is a rise of the smoothed load by threshold over its running baseline while Z feeds towards the work, one
-per approach, that lasts for the debounce time.  Blanking-time after a change of spindle-speed-cmd it is rejected.
-Choose threshold low: four or five times load-noise as shown while the tool feeds through air (it is never taken below
-four times), and a third of the step of the lightest cut at most.
+The result is as good as the load. A noisy, late or coarse load can make the correction useless. Compare
+displacement-sigma with the growth before you apply it.
 
-The threshold only finds the contact.  Where it was comes out of a fit, by least squares, to the load of up to 0.3 s
-before and 0.3 s after, or less where the approach begins later or the feed ends earlier:
+The reference is as good as its learning cycle. A tool that wears, or one that seats differently, moves the origin.
 
-    y = b,  from t0 on  b + P (1 - exp(-(t - t0) / tau))        b, P, t0 free; z-position interpolated at t0
+After a long rest the growth may be beyond the gate. Every contact is then rejected, the offset holds, and fault is
+true. Look after the machine, and learn again.
 
-so that a softer part or a worn tool, whose step P is another one, moves nothing.  tau, mostly the drive's filter, is
-fitted in the learning cycle, kept with the reference, and used for all contacts that are compared with it: what the
-exponential does not describe shifts both alike.  A load that the drive samples and holds counts once per sample.  The
-work is spread, and the contact told up to 0.5 s after it was found (0.35 s when tau is known); until then the cycle
-must not end.  White noise s, sampled each T, gives the moment at best, and nearly so, a standard deviation of
-(s / P) sqrt(2 tau T): 0.3 ms for 0.3 percent, P 8 percent, tau 30 ms and 1 ms, which is 0.5 um at 100 mm/min.
-Pairs whose second load is 20 percent lower then scatter by 0.8 um rms, and by 2.7 um where the drive gives its load each
-8 ms to 0.5 percent; a threshold at half height errs by 13 and 17 um.
-displacement-sigma is estimated from the residuals of both fits, seen through the same exponential, so that ripple and
-1/f noise count as well.  A rise that does not stand out from them by five standard deviations is rejected.
+Between contacts the offset follows a model of the spindle speed. The temperature of the shop shows at the next contact.
 
-Pairing goes by operation, tool and occurrence: the first, second, ... approach of that tool in that operation.  A
-drill, whose load rises over its point, and an entry from the side say nothing about Z: name their keys in
-exclude-operation-N.  start-height and window may be set by operation, as
-operation itself.  A different feed or override is rejected, not scaled away, by either method; so is a contact within
-steady-time after a feed hold, a stop or a turn of the override: a tool that was held in the work, before the load
-showed it, seems to meet it where it goes on.
-
-The gate: growth can have come no further than max-growth-rate times the time since the last accepted contact, at
-least gate-floor, at most gate-cap.  What lies beyond is rejected, or, with confirm-contacts above 0, believed once so
-many further contacts agree with it within gate-floor, each of another tool and in another cycle than the one before.
-
-Between contacts (follow-speed) the growth goes on by a model of what the speed n of the spindle makes of it, each part
-learnt from the contacts, and weighed by its doubt:
-
-    growth = b + K x + A d + c T     tau x' = (n / 5000 rpm)^1.7 - x      tau d' = -d, from 1 at the start
-
-b is a slow bias, K x what the speed makes, A d the unknown heat at the start, c T what the temperature makes while
-temperature-valid is true and temperature-age not above max-temperature-age.  Three such Kalman filters with tau 5, 10
-and 20 min, four times that at rest, have the weight that their predictions earned.  Nothing is predicted before the
-first accepted contact, also not after a restart.  The prediction stays within the gate about the last accepted contact;
-a contact that the gate would let in but that lies beyond the gate about the prediction is rejected, and the prediction
-given up for the last accepted contact until the next.  A lost speed holds; after a minute of it, and after three cycles
-of which nothing was accepted, the last accepted contact does.  A lost temperature holds for ten minutes; then T goes
-to 0, and later to the value that is there again, by 0.01 K/s.  With follow-speed false the last accepted contact holds.
-  expected-growth says where learning starts; contact-repeatability is what seat and blank add to the
-noise of the load, unexplained-growth how fast b may wander: the larger, the more a contact counts.  A fresh edge, a new
-batch of blanks or another tool looks like a step of b, of which the first contact takes a part, those after it the
-rest.  growth-uncertain stays true after a change of speed until a contact, whatever is predicted.
-
-A contact measures tool, spindle, work and wear together, wear as a shorter spindle: a chip, odd stock or a longer tool
-within the gate cannot be told from growth by any means and shifts the work by what it is, the gate at most.  A
-correction is called wrong when it leaves |offset - growth| larger than before by more than gate + 3 sigma; a whole
-batch of odd blanks that confirms itself can cause one.
-
-An input that is not a number, or is beyond 1e6, is invalid.  Meanwhile contacts are ignored and z-offset holds;
-afterwards the load is blanked as after a change of speed.  When three cycles had contacts and none was accepted, growth
-may have left the gate, as over a long rest: z-offset holds the last accepted contact.  Check the machine and learn again.
-
-When enable is false or dry-run true, z-offset returns to 0 at max-rate.  Defaults are for millimetres.  Source:
-CN104227498A, claims 1 (time) and 2 (coordinate).)"};
+The reference holds at most 64 contacts.)"},
+        hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), plumb-contacts(1)"}};
 
     using Component::Component;
 

@@ -14,51 +14,72 @@ namespace plumb {
 
 struct Retain final : hal::Component {
     static constexpr hal::About about{"retain",
-                                      "keep values of pins, and records of components, over a restart", R"(
-What a machine has learnt is to outlive a restart.  A TOML file says what is kept:
+                                      "keeps values of pins, and records of components, over a restart",
+                                      R"(
+retain saves pins and the records of components in a file, and restores them when LinuxCNC starts again. Use it for the
+reference that thermal_displacement has learned. It also outputs the date and the identity of a program. A TOML file
+names the pins and the records. All of it is restored, or nothing.)",
+                                      hal::Wiring{R"(
+  loadusr -W retain --file $(CONFIG_DIR)/mill.toml
 
-    machine = "mill 3"                             # its values are put into no other machine
-    pins    = ["z-growth.window", "z-growth.gate-floor"]
-    records = ["z-growth"]                         # components that have the pins row, rows, restore, ...
-    program = ["/home/mill/nc/part.ngc"]           # files that make up program-id
-    every   = 2                                    # s; what changes is written at most this often, default 5
-    store   = "/home/mill/linuxcnc/mill.retained"  # default: beside the TOML file, with this ending
-    formerly = { "z-growth" = "thermal" }          # z-growth takes over the values that the store has of thermal
+  loadrt watchdog num_inputs=1
+  loadrt and2     names=kept
 
-Only machine must be there; paths are absolute.  The pins are inputs that no signal is netted to, of type bit, s32, u32 or
-float.  Load retain after all that it names, and after the lines that set the pins:
+  setp watchdog.timeout-0 30
+  setp watchdog.enable-in  1
 
-    loadusr -W retain --file /home/mill/linuxcnc/mill.toml
+  net restored         retain.restored  => kept.in0
+  net retain-heartbeat retain.heartbeat => watchdog.input-0
+  net retain-lives     watchdog.ok-out  => kept.in1
+  net compensated      kept.out         => thermal.enable
+  net date             retain.date      => thermal.date
 
-and let what depends on it work only while restored is true, and heartbeat, netted to watchdog, is alive.  In
-LinuxCNC's .hal files $(CONFIG_DIR) is the folder of the .ini file.  A second instance has a name and a file of its own:
-loadusr -Wn tools retain tools --file ...; two that keep values in the same store are refused.
+  addf watchdog.set-timeouts servo-thread
+  addf watchdog.process      servo-thread
+  addf kept                  servo-thread
 
-Restoring.  The store is read when retain is loaded.  Once all that is named exists, and each component answers through
-its walk, which it does when the realtime threads run (until then waiting is true), pins and records get what was
-kept, instead of what they had, and restored rises; at once where there was no store yet.  It is all or nothing: when a
-component refuses a record, all of them forget, and the pins get back what they had.  A pin that the store does not have
-stays as it is.
+Load retain after all components that the TOML file names, and after the lines that set their pins. $(CONFIG_DIR) is
+the folder of the INI file. configs/mill/compensation.hal is a complete example.)"},
+                                      hal::SettingUp{R"(
+1. Write the TOML file. Only machine is required; paths are absolute.
 
-A component is given what was kept once more when it is loaded anew, which retain knows by its pin kept: that one is for
-retain alone.  To forget is up to everyone.  Whoever else walks the records takes turns with retain, which uses row
-once a second: set row anew until row-shown agrees, and do not go on for long.
+    machine = "mill 3"            # values go into no other machine
+    pins    = ["thermal.window", "thermal.gate-floor"]
+    records = ["thermal"]         # components with the pins row, rows, ...
+    program = ["/home/mill/nc/part.ngc"]    # files of program-id
+    every   = 2                   # s between two writes, default 5
+    store   = "/home/mill/mill.retained"    # default: beside this file
 
-Saving.  Pins and records are looked at once a second, and at once when retain is asked to end, by unloadusr or with
-LinuxCNC; where they have changed they are written, at most every so many seconds and in the end, but never before
-restored.  Records are read twice, until both readings agree.  Written is a file beside the store, which then takes its
-place: after a crash or power cut the store is as it was, or as it was meant to be.  A component that does not answer any
-more, as after the threads were stopped, or that is gone, is kept as it was seen last.  kill -9 loses what was not yet written.
+2. List pins only that are inputs without a signal, of type bit, s32, u32 or float.
+3. Let the components work only while restored is true and heartbeat is alive, as above.
+4. For a second instance give it a name and a file: loadusr -Wn tools retain tools --file FILE. Two instances with the
+same store are refused.)"},
+                                      hal::Behaviour{R"(
+- Start: retain reads the store when it is loaded. It restores when all named pins and components exist and the realtime
+threads run; waiting is true until then. Then restored becomes true. Without a store it becomes true at once.
+- Refused record: All components forget their records, and the pins get back their former values.
+- Pin that the store does not have: It keeps its value.
+- Component loaded again: Its records are restored once more. The pin kept is for this, and for retain alone.
+- Saving: retain looks once a second, and when it is asked to end. It writes changes every so many seconds, at most,
+and never before restored is true.
+- Crash, power cut: The store is either the old one or the new one. kill -9 loses unwritten changes.
+- Component that does not answer: Its last seen records are kept.
+- Disk that does not answer for 5 s: heartbeat stops.
+- Faults of the store on loading: Nothing is restored or saved, and the store stays as it is. Correct it, and start again.
+A store that can no longer be written is tried again at every look; restored stays true.
+- Pin or component that is missing, netted, or of another type: Nothing is restored, or restored becomes false. retain goes
+on after you correct it.
+- Unreadable program file: program-id is 0.
 
-The store is text: who reads it sees each value, and who changes it is found out by the checksum.  It keeps its owner and
-its rights.  Beside it stays a file .lock, by which a second retain knows of the first.  A store is a regular file with
-one name: a pipe is refused, and so is a file with a hard link.  Neither is a link followed that another user has put
-into a folder that all can write.
+stderr gives the details of a fault. program-id is the CRC-32 of the files of the program in order, as a signed number.
+It follows their changes within a second.)"},
+                                      hal::Limits{R"(
+The store is text with a checksum: you can read it, but an edited store is refused. It keeps its owner and its rights. A
+file .lock stays beside it. Pipes, files with a hard link, and a link of another user in a folder for all are refused.
 
-Details of a fault are written to stderr.
-
-program-id is the CRC-32 of the program's files, one after the other, as a signed number; it follows their changes
-within a second.  Heartbeat stands still when the disk has not answered for 5 s.)"};
+Another program that walks the records takes turns with retain, which uses row once a second. It sets row again until
+row-shown agrees, and must be brief.)"},
+                                      hal::SeeAlso{"thermal_displacement(9), linuxcnc_link(1), watchdog(9)"}};
 
     using Component::Component;
 

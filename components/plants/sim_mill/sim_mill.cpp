@@ -7,23 +7,46 @@
 namespace plumb {
 
 struct SimMill final : hal::Component {
-    static constexpr hal::About about{"sim_mill", "simulated mill: Z axis, thermal growth, tool and work", R"(
-The Z axis follows its command; the tip of the tool ends where heat, wear and the tool's seat leave it:
+    static constexpr hal::About about{
+        "sim_mill",
+        "simulated mill: Z axis, thermal growth, tool and work",
+        R"(
+sim_mill is the machine on which thermal_displacement is benched. The Z axis follows its command. Heat, wear and the
+seat of the tool displace the tip:
 
     z'  = Kv (z-position-cmd + z-offset - z)
     tip = z - growth + wear + seat - tool-deviation
 
-All in millimetres; + is away from the work, and growth > 0 brings the tool closer to it.  Growth is the sum of the
-spindle (fast), head and column that it heats (slow, the other way), the ball screw and the shop air; or a measured
-curve from growth-replay.  It does not follow one exponential.
+Lengths are millimetres; + points away from the work. Growth is the sum of the spindle (fast), of head and column (slow,
+opposite), of the ball screw and of the shop air. growth-replay replaces it by a measured curve.)",
+        hal::Wiring{R"(
+  loadrt sim_part_program names=program
+  loadrt sim_mill         names=mill
+  loadrt sim_drive_load   names=drive
 
-The tool meets the work where tip = work-top + stock-deviation; a chip lies chip-height above.  The cut takes
-the power kc A F of a sharp tool; the chip of an end mill grows over one turn, that of a drill over its point, a cut
-from the side with side-entry.
+  net z-position-cmd    program.z-position-cmd    => mill.z-position-cmd
+  net spindle-speed-cmd program.spindle-speed-cmd => mill.spindle-speed-cmd
+  net tool-number       program.tool-number       => mill.tool-number
+  net work-top          program.work-top          => mill.work-top
+  net work-present      program.work-present      => mill.work-present
+  net cutting-power     mill.cutting-power        => drive.cutting-power
 
-The truth-... pins are for scoring only.  truth-tip-error is how much higher the tip is than in a cold machine with
-the same servo; truth-cut-error is its value where the tip was deepest, latched when the tool leaves the work.  An
-input that is not a number, or beyond any mill, leaves its last good value in force.)"};
+  addf program.update servo-thread
+  addf mill.update    servo-thread
+  addf drive.update   servo-thread
+
+configs/mill/bench.hal has all lines.)"},
+        {},
+        hal::Behaviour{R"(
+- Contact: The tool meets the work where tip = work-top + stock-deviation. A chip lies chip-height above it.
+- Cut: It takes the power kc A F of a sharp tool. The chip of an end mill grows over one turn, that of a drill over its
+point, and a cut from the side with side-entry.
+- Truth: truth-... pins are for scoring only. truth-tip-error is the height of the tip above that of a cold machine with
+the same servo. truth-cut-error is its value at the deepest point, latched when the tool leaves the work.
+- seed: 0 is the typical machine; any other number draws one.
+- Invalid input: The last good value stays.)"},
+        hal::Limits{"The growth does not follow one exponential. Use millimetres only."},
+        hal::SeeAlso{"sim_part_program(9), sim_drive_load(9), thermal_displacement(9)"}};
 
     using Component::Component;
 

@@ -7,25 +7,45 @@ namespace plumb {
 
 struct SimPartProgram final : hal::Component {
     static constexpr hal::About about{
-        "sim_part_program", "simulated part program: a cycle of plunge cuts, and what upsets it", R"(
-Moves Z where no LinuxCNC does.  Every cycle-interval a part is made: for each operation a tool change where the tool
-is another one, a rapid to 6 mm above the work, a feed to depth, a dwell, a rapid up.  Then, until the next part, the
-last tool mills sides at its speed (operation 0).  Speeds are trapezoids; z-velocity-cmd is signed, + away from the work.
+        "sim_part_program",
+        "simulated part program: a cycle of plunge cuts, and events that disturb it",
+        R"(
+sim_part_program moves Z without LinuxCNC. It makes a part in every cycle-interval. Each operation has a tool change if
+the tool is another one, a rapid to 6 mm above the work, a feed to depth, a dwell and a rapid up. Then the last tool
+mills sides (operation 0) until the next part. Speeds are trapezoids; z-velocity-cmd is positive away from the work.
 
-    operation  tool            occurrences       of machine 0; any other seed draws diameters,
-    10         1 end mill 12   1, 2              speeds, levels and depths
+    operation  tool            occurrences
+    10         1 end mill 12   1, 2
     20         2 drill 8       1
     30         3 face mill 32  1, from the side
     40         4 end mill 10   1
 
-With probability event-rate one event, drawn by seed, upsets a cycle after the learning ones.  The event whose number
-event holds upsets cycle event-cycle, or every cycle where that is 0.  The numbers are those of truth-event.
-event-height is the height of a chip (0.5 mm at most), a blank (0.3 mm), another part (5 mm), a tool (2 mm) or an edited
-program (1 mm), either way except for a chip.  event-factor multiplies the feed or the speed of one operation.  The speed
-changes within 1 mm above the work.  After an abort the machine stands until the next cycle.  After an edit all later
-cycles have another program-id, and their work lies higher by event-height.
+These are of machine 0. Any other seed draws diameters, speeds, levels and depths.)",
+        hal::Wiring{R"(
+  loadrt sim_part_program names=program
 
-The truth-... pins are for scoring only.)"};
+  net z-position-cmd program.z-position-cmd => mill.z-position-cmd
+  net cycle-running  program.cycle-running  => thermal.cycle-running
+  net cycle-complete program.cycle-complete => thermal.cycle-complete
+  net learn          program.learn          => thermal.learn
+  net operation      program.operation      => mill.operation
+  net operation                             => thermal.operation
+
+  addf program.update servo-thread
+
+configs/mill/bench.hal has all lines.)"},
+        {},
+        hal::Behaviour{R"(
+- Event: with probability event-rate one event, drawn by seed, disturbs a cycle after the learning cycles. Or event
+selects one, by the numbers of truth-event, for cycle event-cycle; 0 selects every cycle.
+- event-height: the height of a chip (0.5 mm at most), a blank (0.3 mm), another part (5 mm), a tool (2 mm) or an edited
+program (1 mm), either way except for a chip.
+- event-factor: multiplies the feed or the speed of one operation. The speed changes within 1 mm above the work.
+- Abort: the machine stands until the next cycle.
+- Edit: all later cycles have another program-id, and their work is higher by event-height.
+- Truth: truth-... pins are for scoring only.)"},
+        hal::Limits{"Use millimetres only."},
+        hal::SeeAlso{"sim_mill(9), sim_drive_load(9), thermal_displacement(9)"}};
 
     using Component::Component;
 

@@ -9,38 +9,50 @@
 namespace plumb {
 
 struct SimPortal final : hal::Component {
-    static constexpr hal::About about{"sim_portal", "simulated machine with tilted columns and rails", R"(
-Two machines whose guides lean, in the notation of ISO 10791 from the work over the bed to the tool:
+    static constexpr hal::About about{
+        "sim_portal",
+        "simulated machine with tilted columns and rails",
+        R"(
+sim_portal is the machine on which squareness is benched. It is one of two machines, in the notation of ISO 10791:
 
-    w-Z.b-X-Y-C-t      a column on X, a spindle head that goes up and down it as Y, the work on Z
-    w-X.b-W-Y-Z-C-t    a portal: a cross rail W, a saddle Y on it, a ram Z, the work on X
+    w-Z.b-X-Y-C-t      a column on X, a spindle head on Y, the work on Z
+    w-X.b-W-Y-Z-C-t    a portal: cross rail W, saddle Y, ram Z, work on X
 
-The tip is a product of poses, body after body, exact for whatever angles (ISO 230-1, in rad):
+The tip is a product of poses, body after body, exact for any angle (ISO 230-1, in rad):
 
-    pose = R(EA0, EB0, EC0) . translation by q e + (EX, EY, EZ) . R(EA, EB, EC)      R = Rz(EC) Ry(EB) Rx(EA)
+    pose = R(EA0, EB0, EC0) . move by q e + (EX, EY, EZ) . R(EA, EB, EC)
+    R    = Rz(EC) Ry(EB) Rx(EA)
     tip  = (poses of the work's side)^-1 (poses of the tool's side) T
     T    = (radial-offset in radial-direction, -tool-length)
 
-where the side of the work travels by -q e - (EX, EY, EZ).  Positions count from a pivot, where nothing but the tilt is
-wrong.  With axis-direction a guide that crosses a tilted one below it was shimmed true: the saddle of a leaning rail
-stays level, ram and tool lean.  With to-bed the tilt of the ram was measured against the bed, not against the rail.
-A tool, or work, that was shimmed square on an axis does not turn with it: its -tool-follows is false.
+The side of the work moves by -q e - (EX, EY, EZ). Positions count from a pivot, where only the tilt is wrong. Lengths are
+millimetres. Each axis follows its command y: y' = servo-gain (cmd - y).)",
+        hal::Wiring{R"(
+  loadrt sim_portal names=portal
 
-All in millimetres.  Each axis follows its command as a position loop, y' = servo-gain (cmd - y).  The nominal tip is
-that of an ideal machine with the same drives, so that following error is none of the tip error:
+  net x-motor-cmd x-stage.drive-command => portal.x-position-cmd
+  net x-nominal   joint.0.pos-cmd       => portal.x-nominal
 
-    truth-x-error = truth-x-tip - truth-x-nominal
+  addf portal.update servo-thread
 
-On top of the tilts comes what they cannot describe, drawn by the seed and none of it for seed 0: straightness, pitch
-and yaw of each axis, curves without offset or slope; a ram whose nose bends towards +X with the square of its length
-outside; and the tilts of Y on the column, of W and Z on the portal, drift.  truth-x-beyond-tilts is what of the tip
-error all that makes: tip minus that of a machine that has nothing but the tilts of the start.  The error motions of
-one axis at any position, as an instrument measures them, are at truth-gauge-...: the columns of an error table.
-
-A touch probe, its ball centred in the tip, meets an artifact in the work: a box, with a bore if it has one.
-
-The truth-... pins are for scoring only.  An input that is not a number, or beyond any machine, leaves its last good
-value in force.)"};
+Wire the other axes in the same way. configs/portal/bench.hal has all lines.)"},
+        {},
+        hal::Behaviour{R"(
+- axis-direction: Guides that cross a tilted guide below them were shimmed true. The saddle of a leaning rail stays level;
+ram and tool lean.
+- to-bed: The tilt of the ram was measured against the bed, not against the rail.
+- L-tool-follows false: A tool or work that was shimmed square on an axis does not turn with it.
+- Tip error: truth-x-error = truth-x-tip - truth-x-nominal. The nominal tip is that of an ideal machine with the same
+drives, so that following error is not part of the tip error.
+- Errors beyond tilts: seed draws straightness, pitch and yaw of each axis, curves without offset or slope. The nose of the
+ram bends towards +X with the square of its length. The tilts of Y on the column, of W and Z on the portal drift. seed 0
+has none of these. truth-x-beyond-tilts is their part of the tip error.
+- Instrument: truth-gauge-... are the error motions of one axis at any position, the columns of an error table.
+- Touch probe: Its ball has its centre in the tip. It meets a box in the work, with a bore if there is one.
+- Truth: truth-... pins are for scoring only.
+- Invalid input: The last good value stays.)"},
+        hal::Limits{"Use millimetres only. The machine is rigid but for the ram."},
+        hal::SeeAlso{"squareness(9), joint_offset(9)"}};
 
     using Component::Component;
 

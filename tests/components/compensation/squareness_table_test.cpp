@@ -294,7 +294,7 @@ TEST(SquarenessTables, AreRefusedAtLoadWithFileLineAndReason) {
 
 TEST(SquarenessTables, ExampleOfTheManualPageIsTaken) {
     const Module module(BUILD_DIR "/modules/squareness.so");
-    const std::string page = module.model().about.description, end = "# end, 2 rows\n";
+    const std::string page = module.model().about.setting_up.text, end = "# end, 2 rows\n";
     const std::size_t from = page.find("    # machine: "), to = page.find(end, from) + end.size();
     const Folder folder;
     Square square("chain=b-Y-t table=" + folder.write("y.csv", page.substr(from, to - from)).string());
