@@ -83,7 +83,7 @@ def fetch_source_package(version, folder):
         _, _, (uri, suite, *_) = (part.split() for part in line.split("|"))
         sources.add(f"deb-src {uri} {suite.replace('/', ' ')}\n")
     if not sources:
-        raise Trouble("No package source of this machine has linuxcnc-uspace; Debian 12 has.")
+        raise Trouble("No package source of this machine has linuxcnc-uspace; Debian 12 and 13 have it.")
     for name in ("lists/partial", "cache/archives/partial"):
         os.makedirs(os.path.join(folder, name))
     with open(os.path.join(folder, "sources.list"), "w", encoding="ascii") as file:

@@ -49,6 +49,7 @@ the folder of the INI file. configs/mill/compensation.hal is a complete example.
     program = ["/home/mill/nc/part.ngc"]    # files of program-id
     every   = 2                   # s between two writes, default 5
     store   = "/home/mill/mill.retained"    # default: beside this file
+    formerly = { "z-growth" = "thermal" }   # z-growth takes over the values stored for thermal
 
 2. List pins only that are inputs without a signal, of type bit, s32, u32 or float.
 3. Let the components work only while restored is true and heartbeat is alive, as above.
