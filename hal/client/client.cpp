@@ -253,8 +253,8 @@ private:
         socklen_t size = sizeof peer;
         if (getsockopt(*control_, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) fail(path);
         if (peer.uid != geteuid() && peer.uid != 0)
-            throw std::runtime_error("what listens at " + path + " is user " + std::to_string(peer.uid) +
-                                     "'s, and no host of yours");
+            throw std::runtime_error(path + " belongs to user " + std::to_string(peer.uid) +
+                                     ", and is no host of yours");
     }
 
     void greet() try {

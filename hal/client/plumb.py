@@ -94,7 +94,7 @@ class Host:
             user = struct.unpack("3i", peer)[1]
             if user not in (0, os.geteuid()):
                 self._control.close()
-                raise HostDied("what listens at %s is user %d's, and no host of yours" % (attach, user))
+                raise HostDied("%s belongs to user %d, and is no host of yours" % (attach, user))
             self.socket = attach
         else:
             self.socket = None

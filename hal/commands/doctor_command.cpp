@@ -498,7 +498,7 @@ int doctor() {
     return wrongs ? 1 : 0;
 }
 
-const Command command{"doctor", "reports what is missing on this computer, and how to fix it",
+const Command command{"doctor", "reports missing parts on this computer, and how to fix them",
                       [](int argc, char** argv) {
                           CLI::App app(command.summary, "plumb doctor");
                           hal::begin_command_line(app, doctor_page);

@@ -324,7 +324,7 @@ std::optional<Json> Control::carry_out(Server::Connection from, const Request& r
         end_ = true;
         return okay();
     }
-    throw std::runtime_error("'" + what.substr(0, 60) + "' is nothing that this host can do");
+    throw std::runtime_error("'" + what.substr(0, 60) + "' is no request of this host");
 }
 
 void Control::answer(Server::Connection to, const Json& result) {

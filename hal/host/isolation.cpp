@@ -377,10 +377,11 @@ Isolated isolate(const Isolation& wanted) {
         forked = fork_host({true, lonely_root || geteuid() != 0, wanted.own_network}, number);
         namespaces = forked.host >= 0;
         if (!namespaces && wanted.namespaces == Isolation::Namespaces::required)
-            throw std::runtime_error("this system gives the run no namespaces (" + forked.refusal +
-                                     "), so the program would have the computer's own devices, network and "
-                                     "HAL; 'plumb doctor' says what "
-                                     "to do. --no-namespaces runs it nevertheless, with all of these");
+            throw std::runtime_error(
+                "this system gives the run no namespaces (" + forked.refusal +
+                "), so the program would have the computer's own devices, network and "
+                "HAL; 'plumb doctor' names the remedy. --no-namespaces runs it nevertheless, with "
+                "all of these");
         if (!namespaces)
             std::fprintf(
                 stderr,

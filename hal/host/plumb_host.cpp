@@ -42,8 +42,8 @@ void end_on_termination(unsigned seconds) {
     action.sa_flags = SA_RESTART;
     action.sa_handler = [](int) {
         constexpr std::string_view words =
-            "plumb-host: does not end in order, so it ends at once; what a program of plumb run has put into "
-            "/tmp is lost\n";
+            "plumb-host: does not end in order, so it ends at once; new files of a program in /tmp are "
+            "lost\n";
         if (write(STDERR_FILENO, words.data(), words.size()) < 0) _exit(1);
         _exit(1);
     };

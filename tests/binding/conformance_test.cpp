@@ -76,7 +76,8 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
     demand(*model.about.behaviour.text != 0, "no behaviour");
     std::istringstream wiring(model.about.wiring.text);
     for (std::string line; std::getline(wiring, line);)
-        demand(line.empty() || line.front() != ' ' || line.size() <= 72, "a line of the wiring is too wide: " + line);
+        demand(line.empty() || line.front() != ' ' || line.size() <= 72,
+               "a line of the wiring is too wide: " + line);
     for (const hal::Function* function : declared.functions) {
         demand(dashed_lower(function->name), function->name + ": not lower case with dashes");
         demand(sentence(function->place), function->name + ": its place is not one sentence");

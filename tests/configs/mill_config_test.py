@@ -192,7 +192,7 @@ class Shift(unittest.TestCase):
                 self.assertEqual(
                     [c["key"] for c in reported], [(10, 1, 1), (10, 1, 2), (10, 1, 3), (20, 2, 1), (20, 2, 2)]
                 )
-                self.assertEqual({c["verdict"] for c in reported}, {"believed"})
+                self.assertEqual({c["verdict"] for c in reported}, {"accepted"})
                 for pin, value in (("contact-coordinate", "coordinate"), ("displacement", "growth")):
                     said = scene["thermal." + pin][rows]
                     np.testing.assert_allclose([c[value] for c in reported], said, atol=0.2 * um, err_msg=pin)
@@ -213,7 +213,7 @@ class Shift(unittest.TestCase):
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         status, output, contacts = self.report("first.txt")
         self.assertEqual(status, 1, output)
-        self.assertEqual([c["verdict"] for c in contacts], 5 * ["learnt"] + 5 * ["believed"])
+        self.assertEqual([c["verdict"] for c in contacts], 5 * ["learnt"] + 5 * ["accepted"])
         growth = [c["growth"] for c in contacts if c["growth"] is not None]
         np.testing.assert_allclose(growth, GROWTH, atol=TOLERANCE)
         self.assertIn("taken as learnt by this report", output)

@@ -167,7 +167,7 @@ class Days(unittest.TestCase):
         day, rows = self.days["second"], self.rows("second", "rejected")
         self.assertEqual(np.ptp(day["thermal.contacts"][rows]), 1)
         self.assertEqual(np.ptp(day["thermal.contacts-accepted"][rows]), 0)
-        self.assertIn("no contact was believed yet", self.told["second"]["errors"][1])
+        self.assertIn("no contact was accepted yet", self.told["second"]["errors"][1])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():

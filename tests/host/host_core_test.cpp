@@ -307,7 +307,7 @@ TEST_F(HostCore, WhatIsNoProtocolIsHungUpOn) {
     EXPECT_EQ(talk(socket_path, {"1  "}), "");
     EXPECT_THAT(talk(socket_path, {"{]\n"}, 1), HasSubstr("\"ok\":false"));
     EXPECT_THAT(talk(socket_path, {"{\"do\":\"dance\"}\n"}, 1),
-                HasSubstr("'dance' is nothing that this host can do"));
+                HasSubstr("'dance' is no request of this host"));
     EXPECT_THAT(talk(socket_path, {"{\"do\":\"run\"}\n"}, 1), HasSubstr("'run' needs \\\"ns\\\""));
     EXPECT_THAT(talk(socket_path, {"{\"do\":\"run\",\"ns\":1.5}\n"}, 1),
                 HasSubstr("whole number of nanoseconds"));

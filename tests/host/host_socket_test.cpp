@@ -113,14 +113,13 @@ TEST_F(HostSocket, AClientDoesNotSpeakToAStranger) {
             host::Client client(host::Attach{"/tmp/socket"});
             ADD_FAILURE() << "it speaks to a stranger";
         } catch (const std::runtime_error& refusal) {
-            EXPECT_STREQ(refusal.what(), "what listens at /tmp/socket is user 65534's, and no host of yours");
+            EXPECT_STREQ(refusal.what(), "/tmp/socket belongs to user 65534, and is no host of yours");
         }
         setenv("PYTHONPATH", BUILD_DIR "/python", 1);
         const Outcome python =
             run_program({"/usr/bin/python3", "-c", "import plumb; plumb.Host(attach='/tmp/socket')"}, "/");
         EXPECT_NE(python.status, 0);
-        EXPECT_THAT(python.errors,
-                    HasSubstr("what listens at /tmp/socket is user 65534's, and no host of yours"));
+        EXPECT_THAT(python.errors, HasSubstr("/tmp/socket belongs to user 65534, and is no host of yours"));
         stranger.go();
         stranger.await_success();
     });

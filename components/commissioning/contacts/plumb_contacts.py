@@ -13,7 +13,7 @@ import numpy as np
 sys.path.append(os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "python"))  # of a build
 import plumb  # noqa: E402
 
-SUMMARY = "reports what compensation would have done, from a recording"
+SUMMARY = "reports the contacts of a recording, and whether to compensate"
 
 # The columns of record.hal, and where replay.hal takes them.
 COLUMNS = {
@@ -68,7 +68,7 @@ def unwired(recording):
 
     moves, feeds = bool(recording.velocity.any()), bool(recording.approaches)
     if constant("z") and moves:
-        yield "Z is %g all the time although it is told to move: net z-motor-fb to joint.2.motor-pos-fb" % recording.z[0]
+        yield "Z is %g all the time although its command moves: net z-motor-fb to joint.2.motor-pos-fb" % recording.z[0]
     if not moves and not constant("z"):
         yield "the velocity of Z is 0 although Z moves: net z-velocity-cmd to joint.2.vel-cmd"
     if constant("motion") and moves:
@@ -76,7 +76,7 @@ def unwired(recording):
     if not feeds:
         return
     if constant("load"):
-        yield "the load is %g %% all the time: net spindle-load to what reads the drive" % recording.load[0]
+        yield "the load is %g %% all the time: net spindle-load to the load of the drive" % recording.load[0]
     if constant("speed"):
         yield "the speed is %g all the time: net spindle-speed-cmd to spindle.0.speed-out" % recording.speed[0]
     if not recording.override.any():
@@ -124,7 +124,7 @@ class Recording:
         with open(self.file) as lines:
             if any(line.startswith("overrun") for line in lines):
                 return "halsampler lost samples ('overrun'): record again, with a larger depth in record.hal"
-        return "is not what record.hal writes: %s" % error
+        return "is no recording of record.hal: %s" % error
 
     def _cycles(self):
         running = np.concatenate(([0], self.running, [0])) > 0
@@ -399,7 +399,7 @@ class Contact:
     def verdict(self):
         if self.code:
             return "rejected: " + self.rejection
-        return "learnt" if self.learnt else "believed" if self.believed else "seen"
+        return "learnt" if self.learnt else "accepted" if self.believed else "seen"
 
 
 def counted(number, thing):
@@ -443,7 +443,7 @@ def show_suggestions(load, replay, tried):
         print("  setp thermal.%-14s %-6.4g # %s; now %.4g" % (name, value, reason, now))
     print()
     rows = [[name, str(r.believed()), "%.1f" % r.sigma()] for name, r in (("now", replay), ("these", tried))]
-    for row in [["settings", "believed", "median sigma, um"]] + rows:
+    for row in [["settings", "accepted", "median sigma, um"]] + rows:
         print("  %-8s  %8s  %s" % tuple(row))
 
 
@@ -484,7 +484,7 @@ def show_cycles(recording, replay):
                 kind,
             ]
         )
-    table(["cycle", "from", "contacts", "believed", "at its start", "at its end", "recorded", ""], rows)
+    table(["cycle", "from", "contacts", "accepted", "at its start", "at its end", "recorded", ""], rows)
 
 
 def show_summary(replay):
@@ -493,7 +493,7 @@ def show_summary(replay):
         if contact.code:
             refused[contact.code] = refused.get(contact.code, 0) + 1
     learnt = sum(c.learnt for c in replay.found)
-    print("\nContacts: %d learnt, %d believed, %d missed" % (learnt, replay.believed(), replay.contacts_missed[-1]))
+    print("\nContacts: %d learnt, %d accepted, %d missed" % (learnt, replay.believed(), replay.contacts_missed[-1]))
     for code in sorted(refused):
         print("  %d rejected: %s" % (refused[code], replay.rejection(code)))
     print("Largest offset %+.4f mm" % replay.z_offset[np.argmax(abs(replay.z_offset))])
@@ -602,7 +602,7 @@ def draw(file, recording, replay):
     loads.set_ylabel("load, %")
     loads.set_ylim(*np.percentile(recording.load, [0.1, 95]) + np.array([-2, 10]))
     offsets.plot(replay.time, replay.z_offset * 1e3, label="offset that would have been applied")
-    for believed, mark, label in ((True, "o", "contact, believed"), (False, "x", "contact, rejected")):
+    for believed, mark, label in ((True, "o", "contact, accepted"), (False, "x", "contact, rejected")):
         shown = [c for c in replay.found if c.compared and c.believed == believed]
         if shown:
             growth = [c.growth * 1e3 for c in shown]

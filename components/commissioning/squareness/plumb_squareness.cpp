@@ -38,8 +38,9 @@ void print_chain(const TiltedMachine& machine) {
               "  ");
     paragraph(machine.reading == TiltReading::component
                   ? "Reading: component; all that a tilted axis carries turns with it."
-                  : "Reading: axis direction; of what a tilted axis carries, tool or work turn with it, and "
-                    "axes only where they are parallel to it.",
+                  : "Reading: axis direction; tool or work turn with a tilted axis, and of the axes that it "
+                    "carries "
+                    "only those parallel to it.",
               "  ");
     if (machine.chain.stacked())
         paragraph(machine.against == TiltDatum::rail
@@ -132,14 +133,14 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
         paragraph(
             "Set up a square: one leg along the base axis, trued with the indicator by moving that, the "
             "other along the axis that is to move. With the indicator in the spindle touch that one, the "
-            "plunger pointing as told; it counts up as the plunger is pressed in. Set it to 0, and move: "
+            "plunger pointing as below; it counts up as the plunger is pressed in. Set it to 0, and move: "
             "once without correction, once with it.",
             "  ");
         if (std::any_of(advice.moves.begin(), advice.moves.end(), [](const auto& m) { return !m.base; }))
             paragraph(
                 "Where the base is the table, two axes turn together, and no square shows it: touch the "
                 "table "
-                "itself, or a face of what stands true on it.",
+                "itself, or a face of a body that stands true on it.",
                 "  ");
         std::cout << "  sign of base    plunger  move                without      with   wrong sign\n";
     }
@@ -161,11 +162,11 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
 // Throws std::runtime_error with file, line and reason.
 void print_tables(const std::vector<std::string>& files) {
     const ErrorTableFiles read = read_error_tables({files.begin(), files.end()});
-    const auto told = [](const std::string& fact) { return fact.empty() ? "not stated" : fact; };
+    const auto stated = [](const std::string& fact) { return fact.empty() ? "not stated" : fact; };
     for (const error_table_file::Facts& its : read.files)
         std::cout << its.file << "\n  axes         " << its.axes << "\n  rows         " << its.rows
-                  << "\n  machine      " << told(its.machine) << "\n  date         " << told(its.date)
-                  << "\n  temperature  " << told(its.temperature) << "\n  checksum     " << its.checksum
+                  << "\n  machine      " << stated(its.machine) << "\n  date         " << stated(its.date)
+                  << "\n  temperature  " << stated(its.temperature) << "\n  checksum     " << its.checksum
                   << (its.is_checked ? "" : ", which the file does not state") << '\n';
     for (const auto& [axis, table] : read.tables)
         std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());

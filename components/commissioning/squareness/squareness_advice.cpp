@@ -117,10 +117,10 @@ void hold_against(const KinematicChain& chain, const std::vector<Corner>& corner
     for (const Corner& corner : corners) {
         const double is = opening_of(chain, corner.a, corner.b);
         if (!(std::abs(is - corner.opening) < 1e-7 + second_order))
-            throw std::invalid_argument("what is set and measured contradicts itself: " + letters(corner.a) +
-                                        " and " + letters(corner.b) + " would be at " + opening(is) +
-                                        ", but were measured at " + opening(corner.opening) +
-                                        ": leave one out");
+            throw std::invalid_argument(
+                "settings and measurements contradict each other: " + letters(corner.a) + " and " +
+                letters(corner.b) + " would be at " + opening(is) + ", but were measured at " +
+                opening(corner.opening) + ": leave one out");
     }
 }
 
@@ -173,9 +173,10 @@ std::vector<std::string> notes_on(const Quantities& quantities, const std::vecto
                                   (corner.b == q.axis && parallel(corner.a, base_of(q)))))
                 both.push_back(name_of(q));
         if (both.size() > 1)
-            notes.push_back(both[0] + " and " + both[1] +
-                            " belong together: one of the two axes carries the other, and what it turns that "
-                            "by is taken back.");
+            notes.push_back(
+                both[0] + " and " + both[1] +
+                " belong together: one of the two axes carries the other; the second angle cancels "
+                "its effect on the other.");
     }
     return notes;
 }

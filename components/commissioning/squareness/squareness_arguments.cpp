@@ -389,11 +389,12 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
            "READING",
            "component (by default): all that a tilted axis carries turns with it; or axis-direction: tool or "
            "work turn with it, but the axes that it carries keep theirs, apart from parallel ones.");
-    choice("--against", options.machine.against,
-           std::vector<std::pair<std::string, TiltDatum>>{{"rail", TiltDatum::rail}, {"bed", TiltDatum::bed}},
-           "WHAT",
-           "Against what the tilt of an axis is told that rides on a parallel one: rail (by default), which "
-           "carries it, or bed. Measurements are converted.");
+    choice(
+        "--against", options.machine.against,
+        std::vector<std::pair<std::string, TiltDatum>>{{"rail", TiltDatum::rail}, {"bed", TiltDatum::bed}},
+        "WHAT",
+        "Reference for the tilt of an axis on a parallel one: rail (by default), which carries it, or bed. "
+        "Measurements are converted.");
     command
         .add_option("--travel", arguments->travel,
                     "Of the test move. By default 300mm, or 12in with --unit inch.")
@@ -413,10 +414,9 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
             "Name of the component's instance in the lines for the .hal file. By default square.")
         ->type_name("NAME");
     command
-        .add_option(
-            "--table", options.tables,
-            "Checks a file of error tables as the component does, and prints what it states: machine, "
-            "date, temperature and checksum. Nothing else is printed. May be given many times.")
+        .add_option("--table", options.tables,
+                    "Checks a file of error tables as the component does, and prints its machine, date, "
+                    "temperature and checksum. Nothing else is printed. May be given many times.")
         ->allow_extra_args(false)
         ->type_name("FILE");
     command.final_callback([arguments, &options] { read_all(*arguments, options); });

@@ -92,12 +92,13 @@ row-shown agrees, and must be brief.)"},
     hal::Out<std::int32_t> date{this, "date", "Local date, as a number YYYYMMDD."};
     hal::Out<std::int32_t> program_id{this, "program-id",
                                       "Tells programs, and versions of one, apart; 0 for none."};
-    hal::Option<std::string> file{this, "file", "", "TOML file that says what is kept, absolute path."};
+    hal::Option<std::string> file{this, "file", "",
+                                  "TOML file that lists the values to keep, absolute path."};
     hal::Function run{this, "update", &Retain::update, "Once per period."};
 
     void prepare() override {
         if (file.get().empty())
-            throw std::invalid_argument("say by --file which TOML file says what is kept");
+            throw std::invalid_argument("give the TOML file that lists the values to keep by --file");
         keeper_ = std::make_unique<Keeper>(hal::absolute_path("file", file));
         identity_ = std::make_unique<ProgramIdentity>(keeper_->settings().program);
         identify();
