@@ -29,7 +29,7 @@ w rises to 1 with warm-tau while the spindle turns.)",
   loadrt sim_drive_load names=drive
 
   net cutting-power     mill.cutting-power        => drive.cutting-power
-  net spindle-speed-cmd program.spindle-speed-cmd => drive.spindle-speed-cmd
+  net speed program.spindle-speed-cmd => drive.spindle-speed-cmd
   net tool-number       program.tool-number       => drive.tool-number
   net load              drive.load                => thermal.load
 

@@ -273,7 +273,7 @@ class Shift(unittest.TestCase):
         with open(os.path.join(self.machine, "load.txt")) as file:
             rows = [line.split() for line in file.readlines()[:60000]]
         for column, name, source in (
-            (1, "spindle-load", "what reads the drive"),
+            (1, "spindle-load", "the load of the drive"),
             (2, "z-motor-fb", "joint.2.motor-pos-fb"),
             (3, "z-velocity-cmd", "joint.2.vel-cmd"),
             (4, "spindle-speed-cmd", "spindle.0.speed-out"),

@@ -25,7 +25,7 @@ opposite), of the ball screw and of the shop air. growth-replay replaces it by a
   loadrt sim_drive_load   names=drive
 
   net z-position-cmd    program.z-position-cmd    => mill.z-position-cmd
-  net spindle-speed-cmd program.spindle-speed-cmd => mill.spindle-speed-cmd
+  net speed program.spindle-speed-cmd => mill.spindle-speed-cmd
   net tool-number       program.tool-number       => mill.tool-number
   net work-top          program.work-top          => mill.work-top
   net work-present      program.work-present      => mill.work-present
