@@ -235,7 +235,8 @@ void Replayer::resolve(const Names& names) {
     std::vector<Cell> cells;
     for (std::size_t column = 0; column < columns_.size(); ++column) {
         cells.push_back(names.need(columns_[column]));
-        if (!begun_ || cells[column].value.type() != cells_[column].value.type()) check(cells[column], column);
+        if (!begun_ || cells[column].value.type() != cells_[column].value.type())
+            check(cells[column], column);
     }
     cells_ = std::move(cells);
     if (!begun_) began_ = scheduler().time();
