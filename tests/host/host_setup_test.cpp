@@ -208,7 +208,7 @@ TEST_F(HalLock, AFileThatIsThereKeepsItsRightsAndServes) {
         const int there = open(lock_file, O_RDONLY | O_CREAT | O_CLOEXEC, 0600);
         ASSERT_EQ(flock(there, LOCK_EX | LOCK_NB), 0);
         std::thread later([&] {
-            std::this_thread::sleep_for(200ms);
+            std::this_thread::sleep_for(1s);  // which a busy computer may take to start a sanitized program
             close(there);
         });
         const Outcome outcome = bench();
