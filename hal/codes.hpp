@@ -13,7 +13,9 @@
 //     hal::Codes<Fault> fault{this, "fault"};
 //
 // declares the pins fault and fault-code. The manual page, reports and messages take the sentences from
-// there.
+// there. Where the word is no "fault", its bit has a sentence of its own:
+//
+//     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
 #pragma once
 
 #include "hal/pin.hpp"
@@ -31,7 +33,8 @@ public:
     Code(Owner owner, const std::string& name, const std::string& doc) : pin_{owner, name, doc} {
         CodesInfo info{pin_.name(), {}};
         for (std::int32_t number = 1; number <= largest; ++number)
-            if (const char* const text = sentence(static_cast<E>(number))) info.sentences[number] = text;
+            if (const char* const text = sentence(static_cast<E>(number)))
+                info.sentences[number] = owner.sentence(text);
         owner.registrar().add(info);
     }
 
@@ -51,14 +54,17 @@ template <class E>
 class Codes {
 public:
     Codes(Owner owner, const std::string& name)
-        : active_{owner, name, "A " + name + " is active; " + name + "-code gives the cause."},
-          code_{owner, name + "-code", "Cause of the " + name + "; 0 for none."} {}
+        : Codes(owner, name, "A " + name + " is active; " + name + "-code gives the cause.") {}
+    Codes(Owner owner, const std::string& name, const std::string& doc)
+        : active_{owner, name, doc}, code_{owner, name + "-code", "Number of the cause; 0 for none."} {}
 
     Codes& operator=(E value) noexcept {
         code_ = value;
         active_ = value != E{};
         return *this;
     }
+
+    const Out<bool>& active() const noexcept { return active_; }
 
 private:
     Out<bool> active_;

@@ -32,17 +32,9 @@ struct Field {
 
 // The walk itself.  The component keeps the records; each period it calls, in this order,
 // wants_forget(), wants_restore() with restored() for the answer, and show().
-class Records {
+class Records final : public Group {
 public:
-    explicit Records(Owner owner)
-        : row_{owner, "row", 0, "Record to show in the row-... pins, counted from 0."},
-          shown_{owner, "row-shown", "Record that the row-... pins show; -1 for none."},
-          rows_{owner, "rows", "Number of records."},
-          forget_{owner, "forget", false, "A rising edge forgets all records."},
-          restore_{owner, "restore", false, "A rising edge adds the record in the restore-... pins."},
-          restores_{owner, "restores", "Number of records accepted by restore."},
-          refused_{owner, "restores-refused", "Number of records refused by restore."},
-          kept_{owner, "kept", false, "Set by retain, which keeps the records; for retain alone."} {}
+    using Group::Group;
 
     bool wants_forget() noexcept { return rose(forget_, forgetting_); }
     bool wants_restore() noexcept {
@@ -78,14 +70,15 @@ private:
         return edge;
     }
 
-    In<std::int32_t> row_;
-    Out<std::int32_t> shown_;
-    Out<std::int32_t> rows_;
-    In<bool> forget_;
-    In<bool> restore_;
-    Out<std::int32_t> restores_;
-    Out<std::int32_t> refused_;
-    In<bool> kept_;  // for whoever set it: false again, the component was loaded anew
+    In<std::int32_t> row_{this, "row", 0, "Record to show in the row-... pins, counted from 0."};
+    Out<std::int32_t> shown_{this, "row-shown", "Record that the row-... pins show; -1 for none."};
+    Out<std::int32_t> rows_{this, "rows", "Number of records."};
+    In<bool> forget_{this, "forget", false, "A rising edge forgets all records."};
+    In<bool> restore_{this, "restore", false, "A rising edge adds the record in the restore-... pins."};
+    Out<std::int32_t> restores_{this, "restores", "Number of records accepted by restore."};
+    Out<std::int32_t> refused_{this, "restores-refused", "Number of records refused by restore."};
+    // For whoever set it: false again, the component was loaded anew.
+    In<bool> kept_{this, "kept", false, "Set by retain, which keeps the records; for retain alone."};
     bool forgetting_ = false;
     bool restoring_ = false;
     std::int32_t accepted_count_ = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // How HAL stores a value.
 //
-// The only file that knows, with hal/named_pin.hpp.  LinuxCNC 2.9 hands out pointers to cells in its shared
+// The only file that knows, with hal/any_value.hpp.  LinuxCNC 2.9 hands out pointers to cells in its shared
 // memory and moves the pointer when a pin is netted; 2.10 hands out opaque handles with getters and setters.
 // Port it here.
 #pragma once

@@ -17,13 +17,13 @@ class Drawn {
 public:
     // Machine 0 has the typical value, any other one a value from low to high; what one property is drawn to
     // does not depend on which others there are.  `doc` is the sentence without its full stop.
-    Drawn(hal::Component* owner, const std::string& name, double typical, double low, double high,
+    Drawn(hal::Owner owner, const std::string& name, double typical, double low, double high,
           const std::string& unit, const std::string& doc)
         : given_{owner, name, -1, unit, sentence(typical, low, high, doc)},
           typical_(typical),
           low_(low),
           high_(high),
-          stream_(number(name)),
+          stream_(number(given_.name())),
           value_(typical) {}
 
     double operator()(std::int32_t seed) noexcept {

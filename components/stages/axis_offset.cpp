@@ -6,8 +6,30 @@
 #include "hal/offset.hpp"
 
 #include <cmath>
+#include <cstdint>
 
 namespace plumb {
+
+enum class Fault : std::int32_t { none, offset, report, settings, lost, counts, homed };
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::offset: return "The offset is invalid or beyond 1000; its last good value is used.";
+        case Fault::report:
+            return "LinuxCNC's offset-request or offset-in-force is invalid or beyond 1000; the offset is "
+                   "held.";
+        case Fault::settings:
+            return "A setting is out of range: scale (1e-7 to 0.1), max-offset (0 to 1000) or max-rate (0 to "
+                   "10); the last good set stays in force.";
+        case Fault::lost:
+            return "LinuxCNC does not take the counts: a pin is not wired, or something else clears or "
+                   "disables the offsets of this axis; arm again.";
+        case Fault::counts: return "The counts exceed 32 bits; load the module again.";
+        case Fault::homed:
+            return "The machine was homed with an offset in force; turn it off and on, or clear, and home "
+                   "again.";
+        default: return nullptr;
+    }
+}
 
 struct AxisOffset final : hal::Component {
     static constexpr hal::About about{"axis_offset",
@@ -69,16 +91,6 @@ At a soft limit LinuxCNC holds axis and offset together, and limited is true.  I
 motion and offset arrive: that is LinuxCNC's own, and the stage cannot brake before it.  Leave the offset as much room
 before the limits as max-offset.
 
-fault-code:
-
-    1 offset is not a number, or beyond 1e3: the last good one stays
-    2 offset-request or offset-in-force likewise: the offset is held
-    3 scale (1e-7 to 0.1), max-offset (0 to 1e3) or max-rate (0 to 10): the last good set is in force
-    4 LinuxCNC does not take the counts: something is not wired, or something else clears or disables the offsets of
-      this axis; arm again
-    5 the counts do not fit into 32 bits any more: load the module anew
-    6 homed with an offset in force: turn the machine off and on, or clear; and home again
-
 The defaults are for millimetres; on an inch machine divide scale, max-offset and max-rate by 25.4.)"};
 
     using Component::Component;
@@ -108,8 +120,7 @@ The defaults are for millimetres; on an inch machine divide scale, max-offset an
                            "A soft limit or max-offset keeps the offset from what it is to be."};
     hal::Out<bool> uncompensated{this, "uncompensated", "An offset that is to be applied is not in force."};
     hal::Out<bool> probing_refused{this, "probing-refused", "Probing has begun with an offset in force."};
-    hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
-    hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+    hal::Codes<Fault> fault{this, "fault"};
 
     hal::Offset moves{this, hal::MovingPin(counts, counts_scale, offset_request)
                                 .bound(max_offset)
@@ -147,15 +158,12 @@ The defaults are for millimetres; on an inch machine divide scale, max-offset an
         limited = offset_limited || wanted != possible;
         uncompensated = std::abs(wanted - (on ? force_ : 0)) > slack();
         probing_refused = refused_;
-        const std::int32_t code = !within(wish, largest) ? 1
-                                  : !hears               ? 2
-                                  : !given.valid()       ? 3
-                                  : lost_                ? 4
-                                  : counter_.used_up()   ? 5
-                                  : shifted_             ? 6
-                                                         : 0;
-        fault_code = code;
-        fault = code != 0;
+        fault = hal::first<Fault>({{!within(wish, largest), Fault::offset},
+                                   {!hears, Fault::report},
+                                   {!given.valid(), Fault::settings},
+                                   {lost_, Fault::lost},
+                                   {counter_.used_up(), Fault::counts},
+                                   {shifted_, Fault::homed}});
     }
 
 private:
@@ -225,7 +233,7 @@ private:
     double y_ = 0;                               // the offset that is asked for
     OffsetCounter counter_;
     bool armed_ = false, working_ = false;  // working: armed, or taking the offset back
-    bool lost_ = false, shifted_ = false;   // faults 4 and 6
+    bool lost_ = false, shifted_ = false;   // faults lost and homed
     bool probing_ = false, refused_ = false;
     bool homed_ = false, taking_back_ = false;
     bool arming_ = true;  // an arm that is true already is no cycle start

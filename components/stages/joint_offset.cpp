@@ -9,8 +9,32 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace plumb {
+
+enum class Fault : std::int32_t { none, source, position, feedback, settings, limits, origin };
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::source:
+            return "One of offset-0 to offset-3 is invalid or beyond 1000; its last good value is used.";
+        case Fault::position:
+            return "The joint-command or position is invalid or beyond 1e9; its last good value is used.";
+        case Fault::feedback:
+            return "The drive-feedback is invalid or beyond 1e9; LinuxCNC sees the joint stand, and stops "
+                   "with a following error when it moves.";
+        case Fault::settings:
+            return "A setting is out of range: max-offset (0 to 1000), ramp-rate or max-rate (above 0, to "
+                   "10000); the last good set stays in force.";
+        case Fault::limits:
+            return "A limit is not set or out of range: min-limit below max-limit (both to 1e9), "
+                   "joint-acceleration or offset-acceleration (0.001 to 1e9); the last good set stays in "
+                   "force, and without one no offset is applied.";
+        case Fault::origin:
+            return "The origin was set with an offset in force; unhome the joint and home it again.";
+        default: return nullptr;
+    }
+}
 
 struct JointOffset final : hal::Component {
     static constexpr hal::About about{"joint_offset",
@@ -91,16 +115,6 @@ Where these contradict each other, the first one wins:
     3 offset-acceleration
     4 max-rate
 
-fault-code:
-
-    1 one of offset-0 to offset-3 is not a number, or beyond 1e3: its last good one stays
-    2 joint-command or position is not a number, or beyond 1e9: likewise
-    3 drive-feedback likewise: LinuxCNC sees the joint stand, and stops with a following error when it moves
-    4 max-offset (0 to 1e3), ramp-rate or max-rate (above 0, to 1e4): the last good set is in force
-    5 min-limit, max-limit (to 1e9, the one below the other), joint-acceleration or offset-acceleration (0.001
-      to 1e9) is not set or out of range: the last good set is in force; without one, no offset is applied
-    6 the origin was set with an offset in force: unhome, and home again
-
 The defaults are for millimetres; on an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"};
 
     using Component::Component;
@@ -130,8 +144,7 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
     hal::Out<bool> limited{
         this, "limited", "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
     hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
-    hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
-    hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+    hal::Codes<Fault> fault{this, "fault"};
 
     hal::Offset moves{this, hal::MovingPin(applied_offset)
                                 .bound(max_offset)
@@ -184,15 +197,12 @@ The defaults are for millimetres; on an inch machine divide max-offset, ramp-rat
         ramping = ramping_;
         inhibit_homing = std::abs(applied_.value()) > slack;
         limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
-        const std::int32_t code = !good_sources                                 ? 1
-                                  : !within(command, farthest) || !knows_place_ ? 2
-                                  : !hears_                                     ? 3
-                                  : !settings.valid()                           ? 4
-                                  : !limits.valid()                             ? 5
-                                  : shifted_                                    ? 6
-                                                                                : 0;
-        fault_code = code;
-        fault = code != 0;
+        fault = hal::first<Fault>({{!good_sources, Fault::source},
+                                   {!within(command, farthest) || !knows_place_, Fault::position},
+                                   {!hears_, Fault::feedback},
+                                   {!settings.valid(), Fault::settings},
+                                   {!limits.valid(), Fault::limits},
+                                   {shifted_, Fault::origin}});
     }
 
 private:
@@ -328,7 +338,7 @@ private:
     bool active_ = false, holding_ = false, ramping_ = false;
     bool guarded_ = false, tapered_ = false;  // by the soft limits
     double origin_ = 0;                       // of motion, for the drive
-    bool homed_ = false, shifted_ = false;    // shifted: fault 6
+    bool homed_ = false, shifted_ = false;    // shifted: fault origin
     bool hears_ = true, knows_place_ = true;
 };
 

@@ -8,14 +8,14 @@
 
 #include "hal/host/decimal.hpp"
 #include "hal/host/pace.hpp"
-#include "hal/host/regular_file.hpp"
+#include "hal/regular_file.hpp"
 
 namespace plumb::host {
 
 inline CLI::Validator existing_file() {
     const auto check = [](const std::string& name) {
         const std::string missing = CLI::ExistingFile(name);
-        const std::string why = missing.empty() ? irregularity(name) : missing;
+        const std::string why = missing.empty() ? hal::irregularity(name) : missing;
         return missing.empty() && !why.empty() ? name + ": " + why : why;
     };
     return CLI::Validator(check, "");

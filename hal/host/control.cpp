@@ -42,10 +42,10 @@ Json number(double value) {
 }
 
 Json value_of(const Cell& cell) {
-    const double value = cell.read();
-    switch (cell.type) {
-        case Cell::Type::bit: return value != 0.0;
-        case Cell::Type::floating: return number(value);
+    const double value = cell.value.number();
+    switch (cell.value.type()) {
+        case hal::AnyValue::Type::bit: return value != 0.0;
+        case hal::AnyValue::Type::real: return number(value);
         default: return static_cast<std::int64_t>(value);
     }
 }
@@ -369,7 +369,7 @@ Json Control::get(const Request& request) {
     for (const std::string& name : names) {
         const Cell cell = look.need(name);
         values.push_back(value_of(cell));
-        types.push_back(cell.type_name());
+        types.push_back(cell.value.type_name());
     }
     return {{"ok", true}, {"values", values}, {"types", types}};
 }
@@ -389,8 +389,8 @@ void Control::set_value(const std::string& name, const Json& value) {
     }
     const std::string text = text_of(value);
     const std::optional<double> number = number_of(text);
-    if (cell && number && !cell->linked && cell->accepts(*number) && settable_.count(name) > 0) {
-        cell->write(*number);
+    if (cell && number && !cell->linked && cell->value.accepts(*number) && settable_.count(name) > 0) {
+        cell->value.set_number(*number);
         return;
     }
     const bool signal = cell && cell->kind == Cell::Kind::signal;
@@ -436,7 +436,7 @@ void Control::make_replayable(const std::string& name, bool override_writer) {
     const Cell cell = Names().need(name);
     const std::string signal = cell.kind == Cell::Kind::signal ? name : cell.linked ? signal_of(name) : "";
     if (signal.empty()) {
-        set_value(name, number(cell.read()));  // so that halcmd refuses what is no input
+        set_value(name, number(cell.value.number()));  // so that halcmd refuses what is no input
         return;
     }
     const std::string writer = writer_of(signal);

@@ -48,13 +48,14 @@ void Expectations::add(const std::string& id, const std::string& expression,
     statement->violation = {id, 0, 0, {}};
     for (const auto& [name, of] : variables) {
         const Cell cell = names.need(of);
-        statement->variables.push_back({name, of, cell, cell.read(), 0.0});
+        statement->variables.push_back({name, of, cell, cell.value.number(), 0.0});
     }
     try {
         require_statement(expression, [&](const std::string& word) {
             for (const Quantity& variable : statement->variables)
                 if (variable.name == word)
-                    return variable.cell.type == Cell::Type::bit ? Variable::bit : Variable::number;
+                    return variable.cell.value.type() == hal::AnyValue::Type::bit ? Variable::bit
+                                                                                  : Variable::number;
             for (const Quantity& variable : statement->variables)
                 if (variable.name + "_rate" == word) return Variable::number;
             return Variable::unknown;
@@ -107,7 +108,7 @@ void Expectations::check(Nanoseconds instant) {
             static_cast<double>(instant - statement->last) / static_cast<double>(one_second);
         statement->last = instant;
         for (Quantity& variable : statement->variables) {
-            const double value = variable.cell.read();
+            const double value = variable.cell.value.number();
             variable.rate = elapsed > 0.0 ? (value - variable.value) / elapsed : 0.0;
             variable.value = value;
         }

@@ -6,32 +6,18 @@
 
 #include <optional>
 #include <string>
-#include <variant>
+
+#include "hal/any_value.hpp"
 
 namespace plumb::host {
 
 // One value in HAL memory. It is valid until a net, an unload or any other command changes HAL.
 struct Cell {
     enum class Kind { pin, parameter, signal };
-    enum class Type { bit, floating, s32, u32, port };
 
     Kind kind;
-    Type type;
-    volatile void* data;
+    hal::AnyValue value;
     bool linked;  // a pin with a signal, or a signal with a writer
-
-    // The value as a double, which holds every value of every type but a port's (which is a handle).
-    double read() const;
-
-    // Stores a value; bits are true unless 0. Integers must be whole and fit: the caller checks it with
-    // accepts().
-    void write(double value) const;
-
-    // Whether the type can hold the value without a change.
-    bool accepts(double value) const;
-
-    // HAL's word for the type: bit, float, s32, u32, port.
-    const char* type_name() const;
 };
 
 // Looks names up for as long as it lives.

@@ -13,8 +13,8 @@
 
 #include "hal/host/decimal.hpp"
 #include "hal/host/messages.hpp"
-#include "hal/host/regular_file.hpp"
 #include "hal/host/scheduler.hpp"
+#include "hal/regular_file.hpp"
 
 namespace plumb::host {
 
@@ -75,7 +75,7 @@ void Recorder::go_on_with_file() {
 }
 
 Nanoseconds Recorder::last_time(const std::string& name, const std::vector<std::string>& columns) {
-    require_regular_file(name);
+    hal::require_regular_file(name);
     std::ifstream file(name);
     std::string line, last;
     std::getline(file, line);
@@ -106,7 +106,7 @@ void Recorder::write_row() {
     append_seconds(buffer_, next_row_ - began_);
     for (const Cell& cell : cells_) {
         buffer_ += ',';
-        append_number(buffer_, cell.read());
+        append_number(buffer_, cell.value.number());
     }
     buffer_ += '\n';
     next_row_ = after(next_row_, settings_.every);

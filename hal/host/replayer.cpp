@@ -12,8 +12,8 @@
 #include <stdexcept>
 
 #include "hal/host/decimal.hpp"
-#include "hal/host/regular_file.hpp"
 #include "hal/host/scheduler.hpp"
+#include "hal/regular_file.hpp"
 
 namespace plumb::host {
 
@@ -81,7 +81,7 @@ constexpr std::size_t longest_line = 1 << 20;  // bytes
 class Lines {
 public:
     explicit Lines(const std::string& name) : name_(name) {
-        require_regular_file(name);
+        hal::require_regular_file(name);
         file_.open(name);
         if (!file_) throw std::runtime_error(name + ": " + std::strerror(errno));
     }
@@ -224,9 +224,9 @@ void Replayer::read_samples() {
 void Replayer::check(const Cell& cell, std::size_t column) const {
     for (std::size_t row = 0; row < times_.size(); ++row) {
         const double value = values_[column][row];
-        if (cell.accepts(value)) continue;
+        if (cell.value.accepts(value)) continue;
         throw std::runtime_error(at_line(settings_.file, lines_[row]) + "column '" + columns_[column] +
-                                 "': " + number_text(value) + " is no value of a " + cell.type_name() +
+                                 "': " + number_text(value) + " is no value of a " + cell.value.type_name() +
                                  " pin");
     }
 }
@@ -235,7 +235,7 @@ void Replayer::resolve(const Names& names) {
     std::vector<Cell> cells;
     for (std::size_t column = 0; column < columns_.size(); ++column) {
         cells.push_back(names.need(columns_[column]));
-        if (!begun_ || cells[column].type != cells_[column].type) check(cells[column], column);
+        if (!begun_ || cells[column].value.type() != cells_[column].value.type()) check(cells[column], column);
     }
     cells_ = std::move(cells);
     if (!begun_) began_ = scheduler().time();
@@ -252,8 +252,9 @@ void Replayer::apply(Nanoseconds instant) {
     for (std::size_t column = 0; column < cells_.size(); ++column) {
         const double value = values_[column][row_];
         const double change = between ? values_[column][row_ + 1] - value : 0.0;
-        const bool linear = between && cells_[column].type == Cell::Type::floating && std::isfinite(change);
-        cells_[column].write(linear ? value + change * share : value);
+        const bool linear =
+            between && cells_[column].value.type() == hal::AnyValue::Type::real && std::isfinite(change);
+        cells_[column].value.set_number(linear ? value + change * share : value);
     }
 }
 

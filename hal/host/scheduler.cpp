@@ -128,10 +128,7 @@ struct TaskEntry {
     }
 };
 
-Scheduler& scheduler() {
-    static Scheduler the_scheduler;
-    return the_scheduler;
-}
+Scheduler the_scheduler;
 
 Scheduler::Scheduler() = default;
 Scheduler::~Scheduler() = default;

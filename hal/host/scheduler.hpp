@@ -92,7 +92,11 @@ private:
     Nanoseconds next_release_ = never;
 };
 
-// The one scheduler of this process: rtapi is a C interface without a handle.
-Scheduler& scheduler();
+// The one scheduler of this process: rtapi is a C interface without a handle. Each period asks for it some
+// times: an object in a function would cost a look at its guard each time.
+extern Scheduler the_scheduler;
+inline Scheduler& scheduler() {
+    return the_scheduler;
+}
 
 }  // namespace plumb::host

@@ -2,6 +2,7 @@
 // What the binding promises to every component, shown on specimens.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/module.hpp"
 
 #include <gmock/gmock.h>
 
@@ -10,9 +11,14 @@
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 
+#include <nlohmann/json.hpp>
+
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
+#include <cstdio>
 #include <iterator>
+#include <map>
 #include <utility>
 
 namespace plumb {
@@ -27,7 +33,17 @@ host::Start with_specimens(bool guard = false) {
     return start;
 }
 
+std::string output_of(const std::string& command) {
+    FILE* const pipe = popen(command.c_str(), "r");
+    std::string text;
+    char bytes[4096];
+    for (std::size_t n; (n = std::fread(bytes, 1, sizeof bytes, pipe)) > 0;) text.append(bytes, n);
+    EXPECT_EQ(pclose(pipe), 0) << command;
+    return text;
+}
+
 struct Binding : testing::Test {
+    Module module{BUILD_DIR "/specimens/specimen.so"};
     Bench bench{Bench::Thread::servo, with_specimens()};
 
     std::string refusal(const std::string& line) {
@@ -38,6 +54,8 @@ struct Binding : testing::Test {
         }
         return "accepted: " + line;
     }
+
+    hal::Declarations declared() const { return hal::Declarations(module.model()); }
 };
 
 TEST_F(Binding, InstancesAreNumberedUnlessNamed) {
@@ -97,6 +115,98 @@ TEST_F(Binding, RowsAreNumberedWithAsManyDigitsAsTheyNeed) {
     EXPECT_EQ(bench.get("it.tap-11"), 11);
     EXPECT_EQ(bench.get("it.tap-00"), 0);
     EXPECT_ANY_THROW(bench.get("it.tap-0"));
+}
+
+TEST_F(Binding, PinsOfAxesAreNamedByTheirLetters) {
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    EXPECT_EQ(bench.get("it.y-offset"), 0.5);
+    bench.set("it.x-offset", 1);
+    bench.set("it.z-offset", 3);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.twice-x"), 2);
+    EXPECT_EQ(bench.get("it.twice-y"), 1);
+    EXPECT_EQ(bench.get("it.twice-z"), 6);
+    EXPECT_ANY_THROW(bench.get("it.a-offset"));
+    EXPECT_ANY_THROW(bench.get("it.%-offset"));
+}
+
+TEST_F(Binding, ThreeSixAndNineAxesHaveTheLettersOfLinuxCNC) {
+    std::map<std::string, std::string> letters;
+    for (const hal::PinInfo& pin : declared().pins)
+        for (const std::string stem : {"-offset", "-position", "-moved"})
+            if (pin.name.substr(1) == stem) letters[stem] += pin.name[0];
+    EXPECT_EQ(letters["-offset"], "xyz");
+    EXPECT_EQ(letters["-position"], "xyzuvws");
+    EXPECT_EQ(letters["-moved"], "xyzabcuvw");
+}
+
+TEST_F(Binding, GroupsInGroupsBelongToTheirAxis) {
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    EXPECT_EQ(bench.get("it.w-highest"), 10);
+    for (const char* const axis : {"it.x", "it.w", "it.s"}) bench.set(axis + std::string("-wanted"), 50);
+    bench.set("it.w-highest", 20);
+    bench.set("it.s-highest", 30);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.x-position"), 10);
+    EXPECT_EQ(bench.get("it.w-position"), 20);
+    EXPECT_EQ(bench.get("it.s-position"), 30);
+    EXPECT_EQ(bench.get("it.v-position"), 0);
+}
+
+TEST_F(Binding, SentencesNameTheAxisByItsCapital) {
+    std::map<std::string, std::string> sentences;
+    for (const hal::PinInfo& pin : declared().pins) sentences[pin.name] = pin.doc;
+    EXPECT_EQ(sentences["twice-y"], "Twice the offset of Y.");
+    EXPECT_EQ(sentences["w-highest"], "Highest position of W.");
+    EXPECT_EQ(sentences["s-position"], "Position of S, within its limits.");
+}
+
+TEST_F(Binding, TheFirstCodeThatAppliesIsShownWithItsBit) {
+    bench.command("loadrt specimen names=it");
+    bench.command("addf it.update servo-thread");
+    for (const auto& [given, code] : {std::pair(1.5, 0), {200.0, 3}, {-200.0, 1}, {-1.5, 0}}) {
+        SCOPED_TRACE(given);
+        bench.set("it.in", given);
+        bench.run(0.001);
+        EXPECT_EQ(bench.get("it.fault-code"), code);
+        EXPECT_EQ(bench.get("it.fault"), code != 0);
+    }
+    bench.set("it.order", 60);
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("it.half"), 2);
+}
+
+TEST_F(Binding, SentencesOfCodesAreDeclared) {
+    std::map<std::string, std::map<std::int32_t, std::string>> sentences;
+    for (const hal::CodesInfo& codes : declared().codes) sentences[codes.pin] = codes.sentences;
+    const std::map<std::string, std::map<std::int32_t, std::string>> expected{
+        {"fault-code", {{1, "The value to add is below -100."}, {3, "The value to add is beyond +-100."}}},
+        {"half", {{1, "The order is below 50."}, {2, "The order is 50 or more."}}}};
+    EXPECT_EQ(sentences, expected);
+}
+
+TEST_F(Binding, CodesAreListedOnTheManualPage) {
+    const std::string page = hal::manual(module.model(), 9);
+    EXPECT_THAT(page, HasSubstr("\n.SH FAULTS\n.TP 4\n1\nThe value to add is below \\-100.\n.TP 4\n3\n"));
+    EXPECT_THAT(page, HasSubstr("\n.SH CODES OF half\n.TP 4\n1\nThe order is below 50.\n"));
+    EXPECT_THAT(page, HasSubstr("NAME .fault\\-code\n"));
+}
+
+TEST_F(Binding, DeclarationsArePrintedForPrograms) {
+    const auto found =
+        nlohmann::json::parse(output_of(BUILD_DIR "/hal/manual --json " BUILD_DIR "/specimens/specimen.so"));
+    const nlohmann::json y_offset{
+        {"type", "float"}, {"output", false}, {"unit", "mu"}, {"default", 0.5}, {"sentence", "Offset of Y."}};
+    EXPECT_EQ(found.at("name"), "specimen");
+    EXPECT_EQ(found.at("pins").at("y-offset"), y_offset);
+    EXPECT_EQ(found.at("pins").at("fault-code").at("type"), "s32");
+    EXPECT_EQ(found.at("pins").size(), declared().pins.size());
+    EXPECT_EQ(found.at("codes").at("fault-code").at("3"), "The value to add is beyond +-100.");
+    EXPECT_EQ(found.at("codes").size(), 2);
+    EXPECT_EQ(found.at("options").at("gain"), "Factor.");
+    EXPECT_EQ(found.at("functions").at("latch"), "After update.");
 }
 
 TEST_F(Binding, OptionsAreOnePerInstance) {

@@ -68,6 +68,9 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
         else
             demand(pin.unit.empty(), pin.name + ": a bit or a count has no unit, not '" + pin.unit + "'");
     }
+    for (const hal::CodesInfo& codes : declared.codes)
+        for (const auto& [number, text] : codes.sentences)
+            demand(sentence(text), codes.pin + " " + std::to_string(number) + ": not one sentence: " + text);
     demand(!declared.functions.empty(), "no function");
     for (const hal::Function* function : declared.functions) {
         demand(dashed_lower(function->name), function->name + ": not lower case with dashes");
@@ -296,7 +299,7 @@ TEST(ConformanceRules, CatchBadDeclarations) {
                     "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
                     "for the instance",
                     "flag: a bit or a count has no unit, not 'mu'", "nameless: not one sentence: no period",
-                    "update: its place is not one sentence"));
+                    "fault-code 1: not one sentence: something", "update: its place is not one sentence"));
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {

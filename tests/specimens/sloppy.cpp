@@ -3,11 +3,17 @@
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 
+#include <cstdint>
 #include <string>
 
 namespace plumb {
 
 static std::string global = "A text that is destroyed when its process exits.";
+
+enum class Fault : std::int32_t { none, vague };
+constexpr const char* sentence(Fault fault) {
+    return fault == Fault::vague ? "something" : nullptr;
+}
 
 struct Sloppy final : hal::Component {
     static constexpr hal::About about{"sloppy", "trusts whatever it is given",
@@ -25,6 +31,7 @@ struct Sloppy final : hal::Component {
     hal::Out<double> out{this, "out", "mu", "The input."};
     hal::Out<bool> limited{this, "limited", "Never true."};
     hal::Offset moves{this, hal::MovingPin(out).bound(max_offset).rate(max_rate).limited(limited)};
+    hal::Codes<Fault> fault{this, "fault"};
     hal::Out<double> truth{this, "truth-growth", "mu", "A truth."};
     hal::Function run{this, "update", &Sloppy::update, "anywhere"};
 

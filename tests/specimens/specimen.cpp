@@ -4,8 +4,12 @@
 #include "hal/records.hpp"
 
 #include <unistd.h>
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <new>
 #include <stdexcept>
@@ -17,6 +21,41 @@ class Filter {  // a name that rival.cpp has, too
 public:
     double step(double x) noexcept { return 1 * x; }
     virtual ~Filter() = default;
+};
+
+enum class Fault : std::int32_t { none, negative, large = 3 };
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::negative: return "The value to add is below -100.";
+        case Fault::large: return "The value to add is beyond +-100.";
+        default: return nullptr;
+    }
+}
+
+enum class Half : std::int32_t { none, first, second };
+constexpr const char* sentence(Half half) {
+    switch (half) {
+        case Half::first: return "The order is below 50.";
+        case Half::second: return "The order is 50 or more.";
+        default: return nullptr;
+    }
+}
+
+struct Limits final : hal::Group {
+    using Group::Group;
+
+    hal::In<double> lowest{this, "%-lowest", -10, "mu", "Lowest position of %."};
+    hal::In<double> highest{this, "%-highest", 10, "mu", "Highest position of %."};
+
+    double bounded(double x) const noexcept { return std::clamp<double>(x, lowest, highest); }
+};
+
+struct Slide final : hal::Group {
+    using Group::Group;
+
+    hal::In<double> wanted{this, "%-wanted", 0, "mu", "Position that % is to have."};
+    Limits limits{this};
+    hal::Out<double> position{this, "%-position", "mu", "Position of %, within its limits."};
 };
 
 struct Specimen final : hal::Component {
@@ -40,6 +79,13 @@ Two functions share a state; a table is chosen at load time; work that is not re
     hal::Out<std::int32_t> done{this, "done", "Result of the work done aside."};
     hal::Out<double> gain_found{this, "gain-found", "1", "Gain given at load time."};
     hal::Row<hal::Out<double>, 12> tap{this, "tap", "mu", "One of twelve."};
+    hal::Axes<hal::In<double>, 3> offset{this, "%-offset", 0.5, "mu", "Offset of %."};
+    hal::Axes<hal::Out<double>, 3> twice{this, "twice-%", "mu", "Twice the offset of %."};
+    hal::Axes<Slide, 6> slides{this};
+    hal::Axes<hal::Out<bool>, 9> moved{this, "%-moved", "Axis % is not at 0."};
+    Slide spindle{hal::Owner(this, 's')};
+    hal::Codes<Fault> fault{this, "fault"};
+    hal::Code<Half> half{this, "half", "Half that the order lies in."};
     hal::Records records{this};
     hal::Field<std::int32_t> tool{this, "tool", "", "Tool of the record."};
     hal::Field<double> length{this, "length", "mu", "Length of the record."};
@@ -70,6 +116,13 @@ Two functions share a state; a table is chosen at load time; work that is not re
         gain_found = gain.get();
         done = result_;
         tap[11] = 11;
+        for (std::size_t i = 0; i < 3; ++i) twice[i] = 2 * offset[i];
+        for (Slide& slide : slides) slide.position = slide.limits.bounded(slide.wanted);
+        spindle.position = spindle.limits.bounded(spindle.wanted);
+        moved[3] = true;
+        const double given = in;
+        fault = hal::first<Fault>({{given < -100, Fault::negative}, {std::abs(given) > 100, Fault::large}});
+        half = hal::first<Half>({{order > 0 && order < 50, Half::first}, {order >= 50, Half::second}});
         if (records.wants_forget()) kept_ = 0;
         if (records.wants_restore()) {
             const bool fits = kept_ < static_cast<int>(list_.size()) && length.restore > 0;

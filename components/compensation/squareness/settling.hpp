@@ -10,7 +10,19 @@ namespace plumb {
 // the offset of a tool at rest, between two moves, and the next one begins a period later.
 class Settling {
 public:
-    enum class Ended { in_force, disabled, fault, limited, late, by_a_cut, in_a_cut };  // the unsettled-code
+    // The unsettled-code.
+    enum class Ended : std::int32_t { in_force, disabled, fault, limited, late, by_a_cut, in_a_cut };
+    friend constexpr const char* sentence(Ended ended) {
+        switch (ended) {
+            case Ended::disabled: return "The correction was switched off, or a joint is not homed any more.";
+            case Ended::fault: return "The correction has a fault.";
+            case Ended::limited: return "The correction is limited.";
+            case Ended::late: return "Settling took longer than settling-time.";
+            case Ended::by_a_cut: return "A cut began: after M53 P0 with M49 or M51 P0, or a thread.";
+            case Ended::in_a_cut: return "The tool changed in a cut.";
+            default: return nullptr;
+        }
+    }
 
     // Of one period.
     struct Inputs {

@@ -9,6 +9,7 @@
 #include "hal/offset.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -124,38 +125,6 @@ the others nothing holds: the cut begins early, and unsettled-code is 5.  The sa
 LinuxCNC never holds: have a move in front of G33 or G33.1.  Ramps of other causes do not make settling true: enable, an
 edited angle, new tables, the machine turned on.  A program waits for all of them by M66 on the signal ramping.
 
-limited-code:
-
-    1 an angle is beyond max-angle: it counts as that
-    2 the correction is beyond max-correction: likewise
-    3 a position has changed faster than max-speed: the correction follows by max-rate
-    4 a table does not reach this position
-
-fault-code:
-
-    1 a position or velocity of an axis of the chain is not a number, or beyond 1e6: the last good position stays,
-      and its velocity counts as 0
-    2 a tool offset likewise, or beyond 1e4
-    3 an angle, a pivot, a radial or reference offset likewise, or an angle of 0.1 rad or more
-    4 max-angle (to 0.1), max-correction (to 100), max-rate (to 10), max-speed (to 1e5) or settling-time (to 3600) is not
-      above 0 or too large: the last good set of settings stays in force, as a whole
-    5 an angle or a pivot of an axis that the chain does not have: likewise
-    6 to-bed, and no axis of the chain rides on one parallel to it: likewise
-    7 a radial-offset without radial-direction: likewise
-    8 the tables could not be read anew: those before stay
-    9 the tables change so fast with the position that the correction means nothing: it returns to 0
-    10 max-speed is 0, that is, not set: set it to the speed of the fastest axis, [TRAJ]MAX_LINEAR_VELOCITY of the INI
-      file.  The last good set of settings stays in force; before the first one nothing is corrected
-
-unsettled-code, until the tool changes again:
-
-    1 the correction was switched off, or a joint is not homed any more
-    2 fault
-    3 limited
-    4 settling-time was over
-    5 a cut began: after M53 P0 with M49 or M51 P0, or a thread
-    6 the tool changed in a cut
-
 Positions, tool offsets, enable and all-homed are no settings, and go on while a set is refused.  The defaults are for
 millimetres; on an inch machine set the option unit, and divide max-correction and max-rate by 25.4.
 
@@ -173,9 +142,8 @@ tool vector; not to the letter: there the turned tool and the length of the tool
     hal::In<bool> enable{this, "enable", false, "Apply the correction; else 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     SquarenessSettings settings{this};
-    hal::In<double> tool_offset[3]{{this, "x-tool-offset", 0, "mu", "Offset of the tool in force, in X."},
-                                   {this, "y-tool-offset", 0, "mu", "Likewise in Y."},
-                                   {this, "z-tool-offset", 0, "mu", "Likewise in Z."}};
+    hal::Axes<hal::In<double>, 3> tool_offset{this, "%-tool-offset", 0, "mu",
+                                              "Offset of the tool in force, in %."};
     hal::In<bool> stages_ramping{this, "stages-ramping", false, "The stage of an axis is ramping."};
     hal::In<bool> coordinated{this, "coordinated", true,
                               "Programs and MDI move the axes, not jogs: motion.coord-mode."};
@@ -184,29 +152,20 @@ tool vector; not to the letter: there the turned tool and the length of the tool
                                   "How fast they do it: motion.current-vel."};
     hal::In<bool> reload{this, "reload", false, "Read the tables anew, when it rises."};
 
-    hal::Out<double> correction[3]{{this, "x-correction", "mu", "What is to be added to X, by a stage."},
-                                   {this, "y-correction", "mu", "Likewise to Y."},
-                                   {this, "z-correction", "mu", "Likewise to Z."}};
-    hal::Out<double> corrected_position[3]{
-        {this, "x-corrected-position", "mu", "Commanded position of X with its correction."},
-        {this, "y-corrected-position", "mu", "Likewise of Y."},
-        {this, "z-corrected-position", "mu", "Likewise of Z."}};
-    hal::Out<double> corrected_velocity[3]{{this, "x-corrected-velocity", "mu/s", "Its velocity."},
-                                           {this, "y-corrected-velocity", "mu/s", "Likewise of Y."},
-                                           {this, "z-corrected-velocity", "mu/s", "Likewise of Z."}};
-    hal::Out<double> error[3]{{this, "x-error", "mu", "Error of the tip here without correction, in X."},
-                              {this, "y-error", "mu", "Likewise in Y."},
-                              {this, "z-error", "mu", "Likewise in Z."}};
+    hal::Axes<hal::Out<double>, 3> correction{this, "%-correction", "mu", "Correction of %, for its stage."};
+    hal::Axes<hal::Out<double>, 3> corrected_position{this, "%-corrected-position", "mu",
+                                                      "Commanded position of % with its correction."};
+    hal::Axes<hal::Out<double>, 3> corrected_velocity{this, "%-corrected-velocity", "mu/s",
+                                                      "Commanded velocity of % with its correction."};
+    hal::Axes<hal::Out<double>, 3> error{this, "%-error", "mu",
+                                         "Error of the tip here without correction, in %."};
     hal::Out<bool> ramping{this, "ramping", "The correction is on its way to what is wanted."};
     hal::Out<bool> settling{this, "settling", "The next cut has to wait for the correction of its tool."};
-    hal::Out<bool> unsettled{this, "unsettled", "Settling ended too early, as unsettled-code names."};
-    hal::Out<std::int32_t> unsettled_code{this, "unsettled-code",
-                                          "Why settling ended too early, as listed above; 0 for nothing."};
-    hal::Out<bool> limited{this, "limited", "Something is bounded that limited-code names."};
-    hal::Out<std::int32_t> limited_code{this, "limited-code",
-                                        "What is bounded, as listed above; 0 for nothing."};
-    hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
-    hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+    hal::Codes<Settling::Ended> unsettled{
+        this, "unsettled",
+        "Settling ended too early; unsettled-code gives the cause, until the tool changes again."};
+    hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
+    hal::Codes<Fault> fault{this, "fault"};
     hal::Out<bool> table_fault{this, "table-fault", "The tables could not be read anew; those before stay."};
     hal::Out<std::int32_t> tables{this, "tables", "Axes that have a table."};
     hal::Out<std::int32_t> serial{this, "serial", "How often tables were read anew and taken over."};
@@ -262,7 +221,7 @@ private:
     // The slope of six tilts of max-angle, and of tables.
     hal::MovingPin moving(const hal::Out<double>& its) {
         hal::MovingPin pin(its);
-        pin.bound(settings.max_correction).rate(settings.max_rate).limited(limited);
+        pin.bound(settings.max_correction).rate(settings.max_rate).limited(limited.active());
         for (const SquarenessAxis& axis : settings.axes) pin.motion(axis.position, 0.02);
         return pin;
     }
@@ -314,7 +273,7 @@ private:
     // The correction by what was in force until now, where the axes are now, and by what is in force from now
     // on: their difference is what motion did not cause.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
-        const Eigen::Vector3d tool = tool_ + settings.values().radial;
+        const Eigen::Vector3d tool = tool_ + settings.radial();
         tool_changed_ = tool != model_.tool();
         const SquarenessModel::Result last = result_;
         SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
@@ -329,22 +288,19 @@ private:
 
     void report(bool tool_known, bool jumped) noexcept {
         const bool active = model_.active();
-        const std::int32_t bounded_code = settings.limited()               ? 1
-                                          : ramp_.limited()                ? 2
-                                          : active && jumped               ? 3
-                                          : active && result_.beyond_table ? 4
-                                                                           : 0;
-        limited_code = bounded_code;
-        limited = is_limited_ = bounded_code != 0;
-        const std::int32_t code = !motion_known_ ? 1
-                                  : !tool_known  ? 2
-                                  : settings.wrong() != SquarenessSettings::Wrong::nothing
-                                      ? 2 + static_cast<std::int32_t>(settings.wrong())
-                                  : tables_.refused() ? 8
-                                  : !result_.steady   ? 9
-                                                      : 0;
-        fault_code = code;
-        fault = has_fault_ = code != 0;
+        const Bound bound = hal::first<Bound>({{settings.limited(), Bound::angle},
+                                               {ramp_.limited(), Bound::correction},
+                                               {active && jumped, Bound::jump},
+                                               {active && result_.beyond_table, Bound::table}});
+        limited = bound;
+        is_limited_ = bound != Bound::none;
+        const Fault code = hal::first<Fault>({{!motion_known_, Fault::motion},
+                                              {!tool_known, Fault::tool},
+                                              {settings.fault() != Fault::none, settings.fault()},
+                                              {tables_.refused(), Fault::tables},
+                                              {!result_.steady, Fault::steep}});
+        fault = code;
+        has_fault_ = code != Fault::none;
         table_fault = tables_.refused();
         std::int32_t count = 0;
         for (const auto& its : tables_.in_use()) count += its.has_value();
@@ -359,8 +315,7 @@ private:
              coordinated, motion_type, path_velocity, settings.values().settling_time},
             dt);
         settling = settling_.holds();
-        unsettled = settling_.ended() != Settling::Ended::in_force;
-        unsettled_code = static_cast<std::int32_t>(settling_.ended());
+        unsettled = settling_.ended();
     }
 
     AxisChain axes_;

@@ -40,13 +40,13 @@ public:
         most_ = settings.max_correction;
         KinematicChain::Settings s;
         s.axes = axes_;
-        s.reading = settings.reading;
-        s.datum = settings.datum;
+        s.reading = settings.reading();
+        s.datum = settings.datum();
         for_each_axis([&](Axis axis, std::size_t i) {
             s.tilts[i] = {settings.angles(axis), settings.of(axis).tool_follows};
             pivot_[static_cast<Eigen::Index>(i)] = settings.of(axis).pivot;
         });
-        correction_ = TipCorrection(KinematicChain(s), settings.reference);
+        correction_ = TipCorrection(KinematicChain(s), -settings.reference_tool_offset);
     }
 
     // Best called each period: it begins where it had led to the last time, and so need not go far.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/io/files/regular_file.hpp"
+#include "hal/regular_file.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -31,7 +31,7 @@ public:
             fail(path_.string());
         }
         if (!exists()) return;
-        former_ = RegularFile(path_, O_RDONLY | O_NOFOLLOW).state();
+        former_ = hal::RegularFile(path_, O_RDONLY | O_NOFOLLOW).state();
         // To write it takes its place under one name; under the other it would be another program's.
         if (former_->st_nlink > 1) {
             errno = EMLINK;
@@ -45,7 +45,7 @@ public:
     // Nothing where there is no such file.
     std::optional<std::string> read() const {
         if (!exists()) return std::nullopt;
-        return RegularFile(path_, O_RDONLY | O_NOFOLLOW).read();
+        return hal::RegularFile(path_, O_RDONLY | O_NOFOLLOW).read();
     }
 
     void write(std::string_view text) {
@@ -55,7 +55,8 @@ public:
         // One that a crash has left, or that another user has put there.
         if (unlink(fresh.c_str()) != 0 && errno != ENOENT) fail(fresh.string());
         try {
-            const RegularFile file(fresh, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, former_ ? 0600 : 0644);
+            const hal::RegularFile file(fresh, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW,
+                                        former_ ? 0600 : 0644);
             if (former_) resemble(file);
             while (!text.empty()) {
                 const ssize_t n = ::write(file.number(), text.data(), text.size());
@@ -107,7 +108,7 @@ private:
         return std::filesystem::weakly_canonical(path);
     }
 
-    static RegularFile open_lock(const std::filesystem::path& path) {
+    static hal::RegularFile open_lock(const std::filesystem::path& path) {
         for (int tries = 0;; ++tries) {
             try {
                 return {path, O_RDONLY | O_NOFOLLOW};
@@ -123,7 +124,7 @@ private:
     }
 
     // Whoever may not give a file away keeps at least its group, or gives the group no right.
-    void resemble(const RegularFile& file) const {
+    void resemble(const hal::RegularFile& file) const {
         constexpr auto same = static_cast<uid_t>(-1);
         mode_t mode = former_->st_mode & 07777;
         const struct stat state = file.state();
@@ -139,7 +140,7 @@ private:
     std::filesystem::path beside(const char* ending) const { return path_.string() + ending; }
 
     const std::filesystem::path path_;
-    const RegularFile lock_;             // a file of its own, for a rename ends what is locked
+    const hal::RegularFile lock_;        // a file of its own, for a rename ends what is locked
     std::optional<struct stat> former_;  // of the file, as it was seen last
 };
 

@@ -26,9 +26,6 @@ namespace plumb {
 // may call step(), finish() and state() at a time.
 class Keeper {
 public:
-    // Fault codes 1 to 3 are those of retained_file::Reason.
-    static constexpr std::int32_t inaccessible = 4, unfit = 5, refused = 6;
-
     // Throws std::runtime_error where the settings are wrong, or another program has the file.
     explicit Keeper(const std::string& toml) : toml_(toml), settings_(RetainSettings::read(toml)) {
         try {
@@ -40,12 +37,12 @@ public:
             }
             tell_what_is_left_out();
         } catch (const retained_file::Refused& error) {
-            fail(static_cast<std::int32_t>(error.reason), error.what());
+            fail(error.fault, error.what());
         } catch (const std::system_error& error) {
             if (error.code() == std::errc::device_or_resource_busy)
                 throw std::runtime_error(toml_ + ": " + settings_.store.string() +
                                          " is kept by another retain");
-            fail(inaccessible, error.what());
+            fail(Fault::inaccessible, error.what());
         }
     }
 
@@ -54,15 +51,15 @@ public:
     struct State {
         bool restored = false;
         bool waiting = false;
-        std::int32_t fault_code = 0;
+        Fault fault = Fault::none;
         std::int32_t saves = 0;
     };
 
     // While a step or finish() runs, this waits for its end.
     State state() const {
         const std::lock_guard alone(mutex_);
-        return {phase_ == Phase::keeping, phase_ == Phase::waiting, code_ != 0 ? code_ : writing_code_,
-                saves_};
+        return {phase_ == Phase::keeping, phase_ == Phase::waiting,
+                fault_ != Fault::none ? fault_ : writing_fault_, saves_};
     }
 
     // The next bit of work, if it is time for it.  Throws std::bad_alloc, and does it in the next step then.
@@ -77,12 +74,12 @@ public:
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const RecordRefused& error) {
-            fail(refused, toml_ + ": " + error.what());
+            fail(Fault::refused, toml_ + ": " + error.what());
         } catch (const std::exception& error) {
             // Whatever comes back comes with values of its own, and is given what was kept.
             if (is_complete()) stored_ = *image_;
             phase_ = Phase::finding;
-            code_ = unfit;
+            fault_ = Fault::unfit;
             due_ = now + std::chrono::seconds(1);
             tell(toml_ + ": " + error.what());
             write();
@@ -124,8 +121,8 @@ private:
             const auto kept = stored_.records.find(component);
             if (kept != stored_.records.end()) walk.check(kept->second);
         }
-        if (code_ != 0) {  // what has just come may yet give its pins their first values
-            code_ = 0;
+        if (fault_ != Fault::none) {  // what has just come may yet give its pins their first values
+            fault_ = Fault::none;
             due_ = Clock::now() + std::chrono::seconds(1);
             return;
         }
@@ -205,9 +202,9 @@ private:
                 ++saves_;
                 write_due_ = Clock::now() + every_;
             }
-            writing_code_ = 0;
+            writing_fault_ = Fault::none;
         } catch (const std::system_error& error) {
-            writing_code_ = inaccessible;
+            writing_fault_ = Fault::inaccessible;
             tell(error.what());
         }
     }
@@ -251,9 +248,9 @@ private:
             if (!components.count(component)) tell_of("records of " + component);
     }
 
-    void fail(std::int32_t code, const std::string& why) {
+    void fail(Fault fault, const std::string& why) {
         phase_ = Phase::over;
-        code_ = code;
+        fault_ = fault;
         tell(why);
     }
 
@@ -277,8 +274,8 @@ private:
     Clock::time_point due_{};
     Clock::time_point write_due_{};
     Clock::time_point asked_{};
-    std::int32_t code_ = 0;
-    std::int32_t writing_code_ = 0;
+    Fault fault_ = Fault::none;
+    Fault writing_fault_ = Fault::none;
     std::int32_t saves_ = 0;
     std::string told_;
 };

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/io/files/crc_32.hpp"
-#include "components/io/files/regular_file.hpp"
+#include "hal/regular_file.hpp"
 
 #include <sys/stat.h>
 
@@ -50,7 +50,7 @@ private:
     std::int32_t identity() const {
         if (files_.empty()) return 0;
         std::string all;
-        for (const std::string& name : files_) all += RegularFile(name, O_RDONLY).read();
+        for (const std::string& name : files_) all += hal::RegularFile(name, O_RDONLY).read();
         const auto crc = static_cast<std::int32_t>(crc_32(all));
         return crc == 0 ? 1 : crc;
     }

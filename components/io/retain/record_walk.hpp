@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/io/retain/retained_file.hpp"
-#include "hal/named_pin.hpp"
+#include "hal/any_value.hpp"
 #include "hal/pin_list.hpp"
 
 #include <atomic>

@@ -55,17 +55,7 @@ its rights.  Beside it stays a file .lock, by which a second retain knows of the
 one name: a pipe is refused, and so is a file with a hard link.  Neither is a link followed that another user has put
 into a folder that all can write.
 
-fault-code; what it is about is told on stderr:
-
-    1 the store is another machine's, or no file of retain  |
-    2 the store is truncated or damaged                     | nothing is restored, nothing is saved, the
-    3 the store is of another version                       | store is left as it is; mend that, and start
-    4 the store cannot be read, or not be written           | again
-    6 a component has refused a record, as while it learns  |
-    4 the store can no more be written: tried again at every look, restored stays true
-    5 what is named does not exist, has another type, is an output, or is netted: nothing is restored, or restored falls
-      again; it goes on once that is mended
-    7 a file of the program cannot be read: program-id is 0
+Details of a fault are written to stderr.
 
 program-id is the CRC-32 of the program's files, one after the other, as a signed number; it follows their changes
 within a second.  Heartbeat stands still when the disk has not answered for 5 s.)"};
@@ -75,8 +65,7 @@ within a second.  Heartbeat stands still when the disk has not answered for 5 s.
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for watchdog."};
     hal::Out<bool> restored{this, "restored", "All that was kept is in force."};
     hal::Out<bool> waiting{this, "waiting", "Waits for the realtime threads."};
-    hal::Out<bool> fault{this, "fault", "Something is wrong that fault-code names."};
-    hal::Out<std::int32_t> fault_code{this, "fault-code", "What is wrong, as listed above; 0 for nothing."};
+    hal::Codes<Fault> fault{this, "fault"};
     hal::Out<std::int32_t> saves{this, "saves", "How often the store was written."};
     hal::Out<std::int32_t> date{this, "date", "Local date, as a number YYYYMMDD."};
     hal::Out<std::int32_t> program_id{this, "program-id",
@@ -114,13 +103,9 @@ within a second.  Heartbeat stands still when the disk has not answered for 5 s.
     void finish() override { keeper_->finish(); }
 
 private:
-    static constexpr std::int32_t program_unreadable = 7;
-
     void show() {
         const Keeper::State state = keeper_->state();
-        const std::int32_t code = state.fault_code != 0 ? state.fault_code : identity_code_;
-        fault_code = code;
-        fault = code != 0;
+        fault = state.fault != Fault::none ? state.fault : identity_fault_;
         saves = state.saves;
         waiting = state.waiting;
         restored = state.restored;
@@ -130,11 +115,11 @@ private:
         identify_again_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
         try {
             program_id = identity_->look();
-            identity_code_ = 0;
+            identity_fault_ = Fault::none;
         } catch (const std::exception& error) {
             program_id = 0;
-            if (identity_code_ == 0) std::cerr << std::string("retain: ") + error.what() + '\n';
-            identity_code_ = program_unreadable;
+            if (identity_fault_ == Fault::none) std::cerr << std::string("retain: ") + error.what() + '\n';
+            identity_fault_ = Fault::program;
         }
     }
 
@@ -147,7 +132,7 @@ private:
 
     std::unique_ptr<Keeper> keeper_;
     std::unique_ptr<ProgramIdentity> identity_;
-    std::int32_t identity_code_ = 0;
+    Fault identity_fault_ = Fault::none;
     std::chrono::steady_clock::time_point identify_again_{};
     std::atomic<int> rounds_{0};  // of background()
     int seen_rounds_ = -1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/io/files/regular_file.hpp"
+#include "hal/regular_file.hpp"
 
 #include <toml++/toml.h>
 
@@ -145,7 +145,7 @@ inline RetainSettings RetainSettings::read(const std::filesystem::path& file) {
     using namespace retain_settings;
     toml::table table;
     try {
-        table = toml::parse(RegularFile(file, O_RDONLY).read(), file.string());
+        table = toml::parse(hal::RegularFile(file, O_RDONLY).read(), file.string());
     } catch (const toml::parse_error& error) {
         refuse(file, error.source(), std::string(error.description()));
     }

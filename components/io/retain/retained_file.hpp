@@ -2,7 +2,8 @@
 #pragma once
 
 #include "components/io/files/crc_32.hpp"
-#include "hal/named_pin.hpp"
+#include "components/io/retain/retain_fault.hpp"
+#include "hal/any_value.hpp"
 
 #include <toml++/toml.h>
 
@@ -27,12 +28,9 @@ struct Retained {
 // The text of the file that holds it: a first line with version and checksum, then TOML.
 namespace retained_file {
 
-// Why a file is not taken; the numbers are fault codes.
-enum class Reason { foreign = 1, damaged = 2, version = 3 };
-
 struct Refused : std::runtime_error {
-    Refused(Reason why, const std::string& text) : std::runtime_error(text), reason(why) {}
-    const Reason reason;
+    Refused(Fault why, const std::string& text) : std::runtime_error(text), fault(why) {}
+    const Fault fault;
 };
 
 constexpr int version = 1;
@@ -108,30 +106,30 @@ inline Retained content(const toml::table& table) {
 
 // Throws Refused for all that compose() has not made for this machine; its sentence begins with `name`.
 inline Retained parse(const std::string& text, const std::string& machine, const std::string& name) {
-    const auto refuse = [&](Reason why, const std::string& what) { throw Refused(why, name + what); };
+    const auto refuse = [&](Fault why, const std::string& what) { throw Refused(why, name + what); };
     const std::size_t end = text.find('\n');
-    if (end == std::string::npos) refuse(Reason::damaged, " is truncated: it has not one whole line");
+    if (end == std::string::npos) refuse(Fault::damaged, " is truncated: it has not one whole line");
     const std::string head = text.substr(0, end);
     const std::string rest = text.substr(end + 1);
     int its_version = 0;
     if (std::sscanf(head.c_str(), "# retain %d,", &its_version) != 1)
-        refuse(Reason::foreign, " is no file of retain: it begins with '" + head.substr(0, 40) + "'");
+        refuse(Fault::foreign, " is no file of retain: it begins with '" + head.substr(0, 40) + "'");
     if (its_version != version)
-        refuse(Reason::version, " is of version " + std::to_string(its_version) +
-                                    "; this retain reads version " + std::to_string(version));
+        refuse(Fault::version, " is of version " + std::to_string(its_version) +
+                                   "; this retain reads version " + std::to_string(version));
     if (text != first_line(rest) + rest)
-        refuse(Reason::damaged, " is truncated or was changed: the CRC-32 of what follows its first line, '" +
-                                    head + "', is " + hexadecimal(crc_32(rest)));
+        refuse(Fault::damaged, " is truncated or was changed: the CRC-32 of what follows its first line, '" +
+                                   head + "', is " + hexadecimal(crc_32(rest)));
     try {
         const toml::table table = toml::parse(rest);
         const std::string& its_machine = need<toml::value<std::string>>(table.get("machine")).get();
         if (its_machine != machine)
-            refuse(Reason::foreign, " is of the machine '" + its_machine + "', not of '" + machine + "'");
+            refuse(Fault::foreign, " is of the machine '" + its_machine + "', not of '" + machine + "'");
         return content(table);
     } catch (const Refused&) {
         throw;
     } catch (const std::exception& error) {
-        throw Refused(Reason::damaged, name + ": " + error.what());
+        throw Refused(Fault::damaged, name + ": " + error.what());
     }
 }
 

@@ -14,23 +14,9 @@ struct Task {
     std::int32_t operation, occurrence, tool, event;
 };
 
-class CutTruth {
+class CutTruth final : public hal::Group {
 public:
-    explicit CutTruth(hal::Component* owner)
-        : contacts_{owner, "truth-contacts", "Contacts so far; truth-contact-... tells of the last one."},
-          coordinate_{owner, "truth-contact-coordinate", "mu", "True Z of the axis at the contact."},
-          time_{owner, "truth-contact-time", "s", "Time of the contact, since the start of the mill."},
-          contact_growth_{owner, "truth-contact-growth", "mu", "Growth at the contact."},
-          contact_operation_{owner, "truth-contact-operation", "Operation that made the contact."},
-          contact_event_{owner, "truth-contact-event", "Event under way at the contact."},
-          cuts_{owner, "truth-cuts", "Cuts finished so far; truth-cut-... tells of the last one."},
-          error_{owner, "truth-cut-error", "mu", "Tip error at the bottom of the cut."},
-          growth_{owner, "truth-cut-growth", "mu", "Growth at the bottom of the cut."},
-          operation_{owner, "truth-cut-operation", "Operation that made the cut."},
-          occurrence_{owner, "truth-cut-occurrence",
-                      "Which run of the operation in its cycle it was, from 1."},
-          tool_{owner, "truth-cut-tool", "Tool that made the cut."},
-          event_{owner, "truth-cut-event", "Event under way at the bottom of the cut."} {}
+    using Group::Group;
 
     void contact(const Task& task, double coordinate, double time, double growth) noexcept {
         coordinate_ = coordinate;
@@ -63,12 +49,25 @@ private:
         double tip, error, growth;
     };
 
-    hal::Out<std::int32_t> contacts_;
-    hal::Out<double> coordinate_, time_, contact_growth_;
-    hal::Out<std::int32_t> contact_operation_, contact_event_;
-    hal::Out<std::int32_t> cuts_;
-    hal::Out<double> error_, growth_;
-    hal::Out<std::int32_t> operation_, occurrence_, tool_, event_;
+    hal::Out<std::int32_t> contacts_{this, "truth-contacts",
+                                     "Contacts so far; truth-contact-... tells of the last one."};
+    hal::Out<double> coordinate_{this, "truth-contact-coordinate", "mu",
+                                 "True Z of the axis at the contact."};
+    hal::Out<double> time_{this, "truth-contact-time", "s",
+                           "Time of the contact, since the start of the mill."};
+    hal::Out<double> contact_growth_{this, "truth-contact-growth", "mu", "Growth at the contact."};
+    hal::Out<std::int32_t> contact_operation_{this, "truth-contact-operation",
+                                              "Operation that made the contact."};
+    hal::Out<std::int32_t> contact_event_{this, "truth-contact-event", "Event under way at the contact."};
+    hal::Out<std::int32_t> cuts_{this, "truth-cuts",
+                                 "Cuts finished so far; truth-cut-... tells of the last one."};
+    hal::Out<double> error_{this, "truth-cut-error", "mu", "Tip error at the bottom of the cut."};
+    hal::Out<double> growth_{this, "truth-cut-growth", "mu", "Growth at the bottom of the cut."};
+    hal::Out<std::int32_t> operation_{this, "truth-cut-operation", "Operation that made the cut."};
+    hal::Out<std::int32_t> occurrence_{this, "truth-cut-occurrence",
+                                       "Which run of the operation in its cycle it was, from 1."};
+    hal::Out<std::int32_t> tool_{this, "truth-cut-tool", "Tool that made the cut."};
+    hal::Out<std::int32_t> event_{this, "truth-cut-event", "Event under way at the bottom of the cut."};
 
     std::int32_t contact_count_ = 0;
     std::int32_t cut_count_ = 0;

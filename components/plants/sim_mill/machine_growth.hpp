@@ -18,28 +18,9 @@
 
 namespace plumb {
 
-class MachineGrowth {
+class MachineGrowth final : public hal::Group {
 public:
-    explicit MachineGrowth(hal::Component* owner)
-        : speed_{owner, "growth-speed", 8000, "rpm", "Speed at which spindle-growth is reached."},
-          spindle_growth_{
-              owner, "spindle-growth", 0.06, 0.02, 0.07, "mu", "Growth of the spindle in the end"},
-          exponent_{owner, "growth-exponent", 1.7, 1.5, 1.9, "1", "Exponent of the speed in the growth"},
-          tau_turning_{owner, "tau-turning", 600, 240, 1200, "s", "Time constant of the turning spindle"},
-          tau_stopped_{owner, "tau-stopped", 3600, 2700, 5400, "s", "Time constant of the spindle at rest"},
-          column_share_{
-              owner, "column-share", 0.35, 0.2, 0.5, "1", "Part of that growth that head and column undo"},
-          column_tau_{owner, "column-tau", 7200, 3600, 10800, "s", "Time constant of head and column"},
-          screw_rise_{
-              owner, "screw-rise", 2, 1, 3, "K", "Rise of the ball screw if Z kept moving at 10 mm/s"},
-          screw_tau_{owner, "screw-tau", 1800, 1200, 2400, "s", "Time constant of the ball screw"},
-          screw_fixed_{owner, "screw-fixed", 400, 300, 600, "mu", "Z of the ball screw's fixed bearing"},
-          air_growth_{owner, "air-growth", 0.001, 0.001, 0.004, "mu/K", "Growth with the shop's temperature"},
-          air_day_{owner, "air-day", 3, 2, 5, "K", "Amplitude of the shop's temperature over the day"},
-          air_swing_{owner, "air-swing", 0.4, 0.2, 1, "K", "Amplitude of the shop's temperature over 20 min"},
-          air_start_{
-              owner, "air-start", 0, 0, 86400, "s", "Time since the shop's mean temperature, at the start"},
-          shop_temperature_{owner, "shop-temperature", "degC", "Temperature of the shop air."} {}
+    using Group::Group;
 
     // Advances machine number `seed` by dt > 0 seconds at a spindle speed n (rpm) and with an axis at z (mm)
     // that moves with v (mm/s).  Returns the growth in mm.
@@ -73,10 +54,24 @@ private:
         return air_day_(seed) * std::sin(turn * t / 86400) + air_swing_(seed) * std::sin(turn * t / 1200);
     }
 
-    const hal::In<double> speed_;
-    Drawn spindle_growth_, exponent_, tau_turning_, tau_stopped_, column_share_, column_tau_;
-    Drawn screw_rise_, screw_tau_, screw_fixed_, air_growth_, air_day_, air_swing_, air_start_;
-    hal::Out<double> shop_temperature_;
+    const hal::In<double> speed_{this, "growth-speed", 8000, "rpm",
+                                 "Speed at which spindle-growth is reached."};
+    Drawn spindle_growth_{this, "spindle-growth", 0.06, 0.02, 0.07, "mu", "Growth of the spindle in the end"};
+    Drawn exponent_{this, "growth-exponent", 1.7, 1.5, 1.9, "1", "Exponent of the speed in the growth"};
+    Drawn tau_turning_{this, "tau-turning", 600, 240, 1200, "s", "Time constant of the turning spindle"};
+    Drawn tau_stopped_{this, "tau-stopped", 3600, 2700, 5400, "s", "Time constant of the spindle at rest"};
+    Drawn column_share_{
+        this, "column-share", 0.35, 0.2, 0.5, "1", "Part of that growth that head and column undo"};
+    Drawn column_tau_{this, "column-tau", 7200, 3600, 10800, "s", "Time constant of head and column"};
+    Drawn screw_rise_{this, "screw-rise", 2, 1, 3, "K", "Rise of the ball screw if Z kept moving at 10 mm/s"};
+    Drawn screw_tau_{this, "screw-tau", 1800, 1200, 2400, "s", "Time constant of the ball screw"};
+    Drawn screw_fixed_{this, "screw-fixed", 400, 300, 600, "mu", "Z of the ball screw's fixed bearing"};
+    Drawn air_growth_{this, "air-growth", 0.001, 0.001, 0.004, "mu/K", "Growth with the shop's temperature"};
+    Drawn air_day_{this, "air-day", 3, 2, 5, "K", "Amplitude of the shop's temperature over the day"};
+    Drawn air_swing_{this, "air-swing", 0.4, 0.2, 1, "K", "Amplitude of the shop's temperature over 20 min"};
+    Drawn air_start_{
+        this, "air-start", 0, 0, 86400, "s", "Time since the shop's mean temperature, at the start"};
+    hal::Out<double> shop_temperature_{this, "shop-temperature", "degC", "Temperature of the shop air."};
 
     FirstOrderLag spindle_, column_, screw_;
     double time_ = 0;

@@ -66,17 +66,9 @@ struct Upset {
     }
 };
 
-class Upsets {
+class Upsets final : public hal::Group {
 public:
-    explicit Upsets(hal::Component* owner)
-        : rate_{owner, "event-rate", 0, "1", "Probability that an event upsets a cycle, 0 to 1."},
-          event_{owner, "event", 0, "Number of an event to have; 0 leaves it to event-rate."},
-          cycle_{owner, "event-cycle", 0, "Cycle that event upsets, from 1; 0 for every one."},
-          operation_{owner, "event-operation", 0, "Operation that an event upsets; 0 draws it."},
-          height_{owner, "event-height", 0, "mu", "Height of an event; 0 draws it."},
-          factor_{owner, "event-factor", 0, "1", "Factor of an event; 0 draws it."},
-          smallest_{owner, "event-smallest", 0.1, "mu", "Smallest height that is drawn."},
-          largest_{owner, "event-largest", 0, "mu", "Largest height that is drawn; 0 for what is usual."} {}
+    using Group::Group;
 
     // For a cycle, numbered from 1.  Draws as much whatever happens, so that one setting does not change what
     // is drawn for another.
@@ -118,9 +110,19 @@ private:
         return kind != Event::chip && sign < 0.5 ? -drawn : drawn;
     }
 
-    const hal::In<double> rate_;
-    const hal::In<std::int32_t> event_, cycle_, operation_;
-    const hal::In<double> height_, factor_, smallest_, largest_;
+    const hal::In<double> rate_{this, "event-rate", 0, "1",
+                                "Probability that an event upsets a cycle, 0 to 1."};
+    const hal::In<std::int32_t> event_{this, "event", 0,
+                                       "Number of an event to have; 0 leaves it to event-rate."};
+    const hal::In<std::int32_t> cycle_{this, "event-cycle", 0,
+                                       "Cycle that event upsets, from 1; 0 for every one."};
+    const hal::In<std::int32_t> operation_{this, "event-operation", 0,
+                                           "Operation that an event upsets; 0 draws it."};
+    const hal::In<double> height_{this, "event-height", 0, "mu", "Height of an event; 0 draws it."};
+    const hal::In<double> factor_{this, "event-factor", 0, "1", "Factor of an event; 0 draws it."};
+    const hal::In<double> smallest_{this, "event-smallest", 0.1, "mu", "Smallest height that is drawn."};
+    const hal::In<double> largest_{this, "event-largest", 0, "mu",
+                                   "Largest height that is drawn; 0 for what is usual."};
 };
 
 }  // namespace plumb

@@ -12,29 +12,17 @@
 
 namespace plumb {
 
-class BoxArtifact {
+class BoxArtifact final : public hal::Group {
 public:
-    explicit BoxArtifact(hal::Component* owner)
-        : place_{{owner, "artifact-x", 0, "mu", "Lowest X of the artifact, in the work."},
-                 {owner, "artifact-y", 0, "mu", "Lowest Y of the artifact, in the work."},
-                 {owner, "artifact-z", 0, "mu", "Lowest Z of the artifact, in the work."}},
-          size_{{owner, "artifact-width", 0, "mu", "Size of the artifact along X; 0 for no artifact."},
-                {owner, "artifact-depth", 0, "mu", "Size of the artifact along Y; 0 for no artifact."},
-                {owner, "artifact-height", 0, "mu", "Size of the artifact along Z; 0 for no artifact."}},
-          bore_{owner, "artifact-bore", 0, "mu",
-                "Diameter of the bore through its middle, along Z; 0 for none."},
-          ball_{owner, "ball-radius", 1.5, "mu", "Radius of the probe's ball, its centre in the tip."},
-          tripped_{owner, "probe-tripped", "The ball of the probe is in the artifact, or touches it."},
-          gap_{owner, "truth-probe-gap", "mu",
-               "Gap between ball and artifact; negative inside, and none means 100000."} {}
+    using Group::Group;
 
     // To be called every period with where the tip is in the work.
     void meet(const Eigen::Vector3d& tip) noexcept {
-        Eigen::Vector3d size, inside;  // how far from each face, seen from the middle
+        Eigen::Vector3d size(width_, depth_, height_), inside;  // how far from each face, from the middle
         for (int i = 0; i < 3; ++i) {
             middle_[i] = usable(place_[i], 1e5, lowest_[i]);
             lowest_[i] = middle_[i];
-            size[i] = last_size_[i] = usable(size_[i], 1e5, last_size_[i]);
+            size[i] = last_size_[i] = usable(size[i], 1e5, last_size_[i]);
             middle_[i] += size[i] / 2;
             inside[i] = size[i] / 2 - std::abs(tip[i] - middle_[i]);
         }
@@ -59,9 +47,22 @@ private:
         return -std::min(inside.minCoeff(), bore_diameter_ > 0 ? into_wall : inside.minCoeff());
     }
 
-    const hal::In<double> place_[3], size_[3], bore_, ball_;
-    hal::Out<bool> tripped_;
-    hal::Out<double> gap_;
+    const hal::Axes<hal::In<double>, 3> place_{this, "artifact-%", 0, "mu",
+                                               "Lowest % of the artifact, in the work."};
+    const hal::In<double> width_{this, "artifact-width", 0, "mu",
+                                 "Size of the artifact along X; 0 for no artifact."};
+    const hal::In<double> depth_{this, "artifact-depth", 0, "mu",
+                                 "Size of the artifact along Y; 0 for no artifact."};
+    const hal::In<double> height_{this, "artifact-height", 0, "mu",
+                                  "Size of the artifact along Z; 0 for no artifact."};
+    const hal::In<double> bore_{this, "artifact-bore", 0, "mu",
+                                "Diameter of the bore through its middle, along Z; 0 for none."};
+    const hal::In<double> ball_{this, "ball-radius", 1.5, "mu",
+                                "Radius of the probe's ball, its centre in the tip."};
+    hal::Out<bool> tripped_{this, "probe-tripped",
+                            "The ball of the probe is in the artifact, or touches it."};
+    hal::Out<double> gap_{this, "truth-probe-gap", "mu",
+                          "Gap between ball and artifact; negative inside, and none means 100000."};
     Eigen::Vector3d lowest_ = Eigen::Vector3d::Zero(), last_size_ = lowest_, middle_ = lowest_;
     double bore_diameter_ = 0, radius_ = 1.5;
 };

@@ -13,7 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace plumb {
 
@@ -51,19 +50,9 @@ private:
     std::array<double, 4> coefficients_{};  // of the polynomials 1 to 4
 };
 
-class GuideErrors {
+class GuideErrors final : public hal::Group {
 public:
-    GuideErrors(hal::Component* owner, const std::string& axis, int direction)
-        : straightness_{owner,
-                        axis + "-straightness",
-                        0,
-                        0.002,
-                        0.005,
-                        "mu",
-                        "Range of straightness over the travel, both ways across"},
-          pitch_yaw_{
-              owner, axis + "-pitch-yaw", 0, 5e-6, 20e-6, "rad", "Range of pitch and yaw over the travel"},
-          direction_(direction) {}
+    GuideErrors(hal::Owner owner, int direction) : Group(owner), direction_(direction) {}
 
     void draw(std::int32_t seed) noexcept {
         seed_ = seed;
@@ -85,7 +74,14 @@ public:
     }
 
 private:
-    Drawn straightness_, pitch_yaw_;
+    Drawn straightness_{this,
+                        "%-straightness",
+                        0,
+                        0.002,
+                        0.005,
+                        "mu",
+                        "Range of straightness over the travel, both ways across"};
+    Drawn pitch_yaw_{this, "%-pitch-yaw", 0, 5e-6, 20e-6, "rad", "Range of pitch and yaw over the travel"};
     const int direction_;
     std::int32_t seed_ = 0;
     std::array<DrawnCurve, 2> straight_, turning_;

@@ -9,30 +9,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <string>
 
 namespace plumb {
 
-class PortalAxis {
+class PortalAxis final : public hal::Group {
 public:
-    PortalAxis(hal::Component* owner, const std::string& name, int direction)
-        : command_{owner, name + "-position-cmd", 0, "mu",
-                   "Where the drive is sent: motor position plus correction."},
-          nominal_{owner, name + "-nominal", 0, "mu", "Where the program wants the axis: joint position."},
-          pivot_{owner, name + "-pivot", 0, "mu", "Position at which the axis has no error but its tilt."},
-          lowest_{owner, name + "-min-limit", 0, "mu", "Where the travel begins."},
-          highest_{owner, name + "-max-limit", 1000, "mu", "Where the travel ends."},
-          tilts_{{owner, "ea0" + name, 0, "rad", "Tilt of the axis about X at the start."},
-                 {owner, "eb0" + name, 0, "rad", "Tilt of the axis about Y at the start."},
-                 {owner, "ec0" + name, 0, "rad", "Tilt of the axis about Z at the start."}},
-          follows_{owner, name + "-tool-follows", true,
-                   "Tool or work turn with the axis; false where they were shimmed square on it."},
-          errors_{owner, name, direction},
-          position_{owner, name + "-position", "mu", "Position that the encoder reads."},
-          true_tilts_{{owner, "truth-ea0" + name, "rad", "Tilt of the axis about X by now."},
-                      {owner, "truth-eb0" + name, "rad", "Tilt of the axis about Y by now."},
-                      {owner, "truth-ec0" + name, "rad", "Tilt of the axis about Z by now."}},
-          direction_(direction) {}
+    PortalAxis(hal::Owner owner, int direction) : Group(owner), direction_(direction) {}
 
     // Machine number `seed`, at rest where it is, or where its command is when it is switched on.
     void start(std::int32_t seed, bool switched_on) noexcept {
@@ -67,11 +49,14 @@ public:
         body_.direction = direction_;
         body_.travel = drive_.value() - zero_;
         body_.end_follows = follows_;
+        const Eigen::Vector3d given(ea0_, eb0_, ec0_);
         for (int i = 0; i < 3; ++i) {
-            body_.tilt[i] = tilt_[i] = usable(tilts_[i], 0.1, tilt_[i]);
+            body_.tilt[i] = tilt_[i] = usable(given[i], 0.1, tilt_[i]);
             drift_[i] = drifting_[i] * drift;
-            true_tilts_[i] = tilt_[i] + drift_[i];
         }
+        true_ea0_ = tilt_[0] + drift_[0];
+        true_eb0_ = tilt_[1] + drift_[1];
+        true_ec0_ = tilt_[2] + drift_[2];
         position_ = drive_.value();
     }
 
@@ -103,11 +88,26 @@ private:
         return end_ > begin_ ? std::clamp(2 * (position - begin_) / (end_ - begin_) - 1, -1.0, 1.0) : 0;
     }
 
-    const hal::In<double> command_, nominal_, pivot_, lowest_, highest_, tilts_[3];
-    const hal::In<bool> follows_;
-    GuideErrors errors_;
-    hal::Out<double> position_, true_tilts_[3];
+    const hal::In<double> command_{this, "%-position-cmd", 0, "mu",
+                                   "Where the drive is sent: motor position plus correction."};
+    const hal::In<double> nominal_{this, "%-nominal", 0, "mu",
+                                   "Where the program wants the axis: joint position."};
+    const hal::In<double> pivot_{this, "%-pivot", 0, "mu",
+                                 "Position at which the axis has no error but its tilt."};
+    const hal::In<double> lowest_{this, "%-min-limit", 0, "mu", "Where the travel begins."};
+    const hal::In<double> highest_{this, "%-max-limit", 1000, "mu", "Where the travel ends."};
+    const hal::In<double> ea0_{this, "ea0%", 0, "rad", "Tilt of the axis about X at the start."};
+    const hal::In<double> eb0_{this, "eb0%", 0, "rad", "Tilt of the axis about Y at the start."};
+    const hal::In<double> ec0_{this, "ec0%", 0, "rad", "Tilt of the axis about Z at the start."};
+    const hal::In<bool> follows_{
+        this, "%-tool-follows", true,
+        "Tool or work turn with the axis; false where they were shimmed square on it."};
     const int direction_;
+    GuideErrors errors_{this, direction_};
+    hal::Out<double> position_{this, "%-position", "mu", "Position that the encoder reads."};
+    hal::Out<double> true_ea0_{this, "truth-ea0%", "rad", "Tilt of the axis about X by now."};
+    hal::Out<double> true_eb0_{this, "truth-eb0%", "rad", "Tilt of the axis about Y by now."};
+    hal::Out<double> true_ec0_{this, "truth-ec0%", "rad", "Tilt of the axis about Z by now."};
 
     ServoLag drive_, ideal_;
     double commanded_ = 0, wanted_ = 0, zero_ = 0, begin_ = 0, end_ = 1000;  // the last good inputs

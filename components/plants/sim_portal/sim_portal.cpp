@@ -50,7 +50,7 @@ value in force.)"};
                                  "Guides that cross a tilted one below them were shimmed true."};
     hal::In<bool> to_bed{this, "to-bed", false,
                          "The tilt of Z on W is the one against the bed, not against the rail."};
-    PortalAxis x{this, "x", 0}, y{this, "y", 1}, z{this, "z", 2}, w{this, "w", 2};
+    PortalAxis x{{this, 'x'}, 0}, y{{this, 'y'}, 1}, z{{this, 'z'}, 2}, w{{this, 'w'}, 2};
     hal::In<bool> w_clamped{this, "w-clamped", false, "W stands clamped, wherever its drive is sent."};
     hal::In<double> tool_length{this, "tool-length", 0, "mu",
                                 "True length of the tool towards -Z; negative towards +Z."};
@@ -68,21 +68,13 @@ value in force.)"};
         this, "ram-sag", 0, 0.01, 0.03, "mu", "Bend of the portal's ram, all of Z's travel outside"};
     Drawn tilt_drift{this, "tilt-drift", 0, 2e-6, 10e-6, "rad", "Change of each tilt in an hour, at most"};
 
-    hal::Out<double> truth_x_tip{this, "truth-x-tip", "mu", "X of the tip in the work."};
-    hal::Out<double> truth_y_tip{this, "truth-y-tip", "mu", "Y of the tip in the work."};
-    hal::Out<double> truth_z_tip{this, "truth-z-tip", "mu", "Z of the tip in the work."};
-    hal::Out<double> truth_x_nominal{this, "truth-x-nominal", "mu", "X that the tip should have."};
-    hal::Out<double> truth_y_nominal{this, "truth-y-nominal", "mu", "Y that the tip should have."};
-    hal::Out<double> truth_z_nominal{this, "truth-z-nominal", "mu", "Z that the tip should have."};
-    hal::Out<double> truth_x_error{this, "truth-x-error", "mu", "How much too far the tip is in X."};
-    hal::Out<double> truth_y_error{this, "truth-y-error", "mu", "How much too far the tip is in Y."};
-    hal::Out<double> truth_z_error{this, "truth-z-error", "mu", "How much too far the tip is in Z."};
-    hal::Out<double> truth_x_beyond{this, "truth-x-beyond-tilts", "mu",
-                                    "What of it the tilts of the start do not make."};
-    hal::Out<double> truth_y_beyond{this, "truth-y-beyond-tilts", "mu",
-                                    "What of it the tilts of the start do not make."};
-    hal::Out<double> truth_z_beyond{this, "truth-z-beyond-tilts", "mu",
-                                    "What of it the tilts of the start do not make."};
+    hal::Axes<hal::Out<double>, 3> truth_tip{this, "truth-%-tip", "mu", "% of the tip in the work."};
+    hal::Axes<hal::Out<double>, 3> truth_nominal{this, "truth-%-nominal", "mu",
+                                                 "% that the tip should have."};
+    hal::Axes<hal::Out<double>, 3> truth_error{this, "truth-%-error", "mu",
+                                               "How much too far the tip is in %."};
+    hal::Axes<hal::Out<double>, 3> truth_beyond{this, "truth-%-beyond-tilts", "mu",
+                                                "What of it the tilts of the start do not make."};
     hal::Out<double> gauge_ex{this, "truth-gauge-ex", "mu", "EX of the gauged axis there."};
     hal::Out<double> gauge_ey{this, "truth-gauge-ey", "mu", "EY of the gauged axis there."};
     hal::Out<double> gauge_ez{this, "truth-gauge-ez", "mu", "EZ of the gauged axis there."};
@@ -161,18 +153,12 @@ private:
 
     void show(const Eigen::Vector3d& tip, const Eigen::Vector3d& nominal,
               const Eigen::Vector3d& tilted) noexcept {
-        truth_x_tip = tip.x();
-        truth_y_tip = tip.y();
-        truth_z_tip = tip.z();
-        truth_x_nominal = nominal.x();
-        truth_y_nominal = nominal.y();
-        truth_z_nominal = nominal.z();
-        truth_x_error = tip.x() - nominal.x();
-        truth_y_error = tip.y() - nominal.y();
-        truth_z_error = tip.z() - nominal.z();
-        truth_x_beyond = tip.x() - tilted.x();
-        truth_y_beyond = tip.y() - tilted.y();
-        truth_z_beyond = tip.z() - tilted.z();
+        for (int i = 0; i < 3; ++i) {
+            truth_tip[i] = tip[i];
+            truth_nominal[i] = nominal[i];
+            truth_error[i] = tip[i] - nominal[i];
+            truth_beyond[i] = tip[i] - tilted[i];
+        }
     }
 
     void measure() noexcept {

@@ -64,7 +64,7 @@ TEST_F(KeeperThreads, OneMayFinishAndAnotherLookWhileItSteps) {
                 keeper.step();
                 const Keeper::State state = keeper.state();
                 EXPECT_FALSE(state.restored && state.waiting);
-                EXPECT_EQ(state.fault_code, 0);
+                EXPECT_EQ(state.fault, Fault::none);
             }
         });
         while (keeper.state().saves == 0) std::this_thread::yield();

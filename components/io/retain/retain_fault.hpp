@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace plumb {
+
+// After the first four, and a refusal, nothing is restored and nothing is saved.
+enum class Fault : std::int32_t { none, foreign, damaged, version, inaccessible, unfit, refused, program };
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::foreign:
+            return "The store is another machine's, or no file of retain; it is left as it is. Correct that, "
+                   "and start again.";
+        case Fault::damaged:
+            return "The store is truncated or damaged; it is left as it is. Correct that, and start again.";
+        case Fault::version:
+            return "The store is of another version; it is left as it is. Correct that, and start again.";
+        case Fault::inaccessible:
+            return "The store cannot be read, or not be written. At the start nothing is restored: correct "
+                   "that, and start again. Later retain tries again once a second, and restored stays true.";
+        case Fault::unfit:
+            return "A named pin or component does not exist, has another type, is an output, or is netted; "
+                   "restored stays or becomes false until that is corrected.";
+        case Fault::refused:
+            return "A component refused a record, as while it learns; the store is left as it is. Correct "
+                   "that, and start again.";
+        case Fault::program: return "A file of the program cannot be read; program-id is 0.";
+        default: return nullptr;
+    }
+}
+
+}  // namespace plumb

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Values whose type is known only while a program runs: pins of other components, found by their names, and
+// whatever else the virtual-time host reads and writes.
+//
+// Together with hal/value.hpp the only file that knows how HAL stores a value.  A net moves the value of a
+// pin, and HAL gives the memory of an unloaded component to the next one: a value that was found is good for
+// the moment, and is found anew where a wrong value would do harm.
+#pragma once
+
+#include <hal.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <variant>
+
+namespace plumb::hal {
+
+// The content of a bit, an s32 or u32, or a float.
+using Value = std::variant<bool, std::int64_t, double>;
+
+class AnyValue {
+public:
+    enum class Type { bit, real, s32, u32, port };
+
+    AnyValue(hal_type_t type, hal_data_u* data) : type_(type_of(type)), data_(data) {}
+
+    Type type() const { return type_; }
+    bool same_place(const AnyValue& other) const { return data_ == other.data_ && type_ == other.type_; }
+
+    // HAL's word for the type.
+    const char* type_name() const {
+        switch (type_) {
+            case Type::bit: return "bit";
+            case Type::real: return "float";
+            case Type::s32: return "s32";
+            case Type::u32: return "u32";
+            case Type::port: break;
+        }
+        return "port";
+    }
+
+    // As a double, which holds every value of every type but a port's (which is a handle).
+    double number() const {
+        switch (type_) {
+            case Type::bit: return data_->b ? 1.0 : 0.0;
+            case Type::real: return data_->f;
+            case Type::s32: return data_->s;
+            case Type::u32: return data_->u;
+            case Type::port: break;
+        }
+        return data_->p;
+    }
+
+    // Whether the type holds the number without a change.
+    bool accepts(double number) const {
+        switch (type_) {
+            case Type::bit: return number == 0.0 || number == 1.0;
+            case Type::real: return true;
+            case Type::s32: return whole_within<std::int32_t>(number);
+            case Type::u32: return whole_within<std::uint32_t>(number);
+            case Type::port: break;
+        }
+        return false;
+    }
+
+    // Stores a number; bits are true unless 0. Integers must be whole and fit: the caller checks it with
+    // accepts().
+    void set_number(double number) const {
+        switch (type_) {
+            case Type::bit: data_->b = number != 0.0; break;
+            case Type::real: data_->f = number; break;
+            case Type::s32: data_->s = static_cast<std::int32_t>(number); break;
+            case Type::u32: data_->u = static_cast<std::uint32_t>(number); break;
+            case Type::port: break;
+        }
+    }
+
+    // The same as a Value, of anything but a port.
+    Value read() const {
+        switch (type_) {
+            case Type::bit: return number() != 0.0;
+            case Type::real: return number();
+            default: return static_cast<std::int64_t>(number());
+        }
+    }
+    bool takes(const Value& value) const {
+        return value.index() == read().index() && accepts(number_of(value));
+    }
+    void write(const Value& value) const { set_number(number_of(value)); }
+
+private:
+    static Type type_of(hal_type_t type) {
+        switch (type) {
+            case HAL_BIT: return Type::bit;
+            case HAL_FLOAT: return Type::real;
+            case HAL_S32: return Type::s32;
+            case HAL_U32: return Type::u32;
+            default: return Type::port;
+        }
+    }
+
+    template <class Whole>
+    static bool whole_within(double number) {
+        return std::trunc(number) == number && number >= std::numeric_limits<Whole>::min() &&
+               number <= std::numeric_limits<Whole>::max();
+    }
+
+    static double number_of(const Value& value) {
+        return std::visit([](auto content) { return static_cast<double>(content); }, value);
+    }
+
+    Type type_;
+    hal_data_u* data_;
+};
+
+class NamedPin : public AnyValue {
+public:
+    // Nothing where there is no such pin, or where it holds no Value.  HAL is locked meanwhile; who is killed
+    // in that moment leaves it locked: not to be called again and again without need.
+    static std::optional<NamedPin> find(const std::string& name) {
+        hal_type_t type = HAL_TYPE_UNSPECIFIED;
+        hal_data_u* data = nullptr;
+        bool linked = false;
+        if (hal_get_pin_value_by_name(name.c_str(), &type, &data, &linked) != 0) return std::nullopt;
+        const NamedPin pin(AnyValue(type, data), linked);
+        return pin.type() == Type::port ? std::nullopt : std::optional(pin);
+    }
+
+    bool linked() const { return linked_; }
+
+private:
+    NamedPin(const AnyValue& value, bool linked) : AnyValue(value), linked_(linked) {}
+
+    bool linked_;
+};
+
+}  // namespace plumb::hal
