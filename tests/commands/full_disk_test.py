@@ -41,7 +41,7 @@ class FullDisk(unittest.TestCase):
             self.assert_told(program, "--version")
 
     def test_pages_of_modules(self):
-        self.assert_told(os.path.join(BUILD, "manual"), os.path.join(BUILD, "modules", "joint_offset.so"))
+        self.assert_told(os.path.join(BUILD, "hal", "manual"), os.path.join(BUILD, "modules", "joint_offset.so"))
 
     def test_results(self):
         plumb = os.path.join(BIN, "plumb")
@@ -70,7 +70,7 @@ class FullDisk(unittest.TestCase):
         self.assertEqual(run.returncode, 2, "a wrong command line")
 
     def test_tables_of_scripts(self):
-        table = "import sys; sys.path.insert(0, 'scripts/benches'); import bench_command\nwith bench_command.errors_told(): print('1 2 3')"
+        table = "import sys; sys.path.insert(0, 'scripts/benches'); from support import command\nwith command.errors_told(): print('1 2 3')"
         self.assert_told("/usr/bin/python3", "-c", table, cwd=ROOT)
         code, words = on_full_disk("/usr/bin/python3", os.path.join(BUILD, "bin", "plumb-contacts"), "--help",
                                    env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})

@@ -12,11 +12,11 @@ import os
 import re
 import shutil
 import subprocess
-import tomllib
 import unittest
 
 import linuxcnc_runs
 import numpy as np
+import plumb
 from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, ROOT, change, nm, own_folder, read_recording, um
 
 CONFIGURATION = os.path.join(ROOT, "configs", "portal")
@@ -277,8 +277,8 @@ class Shift:
             np.testing.assert_allclose(abs(corrected), 63, rtol=0, atol=TOUCH)
 
     def test_operator_is_told_of_the_wrong_homing_and_of_nothing_else(self):
-        text = "Correction of {0}: the origin of {0} was set with it in force; unhome {0}, and home it again."
-        told = [text.format(letter) for letter in "XYZ"]
+        sentence = plumb.declarations("joint_offset")["codes"]["fault-code"][6]
+        told = ["Correction of %s: %s" % (letter, sentence) for letter in "XYZ"]
         self.assertEqual(sorted(self.errors), [*told, "Homing denied by motion.homing-inhibit joint=-1"])
 
 
@@ -365,20 +365,6 @@ class Configuration(unittest.TestCase):
             self.assertEqual(tilts[0], tilts[1])
             self.assertEqual(tilts[1], tilts[2])
             self.assertGreater(len(tilts[0]), 1)
-
-    def test_every_code_has_its_message(self):
-        messages = {message["pin"]: message for message in tomllib.loads(self.read("messages.toml"))["message"]}
-        for module, code, pins in (
-            ("squareness", "fault-code", ["square-fault"]),
-            ("squareness", "limited-code", ["square-limited"]),
-            ("squareness", "unsettled-code", ["unsettled"]),
-            ("joint_offset", "fault-code", ["x-fault", "y-fault", "z-fault"]),
-        ):
-            with open(os.path.join(BUILD, "share", "plumb", module + ".json")) as file:
-                codes = list(json.load(file)["codes"][code])
-            self.assertGreater(len(codes), 3)
-            for pin in pins:
-                self.assertEqual(list(messages[pin]["codes"]), codes, pin)
 
     def test_panel_is_wired_to_what_both_machines_have(self):
         panel, common = self.read("panel.hal"), self.read("compensation.hal")
