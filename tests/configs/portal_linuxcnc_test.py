@@ -7,7 +7,6 @@
 goes through the shift of the portal twenty times beside two busy loops, and counts what fails.
 """
 
-import json
 import os
 import re
 import shutil
