@@ -20,7 +20,7 @@ AT_ONCE = 0.2 * um  # where the drives are yet behind the last step of the ramp,
 RAPID, FEED, ARC = 1, 2, 3  # motion types
 NOT_HELD = ("m49_m53", "m51_m53")
 HELD = ("plain", "m48", "m49", "m50", "m51", "m52", "m53")
-EARLY = "A cut may begin before the correction is that of the tool: "
+EARLY = "A cut may begin before the correction has settled. "
 
 
 class Settling(unittest.TestCase):
@@ -84,7 +84,7 @@ class Settling(unittest.TestCase):
             self.assertGreater(self.error[begin], 5 * um, scene)
             self.assertEqual(self.shift["square.unsettled-code"][begin + 1], 5, scene)
             self.assertEqual(len(self.told[scene]), 1, scene)
-            self.assertTrue(self.told[scene][0].startswith(EARLY + "a cut began"), scene)
+            self.assertTrue(self.told[scene][0].startswith(EARLY + "A cut began"), scene)
 
     def test_overrides_that_come_back_stop_no_cut(self):
         for scene in NOT_HELD:
@@ -133,9 +133,9 @@ class Settling(unittest.TestCase):
 
     def test_released_early_the_operator_is_told_why(self):
         for scene, code, why in (
-            ("late", 4, "it took longer than settling-time."),
-            ("disable", 1, "it was switched off, or a joint is not homed any more."),
-            ("in_a_cut", 6, "the tool was changed in a cut."),
+            ("late", 4, "Settling took longer than settling-time."),
+            ("disable", 1, "The correction was switched off, or a joint is not homed any more."),
+            ("in_a_cut", 6, "The tool changed in a cut."),
         ):
             self.assertIn(code, self.shift["square.unsettled-code"][self.rows[scene]], scene)
             self.assertEqual(self.told[scene], [EARLY + why], scene)
