@@ -296,7 +296,8 @@ private:
         }
         source_.step(possible, speeds, dt);
         bound(source_, source);
-        ramping_ = ramping_ && source_.value() != possible;
+        const bool held = (possible > source ? speeds.up : speeds.down) * dt <= slack;  // by a soft limit
+        ramping_ = ramping_ && source_.value() != possible && !held;
 
         const double now = source_.value();
         const double allowed = guarded ? limits_.allowed(now, position_) : now;

@@ -139,7 +139,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "Kind of motion: motion.motion-type."};
     hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
                                   "How fast they do it: motion.current-vel."};
-    hal::In<bool> reload{this, "reload", false, "Read the tables anew, when it rises."};
+    hal::In<bool> reload{this, "reload", false, "A rising edge reads the tables again."};
 
     hal::Axes<hal::Out<double>, 3> correction{this, "%-correction", "mu", "Correction of %, for its stage."};
     hal::Axes<hal::Out<double>, 3> corrected_position{this, "%-corrected-position", "mu",
@@ -148,16 +148,17 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
                                                       "Commanded velocity of % with its correction."};
     hal::Axes<hal::Out<double>, 3> error{this, "%-error", "mu",
                                          "Error of the tip here without correction, in %."};
-    hal::Out<bool> ramping{this, "ramping", "The correction is on its way to what is wanted."};
+    hal::Out<bool> ramping{this, "ramping", "The correction still changes to its wanted value."};
     hal::Out<bool> settling{this, "settling", "The next cut has to wait for the correction of its tool."};
     hal::Codes<Settling::Ended> unsettled{
         this, "unsettled",
         "Settling ended too early; unsettled-code gives the cause, until the tool changes again."};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
-    hal::Out<bool> table_fault{this, "table-fault", "The tables could not be read anew; those before stay."};
+    hal::Out<bool> table_fault{this, "table-fault",
+                               "The last reload failed; the tables before stay in force."};
     hal::Out<std::int32_t> tables{this, "tables", "Axes that have a table."};
-    hal::Out<std::int32_t> serial{this, "serial", "How often tables were read anew and taken over."};
+    hal::Out<std::int32_t> serial{this, "serial", "Number of successful reloads of the tables."};
 
     hal::Offset moves[3]{
         {this, moving(correction[0])}, {this, moving(correction[1])}, {this, moving(correction[2])}};
@@ -216,7 +217,7 @@ private:
     }
 
     // Positions and velocities of the axes that there are.  Whether one has changed faster than it can move.
-    // Of what is not known the last good position stays, and so does not move.
+    // An invalid position keeps its last good value.
     bool read_motion(double dt) noexcept {
         bool jumped = false;
         motion_known_ = true;
@@ -259,8 +260,8 @@ private:
         return reloaded;
     }
 
-    // The correction by what was in force until now, where the axes are now, and by what is in force from now
-    // on: their difference is what motion did not cause.
+    // The correction at the present position, with the former and with the new settings: motion did not cause
+    // their difference, so it is ramped.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
         const Eigen::Vector3d tool = tool_ + settings.radial();
         tool_changed_ = tool != model_.tool();

@@ -541,6 +541,23 @@ TEST(JointOffset, AtASoftLimitAnOffsetThatTurnsRoundBrakesWithinItsAcceleration)
         }
 }
 
+// Settling waits for ramps: one that a soft limit holds must not keep the joint there.
+TEST(JointOffset, ARampThatASoftLimitHoldsHasEnded) {
+    Machine machine;
+    machine.set("min-limit", -40);
+    machine.set("max-limit", 40);
+    machine.apply(0);
+    machine.go(-40);
+    machine.set("enable", false);
+    machine.run(0.1);
+    machine.set("offset-0", -0.1);
+    machine.set("enable", true);
+    machine.run(3);
+    EXPECT_FALSE(machine.get("ramping"));
+    EXPECT_TRUE(machine.get("limited"));
+    EXPECT_NEAR(machine.applied(), 0, 1e-9);
+}
+
 // A wrong position takes the offset away at once while motion moves the joint; that is no speed to go on
 // with.
 TEST(JointOffset, APositionThatJumpsBeyondALimitTakesTheOffsetNoFurtherThanTo0) {
