@@ -151,9 +151,10 @@ class Recording:
                 begin = at + found[0]
                 ends = np.flatnonzero(clear[begin : cycle.end])
                 end = begin + (ends[0] if len(ends) else cycle.end - begin)
+                fed = begin + np.flatnonzero(towards[begin:end])[-1] + 1  # a dwell at depth follows, without load
                 key = (self.operation[begin], self.tool[begin])
                 counted[key] = counted.get(key, 0) + 1
-                approaches.append(Approach(self, cycle, begin, end, *key, counted[key]))
+                approaches.append(Approach(self, cycle, begin, fed, *key, counted[key]))
                 at = end
         return approaches
 
