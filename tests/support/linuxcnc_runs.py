@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -21,6 +22,10 @@ from tree import BUILD, ROOT, own_folder  # noqa: F401
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
 WORKED = 42  # exit status of a scenario (scenario.py), and of no one else
 PATIENCE = 200  # seconds, for what takes a few
+# Task may read motion's status between the echo of a probing move and the period that begins it. It then takes the
+# move for done, and the interpreter ends the program by this error. A busy computer widens that gap.
+RACE = "Queue is not empty after probing"
+ATTEMPTS = 4
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm
 um = 1e-3  # mm
@@ -68,8 +73,18 @@ def use_scenario(ini, scenario):
 
 
 def work(folder, ini, *arguments, facts="facts.json"):
-    """Starts LinuxCNC, and works through its scenario: what this left in its file of facts, and LinuxCNC's output."""
-    status, output = finish(start(folder, ini, *arguments))
+    """Starts LinuxCNC, and works through its scenario: the scenario's file of facts, and LinuxCNC's output."""
+    machine = os.path.dirname(ini)
+    fresh = os.path.join(tempfile.mkdtemp(dir=folder), "machine")
+    shutil.copytree(machine, fresh)
+    for attempt in range(ATTEMPTS):
+        if attempt > 0:
+            print("LinuxCNC lost a probing move to its own race, so the scenario starts afresh:\n%s" % output)
+            shutil.rmtree(machine)
+            shutil.copytree(fresh, machine)
+        status, output = finish(start(folder, ini, *arguments))
+        if RACE not in output:
+            break
     if status != WORKED:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
     with open(os.path.join(os.path.dirname(ini), facts)) as file:
