@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""configs/mill: thermal displacement in a complete LinuxCNC in virtual time, twenty times faster than the clock."""
+"""configs/mill: thermal displacement in a complete LinuxCNC in virtual time."""
 
 import json
 import os
@@ -17,7 +17,6 @@ import plumb_contacts
 from linuxcnc_runs import BUILD, PROGRAMS, ROOT, changes, copy_configuration, finish, own_folder, plumb_run, read_recording, um
 
 README = os.path.join(ROOT, "configs", "mill", "README.md")
-linuxcnc_runs.speed = 20
 
 GROWTH = 10 * um  # that grow.ngc adds
 TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and what the load leaves uncertain
