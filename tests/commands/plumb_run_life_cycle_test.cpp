@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // However a plumb run ends: its exit status is the one that is documented, nothing of it is left, and the
 // next one works. With halrun and with a complete LinuxCNC, under libfaketime.
+#include "tests/support/folder.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/program.hpp"
 
@@ -12,7 +13,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <thread>
 #include <tuple>
@@ -101,8 +101,7 @@ MAX_ACCELERATION = 1000
 }
 
 std::string mounts() {
-    std::ifstream in("/proc/self/mounts");
-    return {std::istreambuf_iterator<char>(in), {}};
+    return contents("/proc/self/mounts");
 }
 
 void await_ready() {
