@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How tests start a complete LinuxCNC in virtual time, and read what it leaves."""
+"""How tests start a complete LinuxCNC in virtual time, and read its results."""
 
 import argparse
 import csv
@@ -20,7 +20,7 @@ from tree import BUILD, ROOT, own_folder  # noqa: F401
 
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
 WORKED = 42  # exit status of a scenario (scenario.py), and of no one else
-PATIENCE = 200  # seconds, for what takes a few
+PATIENCE = 200  # seconds, for an event that takes a few
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm
 um = 1e-3  # mm
@@ -29,7 +29,7 @@ speed = 10  # times real time
 
 
 def copy_configuration(name, folder, copy="machine"):
-    """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
+    """Copies it as LinuxCNC's picker and `cp -rL` do: with the targets of its links."""
     machine = shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
     # Task gives motion up after a time of the faster clock, which passes on a busy computer.
     change(os.path.join(machine, "common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
@@ -49,7 +49,7 @@ def change(file, old, new):
 
 
 def environment(folder, **more):
-    """Of a run whose home is in a folder."""
+    """The environment of a run whose home is in a folder."""
     home = os.path.join(folder, "home")
     os.makedirs(home, exist_ok=True)
     return {
@@ -68,7 +68,7 @@ def use_scenario(ini, scenario):
 
 
 def work(folder, ini, *arguments, facts="facts.json"):
-    """Starts LinuxCNC, and works through its scenario: what this left in its file of facts, and LinuxCNC's output."""
+    """Starts LinuxCNC, and works through its scenario. Returns its file of facts, and LinuxCNC's output."""
     status, output = finish(start(folder, ini, *arguments))
     if status != WORKED:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -89,7 +89,7 @@ def start(folder, ini, *arguments, prefix=()):
 
 
 def finish(process):
-    """Exit status and output of what start() has started."""
+    """Exit status and output of a process from start()."""
     try:
         output = process.communicate(timeout=PATIENCE)[0]
     except subprocess.TimeoutExpired:
