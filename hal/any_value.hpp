@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Values whose type is known only while a program runs: pins of other components, found by their names, and
-// whatever else the virtual-time host reads and writes.
+// all other values that the virtual-time host reads and writes.
 //
-// Together with hal/value.hpp the only file that knows how HAL stores a value.  A net moves the value of a
-// pin, and HAL gives the memory of an unloaded component to the next one: a value that was found is good for
-// the moment, and is found anew where a wrong value would do harm.
+// Together with hal/value.hpp the only file that knows how HAL stores a value. A net moves the value of a
+// pin, and HAL gives the memory of an unloaded component to the next one. So a value is good for the
+// moment; find it again if a wrong value could do harm.
 #pragma once
 
 #include <hal.h>
@@ -42,7 +42,7 @@ public:
         return "port";
     }
 
-    // As a double, which holds every value of every type but a port's (which is a handle).
+    // As a double, which holds every value of every type but a port's (a handle).
     double number() const {
         switch (type_) {
             case Type::bit: return data_->b ? 1.0 : 0.0;
@@ -118,8 +118,8 @@ private:
 
 class NamedPin : public AnyValue {
 public:
-    // Nothing where there is no such pin, or where it holds no Value.  HAL is locked meanwhile; who is killed
-    // in that moment leaves it locked: not to be called again and again without need.
+    // Nothing if there is no such pin, or if it holds no Value. HAL is locked meanwhile, and a program that
+    // is killed in that moment leaves it locked: do not call this more often than needed.
     static std::optional<NamedPin> find(const std::string& name) {
         hal_type_t type = HAL_TYPE_UNSPECIFIED;
         hal_data_u* data = nullptr;

@@ -36,7 +36,7 @@ public:
     // rtapi_app locks all of it in memory. Reading three tables of 4096 rows takes 12 KiB.
     static constexpr std::size_t stack_size = 256 * 1024;
 
-    // Null where no instance has work.  Throws std::system_error when there is no thread for it.
+    // Null if no instance has work. Throws std::system_error if there is no thread for it.
     static std::unique_ptr<Background> of(const std::vector<std::unique_ptr<Component>>& instances,
                                           std::chrono::nanoseconds pause = longest_pause) {
         std::vector<Component*> working;
@@ -103,7 +103,7 @@ private:
             }
             failed = true;
         }
-        background.failed_ = failed;  // said once: the work is tried again at once
+        background.failed_ = failed;  // reported once: the work is tried again at once
     }
 
     const std::vector<Component*> instances_;

@@ -13,7 +13,7 @@
 //     hal::Codes<Fault> fault{this, "fault"};
 //
 // declares the pins fault and fault-code. The manual page, reports and messages take the sentences from
-// there. Where the word is no "fault", its bit has a sentence of its own:
+// there. If the pin is not called "fault", its bit has a sentence of its own:
 //
 //     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
 #pragma once

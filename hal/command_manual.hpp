@@ -12,7 +12,7 @@ namespace plumb::hal {
 
 struct CommandPage {
     std::string name;                                           // of the page: plumb-bench
-    std::string synopsis;                                       // what follows the command's words
+    std::string synopsis;                                       // after the command's words
     std::vector<std::pair<std::string, std::string>> sections;  // heading and text, after the description
     std::string see_also;                                       // halcmd(1), plumb(1)
 };

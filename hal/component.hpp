@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A component is an ordinary object whose members declare what HAL sees of it: pins, functions, options.
+// A component is an ordinary object whose members declare its pins, functions and options in HAL.
 //
 //     struct Doubler final : hal::Component {
 //         static constexpr hal::About about{"doubler", "twice the input", "The output is twice the input."};
 //         using Component::Component;
 //
-//         hal::In<double> in{this, "in", 0, "mu", "What to double."};
+//         hal::In<double> in{this, "in", 0, "mu", "Value to double."};
 //         hal::Out<double> out{this, "out", "mu", "Twice the input."};
 //         hal::Function run{this, "update", &Doubler::update, "After the source of in."};
 //
@@ -35,21 +35,21 @@ public:
     Component& operator=(const Component&) = delete;
     virtual ~Component() = default;
 
-    // Called once at load, before HAL sees the component as ready.  May allocate, read files and throw: the
+    // Called once at load, before HAL sees the component as ready. May allocate, read files and throw: the
     // exception's text becomes the reason for which the module is not loaded.
     virtual void prepare() {}
 
     // Called again and again on a thread of the module, never on a realtime one, and never twice at a time;
-    // the virtual-time host calls it between periods.  Does what update() has asked for through an atomic
-    // flag and hands the finished result over by an atomic index.  Bounded work, reported by pins.  What it
-    // throws is shown to the operator, and it is called again.
+    // the virtual-time host calls it between periods. Does the work that update() has requested through an
+    // atomic flag, and hands the finished result over by an atomic index. Bounded work, reported by pins.
+    // An exception is shown to the operator, and background() is called again.
     virtual void background() {}
 
-    // Asked once, after prepare(): where no instance has work for background(), there is no thread.
+    // Asked once, after prepare(): if no instance has work for background(), there is no thread.
     virtual bool has_background() const noexcept { return true; }
 
     // Called once when a program is asked to end, at once, as other components may be unloaded the next
-    // moment; background() may run beside it.  LinuxCNC waits 2 s.  Never called in a module.
+    // moment; background() may run beside it. LinuxCNC waits 2 s. Never called in a module.
     virtual void finish() {}
 
 private:
@@ -90,7 +90,7 @@ struct About {
     SeeAlso see_also = {};
 };
 
-// What a loadable module offers: its manual text and a way to build one instance.
+// A loadable module: its manual text and a way to build one instance.
 struct Model {
     About about;
     std::unique_ptr<Component> (*make)(Registrar&);

@@ -11,8 +11,8 @@ namespace plumb::hal {
 
 class Function {
 public:
-    // The method gets the thread period in seconds.  It may not allocate, lock, print, throw, read a clock or
-    // make a system call.  `its_place` is a sentence that says where it belongs in the order of addf.
+    // The method gets the thread period in seconds. It may not allocate, lock, print, throw, read a clock
+    // or make a system call. `its_place` is a sentence about its place in the order of addf.
     template <class C>
     Function(C* owner, std::string its_name, void (C::*method)(double) noexcept, std::string its_place)
         : name(std::move(its_name)),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Declaring a pin or a function creates it in HAL; an option reads what was given at load time.
+// A declaration creates a pin or a function in HAL; an option reads its text from the load line.
 #pragma once
 
 #include "hal/component.hpp"
@@ -12,7 +12,7 @@
 
 namespace plumb::hal {
 
-// The result of a HAL call, or an exception that names what was asked for.
+// The result of a HAL call, or an exception that names the request.
 inline int check(int result, const std::string& what) {
     if (result < 0) throw std::system_error(-result, std::generic_category(), what);
     return result;
@@ -33,7 +33,7 @@ inline void check_instance_name(const std::string& name) {
 
 class HalRegistrar final : public Registrar {
 public:
-    // options: text by name for this instance; what is not in it keeps its initial value.
+    // options: text by name for this instance; an option that is not in it keeps its initial value.
     HalRegistrar(int component, std::string instance, std::map<std::string, std::string> options)
         : component_(component), instance_(std::move(instance)), options_(std::move(options)) {}
 

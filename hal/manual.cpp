@@ -56,7 +56,7 @@ void write_section(std::ostream& out, const char* heading, const std::string& te
     write_description(out, text);
 }
 
-// Of pages as they are named in a text: halcmd(1), motion(9).
+// Pages are named in a text: halcmd(1), motion(9).
 void write_see_also(std::ostream& out, const std::string& pages) {
     if (pages.empty()) return;
     out << ".SH SEE ALSO\n";

@@ -11,7 +11,7 @@
 
 namespace plumb::hal {
 
-// Builds an instance without HAL and keeps what it declared.
+// Builds an instance without HAL and keeps its declarations.
 class Declarations final : public Registrar {
 public:
     explicit Declarations(const Model& model) : instance_(model.make(*this)) {}
@@ -41,8 +41,8 @@ private:
     std::unique_ptr<Component> instance_;
 };
 
-// A manual page in man(7) markup: section 9 for a realtime module, 1 for a program (which has no functions,
-// and says under SYNOPSIS how it is loaded).
+// A manual page in man(7) markup: section 9 for a realtime module, 1 for a program, which has no functions,
+// and a load line under SYNOPSIS.
 std::string manual(const Model& model, int section);
 
 // The declarations as JSON, for programs: pins, codes and their sentences, options, functions.

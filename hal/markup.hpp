@@ -35,7 +35,7 @@ inline std::string wrapped(const std::string& text) {
     std::string result;
     std::size_t column = 0;
     for (std::string word; words >> word;) {
-        const std::size_t length = escaped(word).size();  // which is what the line holds in the end
+        const std::size_t length = escaped(word).size();  // the length of the line in the end
         const bool fits = column + 1 + length <= 78;
         if (column != 0) result += fits ? ' ' : '\n';
         column = column != 0 && fits ? column + 1 + length : length;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What of a module differs with its component: compiled for each, while module.cpp is compiled once.
+// The part of a module that differs with its component: compiled for each, while module.cpp is compiled
+// once.
 //
 // CMake writes the component's options into PLUMB_OPTIONS as X(name) X(name) ...: rtapi_app finds a parameter
 // through a symbol of its name, which no template can make.

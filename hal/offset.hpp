@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// An output that moves an axis says so, and by how much at most:
+// An output that moves an axis declares it, with its bound and its rate:
 //
 //     hal::Offset moves{this,
-//     hal::MovingPin(applied_offset).bound(max_offset).rate(max_rate).limited(limited)};
+//                       hal::MovingPin(applied_offset).bound(max_offset).rate(max_rate).limited(limited)};
 //
-// The manual page and the tests read it: every component that declares one is attacked by random sequences of
-// faults, and held to what it declares.
+// The manual page and the tests read it: random sequences of faults attack every component that declares
+// one, and test its declaration.
 #pragma once
 
 #include "hal/pin.hpp"

@@ -56,7 +56,7 @@ private:
     const T value_;
 };
 
-// The path of an option that names a file; throws when it is not absolute.  Empty stays empty.
+// The path of an option that names a file; throws when it is not absolute. Empty stays empty.
 inline const std::string& absolute_path(const std::string& name, const std::string& path) {
     if (!path.empty() && path.front() != '/')
         throw std::invalid_argument(name + "=" + path +

@@ -16,7 +16,7 @@ class Owner {
 public:
     Owner(Component* component) : registrar_(&hal::registrar(component)) {}
     Owner(const Group* group);
-    // Of an axis x, y, z, ...
+    // An owner of pins of the axis x, y, z, ...
     Owner(Owner owner, char axis) : registrar_(owner.registrar_), axis_(axis) {}
 
     Registrar& registrar() const { return *registrar_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// All pins that there are, with their directions, which only halcmd tells.
+// All pins, with their directions, which only halcmd lists.
 #pragma once
 
 #include <sys/wait.h>
@@ -17,7 +17,7 @@ struct ListedPin {
     std::string direction;  // IN, OUT, I/O
 };
 
-// By name.  Throws std::runtime_error when halcmd does not tell.
+// By name. Throws std::runtime_error if halcmd fails.
 inline std::map<std::string, ListedPin> list_pins() {
     FILE* const pipe = popen("exec halcmd -s show pin", "r");
     if (!pipe) throw std::runtime_error("halcmd cannot be run");

@@ -49,8 +49,8 @@ sigset_t signals_that_end() {
     return signals;
 }
 
-// Waits for a signal that asks the program to end.  False when the time is over.
-bool told_to_end(const sigset_t& signals, double seconds) {
+// Waits for a signal that asks the program to end. False when the time is over.
+bool asked_to_end(const sigset_t& signals, double seconds) {
     timespec wait{};
     wait.tv_sec = static_cast<std::time_t>(seconds);
     wait.tv_nsec = static_cast<long>((seconds - std::floor(seconds)) * 1e9);
@@ -111,7 +111,7 @@ static int carry_out(int argc, char** argv) try {
                                                    std::chrono::duration<double>(period)));
     check(hal_ready(hal.id), "hal_ready");
     do registrar.call_functions(period);
-    while (!told_to_end(signals, period));
+    while (!asked_to_end(signals, period));
     try {
         instances.back()->finish();
     } catch (const std::exception& error) {

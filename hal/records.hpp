@@ -9,7 +9,7 @@
 // restore-tool.
 //
 // The program runs on another core, to which an ARM processor shows pins in any order: fences keep a record
-// together with the pin that says that it is there.
+// together with the pin that announces it.
 #pragma once
 
 #include "hal/component.hpp"
@@ -30,7 +30,7 @@ struct Field {
     In<T> restore;
 };
 
-// The walk itself.  The component keeps the records; each period it calls, in this order,
+// The walk itself. The component keeps the records; each period it calls, in this order,
 // wants_forget(), wants_restore() with restored() for the answer, and show().
 class Records final : public Group {
 public:
@@ -60,7 +60,7 @@ public:
         if (shown >= 0) write(shown);
         rows_ = count;
         std::atomic_thread_fence(std::memory_order_release);
-        shown_ = shown;  // last: whoever waits for it finds the record complete
+        shown_ = shown;  // last: a reader that waits for it finds the record complete
     }
 
 private:
@@ -77,7 +77,7 @@ private:
     In<bool> restore_{this, "restore", false, "A rising edge adds the record in the restore-... pins."};
     Out<std::int32_t> restores_{this, "restores", "Number of records accepted by restore."};
     Out<std::int32_t> refused_{this, "restores-refused", "Number of records refused by restore."};
-    // For whoever set it: false again, the component was loaded anew.
+    // For retain, which set it: false again, the component was loaded again.
     In<bool> kept_{this, "kept", false, "Set by retain, which keeps the records; for retain alone."};
     bool forgetting_ = false;
     bool restoring_ = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Whoever builds a component decides what a declaration means: the module creates pins and functions in HAL,
-// the manual writes them down, a test counts them.
+// The builder of a component decides on the meaning of a declaration: the module creates pins and functions
+// in HAL, the manual writes them down, a test counts them.
 #pragma once
 
 #include "hal/value.hpp"

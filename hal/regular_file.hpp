@@ -15,8 +15,8 @@
 
 namespace plumb::hal {
 
-// Why a file is not read: it is not there, or is something that ends never, or only when somebody writes into
-// it. Empty for a regular file.
+// Why a file is not read: it is missing, or it is a device or pipe, which never ends, or ends only when a
+// program writes into it. Empty for a regular file.
 inline std::string irregularity(const std::filesystem::path& file) {
     using std::filesystem::file_type;
     std::error_code error;

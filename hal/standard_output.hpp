@@ -10,13 +10,13 @@
 
 namespace plumb {
 
-// The exit status of a program that would end with `status`: 1, after a message, where what it has printed
-// could not be written, as on a full disk. The last thing that main() does.
+// The exit status of a program that would end with `status`: 1, after a message, if its output could not be
+// written, as on a full disk. The last thing that main() does.
 inline int when_written(int status, const char* program) {
     errno = 0;
     std::cout.flush();
     if (std::cout && std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
-    // What failed earlier has left no reason behind: one more byte gets it.
+    // An earlier failure has left no reason behind: one more byte gets it.
     const bool failed = errno != 0 || ::write(STDOUT_FILENO, "\n", 1) < 0;
     const char* const why = failed ? std::strerror(errno) : "not all of it could be written";
     std::fprintf(stderr, "%s: standard output: %s\n", program, why);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // How HAL stores a value.
 //
-// The only file that knows, with hal/any_value.hpp.  LinuxCNC 2.9 hands out pointers to cells in its shared
+// The only file that knows, with hal/any_value.hpp. LinuxCNC 2.9 hands out pointers to cells in its shared
 // memory and moves the pointer when a pin is netted; 2.10 hands out opaque handles with getters and setters.
 // Port it here.
 #pragma once
@@ -34,7 +34,7 @@ struct TypeOf<double> {
 template <class T>
 inline constexpr Type type_of = TypeOf<T>::value;  // does not compile for any other type
 
-// What a component's author reads and writes in manuals: bit, s32, float.
+// The name of a type in manuals: bit, s32, float.
 inline const char* type_name(Type type) {
     return type == Type::bit ? "bit" : type == Type::integer ? "s32" : "float";
 }
@@ -57,7 +57,7 @@ private:
     void* const* cell_;
 };
 
-// Creates a pin in HAL.  Returns its slot, or throws std::bad_alloc when HAL's memory is used up; any other
+// Creates a pin in HAL. Returns its slot, or throws std::bad_alloc when HAL's memory is used up; any other
 // refusal of HAL is left in `result` as a negative errno.
 inline Slot new_pin(int component, const std::string& name, Type type, bool output, int& result) {
     auto** cell = static_cast<void**>(hal_malloc(sizeof(void*)));  // HAL re-points it when the pin is netted

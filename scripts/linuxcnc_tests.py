@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's own regression tests with the virtual-time host, beside the same with LinuxCNC's own realtime side.
 
-The tests are those of the source package of the LinuxCNC that is installed, unmodified.  A folder is a test if it has a
-test.hal, which halrun runs, or a test.sh, which bash runs.  It passes when that succeeds, and then its checkresult does, or
-else what was printed is the file `expected`.
+The tests are those of the source package of the LinuxCNC that is installed, unmodified. A folder is a test if it has a
+test.hal, which halrun runs, or a test.sh, which bash runs. It passes when that succeeds, and then its checkresult does, or
+else its output is the file `expected`.
 """
 
 import argparse
@@ -27,7 +27,7 @@ BUILD = os.environ.get("PLUMB_BUILD", os.path.join(os.path.dirname(os.path.dirna
 
 WORK = os.path.join(BUILD, "linuxcnc-tests")
 
-WHOLE = (  # what starts a complete LinuxCNC, and needs no network, no window and no compiler
+WHOLE = (  # tests that start a complete LinuxCNC, and need no network, no window and no compiler
     "startup-state",
     "linuxcncrsh",
     "abort/g64",
@@ -44,11 +44,11 @@ WHOLE = (  # what starts a complete LinuxCNC, and needs no network, no window an
 NOT_HALRUN_ALONE = ("linuxcnc", "halcompile", "python")  # a test.sh with one of these words needs more than halrun
 
 LIMIT = {"halrun": 60, "whole": 300}  # s, of this machine's time
-MOST_OVERRUNS = 10  # a sampler that overran says nothing about the test, which is run again
+MOST_OVERRUNS = 10  # a sampler that overran proves nothing about the test, which is run again
 
 
 class Trouble(Exception):
-    """What keeps the tests from running at all."""
+    """A reason for which no test can run."""
 
 
 # --- where the tests come from ---
@@ -111,7 +111,7 @@ def unpack_tests(folder):
             for member in archive:
                 text = archive.extractfile(member).read() if member.isfile() else b""
                 if "/patches/" in member.name and re.search(rb"^[-+]{3} \S+?/tests/", text, re.MULTILINE):
-                    raise Trouble(f"{member.name} changes the tests; the original ones are not what was packaged.")
+                    raise Trouble(f"{member.name} changes the tests; the original ones are not in the package.")
     with tarfile.open(os.path.join(folder, original)) as archive:
         for member in archive:
             path = member.name.split("/", 1)
@@ -139,7 +139,7 @@ class Test:
 
 
 def is_skipped(folder):
-    """By LinuxCNC: a file `skip` says so, or answers when it is run."""
+    """Whether LinuxCNC skips the test: it has a file `skip` that is no program, or that fails when it is run."""
     skip = os.path.join(folder, "skip")
     if not os.path.exists(skip):
         return False
@@ -167,12 +167,12 @@ def whole_tests():
     return [Test(name, "test.sh", "whole") for name in WHOLE]
 
 
-# --- what runs them ---
+# --- run them ---
 
 
 @dataclasses.dataclass(frozen=True)
 class Side:
-    """What is the realtime side of a test."""
+    """The realtime side of a test."""
 
     name: str
     speed: str = ""  # of the host; "" is LinuxCNC's own realtime side
@@ -197,11 +197,11 @@ def host(speed):
 
 @dataclasses.dataclass
 class Outcome:
-    """Of a test that was run once, or until it passed."""
+    """The result of a test that was run once, or until it passed."""
 
-    failure: str = ""  # what is wrong, with the folder to look at
+    failure: str = ""  # the reason, with the folder to look at
     seconds: float = 0.0
-    tries_before: list = dataclasses.field(default_factory=list)  # what was wrong then
+    tries_before: list = dataclasses.field(default_factory=list)  # their failures
 
 
 async def end(process, end_signal):
@@ -218,7 +218,7 @@ async def end(process, end_signal):
 async def run_script(test, side, box):
     """Runs the test that is in the box.
 
-    Returns its exit status, or None when it did not end in time.  What it prints is in the files result and stderr.
+    Returns its exit status, or None when it did not end in time. Its output is in the files result and stderr.
     """
     folder = os.path.join(box, test.name)
     program = ["halrun", "-f", test.script] if test.script == "test.hal" else ["bash", "-x", test.script]
@@ -236,7 +236,7 @@ async def run_script(test, side, box):
             stdin=subprocess.DEVNULL,
             stdout=out,
             stderr=err,
-            start_new_session=True,  # Ctrl-C is for this script, which ends what it started
+            start_new_session=True,  # Ctrl-C is for this script, which ends its children
         )
         try:
             return await asyncio.wait_for(asyncio.shield(process.wait()), LIMIT[test.group])
@@ -256,7 +256,7 @@ def differences(folder):
 
 
 def judge(status, folder):
-    """What is wrong; "" when nothing is."""
+    """The failure; "" without one."""
     if status is None:
         return "did not end in time"
     if status:
@@ -334,7 +334,7 @@ class Runner:
         return "", False
 
 
-# --- what they say ---
+# --- report ---
 
 
 def cell(outcomes):
@@ -367,7 +367,7 @@ class Table:
 
 
 async def run_tests(tests, sides, runner, repetitions):
-    """Prints the table.  Returns {side: {test: outcomes}}."""
+    """Prints the table. Returns {side: {test: outcomes}}."""
     jobs = {}
     for test in tests:
         for side in sides:
@@ -428,7 +428,7 @@ def arguments():
     parser = argparse.ArgumentParser(
         prog="scripts/linuxcnc-tests",
         description="LinuxCNC's own regression tests, with its own realtime side (stock) and with the virtual-time host.",
-        epilog="A table tells the seconds that each took, and after + how often it was run again: once more after a "
+        epilog="A table shows the seconds that each took, and after + how often it was run again: once more after a "
         "failure, and after an overrun of a sampler, as LinuxCNC does. The exit status is 1 when the host fails a test "
         "that stock passes.",
     )

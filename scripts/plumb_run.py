@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The command line of plumb run, also in a container that forbids namespaces, where it has to be told to go without."""
+"""The command line of plumb run, also in a container that forbids namespaces, where it needs an option to go without."""
 
 import functools
 import os

@@ -99,7 +99,7 @@ inline double ratio(const std::string& upper_part, const std::string& lower_part
 
 }  // namespace quantity_text
 
-// In rad: 12.5arcsec, 0.06 mrad, 60um/m, 0.02mm/300mm, 0.001in/ft, 0.02/300 or 0.  Throws
+// In rad: 12.5arcsec, 0.06 mrad, 60um/m, 0.02mm/300mm, 0.001in/ft, 0.02/300 or 0. Throws
 // std::invalid_argument with the text and the reason.
 inline double angle_of(std::string_view text) {
     using namespace quantity_text;
@@ -117,7 +117,8 @@ inline double angle_of(std::string_view text) {
                      ", or a length per length, such as 0.02mm/300mm");
 }
 
-// In mm: 0.02mm, 300 mm, 5um, 12in; without a unit in `unit` (mm), where there is one.  Likewise.
+// In mm: 0.02mm, 300 mm, 5um, 12in; a text without a unit is in `unit` (mm), if there is one. Throws
+// std::invalid_argument with the text and the reason.
 inline double length_of(std::string_view text, const std::string& unit = "") {
     using namespace quantity_text;
     const Measure length = measure(plain(text), text);
@@ -129,7 +130,7 @@ inline double length_of(std::string_view text, const std::string& unit = "") {
     return result;
 }
 
-// Several with : between them, as in 0:150:300mm; those without a unit have that of the last one.
+// Several lengths with : between them, as in 0:150:300mm; one without a unit has the unit of the last one.
 inline std::vector<double> lengths_of(std::string_view text) {
     using namespace quantity_text;
     const std::string unit = measure(plain(text.substr(text.rfind(':') + 1)), text).unit;

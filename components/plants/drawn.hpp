@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A property of a simulated machine: given by a pin, or else drawn by the machine's seed.  What no machine
-// could be, a hundred times more than the largest that is drawn or a thousand times less than the smallest,
-// counts as not given; 0 does not.
+// A property of a simulated machine: given by a pin, or else drawn by the machine's seed. An absurd value,
+// a hundred times the largest that is drawn or a thousandth of the smallest, counts as not given; 0 does
+// not.
 #pragma once
 
 #include "components/math/blocks/random.hpp"
@@ -15,8 +15,8 @@ namespace plumb {
 
 class Drawn {
 public:
-    // Machine 0 has the typical value, any other one a value from low to high; what one property is drawn to
-    // does not depend on which others there are.  `doc` is the sentence without its full stop.
+    // Machine 0 has the typical value, any other one a value from low to high. The value of one property
+    // does not depend on the other properties. `doc` is the sentence without its full stop.
     Drawn(hal::Owner owner, const std::string& name, double typical, double low, double high,
           const std::string& unit, const std::string& doc)
         : given_{owner, name, -1, unit, sentence(typical, low, high, doc)},

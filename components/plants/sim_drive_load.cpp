@@ -60,16 +60,16 @@ configs/mill/bench.hal has all lines.)"},
 
     Drawn rated_power{this, "rated-power", 3700, 2200, 5500, "W", "Rating of the motor"};
     Drawn idle{this, "idle", 4, 3, 6, "%", "Load of the slowly turning spindle"};
-    Drawn idle_speed{this, "idle-speed", 6, 4, 10, "%", "What idling at 10000 rpm adds"};
+    Drawn idle_speed{this, "idle-speed", 6, 4, 10, "%", "Load of idling at 10000 rpm"};
     Drawn warm_decline{
         this, "warm-decline", 0.2, 0.1, 0.3, "1", "Part of the idle load that a warm spindle loses"};
     Drawn warm_tau{this, "warm-tau", 900, 600, 1200, "s", "Time constant of that loss"};
     Drawn pulse{this, "pulse", 100, 60, 150, "%", "Load while the spindle changes its speed"};
     Drawn pulse_time{this, "pulse-time", 1, 0.2, 2, "s", "Time that it takes from rest to 10000 rpm"};
-    Drawn coolant_load{this, "coolant-load", 1, 0.5, 2, "%", "What coolant adds"};
+    Drawn coolant_load{this, "coolant-load", 1, 0.5, 2, "%", "Load of the coolant"};
     Drawn part_spread{this, "part-spread", 0.2, 0.1, 0.2, "1", "Largest deviation of the part gain from 1"};
     Drawn wear_rise{
-        this, "wear-rise", 0.3, 0.2, 0.3, "1", "What a worn-out tool adds to its cut, as a part of it"};
+        this, "wear-rise", 0.3, 0.2, 0.3, "1", "Load that a worn-out tool adds to its cut, as a part of it"};
     Drawn tooth_ripple{
         this, "tooth-ripple", 0.2, 0.1, 0.3, "1", "Amplitude at the tooth frequency, part of the cut"};
     Drawn runout_ripple{this, "runout-ripple", 0.1, 0.05, 0.2, "1", "Amplitude once a turn, part of the cut"};
@@ -120,7 +120,7 @@ private:
         drive_ = SampleAndHold(sample_time(number) * random_.uniform());
     }
 
-    // The spindle without a cut: bearings, and what it takes to change its speed.
+    // The spindle without a cut: bearings, and the power for a change of its speed.
     double idle_load(double dt) noexcept {
         command_ = usable(spindle_speed_cmd, 1e5, command_);
         const double before = speed_.value();
@@ -160,7 +160,7 @@ private:
     SampleAndHold drive_;
     SlewLimit speed_;
     FirstOrderLag warm_, lag_;
-    double command_ = 0, power_ = 0, wear_ = 0;  // the last good inputs
+    double command_ = 0, power_ = 0, wear_ = 0;  // last good inputs
     double gain_ = 1, orienting_ = 0, angle_ = 0;
     bool started_ = false;
     std::int32_t seed_ = 0, part_ = 0, tool_ = 0;

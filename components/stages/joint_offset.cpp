@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
-#include "components/math/blocks/soft_limit_taper.hpp"
+#include "components/math/blocks/soft_limits.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
@@ -109,7 +109,7 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
-    hal::In<double> position{this, "position", 0, "mu", "Where the program has the joint: joint.N.pos-cmd."};
+    hal::In<double> position{this, "position", 0, "mu", "Commanded position of the joint: joint.N.pos-cmd."};
     hal::In<double> joint_command{this, "joint-command", 0, "mu", "From motion: joint.N.motor-pos-cmd."};
     hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu", "From the drive, offset included."};
     hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
@@ -119,14 +119,14 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     hal::In<double> offset_acceleration{this, "offset-acceleration", 0, "mu/s2",
                                         "Largest acceleration that the offset adds to it."};
     hal::In<double> max_offset{this, "max-offset", 1, "mu", "Largest sum of the offsets either way."};
-    hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of what motion does not cause."};
+    hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of changes that motion does not cause."};
     hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Fastest change of the offset, away from limits."};
 
     hal::Out<double> drive_command{this, "drive-command", "mu", "To the drive, offset included."};
     hal::Out<double> joint_feedback{this, "joint-feedback", "mu",
                                     "To motion, without the offset: joint.N.motor-pos-fb."};
     hal::Out<double> applied_offset{this, "applied-offset", "mu", "Offset that drive-command contains."};
-    hal::Out<bool> ramping{this, "ramping", "The offset is on its way to what it is to be."};
+    hal::Out<bool> ramping{this, "ramping", "The offset moves to its sources at ramp-rate."};
     hal::Out<bool> limited{
         this, "limited", "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
     hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
@@ -149,14 +149,14 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     void update_feedback(double) noexcept {
         const double given = drive_feedback;
         feedback_ = usable(given, farthest, feedback_);
-        hears_ = within(given, farthest);
+        good_feedback_ = within(given, farthest);
         joint_feedback = feedback_ - applied_.value();
     }
 
     void update(double dt) noexcept {
         const Settings settings{max_offset, ramp_rate, max_rate};
         if (settings.valid()) settings_ = settings;
-        const Limits limits{min_limit, max_limit, joint_acceleration, offset_acceleration};
+        const SoftLimits limits{min_limit, max_limit, joint_acceleration, offset_acceleration};
         if (limits.valid()) limits_ = limits;
         const double command = joint_command;
         const double moved = std::abs(usable(command, farthest, command_) - command_);
@@ -185,18 +185,17 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
         fault = hal::first<Fault>({{!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
-                                   {!hears_, Fault::feedback},
+                                   {!good_feedback_, Fault::feedback},
                                    {!settings.valid(), Fault::settings},
                                    {!limits.valid(), Fault::limits},
                                    {shifted_, Fault::origin}});
     }
 
 private:
-    static constexpr double largest = 1e3;                  // mu, of an offset
-    static constexpr double farthest = 1e9;                 // mu, of a position
-    static constexpr double softest = 1e-3, hardest = 1e9;  // mu/s2
-    static constexpr double slack = 1e-9;                   // mu, of no meaning
-    static constexpr double gentle = 100;                   // mu/s2, where nothing else is known
+    static constexpr double largest = 1e3;                    // mu, of an offset
+    static constexpr double farthest = SoftLimits::farthest;  // mu, of a position
+    static constexpr double slack = 1e-9;                     // mu, without meaning
+    static constexpr double gentle = 100;                     // mu/s2, without valid limits
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
@@ -209,30 +208,7 @@ private:
         }
     };
 
-    struct Limits {
-        double min = 0, max = 0, joint_acceleration = 0, offset_acceleration = 0;
-
-        bool valid() const noexcept {
-            const auto possible = [](double acceleration) {
-                return acceleration >= softest && acceleration <= hardest;
-            };
-            return min < max && within(min, farthest) && within(max, farthest) &&
-                   possible(joint_acceleration) && possible(offset_acceleration);
-        }
-        // The rest of the acceleration is for what motion does not cause.
-        double share() const noexcept {
-            return std::min(0.75 * offset_acceleration / joint_acceleration, 1.0);
-        }
-        double distance(double offset, double place) const noexcept {
-            return offset > 0 ? max - place : place - min;
-        }
-        // The part of an offset that may be applied at a place.
-        double allowed(double offset, double place) const noexcept {
-            return std::copysign(tapered(std::abs(offset), distance(offset, place), share()), offset);
-        }
-    };
-
-    // The last good one stays.  Whether the joint can have moved from there to here.
+    // Whether the distance from the last position to this one can be a move of the joint.
     bool read_position() noexcept {
         const double place = position;
         const bool knew = knows_place_;
@@ -254,8 +230,8 @@ private:
 
     double sum() const noexcept { return sources_[0] + sources_[1] + sources_[2] + sources_[3]; }
 
-    // Homing moves the origin of motion at the switch, long before the joint is homed.  The feedback by which
-    // it does so is without the offset; the drive's place, once the offset is released, is off by it.
+    // Homing moves the origin of motion at the switch, long before the joint is homed, and by a feedback
+    // without the offset. Once the offset is released, the origin would be wrong by it.
     void watch_origin(bool is_homed, bool known) noexcept {
         const double origin = known ? command_ - position_ : origin_;
         if (homed_ && !is_homed) shifted_ = false;
@@ -266,89 +242,65 @@ private:
         homed_ = is_homed;
     }
 
-    // The drives are off, or about to be.
     void hold() noexcept {
         source_.hold();
         applied_.hold();
     }
 
-    // The sources, then the limits, then what the drive may be given.  `moved` is the way of the joint by
-    // motion in this period.
+    // The sources, then the soft limits, then the drive. `moved` is the distance that motion moves the joint
+    // in this period.
     void follow(double possible, bool guarded, double moved, double dt) noexcept {
         const double most = settings_.max_offset, rate = settings_.max_rate;
         const double acceleration = limits_.valid() ? limits_.offset_acceleration : gentle;
-        const auto bound = [&](AccelerationLimit& limit, double before) {
-            const double allowed = std::max(most, std::abs(before));
-            if (std::abs(limit.value()) > allowed)
-                limit.move_to(std::copysign(allowed, limit.value()), acceleration, dt);
+        const auto reduce = [&](AccelerationLimit& limit, double bound) {
+            if (std::abs(limit.value()) > bound)
+                limit.move_to(std::copysign(bound, limit.value()), acceleration, dt);
         };
 
-        if (guarded_ && !guarded) {  // nothing of what a limit has kept away
+        if (guarded_ && !guarded) {  // the rest of the sum must not come at once
             source_.move_to(applied_.value(), acceleration, dt);
             source_.hold();
         }
         guarded_ = guarded;
         const double source = source_.value(), applied = applied_.value();
+        const SoftLimits::Step joint{last_position_, position_, moved, dt};
         AccelerationLimit::Limits speeds{ramping_ ? settings_.ramp_rate : rate, rate, acceleration / 4};
         if (guarded) {
-            speeds.down = speed_to_limit(-1, moved, dt);
-            speeds.up = speed_to_limit(1, moved, dt);
+            speeds.down = limits_.largest_speed(-1, source, joint);
+            speeds.up = limits_.largest_speed(1, source, joint);
         }
         source_.step(possible, speeds, dt);
-        bound(source_, source);
+        reduce(source_, std::max(most, std::abs(source)));
         const bool held = (possible > source ? speeds.up : speeds.down) * dt <= slack;  // by a soft limit
         ramping_ = ramping_ && source_.value() != possible && !held;
 
         const double now = source_.value();
         const double allowed = guarded ? limits_.allowed(now, position_) : now;
         tapered_ = allowed != now;
-        // The share, so that it brakes in time when motion does.
+        // At most share(), so that the offset brakes in time when motion does.
         const double by_motion = guarded ? std::min(std::abs(allowed - limits_.allowed(now, last_position_)),
                                                     limits_.share() * moved)
                                          : 0;
         applied_.step(allowed, {rate, rate + by_motion / dt, acceleration}, dt);
-        bound(applied_, applied);
-        if (guarded) keep_from_limit(applied, moved, dt);
-    }
-
-    // Largest speed of the sources towards the soft limit in this direction: they stop, with their
-    // acceleration, before the taper at the place where the joint can stop. As the joint leaves the limit
-    // they may go with it.
-    double speed_to_limit(double direction, double moved, double dt) const noexcept {
-        const double room = std::max(limits_.distance(direction, position_), 0.0);
-        const double left =
-            bounded(room - std::max(limits_.distance(direction, last_position_), 0.0), moved) / dt;
-        const double share = limits_.share();
-        const double stops = left < 0 ? room - left * left / (2 * limits_.joint_acceleration) : room;
-        const double way = std::max(share * std::max(stops, 0.0) - direction * source_.value(), 0.0);
-        return share * std::max(left, 0.0) +
-               AccelerationLimit::stopping_speed(way, limits_.offset_acceleration / 4, dt);
-    }
-
-    // Motion takes the drive no further beyond a limit than it was, however late it brakes.
-    void keep_from_limit(double before, double moved, double dt) noexcept {
-        const double y = applied_.value();
-        const auto room = [&](double place) { return std::max(limits_.distance(y, place), 0.0); };
-        const double last = y * before > 0 ? std::abs(before) : 0;
-        const double beyond = std::max(last - room(last_position_), 0.0);
-        const double most = std::max(room(position_) + beyond, last - moved);
-        if (std::abs(y) > most) applied_.move_to(std::copysign(most, y), limits_.offset_acceleration, dt);
+        reduce(applied_, std::max(most, std::abs(applied)));
+        if (guarded) reduce(applied_, limits_.largest_offset(applied_.value(), applied, joint));
     }
 
     double lag(double possible) const noexcept { return std::abs(possible - applied_.value()); }
 
-    Settings settings_{};                               // the last good ones
-    Limits limits_{};                                   // likewise
-    std::array<double, 4> sources_{};                   // likewise
-    double position_ = 0, command_ = 0, feedback_ = 0;  // likewise
+    Settings settings_{};  // these are the last good values
+    SoftLimits limits_{};
+    std::array<double, 4> sources_{};
+    double position_ = 0, command_ = 0, feedback_ = 0;
+
     double last_position_ = 0;
     AccelerationLimit source_;   // the sum, bounded and ramped
-    AccelerationLimit applied_;  // by the last command; that, within the soft limits
+    AccelerationLimit applied_;  // source_ within the soft limits; the last command contains it
     bool active_ = false, holding_ = false, ramping_ = false;
     bool guarded_ = false, tapered_ = false;  // by the soft limits
-    double origin_ = 0;                       // of motion, for the drive
+    double origin_ = 0;                       // command_ - position_
     bool homed_ = false, shifted_ = false;    // shifted: fault origin
-    bool hears_ = true, knows_place_ = true;
+    bool good_feedback_ = true, knows_place_ = true;
 };
 
 hal::Model hal::model() {

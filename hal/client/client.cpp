@@ -32,7 +32,7 @@ using Json = nlohmann::json;
 using Progress = std::function<bool(Time)>;
 
 constexpr int control_in_host = 3;                  // the descriptor on which the host finds its client
-constexpr std::size_t kept_words = 4000;            // of what the host printed
+constexpr std::size_t kept_words = 4000;            // of the host's output
 constexpr Time patience = std::chrono::seconds(5);  // for a host to unload and end
 
 [[noreturn]] void fail(const std::string& what) {
@@ -71,7 +71,7 @@ std::string absolute(const std::string& file) {
     return std::filesystem::absolute(file);
 }
 
-// JSON has no word for what is not finite.
+// JSON has no word for infinite values and NaN.
 Json to_json(double value) {
     if (std::isnan(value)) return "nan";
     if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
@@ -164,7 +164,7 @@ public:
 
     ~Connection() { end(); }
 
-    // The host's answer.  Throws with its sentence if it refuses.
+    // The host's answer. Throws with its sentence if it refuses.
     Json request(const Json& request, const Progress& progress = {}) {
         if (!death_.empty()) throw HostDied(death_);
         send(request);
@@ -247,7 +247,7 @@ private:
         }
     }
 
-    // Whoever listens where a host was may be anybody; the system knows who it is.
+    // Any program may listen where a host was; the system knows its process.
     void require_own_host(const std::string& path) const {
         ucred peer{};
         socklen_t size = sizeof peer;
@@ -302,7 +302,7 @@ private:
         return Json::parse(line);
     }
 
-    // Takes in what the host has printed.
+    // Takes in the output of the host.
     void listen() noexcept {
         char bytes[4096];
         ssize_t n;
@@ -356,11 +356,11 @@ private:
     }
 
     Descriptor control_;  // requests and answers
-    Descriptor output_;   // what the host prints
+    Descriptor output_;   // the output of the host
     bool show_output_ = false;
     pid_t process_ = 0;       // the one started here, 0 if none: it ends when the host does
     std::string unread_;      // received from control_, less than a line
-    std::string last_words_;  // the end of what the host printed
+    std::string last_words_;  // the end of the host's output
     std::string death_;       // why it is dead, once it is
 };
 

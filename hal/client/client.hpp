@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A client of the virtual-time host: starts a plumb-host of its own, or attaches to one that runs.
 //
-// A client talks to the host through a socket and touches no HAL memory, so it may be killed at any
-// time and needs no namespace.  Every call blocks until the host has answered and throws
-// std::runtime_error with the host's sentence when it refuses.  Once the host is dead every call throws
-// HostDied at once, with the host's last words.  Not for use from several threads at a time.
+// A client talks to the host through a socket and touches no HAL memory, so it may be killed at any time
+// and needs no namespace. Every call blocks until the host has answered, and throws std::runtime_error with
+// the host's sentence if it refuses. Once the host is dead every call throws HostDied at once, with the
+// host's last words. Not for use from several threads at a time.
 #pragma once
 
 #include <sys/types.h>
@@ -23,7 +23,7 @@ namespace plumb::host {
 
 using Time = std::chrono::nanoseconds;  // virtual time; counts from the start of the host
 
-// The nearest whole nanosecond.  Throws std::invalid_argument unless seconds is finite and fits.
+// The nearest whole nanosecond. Throws std::invalid_argument unless seconds is finite and fits.
 Time seconds(double seconds);
 
 struct HostDied : std::runtime_error {
@@ -40,7 +40,7 @@ struct Start {
     std::vector<std::string> module_options;  // MODULE.NAME=VALUE, in the place of those in loadrt lines
     bool namespaces = true;                   // false: in the machine's one HAL, one host at a time
     bool guard = false;        // watch for allocations and, on x86-64, system calls in realtime functions
-    bool show_output = false;  // pass what the host and its programs print on to stderr
+    bool show_output = false;  // pass output of the host and its programs on to stderr
     std::string executable;    // plumb-host; empty: beside this program, else in PATH
 };
 
@@ -49,22 +49,22 @@ struct Attach {
     std::string socket;  // its RTAPI_FIFO_PATH
 };
 
-// What halcmd said; status 0 is success.
+// The output of halcmd; status 0 is success.
 struct Halcmd {
     int status;
-    std::string output;  // stdout and stderr, and what modules printed meanwhile
+    std::string output;  // stdout and stderr, and output of modules meanwhile
 };
 
-// The value of a pin, parameter or signal.  Every HAL type fits in a double; bits are 0 and 1.
+// The value of a pin, parameter or signal. Every HAL type fits in a double; bits are 0 and 1.
 struct Value {
     double value;
     std::string type;  // "float", "bit", "s32" or "u32"
 };
 
-// What a run did.
+// The result of a run.
 struct Ran {
     Time time;          // virtual time at its end
-    Time ran;           // how far it moved
+    Time ran;           // span of the run
     std::string ended;  // "replay" if the end of the replayed file ended it, else ""
 };
 
@@ -80,7 +80,7 @@ struct Record {
 struct Replay {
     std::string file;
     std::vector<std::string> columns = {};   // for a halsampler file, which has no header
-    std::optional<Time> sample_period = {};  // likewise: the time from row to row
+    std::optional<Time> sample_period = {};  // with columns: the time from row to row
     bool override_links = false;             // write pins that are netted as well
 };
 
@@ -112,25 +112,27 @@ public:
     const std::vector<std::string>& modules() const;  // the folders it searches
     pid_t process() const;                            // the host's number, as seen from here
     Time time();
-    // Of the layout of HAL's memory, HAL_VER in LinuxCNC's source; 0 before the first module is loaded.
+    // Version of the layout of HAL's memory, HAL_VER in LinuxCNC's source; 0 before the first module is
+    // loaded.
     int hal_version();
 
     // Runs the real halcmd beside the host, in this process's working directory.
     Halcmd halcmd(const std::vector<std::string>& arguments);
-    // One line of a .hal file.  Throws with halcmd's message when it fails.
+    // One line of a .hal file. Throws with halcmd's message when it fails.
     void command(const std::string& line);
-    // A .hal file, with the values of an INI file if one is named.  Throws likewise.
+    // A .hal file, with the values of an INI file if one is named. Throws with halcmd's message when it
+    // fails.
     void source(const std::string& file, const std::string& ini = "");
 
     // By the name of a pin, a parameter or a signal, in this order.
     double get(const std::string& name) { return read(name).value; }
     Value read(const std::string& name);
     std::vector<Value> read(const std::vector<std::string>& names);
-    // Refuses what `halcmd setp` and `halcmd sets` refuse, in their words.
+    // Refuses a value that `halcmd setp` and `halcmd sets` refuse, in their words.
     void set(const std::string& name, double value);
 
-    // Moves virtual time.  `progress` is told about five times a second of real time how far the run
-    // has come; when it returns false the run stops at the next period.
+    // Moves virtual time. Calls `progress` with the virtual time done, about five times a second of real
+    // time; if it returns false the run stops at the next period.
     Ran run(Time time, const std::function<bool(Time done)>& progress = {});
 
     void record(const std::string& id, const Record& record);
@@ -138,8 +140,8 @@ public:
     // Returns how long the replay lasts.
     Time replay(const Replay& replay);
 
-    // Checks a statement after every period: an expression that is true or false.  Besides each variable x it
-    // may use x_rate, the change of x per second, and finite(x).
+    // Checks a statement after every period: an expression that is true or false. Besides each variable x
+    // it may use x_rate, the change of x per second, and finite(x).
     void expect(const std::string& id, const std::string& expression,
                 const std::map<std::string, std::string>& variables);
     std::vector<Violation> violations();

@@ -15,7 +15,7 @@ struct Unit {
     std::int64_t length;  // ns
 };
 
-// The longest first; each of the first four is followed by the unit in which its remainder is told.
+// The longest first; the remainder of each of the first four is written in the next unit.
 constexpr Unit units[] = {{"d", 86'400'000'000'000},
                           {"h", 3'600'000'000'000},
                           {"min", 60'000'000'000},

@@ -38,11 +38,11 @@ import sys
 __all__ = ["Host", "Refused", "HostDied", "Halcmd", "Ran", "Violation", "declarations"]
 
 _PATIENCE = 5  # seconds for a host to unload its modules and end
-_KEPT_WORDS = 4000  # of what the host printed last
+_KEPT_WORDS = 4000  # of the last output of the host
 
 
 class Refused(RuntimeError):
-    """The host does not do what it was asked for, and says why."""
+    """The host refuses a request; the message gives the reason."""
 
 
 class HostDied(RuntimeError):
@@ -50,7 +50,7 @@ class HostDied(RuntimeError):
 
 
 Halcmd = collections.namedtuple("Halcmd", "status output")
-Halcmd.__doc__ = "What halcmd said: its exit status (0 is success), and all output."
+Halcmd.__doc__ = "The result of halcmd: its exit status (0 is success), and all output."
 
 Ran = collections.namedtuple("Ran", "time ran ended")
 Ran.__doc__ = "Virtual time after a run, how long it was, and 'replay' if a replayed file ended it, else ''."
@@ -66,7 +66,7 @@ class Host:
     options      "MODULE.NAME" -> value, with which MODULE is loaded in the place of that in its loadrt line
     namespaces   False: in the machine's one HAL, one host at a time
     guard        watch for allocations and, on x86-64, system calls in realtime functions
-    show_output  pass what the host and its programs print on to stderr
+    show_output  pass output of the host and its programs on to stderr
     executable   plumb-host; by default the one beside this file's build, else the one in PATH
 
     Its attributes: socket, the host's RTAPI_FIFO_PATH; process, its number; namespaces, whether it has a HAL
@@ -89,7 +89,7 @@ class Host:
             except OSError as error:
                 self._control.close()
                 raise HostDied("no virtual-time host at %s: %s" % (attach, error.strerror)) from None
-            # Whoever listens where a host was may be anybody; the system knows who it is.
+            # Any program may listen where a host was; the system knows its process.
             peer = self._control.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))
             user = struct.unpack("3i", peer)[1]
             if user not in (0, os.geteuid()):
@@ -135,7 +135,7 @@ class Host:
         return self._request("hello")["time"] / 1e9
 
     def halcmd(self, *arguments):
-        """Runs the real halcmd beside the host, in the present folder; returns a Halcmd, whatever it says."""
+        """Runs the real halcmd beside the host, in the present folder; returns a Halcmd, even after a failure."""
         answer = self._request("halcmd", args=[str(argument) for argument in arguments], cwd=os.getcwd())
         return Halcmd(answer["status"], answer["output"])
 
@@ -158,7 +158,7 @@ class Host:
         ]
 
     def set(self, name, value):
-        """Sets a pin, parameter or signal; refuses what `halcmd setp` and `halcmd sets` refuse."""
+        """Sets a pin, parameter or signal; refuses a value that `halcmd setp` and `halcmd sets` refuse."""
         self._request("set", name=name, value=_to_json(value))
 
     def run(self, seconds, progress=None):
@@ -225,7 +225,7 @@ class Host:
         return identity
 
     def violations(self):
-        """What did not hold: a list of Violation."""
+        """The statements that did not hold: a list of Violation."""
         return [
             Violation(
                 found["id"],
@@ -275,7 +275,7 @@ class Host:
 
     def _request(self, what, progress=None, **arguments):
         """The answer to a request. Raises Refused if it is a refusal."""
-        earlier = self._awaited  # answers to what was interrupted, or to a stop
+        earlier = self._awaited  # answers to interrupted requests, or to a stop
         self._send(dict(arguments, do=what))
         for _ in range(earlier):
             self._answer()
@@ -325,7 +325,7 @@ class Host:
         return json.loads(line)
 
     def _listen(self):
-        """Takes in what the host has printed."""
+        """Takes in the output of the host."""
         while self._output:
             printed = self._output.read(65536)
             if printed is None:
@@ -369,7 +369,7 @@ class Host:
             if self.socket:  # the host clears up after its death, unless that part of it was killed as well
                 folder = os.path.dirname(self.socket)
                 with contextlib.suppress(OSError):
-                    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)  # not what a link leads to
+                    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)  # not the target of a link
                     try:
                         os.unlink(os.path.basename(self.socket), dir_fd=opened)
                     finally:

@@ -11,7 +11,7 @@
             machine.mdi("G0 X10")
         machine.run("part.ngc")
 
-What LinuxCNC tells the operator as an error is raised as OperatorError by the call that meets it. Times are
+An error message of LinuxCNC is raised as OperatorError by the call that meets it. Times are
 in seconds of this program's clock: those of the machine under `plumb run`, which also makes recordings. A
 Machine is for one thread at a time, and takes the messages from other screens that run beside it.
 """
@@ -26,16 +26,16 @@ __all__ = ["Machine", "OperatorError", "Overdue"]
 
 _POLLING = 0.005  # seconds between two looks at the status
 _MORE_MESSAGES = 0.3  # seconds in which they follow the first one
-_ANSWER = 30  # seconds for LinuxCNC to do what takes no motion
+_ANSWER = 30  # seconds for LinuxCNC to answer without motion
 _STALL = 0.1  # seconds; a longer time between two looks is one in which a busy computer let this program wait
 
 
 class OperatorError(RuntimeError):
-    """What LinuxCNC told the operator as an error."""
+    """An error message of LinuxCNC to the operator."""
 
 
 class Overdue(RuntimeError):
-    """What was waited for has not come in time."""
+    """A condition has not come in time."""
 
 
 class Machine:
@@ -43,8 +43,8 @@ class Machine:
 
     status     linuxcnc.stat of the last poll()
     command    linuxcnc.command, for all that has no method here
-    errors     what LinuxCNC has told the operator as errors so far, a list of texts
-    messages   what else it has told
+    errors     the error messages of LinuxCNC so far, a list of texts
+    messages   its other messages
     """
 
     def __init__(self, timeout=60):
@@ -88,12 +88,12 @@ class Machine:
             self.host.stop_recording(identity)
 
     def poll(self):
-        """Takes in the status and what LinuxCNC has told; returns the status."""
+        """Takes in the status and the messages of LinuxCNC; returns the status."""
         with contextlib.suppress(linuxcnc.error):  # while there is no status yet
             self.status.poll()
         while True:
             told = None
-            with contextlib.suppress(linuxcnc.error):  # likewise
+            with contextlib.suppress(linuxcnc.error):  # as above
                 told = self._channel.poll()
             if not told:
                 return self.status
@@ -134,7 +134,7 @@ class Machine:
         self._state(linuxcnc.STATE_ESTOP, lambda status: status.task_state == linuxcnc.STATE_ESTOP)
 
     def home(self, timeout=300):
-        """Homes all joints, those that are homed anew: by HOME_SEQUENCE, then those that have none, one by one."""
+        """Homes all joints, homed ones again: by HOME_SEQUENCE, then those without one, one by one."""
         self.mode(linuxcnc.MODE_MANUAL)
         self.joint_mode()
         if any(self.status.homed):
@@ -200,13 +200,13 @@ class Machine:
         self.wait_for(lambda status: not status.paused, "the end of the pause", _ANSWER)
 
     def abort(self, timeout=60):
-        """Breaks off what moves, and waits until it stands. Errors that come meanwhile are not raised."""
+        """Aborts all motion, and waits until the axes stand. Errors that come meanwhile are not raised."""
         self.command.abort()
         while True:
             try:
                 return self.wait_until_idle(timeout)
             except OperatorError:
-                pass  # Whoever aborts knows that something is wrong.
+                pass  # The caller aborts because of an error.
 
     def wait_until_idle(self, timeout=600):
         """Waits until program or block are carried out, and nothing moves."""
@@ -251,7 +251,7 @@ class Machine:
         return min(time.monotonic() - began, _STALL)
 
     def _raise_errors(self):
-        # LinuxCNC tells of one cause by several messages.
+        # LinuxCNC sends several messages for one cause.
         waited = 0
         while waited < _MORE_MESSAGES:
             waited += self._sleep()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Work that a module does beside realtime, on a thread of its own when LinuxCNC runs it (reading a table
-// again, say). Here the module registers it, and the host runs it to completion between two periods, so that
-// runs stay equal.
+// Work of a module beside realtime, for example reading a table again. LinuxCNC runs it on a thread of its
+// own. Here the module registers it, and the host runs it to completion between two periods, so that runs
+// stay equal.
 #pragma once
 
 namespace plumb::host {
@@ -9,7 +9,7 @@ namespace plumb::host {
 // Does all registered background work, in the order of registration.
 void work_in_background();
 
-// Whether there is any.
+// Whether there is any registered work.
 bool has_background_work();
 
 }  // namespace plumb::host

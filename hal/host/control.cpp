@@ -50,7 +50,7 @@ Json value_of(const Cell& cell) {
     }
 }
 
-// What halcmd reads for a value that a client sent.
+// A value from a client, as text for halcmd.
 std::string text_of(const Json& value) {
     if (value.is_string()) return value.get<std::string>();
     if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
@@ -436,7 +436,7 @@ void Control::make_replayable(const std::string& name, bool override_writer) {
     const Cell cell = Names().need(name);
     const std::string signal = cell.kind == Cell::Kind::signal ? name : cell.linked ? signal_of(name) : "";
     if (signal.empty()) {
-        set_value(name, number(cell.value.number()));  // so that halcmd refuses what is no input
+        set_value(name, number(cell.value.number()));  // halcmd refuses a pin that is no input
         return;
     }
     const std::string writer = writer_of(signal);

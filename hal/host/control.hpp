@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Carries out what clients and rtapi_app ask for. A control request is a JSON object with the key "do"; the
-// answer is
-// {"ok":true,...}, or {"ok":false,"error":"one sentence"}. Times are whole nanoseconds; numbers that are not
-// finite travel as the strings "nan", "inf" and "-inf". A request that is longer than 1 MiB (LineBuffer), or
-// has more than 32 lists and objects within each other, is refused.
+// Carries out the requests of clients and rtapi_app. A control request is a JSON object with the key "do";
+// the answer is {"ok":true,...}, or {"ok":false,"error":"one sentence"}. Times are whole nanoseconds;
+// numbers that are not finite travel as the strings "nan", "inf" and "-inf". A request that is longer than
+// 1 MiB (LineBuffer), or has more than 32 lists and objects within each other, is refused.
 #pragma once
 
 #include <chrono>
@@ -47,9 +46,9 @@ public:
     void serve(int end_descriptor);
 
     // Runs a program on the host's terminal, with files of its own where there are namespaces, and serves
-    // until it has ended. When `end_descriptor` becomes readable, the program is asked to end, and waited for
-    // a while. Returns its exit status. Throws ProgramNotFound, or std::runtime_error when its files cannot
-    // be had.
+    // until it has ended. When `end_descriptor` becomes readable, asks the program to end, and waits a
+    // while for it. Returns its exit status. Throws ProgramNotFound, or std::runtime_error if its files
+    // cannot be made.
     int run_program(const std::vector<std::string>& words, int end_descriptor);
 
     int rtapi_command(const std::vector<std::string>& words, pid_t process) override;
@@ -99,7 +98,7 @@ private:
     std::chrono::steady_clock::time_point last_look_;  // at the names that are watched in a paced run
     Server server_;
     std::optional<PrivateFiles> files_;
-    std::optional<Server::Connection> runner_;  // who waits for the end of the run
+    std::optional<Server::Connection> runner_;  // the connection that waits for the end of the run
     std::chrono::steady_clock::time_point last_progress_;
     std::set<std::string> settable_;  // names that halcmd has let the host set
     unsigned long settable_at_ = 0;   // state of HAL for which that holds

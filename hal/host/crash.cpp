@@ -49,13 +49,13 @@ void explain(int number, siginfo_t* information, void* context) {
                                      known ? " in " : "", known ? place.dli_fname : "",
                                      scheduler().running() >= 0 ? ", in a realtime function" : "");
     if (write(STDERR_FILENO, text, static_cast<std::size_t>(length)) < 0) return;
-    // The handler is gone by SA_RESETHAND: what failed fails again, and kills.
+    // The handler is gone by SA_RESETHAND: the failed instruction fails again, and kills.
 }
 
 }  // namespace
 
 void explain_crashes() {
-    // A stack of its own: that of the thread may be what has run out.
+    // A stack of its own: that of the thread may be used up.
     stack_t stack{};
     stack.ss_sp = std::malloc(stack_size);
     stack.ss_size = stack_size;

@@ -35,7 +35,7 @@ namespace {
 
 using Function = void (*)(void* argument, long period);
 
-// A function that a module has exported, and what is called in its place.
+// A function of a module, and the one that is called in its place.
 struct Watched {
     std::string name;
     Function function;
@@ -50,7 +50,7 @@ struct Note {
     unsigned long detail;  // bytes, or the number of the system call
 };
 
-// What the kernel looks at before each system call.
+// The value that the kernel reads before each system call.
 constexpr char allow = 0;
 constexpr char block = 1;
 volatile char system_calls = allow;
@@ -97,7 +97,7 @@ std::string text_of(const Note& each) {
 #ifdef __x86_64__
 
 // The return from the signal is itself a system call, which must pass while the others are dispatched: the
-// kernel lets through what comes from this piece of code.
+// kernel lets calls from this piece of code through.
 extern "C" void plumb_host_return_from_signal();
 extern "C" const char plumb_host_return_from_signal_end;
 asm(R"(
@@ -111,7 +111,7 @@ plumb_host_return_from_signal:
 plumb_host_return_from_signal_end:
 )");
 
-// What the kernel takes for sigaction; the C library's has no say in the way back.
+// The kernel's own form of sigaction: the C library's has another way back.
 struct KernelAction {
     void (*handler)(int, siginfo_t*, void*);
     unsigned long flags;
@@ -224,8 +224,8 @@ extern "C" int hal_export_funct(const char* name, void (*function)(void*, long),
 
 #ifndef __SANITIZE_ADDRESS__
 
-// The C library's own allocator under its other names. What the host does not stand before keeps using the
-// same heap.
+// The C library's own allocator under its other names. Functions that the host does not replace keep using
+// the same heap.
 extern "C" {
 
 void* __libc_malloc(std::size_t size);

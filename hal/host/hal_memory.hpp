@@ -10,7 +10,7 @@ namespace plumb::host {
 
 struct HalMemory {
     int version;         // of the layout; hal_lib and user-space programs compare it
-    unsigned long lock;  // its lowest bit says that it is held
+    unsigned long lock;  // its lowest bit is set while it is held
 };
 static_assert(offsetof(HalMemory, lock) == sizeof(unsigned long));  // at 8, or at 4 on 32 bit, as HAL has it
 

@@ -55,14 +55,14 @@ bool client_gone(int control_descriptor) {
            (look.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 }
 
-// What the host gets of its own.
+// The namespaces of the host.
 struct Namespaces {
     bool processes_and_memory;
     bool user;
     bool network;
 };
 
-// What the host reports when it has furnished its namespaces.
+// The host's report about its namespaces.
 struct Report {
     bool good;
     char reason[256];  // why not
@@ -164,8 +164,8 @@ struct Forked {
     std::string refusal;  // then the reason
 };
 
-// Forks the host and tells it its number as seen from outside. What can be had and fails nevertheless is an
-// exception: it must not end in a host without namespaces.
+// Forks the host and sends it its number as seen from outside. If namespaces are possible and fail
+// nevertheless, throws: a host must not go on without them.
 Forked fork_host(Namespaces namespaces, int& number) {
     const uid_t user = geteuid();
     const gid_t group = getegid();
@@ -226,8 +226,8 @@ pid_t realtime_master() {
     return process_called("rtapi_app");
 }
 
-// The lock lies in a folder in which every user can make files, and links to another's. Nobody needs to write
-// to it, and nothing is changed but what is made here.
+// The lock lies in a folder in which every user can make files, and links to another's. Nobody needs to
+// write to it, and no file is changed but one made here.
 int open_lock(const std::string& path) {
     for (int tries = 0; tries < 100; ++tries) {
         int lock = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -237,7 +237,7 @@ int open_lock(const std::string& path) {
         if (lock < 0 && errno == ENOENT) {
             lock = open(path.c_str(), O_RDONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
             if (lock < 0 && errno == EEXIST) continue;  // another host was faster
-            if (lock >= 0) fchmod(lock, 0644);          // for whoever comes next, whatever the umask
+            if (lock >= 0) fchmod(lock, 0644);          // for the next user, with any umask
         }
         struct stat state {};
         if (lock < 0 || fstat(lock, &state) != 0) fail("cannot lock " + path);
@@ -285,7 +285,7 @@ void take_machine_hal(int control_descriptor) {
     }
 }
 
-// Kills what is left of the host's programs: this process is their parent once the host is dead.
+// Kills the rest of the host's programs: this process is their parent once the host is dead.
 void kill_orphans() {
     for (;;) {
         while (waitpid(-1, nullptr, WNOHANG) > 0) continue;
@@ -301,7 +301,8 @@ void kill_orphans() {
     }
 }
 
-// What a terminal sends, or its end, is for the program. A handler, unlike SIG_IGN, is not handed on to it.
+// Signals of a terminal, or its end, are for the program. A handler, unlike SIG_IGN, is not handed on to
+// it.
 void leave_terminal_signals_to_program() {
     for (const int signal : {SIGINT, SIGQUIT, SIGHUP}) {
         struct sigaction action {};
@@ -348,7 +349,7 @@ void leave_terminal_signals_to_program() {
     if (wanted.on_terminal && WTERMSIG(status) == SIGKILL)
         std::fputs("plumb run: the virtual-time host was killed (signal 9), and the program with it\n",
                    stderr);
-    // Ends as the host did, so that whoever waits for this process learns the signal.
+    // Ends as the host did, so that the parent of this process learns the signal.
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
     signal(WTERMSIG(status), SIG_DFL);

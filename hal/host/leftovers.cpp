@@ -68,7 +68,7 @@ void remove_if_unattached(int segment) {
     if (shmctl(segment, IPC_STAT, &state) == 0 && state.shm_nattch == 0) shmctl(segment, IPC_RMID, nullptr);
 }
 
-// Of this user's dead programs: those of a killed LinuxCNC leave the memory that they talk over.
+// Removes shared memory of this user's dead programs: those of a killed LinuxCNC leave it behind.
 void remove_young_segments(std::time_t since) {
     std::vector<int> found;
     std::ifstream table("/proc/sysvipc/shm");
@@ -154,8 +154,8 @@ Placeholder::Placeholder(const std::string& file) : file_(file), descriptor_(-1)
     for (;;) {
         descriptor_ = open(file.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
         if (!held() || flock(descriptor_, LOCK_SH) != 0) return;
-        // Another host may have removed it since it was opened. What has no name and yet is there has been
-        // mounted over it, by a host around this one.
+        // Another host may have removed it since it was opened. A file without a name that is still there
+        // has been mounted over it, by a host around this one.
         struct stat opened {};
         struct stat named {};
         if (fstat(descriptor_, &opened) != 0 || opened.st_nlink > 0) return;

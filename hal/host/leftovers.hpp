@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a killed host and its programs would leave behind. The host notes on a page that it shares with its
-// keeper process (see isolation.hpp) what it makes; the keeper clears it away once the host is gone.
+// The leftovers of a killed host and its programs. The host notes all that it makes on a page that it
+// shares with its keeper process (see isolation.hpp); the keeper clears it away once the host is gone.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace plumb::host {
 
-// What a host makes in a temporary folder is named like this.
+// Names of a host's files in a temporary folder begin like this.
 inline constexpr const char* host_file_beginning = "plumb-host-";
 inline constexpr const char* host_file_template = "plumb-host-XXXXXX";
 
@@ -30,8 +30,8 @@ public:
     // Removes the folder with the socket in it, and the placeholder. For the keeper.
     void clear_away() const;
 
-    // Removes what a host in no namespace and its programs leave in the machine: shared memory that nobody
-    // has attached, and files of LinuxCNC and libfaketime, all as young as the host. Call it when they are
+    // Removes the leftovers of a host in no namespace and of its programs: shared memory that nobody has
+    // attached, and files of LinuxCNC and libfaketime, all as young as the host. Call it when they are
     // dead.
     void clear_machine() const;
 

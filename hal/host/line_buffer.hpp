@@ -31,7 +31,7 @@ public:
     // Whether a line is to be taken before more is appended.
     bool full() const { return waiting().size() > longest || dropped_; }
 
-    // What waits to be taken.
+    // The state of the next line.
     Next next() {
         if (dropped_) return Next::too_long;
         const std::size_t end = text_.find('\n', searched_);
@@ -77,7 +77,7 @@ private:
     }
 
     std::string text_;
-    std::size_t begin_ = 0;     // of what is not taken
+    std::size_t begin_ = 0;     // of the bytes that are not taken
     std::size_t searched_ = 0;  // before it no line ends
     bool dropping_ = false;     // of a line that is too long more arrives
     bool dropped_ = false;      // such a line has ended

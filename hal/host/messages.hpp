@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What modules print. While a halcmd runs, its output and the modules' go into that command's answer, in the
-// order in which they came; otherwise modules print on the host's own standard output and error, or where
-// OutputOf says, unbuffered.
+// The messages of modules. While a halcmd runs, its output and the modules' go into that command's answer,
+// in the order in which they came; otherwise modules print on the host's own standard output and error, or
+// where OutputOf directs them, unbuffered.
 #pragma once
 
 #include <functional>

@@ -203,7 +203,7 @@ int Modules::unload(const std::string& name) {
     return 0;
 }
 
-// The stock rtapi_app ends here, and so do HAL's threads and what is left of a module that failed.
+// The stock rtapi_app ends here, and so do HAL's threads and the rest of a module that failed.
 void Modules::end_without_modules() {
     if (modules_.size() == 1) unload_all();
 }

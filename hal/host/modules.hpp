@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Realtime modules: finds, loads, instantiates and unloads them as LinuxCNC's rtapi_app does, and reports
-// what is wrong in rtapi_app's words, which integrators and LinuxCNC's own tests know.
+// errors in rtapi_app's words, which integrators and LinuxCNC's own tests know.
 #pragma once
 
 #include <list>
@@ -11,8 +11,9 @@ namespace plumb::host {
 
 class Modules {
 public:
-    // Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib comes
-    // from there. `options`: MODULE.NAME=VALUE, each in the place of the NAME that a load of MODULE gives.
+    // Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib
+    // comes from there. `options`: MODULE.NAME=VALUE, each in the place of the NAME that a load of MODULE
+    // gives.
     explicit Modules(std::vector<std::string> folders, std::vector<std::string> options = {});
 
     ~Modules();  // unloads everything
@@ -29,13 +30,12 @@ public:
     // Unloads everything, the latest first.
     void unload_all();
 
-    // Creates an instance of a loaded component. Returns what its constructor returned, negative after an
+    // Creates an instance of a loaded component. Returns the result of its constructor, negative after an
     // error.
     int new_instance(const std::string& component, const std::string& name, const std::string& argument);
 
-    // Loads hal_lib unless it is loaded. This waits for the first need, since hal_lib takes one of the
-    // component numbers that LinuxCNC hands out. Returns whether it is there; if not, a message has said
-    // why.
+    // Loads hal_lib unless it is loaded. This waits for the first need, since hal_lib takes one of
+    // LinuxCNC's component numbers. Returns whether it is there; if not, a message has given the reason.
     bool need_hal_library();
 
     bool hal_library_loaded() const { return !modules_.empty(); }  // it is the first

@@ -10,8 +10,8 @@ namespace plumb::host {
 
 namespace {
 
-// A descriptor of another process, as one of this: with the same place in a file, which opening it anew by
-// way of /proc would not share.
+// A descriptor of another process, as one of this, with the same place in a file; opening the file again by
+// way of /proc would not share the place.
 int descriptor_of(int process, int descriptor) {
     return static_cast<int>(syscall(SYS_pidfd_getfd, process, descriptor, 0));
 }

@@ -7,8 +7,8 @@
 namespace plumb::host {
 
 // While it lives, modules print where a process prints, and not where the host does, if the system lets the
-// host look: with stock rtapi_app, what a module says while it is loaded goes where its loader prints, which
-// may be a file of its own.
+// host look. With stock rtapi_app, messages of a module at load go to the output of its loader, which may
+// be a file of its own.
 class OutputOf {
 public:
     explicit OutputOf(pid_t process);

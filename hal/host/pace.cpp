@@ -8,7 +8,7 @@ namespace plumb::host {
 
 namespace {
 
-constexpr std::chrono::milliseconds most_arrears{100};  // by the computer's clock
+constexpr std::chrono::milliseconds max_arrears{100};  // by the computer's clock
 
 }  // namespace
 
@@ -27,9 +27,9 @@ Nanoseconds Pace::instant(Clock::time_point now) const {
 Nanoseconds Pace::due(Clock::time_point now, Nanoseconds reached) {
     if (free()) return never;
     const auto arrears = -until(reached, now);
-    if (arrears > most_arrears) {
-        given_up_ += arrears - most_arrears;
-        origin_ = now - most_arrears;
+    if (arrears > max_arrears) {
+        given_up_ += arrears - max_arrears;
+        origin_ = now - max_arrears;
         origin_instant_ = reached;
     }
     return instant(now);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Ties virtual time to the computer's clock: it passes `speed` times as fast. A host that the computer does
-// not let keep up goes through the periods that it owes one after the other; what it owes beyond a limit it
-// gives up, so that user-space programs never see it race through seconds.
+// not let keep up goes through the periods that it owes one after the other. It gives up all beyond a
+// limit, so that user-space programs never see it race through seconds.
 #pragma once
 
 #include <chrono>
@@ -25,8 +25,8 @@ public:
     // The virtual instant at the clock's `now`; `never` when free.
     Nanoseconds instant(Clock::time_point now) const;
 
-    // The same for a host that stands at `reached` and owes all periods since: gives up what it owes beyond
-    // the limit.
+    // The same for a host that stands at `reached` and owes all periods since: gives up all beyond the
+    // limit.
     Nanoseconds due(Clock::time_point now, Nanoseconds reached);
 
     // How much of the computer's time has been given up so far.

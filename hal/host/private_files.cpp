@@ -26,7 +26,7 @@ const files::path tmp = "/tmp";
 const files::path device_folder = "/dev";
 const files::path shared_memory_folder = "/dev/shm";
 
-// What a program may need that drives nothing.
+// Devices that a program may need and that drive nothing.
 constexpr const char* harmless_devices[] = {"null", "zero",    "full",   "random", "urandom",
                                             "tty",  "console", "pts",    "mqueue", "dri",
                                             "fd",   "stdin",   "stdout", "stderr"};
@@ -40,8 +40,8 @@ void mount_empty(const files::path& folder, const char* options) {
         fail("cannot give the program a " + folder.string() + " of its own");
 }
 
-// Makes `there` appear as `here`, in a folder of the run's own. What has just gone, or is another user's, the
-// program could not have used either.
+// Makes `there` appear as `here`, in a folder of the run's own. The program could not have used a file that
+// has just gone, or is another user's, either.
 void show(const files::path& there, const files::path& here) {
     std::error_code error;
     if (files::is_symlink(there, error)) {
@@ -66,15 +66,15 @@ public:
     int operator*() const { return number_; }
     bool good() const { return number_ >= 0; }
 
-    // Says whether all that was written is there, as far as the system knows.
+    // Returns whether all that was written is there, as far as the system knows.
     bool close_now() { return close(std::exchange(number_, -1)) == 0; }
 
 private:
     int number_;
 };
 
-// Brings what a program has left in its own /tmp to the real one, where other users may do anything
-// meanwhile: nothing is opened but what has just been made, and no link is followed.
+// Brings new files of a program in its own /tmp to the real one, where other users may do anything
+// meanwhile: it opens only files that it has just made, and follows no link.
 class BroughtBack {
 public:
     bool complete() const { return complete_; }

@@ -2,10 +2,10 @@
 // Keeps the programs of a host in a mount namespace of its own away from hardware, and from the files that
 // LinuxCNC has under fixed names, one of each on a computer.
 //
-// /dev has only what is no hardware: null, zero, random numbers, terminals, the graphics card. /dev/shm
-// begins empty. /tmp becomes a folder of the run's own in which everything is seen that is in the real /tmp
-// at the start, but no lock file of LinuxCNC; what programs add to its top level is brought to the real /tmp
-// at the end. ~/.tool.mmap, the tool table that LinuxCNC's programs share, is the run's own.
+// /dev has only harmless devices: null, zero, random numbers, terminals, the graphics card. /dev/shm begins
+// empty. /tmp becomes a folder of the run's own that shows the content of the real /tmp at the start, but
+// no lock file of LinuxCNC; files that programs add to its top level are brought to the real /tmp at the
+// end. ~/.tool.mmap, the tool table that LinuxCNC's programs share, is the run's own.
 #pragma once
 
 #include <filesystem>
@@ -27,8 +27,8 @@ public:
     ~PrivateFiles();
     PrivateFiles(const PrivateFiles&) = delete;
 
-    // Brings new files to the real /tmp, when the programs have ended. Says on stderr what cannot be brought,
-    // and returns whether all was.
+    // Brings new files to the real /tmp, when the programs have ended. Writes to stderr which ones it
+    // cannot bring. Returns whether it brought all.
     bool bring_back() const;
 
 private:

@@ -64,7 +64,7 @@ bool any_called_halcmd(const std::vector<pid_t>& processes) {
                        [](pid_t process) { return program_name(process) == "halcmd"; });
 }
 
-// The output without what LinuxCNC's rtapi_app says each time that root runs it.
+// The output without the greeting of LinuxCNC's rtapi_app each time that root runs it.
 std::string without_greeting(const std::string& text) {
     std::istringstream lines(text);
     std::string rest;
@@ -123,7 +123,7 @@ Programs::Programs() {
     set_message_sink([this](std::string_view text, bool) {
         for (auto command = commands_.rbegin(); command != commands_.rend(); ++command) {
             if (command->process == 0) continue;
-            read_output(*command);  // what halcmd said before
+            read_output(*command);  // the output of halcmd so far
             command->text += text;
             return true;
         }
@@ -309,7 +309,7 @@ std::vector<pid_t> Programs::called(const std::string& name) const {
 
 std::vector<std::string> Programs::alive() {
     std::vector<pid_t> processes = others();
-    // A halcmd does not wait until what it has forked becomes the program that it is to be.
+    // A halcmd does not wait until a forked process becomes its program.
     constexpr int most_looks = 200;
     for (int look = 0; look < most_looks && any_called_halcmd(processes); ++look) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The programs beside the host: the one that it was started to run, each halcmd that it runs, and all that
-// these start. It passes on what a halcmd prints, waits for the dead, and knows who is alive.
+// these start. It passes on the output of a halcmd, waits for the dead, and knows who is alive.
 #pragma once
 
 #include <poll.h>
@@ -15,7 +15,7 @@
 
 namespace plumb::host {
 
-// What a finished halcmd left: its exit status (128 + the signal when it was killed), and all output.
+// The end of a halcmd: its exit status (128 + the signal when it was killed), and all output.
 struct Finished {
     int status;
     std::string output;
@@ -24,7 +24,7 @@ struct Finished {
 struct ProgramNotFound : std::runtime_error {
     ProgramNotFound(const std::string& what, int exit_status)
         : std::runtime_error(what), status(exit_status) {}
-    int status;  // what a shell's own would be: 127, or 126 for what cannot be executed
+    int status;  // the status of a shell: 127, or 126 for a file that cannot be executed
 };
 
 class Programs {
@@ -55,11 +55,10 @@ public:
                       std::function<void(Finished)> done);
 
     // Runs a halcmd that needs nothing from this host's socket (setp, show, unlinkp) and waits until it
-    // ends.
-    // Throws std::runtime_error when there is no halcmd, or it does not end within 10 s.
+    // ends. Throws std::runtime_error if there is no halcmd, or it does not end within 10 s.
     Finished halcmd(const std::vector<std::string>& arguments);
 
-    // Appends what attend() waits for.
+    // Appends the descriptors that attend() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
     // Passes on output, reports the ended, and keeps HAL's lock from being lost. Never blocks. Call it when

@@ -14,8 +14,8 @@ namespace plumb::host {
 
 class Recorder {
 public:
-    // What is recorded. `append` goes on with a file of the same columns: it adds no header and no row at
-    // once, and its times go on from the file's last. `every` must be positive.
+    // The columns of a recording. `append` goes on with a file of the same columns: it adds no header and
+    // no row at once, and its times go on from the file's last. `every` must be positive.
     struct Settings {
         std::string file;
         std::vector<std::string> columns;
@@ -27,7 +27,7 @@ public:
     // or the file that is to be gone on with has other columns.
     Recorder(Settings settings, const Names& names);
 
-    // Flushes, and prints what fails; call flush() to learn of it.
+    // Flushes, and prints a failure; call flush() to learn of it.
     ~Recorder();
     Recorder(const Recorder&) = delete;
 

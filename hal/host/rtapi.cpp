@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // LinuxCNC's realtime interface, as hal_lib.so and stock modules call it: time, tasks and shared memory are
-// those of the virtual-time host. What needs hardware is refused in a sentence.
+// those of the virtual-time host. Requests that need hardware are refused in a sentence.
 #include <rtapi.h>
 #include <rtapi_firmware.h>
 #include <rtapi_parport.h>

@@ -13,8 +13,8 @@ namespace {
 constexpr auto between_looks = std::chrono::milliseconds(500);
 constexpr auto patience = std::chrono::seconds(5);  // the clean-up of linuxcnc unloads modules long before
 
-// Whether a process has modules loaded. A messenger of halcmd to this host has none; what a set-uid program
-// has cannot be seen by an ordinary user, except in namespaces, where it has no more rights than he.
+// Whether a process has modules loaded. A messenger of halcmd to this host has none. An ordinary user
+// cannot see the modules of a set-uid program, except in namespaces, where it has no more rights than he.
 bool serves_hal(pid_t process) {
     std::ifstream maps("/proc/" + std::to_string(process) + "/maps");
     for (std::string line; std::getline(maps, line);)
@@ -31,7 +31,7 @@ std::optional<std::string> realtime_beside(const Programs& programs) {
            "host: "
            "it does not look for the host at RTAPI_FIFO_PATH, as halcmd of LinuxCNC 2.9 does. The host works "
            "with "
-           "LinuxCNC 2.9; 'plumb doctor' says which one is installed";
+           "LinuxCNC 2.9; 'plumb doctor' shows which one is installed";
 }
 
 std::optional<std::string> RunWatch::look(const Programs& programs, bool own_hal, unsigned long changes) {

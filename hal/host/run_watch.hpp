@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Looks, while a program runs on a host, for what would let it wait for ever or run on another clock.
+// While a program runs on a host, looks for causes that would let it wait for ever or run on another clock.
 #pragma once
 
 #include <sys/types.h>
@@ -19,8 +19,8 @@ std::optional<std::string> realtime_beside(const Programs& programs);
 
 class RunWatch {
 public:
-    // Why the run is to end, in a sentence, or nothing. Call it at least once a second. `own_hal` says
-    // whether the host has HAL, `changes` counts the modules that were loaded or unloaded.
+    // Why the run is to end, in a sentence, or nothing. Call it at least once a second. `own_hal`: the host
+    // has HAL. `changes` counts the modules that were loaded or unloaded.
     std::optional<std::string> look(const Programs& programs, bool own_hal, unsigned long changes);
 
 private:

@@ -54,7 +54,7 @@ public:
     // The instant that the clock stands at: a release, or the end of a run.
     Nanoseconds time() const { return time_; }
 
-    // What a realtime clock shows. Each reading is 1 ns after the one before, so that a busy wait comes to
+    // The time of a realtime clock. Each reading is 1 ns after the one before, so that a busy wait comes to
     // an end.
     Nanoseconds read_clock() { return time_ + ++since_time_; }
 
@@ -76,7 +76,7 @@ public:
 
 private:
     struct Task;
-    struct Slot;  // what a release touches: compact, since a period must cost next to nothing
+    struct Slot;  // data of a release: compact, since a period must cost next to nothing
 
     static void switch_to_scheduler(Task& task);
     friend struct TaskEntry;

@@ -70,7 +70,7 @@ bool hung_up(int descriptor) {
     return poll(&state, 1, 0) > 0;
 }
 
-// The process at the other end; user and process are -1 when the system does not say.
+// The process at the other end; user and process are -1 if the system does not know.
 ucred process_at(int descriptor) {
     ucred peer{-1, static_cast<uid_t>(-1), static_cast<gid_t>(-1)};
     socklen_t size = sizeof peer;
@@ -84,7 +84,7 @@ bool trusted(int descriptor) {
     return user == geteuid() || user == 0;
 }
 
-// Whether nobody else can remove or rename what this process makes in the folder. In a user namespace its
+// Whether nobody else can remove or rename files of this process in the folder. In a user namespace its
 // owner has no number to be known by.
 bool is_safe(const std::string& folder) {
     struct stat state {};
@@ -97,8 +97,8 @@ bool is_safe(const std::string& folder) {
 std::string make_folder() {
     const char* const asked_for = std::getenv("TMPDIR");
     // A socket's path must be short, and TMPDIR may not be there.
-    const std::size_t most =
-        sizeof sockaddr_un::sun_path - 1 - 1 - std::strlen(hal::socket_name) - std::strlen(host_file_template) - 1;
+    const std::size_t most = sizeof sockaddr_un::sun_path - 1 - 1 - std::strlen(hal::socket_name) -
+                             std::strlen(host_file_template) - 1;
     const bool good = asked_for != nullptr && *asked_for == '/' && std::strlen(asked_for) <= most;
     std::random_device random;
     for (const std::string base : {good ? asked_for : "/tmp", "/tmp"}) {

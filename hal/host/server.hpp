@@ -2,8 +2,8 @@
 // The host's socket and the descriptor that its client passed on. A connection that begins with a digit
 // speaks the text protocol of LinuxCNC's rtapi_app; one that begins with '{' speaks the control protocol, a
 // JSON object a line. Requests of one connection are taken one after the other; connections do not wait for
-// each other. What a connection sends is read as it is taken, and taken as its answers are read: no
-// connection fills the memory, or keeps the others waiting.
+// each other. Requests are read as they are taken, and taken as their answers are read: no connection fills
+// the memory, or keeps the others waiting.
 #pragma once
 
 #include <poll.h>
@@ -27,8 +27,8 @@ public:
         // Takes a request. The answer may come later, by Server::answer().
         virtual void control_request(Connection from, const std::string& line) = 0;
 
-        // Takes the place of a request that is longer than LineBuffer::longest, and is dropped. It is
-        // answered likewise.
+        // Takes the place of a request that is longer than LineBuffer::longest, and is dropped. It too gets
+        // an answer.
         virtual void request_too_long(Connection from) = 0;
 
         // Sees the request that comes next, while it waits for the end of the present one on its connection.
@@ -52,10 +52,10 @@ public:
     // The path of the socket: RTAPI_FIFO_PATH of all programs that are to find this host.
     const std::string& path() const { return path_; }
 
-    // Appends what serve() waits for.
+    // Appends the descriptors that serve() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
-    // Accepts, reads, carries out and answers whatever is there. Never waits.
+    // Accepts connections, reads, carries out and answers all requests so far. Never waits.
     void serve();
 
     // Whether serve() has something to do although nothing new has come: a request has waited for another

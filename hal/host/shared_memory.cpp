@@ -18,8 +18,8 @@ namespace plumb::host {
 
 namespace {
 
-// LinuxCNC's layout of the segment that identities are drawn from: a lock, whose lowest bit says that it is
-// held, and the last number.
+// LinuxCNC's layout of the segment that identities are drawn from: a lock, whose lowest bit is set while it
+// is held, and the last number.
 struct Identities {
     unsigned long lock;
     int last;

@@ -37,7 +37,7 @@ bool in_braces(std::string_view name) {
     return !name.empty() && name.front() == '{';
 }
 
-// Follows the grammar of muParser, and tells statements from numbers.
+// Follows the grammar of muParser, and distinguishes statements from numbers.
 class StatementReader {
 public:
     StatementReader(std::string_view text, const std::function<Variable(const std::string&)>& variable)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Statements about pins, in muParser's language: a comparison, a bit, finite(x), or several of them joined by
-// && and
-// ||. On a command line the name of a pin, parameter or signal stands in braces, as in
-// abs({filter.out}) <= 1 && abs({filter.out}_rate) < 20.
+// Statements about pins, in muParser's language: a comparison, a bit, finite(x), or several of them joined
+// by && and ||. On a command line the name of a pin, parameter or signal stands in braces:
+//
+//     abs({filter.out}) <= 1 && abs({filter.out}_rate) < 20
 #pragma once
 
 #include <functional>
@@ -20,12 +20,12 @@ struct Statement {
 // one or in the whole text, or the text can be no statement.
 Statement parse_statement(const std::string& text);
 
-// What a variable may be in a statement: a bit is a statement by itself, a number has to be compared.
+// The use of a variable in a statement: a bit is a statement by itself, a number has to be compared.
 enum class Variable { unknown, number, bit };
 
-// Throws std::invalid_argument, with the reason and an example, unless the expression is a statement: it must
-// be true or false, so that it can fail, and change nothing. muParser itself takes any number for a
-// statement.
+// Throws std::invalid_argument, with the reason and an example, unless the expression is a statement. It
+// must be true or false, so that it can fail, and must change nothing. muParser itself takes any number for
+// a statement.
 void require_statement(const std::string& expression,
                        const std::function<Variable(const std::string& name)>& variable);
 

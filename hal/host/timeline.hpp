@@ -30,8 +30,9 @@ public:
     // The next instant at which go_on() has something to do, or `never`.
     Nanoseconds next_instant() const;
 
-    // Looks all names up again, in a run without end, in which other programs net and unload what they like.
-    // What has lost one of its names ends: a recording is complete, an expectation checked no more.
+    // Looks all names up again, in a run without end, in which other programs may net and unload anything.
+    // A recording or expectation that has lost a name ends: the recording is complete, the expectation is
+    // checked no more.
     void look_again();
 
     // Ends everything that has a name: HAL's memory is gone.

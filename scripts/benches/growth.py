@@ -2,13 +2,13 @@
 """Compares two ways to follow the growth between contacts: by spindle speed, and holding the last contact.
 
 configs/mill/bench.hal runs with two thermal_displacement in one host, one of which follows the speed; that one is
-applied.  A part is made every 100 s, its last operation is the gauge, and every third part its contact counts: a contact
-every 5 minutes, and the cuts lie between.  Blanks scatter so that a contact, compared with its reference, is 1 um in
-doubt, and nothing else blurs it; the figures say how much it came to.  Between the parts the sides are milled, at one
+applied. A part is made every 100 s, its last operation is the gauge, and every third part its contact counts: a contact
+every 5 minutes, and the cuts lie between. Blanks scatter so that a contact, compared with its reference, is 1 um in
+doubt, and nothing else blurs it; the figures show how much it was. Between the parts the sides are milled, at one
 speed, or in steps of 10 to 40 min that a spindle at rest may be among.
 
 An error is the offset less the growth at the bottom of a cut, which counts from that at the contact of the reference;
-those after the second contact that was accepted are told.
+those after the second accepted contact are printed.
 """
 
 import os
@@ -18,7 +18,7 @@ import tempfile
 
 import numpy as np
 
-from support.command import add_place, duration_of, errors_told, new_parser, place_of, whole
+from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
 from support.figures import largest, rms
 from support.mill_machine import start_mill
 from support.recordings import read_columns
@@ -78,7 +78,7 @@ def draw_speeds(seed, kind, duration):
     return speeds
 
 
-def simulate(seed, speeds, duration, told):
+def simulate(seed, speeds, duration, progress):
     """(errors of each way, errors of the contacts) in um of one run; without speeds, of the measured curve."""
     import plumb
 
@@ -102,7 +102,7 @@ def simulate(seed, speeds, duration, told):
             for instance in WAYS.values():
                 host.set(f"{instance}.exclude-operation-3", 0 if part % PARTS_PER_CONTACT == 0 else GAUGE)
             host.run(PART)
-            if not told((part + 1) * PART):
+            if not progress((part + 1) * PART):
                 break
         column = read_columns(path)
     return judge(column)
@@ -116,16 +116,16 @@ def judge(column):
     cuts = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
     errors = {}
     for way, instance in WAYS.items():
-        told = cuts[column[instance + ".contacts-accepted"][cuts - 1] >= 2]
-        growth = column["mill.truth-cut-growth"][told] - reference
-        errors[way] = 1000 * (column[instance + ".z-offset"][told - 1] - growth)  # as it was in the work
+        counted = cuts[column[instance + ".contacts-accepted"][cuts - 1] >= 2]
+        growth = column["mill.truth-cut-growth"][counted] - reference
+        errors[way] = 1000 * (column[instance + ".z-offset"][counted - 1] - growth)  # as it was in the work
     accepted = np.flatnonzero(np.diff(column["thermal.contacts-accepted"])) + 1
     growth = column["mill.truth-contact-growth"][accepted] - reference
     return errors, 1000 * (column["thermal.displacement"][accepted] - growth)
 
 
 def table(outcomes):
-    """Its lines; outcomes: kind -> list of what simulate() returns."""
+    """Its lines; outcomes: kind -> list of results of simulate()."""
     lines = [f"{'error at the cuts, um':34}{'median rms':>12}{'p90':>8}{'worst':>8}{'p95 of max':>12}{'max':>8}{'max <= 15':>11}"]
     for kind, runs in outcomes.items():
         for way in WAYS:
@@ -161,7 +161,7 @@ def main():
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 4h)")
     add_place(parser)
     options = parser.parse_args()
-    with errors_told():
+    with errors_reported():
         outcomes = bench(options.seeds, options.seed, options.duration, True, place_of(options))
     print(f"{duration_text(options.duration)} on each of {options.seeds} machines, twice; a contact every 5 min\n")
     print("\n".join(table(outcomes)))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Simulates hours of milling and compares the errors of the cuts without and with thermal_displacement.
 
-configs/mill/bench.hal runs in the virtual-time host, once with thermal.enable false and once with it true.  Each cut
+configs/mill/bench.hal runs in the virtual-time host, once with thermal.enable false and once with it true. Each cut
 is judged by its error: the tip error at its bottom minus that of the reference cut, which the same operation made in
-the learning cycle.  From the second warm contact on, thermal_displacement can know something; the cuts before it are
+the learning cycle. From the second warm contact on, thermal_displacement can know something; the cuts before it are
 counted in a line of their own.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from support import charts, mill_cycles, mill_events
 from support.charts import BLUE, GREEN, GREY, ORANGE, PURPLE
-from support.command import add_output, add_place, duration_of, errors_told, make_writable, new_parser, place_of, whole
+from support.command import add_output, add_place, duration_of, errors_reported, make_writable, new_parser, place_of, whole
 from support.command import written_line
 from support.figures import largest, percentile_lines, rms
 from support.mill_machine import start_mill
@@ -52,7 +52,7 @@ NUMBERS = {
 VERDICTS = ("accepted", "missed", "unexpected", "rejected")  # of thermal_displacement on a contact
 
 
-# --- what a recording says ---
+# --- read a recording ---
 
 
 def read_recording(path):
@@ -69,7 +69,7 @@ CUT += [(name, int) for name in ("cycle", "operation", "occurrence", "tool", "le
 
 
 def find_cuts(recording):
-    """One row of type CUT for each cut.  Its error is NaN where the operation made no reference cut."""
+    """One row of type CUT for each cut. Its error is NaN where the operation made no reference cut."""
     increments = np.diff(recording["cuts"])
     if np.any(increments > 1):
         raise ValueError("two cuts fall into one row of the recording")
@@ -107,9 +107,9 @@ def find_verdicts(recording):
 
 @dataclasses.dataclass
 class Outcome:
-    """What is kept of one run: um, s."""
+    """The result of one run: um, s."""
 
-    peak_growth: float  # largest departure of the growth from what it was at the start
+    peak_growth: float  # largest departure of the growth from its start
     cuts: np.ndarray  # of type CUT
     verdicts: list  # as find_verdicts() returns them
     series: dict  # time, growth, offset and speed, every SERIES_EVERY
@@ -129,8 +129,8 @@ def judge(recording):
 # --- running the mill ---
 
 
-def simulate(seed, compensated, duration, told):
-    """The Outcome of one run; told(seconds done) hears of the progress."""
+def simulate(seed, compensated, duration, progress):
+    """The Outcome of one run; progress(seconds done) is called meanwhile."""
     import plumb
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
@@ -138,11 +138,11 @@ def simulate(seed, compensated, duration, told):
         start_mill(host, seed)
         host.set("thermal.enable", compensated)
         host.record(path, [*LENGTHS.values(), *NUMBERS.values()], EVERY)
-        host.run(duration, told)
+        host.run(duration, progress)
         return judge(read_recording(path))
 
 
-# --- what is printed ---
+# --- print ---
 
 
 def error_table(without, compensated):
@@ -201,11 +201,11 @@ def percentile_table(machines):
     return percentile_lines("At the cuts, from the second warm contact on", rows, 8, "{:.1f}".format, 50)
 
 
-# --- what is written ---
+# --- write ---
 
 
 def write_cuts(path, outcomes):
-    """outcomes: run -> Outcome.  One row for each cut."""
+    """outcomes: run -> Outcome. One row for each cut."""
     names = [name for name, _ in CUT]
     header = ["compensation"] + [{"time": "time_s"}.get(n, n + "_um" if t is float else n) for n, t in CUT]
     cuts = [(run, cut) for run, outcome in outcomes.items() for cut in outcome.cuts]
@@ -324,7 +324,7 @@ def main():
     if options.events and options.cycles:
         parser.error("--events and --cycles are two benches: one at a time")
     place = place_of(options)
-    with errors_told():
+    with errors_reported():
         make_writable(options.output)
         if options.events:
             mill_events.report(options.events, place)

@@ -2,8 +2,8 @@
 """Measures the scatter between two equal contacts: thermal_displacement, and thresholds on the same load.
 
 In each pair the tool meets the same work twice at 100 mm/min, at moments that have nothing to do with the samples of
-the drive: in a learning cycle, and in a cycle in which the cut takes 20 % less.  The growth is 0, so that the
-displacement between the two is the error.  The load is that of sim_drive_load, the contacts those of the
+the drive: in a learning cycle, and in a cycle in which the cut takes 20 % less. The growth is 0, so that the
+displacement between the two is the error. The load is that of sim_drive_load, the contacts those of the
 thermal_displacement that is shipped, in the virtual-time host.
 """
 
@@ -15,7 +15,7 @@ import tempfile
 
 import numpy as np
 
-from support.command import add_place, errors_told, new_parser, place_of, whole
+from support.command import add_place, errors_reported, new_parser, place_of, whole
 from support.figures import rms
 from support.recordings import read_columns
 from support.simulations import simulate_all
@@ -94,7 +94,7 @@ def setup(host, case):
 
 
 def write_signals(path, pairs, ripple):
-    """What a program and its mill would do: two cycles for each pair.  Returns the times of the contacts and the end."""
+    """Simulates a program and its mill: two cycles for each pair. Returns the times of the contacts and the end."""
     draw = random.Random(1)
     # The chip of an end mill grows over its first revolution; a step takes the period in which it comes.
     grows = REVOLUTION if ripple else PERIOD
@@ -128,7 +128,7 @@ def write_signals(path, pairs, ripple):
     return np.array(contacts), begin
 
 
-def simulate(case, pairs, told):
+def simulate(case, pairs, progress):
     """The Scatter of so many pairs."""
     import plumb
 
@@ -139,7 +139,7 @@ def simulate(case, pairs, told):
         host.replay(signals)
         host.record(loads, ["drive.load"], PERIOD)
         host.record(results, RESULTS, RESULTS_EVERY)
-        host.run(end - 0.2, told)
+        host.run(end - 0.2, progress)
         load, column = read_columns(loads)["drive.load"], read_columns(results)
     found, displacement, sigma = (column[name] for name in RESULTS)
     rows = np.floor((contacts[1::2] + IN_WORK + ABOVE) / RESULTS_EVERY).astype(int)
@@ -155,7 +155,7 @@ def simulate(case, pairs, told):
 @dataclasses.dataclass
 class Scatter:
     errors: dict  # um, of each pair, by how the contacts were found
-    sigma: np.ndarray  # um, of each pair as thermal_displacement tells it
+    sigma: np.ndarray  # um, of each pair, reported by thermal_displacement
 
 
 # --- thresholds on the same load ---
@@ -187,7 +187,7 @@ def crosses_low(load, begins):
     return np.nan
 
 
-# --- what is possible ---
+# --- the possible accuracy ---
 
 
 def bound(case):
@@ -228,7 +228,7 @@ def main():
     parser.add_argument("--pairs", type=whole(1, 100000), default=500, metavar="N", help="pairs of contacts in each case (default: 500)")
     add_place(parser)
     options = parser.parse_args()
-    with errors_told():
+    with errors_reported():
         tasks = [(case, options.pairs) for case in CASES]
         duration = len(tasks) * 2 * options.pairs * (CYCLE + 0.25)
         scatters = simulate_all(simulate, tasks, duration, place_of(options))

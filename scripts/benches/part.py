@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Cuts two parts in a complete LinuxCNC on tilted machines and measures them, without and with squareness.
 
-configs/portal, a complete LinuxCNC with its G-code, runs in virtual time; sim_portal says in each servo cycle where the
-tip truly is.  What it cuts is measured as an inspector would: straight lines and circles of least squares through the
-points of each side (ISO 1101, ISO 4291), against the bottom side as the datum.  What straightness, pitch, yaw, sag and
-drift make is told apart from what tilts make.
+configs/portal, a complete LinuxCNC with its G-code, runs in virtual time; sim_portal has the true position of the
+tip in each servo cycle. The cut is measured as an inspector would: straight lines and circles of least squares through the
+points of each side (ISO 1101, ISO 4291), against the bottom side as the datum. The error from straightness, pitch, yaw, sag and
+drift is reported separately from the error from tilts.
 
 The parts are cut without correction; with the tilts of the guides as they were; with the tilt that `plumb squareness` makes of
 the diagonals of the square that was cut without; and with tables of all that an instrument finds on the axes.
@@ -21,7 +21,7 @@ import threading
 import numpy as np
 
 from support import charts
-from support.command import add_output, errors_told, make_writable, new_parser, whole, written_line
+from support.command import add_output, errors_reported, make_writable, new_parser, whole, written_line
 from support.figures import micrometres
 from support.part_inspection import FEATURES, UM, corners_of, measure_part, measure_side, on_circle, on_line
 from support.part_machines import FEED, MACHINES, PARTS, RUNS, prepare, read_recording
@@ -35,7 +35,7 @@ SPEEDS = (30, 15, 5)
 
 
 def cut_all(kinds, seed, feed, parts):
-    """What cut() returns of each kind, all at a time where each has a HAL of its own."""
+    """The results of cut() for each kind, all at a time where each has a HAL of its own."""
     at_once = len(kinds) if "--no-namespaces" not in plumb_run(BUILD) else 1
     stop = threading.Event()
     with concurrent.futures.ThreadPoolExecutor(at_once) as pool:
@@ -59,7 +59,7 @@ def cut_at_some_speed(kind, seed, feed, parts, stop):
 
 
 def cut(kind, seed, feed, parts, speed, stop):
-    """What read_recording() says of each (run, part) on machine `seed`."""
+    """The results of read_recording() for each (run, part) on machine `seed`."""
     with tempfile.TemporaryDirectory(prefix="plumb-part-") as folder:
         ini, options = prepare(kind, seed, folder)
         words = [word for name, value in options.items() for word in ("--option", f"{name}={value}")]
@@ -95,11 +95,11 @@ def terminate_at(stop, ended, process):
             return
 
 
-# --- what is printed ---
+# --- print ---
 
 
 def part_table(kind, part, cuts):
-    """The lines of the table of what is measured at a part, of cuts as cut() returns them."""
+    """The lines of the table of measurements of a part; cuts as cut() returns them."""
     measured = [cuts["with tilts", part][1] if run == "beyond" else cuts[run, part][0] for run in HEADINGS]
     columns = [measure_part(part, samples) for samples in measured]
     titles = (f"{TITLES[part]} on the {kind}, um", f"against nominal, in the plane {MACHINES[kind].names}")
@@ -141,7 +141,7 @@ def left_by_tilts(cuts):
     )
 
 
-# --- what is written ---
+# --- write ---
 
 
 def outline(part, samples, every=1.0):
@@ -210,18 +210,18 @@ def draw(paths, part, machines, seed):
             samples = cuts[run, part][0]
             _draw_part(view, part, samples, colour)
             found = {(feature, what): value for feature, what, value in measure_part(part, samples)}
-            told = f"squareness {found['square', 'squareness of left and right to the bottom']:.1f}, "
+            summary = f"squareness {found['square', 'squareness of left and right to the bottom']:.1f}, "
             if part == "contour":
-                told += f"circularity {found['circle', 'circularity']:.1f} µm"
+                summary += f"circularity {found['circle', 'circularity']:.1f} µm"
             else:
-                told += f"diagonals {found['square', 'difference of the diagonals']:+.1f} µm"
-            view.set_title(f"{kind}, {label}\n{told}", fontsize=10, color=colour)
+                summary += f"diagonals {found['square', 'difference of the diagonals']:+.1f} µm"
+            view.set_title(f"{kind}, {label}\n{summary}", fontsize=10, color=colour)
             view.text(-170, -185, f"plane {MACHINES[kind].names}", va="center", color=charts.LIGHT_GREY)
     charts.save(sheet, paths)
 
 
 def _draw_part(view, part, samples, colour):
-    paths = []  # of what is cut in one go
+    paths = []  # each is cut in one go
     for name, nominal, deviation, _ in outline(part, samples, every=20.0):
         its = np.array((nominal, nominal + ENLARGED * deviation))
         if paths and paths[-1][0] == name != "diagonals":
@@ -249,7 +249,7 @@ def bench(kinds, parts, seed, feed, output):
     for kind in kinds:
         for part in parts:
             print("\n".join(part_table(kind, part, machines[kind])) + "\n")
-        print(f"What the guides' tilts leave where they are corrected: {micrometres(left_by_tilts(machines[kind]))} um\n", flush=True)
+        print(f"Error from the guides' tilts that correction leaves: {micrometres(left_by_tilts(machines[kind]))} um\n", flush=True)
     written = []
     for part in parts:
         charts = [os.path.join(output, f"{part}.{end}") for end in ("png", "svg")]
@@ -268,7 +268,7 @@ def main():
     parser.add_argument("--feed", type=whole(100, 12000), default=FEED, metavar="F", help=f"mm/min (default: {FEED})")
     add_output(parser, "part")
     options = parser.parse_args()
-    with errors_told():
+    with errors_reported():
         make_writable(options.output)
         kinds = [options.machine] if options.machine else list(MACHINES)
         bench(kinds, [options.part] if options.part else PARTS, options.seed, options.feed, options.output)

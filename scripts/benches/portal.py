@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Drives tilted machines through a 1 m cube and measures the tip error, without and with squareness.
 
-configs/portal/bench.hal runs in the virtual-time host.  Its axes stop at the points of a cube of a metre, with tools of
+configs/portal/bench.hal runs in the virtual-time host. Its axes stop at the points of a cube of a metre, with tools of
 different length; at each point the tip error is read: as the machine is, with its tilts corrected, and with tables of
-all that an instrument finds on its axes.  What straightness, pitch, yaw, sag and drift leave is told apart from what
-tilts leave.
+all that an instrument finds on its axes. The error from straightness, pitch, yaw, sag and drift is reported separately
+from the error from tilts.
 """
 
 import itertools
@@ -14,14 +14,14 @@ import sys
 import numpy as np
 
 from support import charts
-from support.command import add_output, add_place, errors_told, make_writable, new_parser, place_of, whole, written_line
+from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import micrometres, percentile_lines, rms
 from support.portal_machine import ARCSEC, AXES, CAUSES, CHAINS, DRIFT_HOURS, LONGEST, RUNS, SPANS, STOP, UM
 from support.portal_machine import cases, cube, duration, every_direction, simulate
 from support.recordings import write_rows
 from support.simulations import simulate_all
 
-# --- what is printed ---
+# --- print ---
 
 
 def tool_text(tool):
@@ -47,7 +47,7 @@ def cause_text(cause):
 
 
 def remainder_lines(outcome):
-    """What of the error the tilts leave, what else there is, each cause by itself, and what mistakes would cost."""
+    """The error that the tilts leave, the rest, each cause by itself, and the cost of mistakes."""
     lines = [f"    {'left by the tilts':40}{micrometres(outcome.visits['with tilts'].left_by_tilts):>10}"]
     lines += [f"    {'left by ' + cause_text(cause):40}{micrometres(outcome.causes[cause]):>10}" for cause in CAUSES]
     return lines + [f"    {mistake:40}{micrometres(um):>10}" for mistake, um in outcome.mistakes.items() if um >= 1e-6]
@@ -71,7 +71,7 @@ def worst_lines(worst):
     ]
 
 
-# --- what is written ---
+# --- write ---
 
 
 def write_points(path, outcomes):
@@ -198,7 +198,7 @@ def main():
     add_output(parser, "portal")
     options = parser.parse_args()
     place = place_of(options)
-    with errors_told():
+    with errors_reported():
         if options.directions:
             sys.exit(0 if bench_directions(place) else 1)
         if options.seeds:

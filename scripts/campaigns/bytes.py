@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """scripts/campaign bytes: libFuzzer writes the bytes that Plumb's readers read.
 
-Each file of tests/readers is a reader, with a small corpus in tests/corpus.  A seed is one reader for some seconds,
-one after the other.  New bytes that lead further are kept in build/campaigns/bytes/corpus, where the next seed of that
+Each file of tests/readers is a reader, with a small corpus in tests/corpus. A seed is one reader for some seconds,
+one after the other. New bytes that lead further are kept in build/campaigns/bytes/corpus, where the next seed of that
 reader finds them; the bytes of a finding are kept in build/campaigns/bytes/findings.
 """
 
@@ -47,7 +47,7 @@ def prepare(given):
 
 
 def attack(seed):
-    """One reader, from what the corpora hold now; a finding names the file that repeats it."""
+    """One reader, with the present corpora; a finding names the file that repeats it."""
     reader = options.reader or READERS[(seed - 1) % len(READERS)]
     corpus, findings = (os.path.join(WORK, kind, reader) for kind in ("corpus", "findings"))
     for folder in (corpus, findings):
@@ -66,7 +66,7 @@ def tries_in(text):
 
 
 def finding(reader, run):
-    """The sentence that was demanded, or what the sanitizer says, and the command that repeats it."""
+    """The sentence that was demanded, or the sanitizer's, and the command that repeats it."""
     causes = re.findall(r"^demanded: (.*)|^.*runtime error: (.*)|^SUMMARY: (.*)", run.stderr, re.MULTILINE)
     cause = next((words for cause in causes for words in cause if words), f"exit status {run.returncode}")
     kept = re.search(r"Test unit written to (\S+)", run.stderr)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What all campaigns have in common: seeds, time, findings, and a record by which the next run goes on.
+"""Common parts of all campaigns: seeds, time, findings, and a record by which the next run goes on.
 
-A campaign is a module beside this one that calls run() with a function attack(seed).  The same seed attacks in the same
-way.  The record lies in build/campaigns/NAME.json.
+A campaign is a module beside this one that calls run() with a function attack(seed). The same seed attacks in the same
+way. The record lies in build/campaigns/NAME.json.
 """
 
 import argparse
@@ -26,7 +26,7 @@ def run(name, summary, attack, setup=("product",), add_options=lambda parser: No
     """Runs attack(seed) -> Outcome until the time or the count is over, and ends the program.
 
     setup: the target that scripts/setup builds first.  add_options(parser) may add options; prepare(options) is called
-    once before the first attack.  The exit status is 1 where anything was found in this run.
+    once before the first attack. The exit status is 1 where anything was found in this run.
     """
     parser = argparse.ArgumentParser(prog=f"scripts/campaign {name}", description=summary)
     limits = parser.add_mutually_exclusive_group()
@@ -97,7 +97,7 @@ def _campaign(name, attack, options):
 
 
 class Record:
-    """What has been tried so far, in a file that is replaced as a whole."""
+    """All tries so far, in a file that is replaced as a whole."""
 
     def __init__(self, path, fresh=False):
         self.path, self.next_seed, self.tries, self.seconds, self.findings = path, 1, 0, 0.0, []

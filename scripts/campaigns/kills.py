@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Kills a part of Plumb with signal 9 at a drawn instant, and looks for everything that it leaves behind.
 
-Each seed has a machine of its own in namespaces: processes, shared memory, network, /dev, /tmp, /run/lock and HOME.  The
-programs run as root, as an ordinary user, and on the one HAL of that machine (--no-namespaces).  A try starts one of
+Each seed has a machine of its own in namespaces: processes, shared memory, network, /dev, /tmp, /run/lock and HOME. The
+programs run as root, as an ordinary user, and on the one HAL of that machine (--no-namespaces). A try starts one of
 
     run      plumb run, with a program that uses halcmd
     bench    plumb bench
@@ -262,7 +262,7 @@ class Machine:
             if line not in self.mounts:
                 subprocess.run(["umount", "-l", line.split()[1]], check=False)
         if mounts() != self.mounts:
-            sys.exit("a mount cannot be taken away, and what is behind it must stay")
+            sys.exit("a mount cannot be taken away, and the files behind it must stay")
         for folder in ("/tmp", "/dev/shm", "/run/lock", HOME, WORK):
             for entry in os.scandir(folder) if os.path.isdir(folder) else ():
                 if entry.is_dir(follow_symlinks=False):
@@ -313,7 +313,7 @@ def tree(process):
 
 
 def first_at(process, depth, end):
-    """The first descendant in this depth, as soon as there is one; what is deepest when the time is over."""
+    """The first descendant in this depth, as soon as there is one; the deepest one when the time is over."""
     chain = [process]
     path = "/proc/%d/task/%d/children"
     while len(chain) <= depth and time.monotonic() < end:
@@ -386,7 +386,7 @@ class Try:
             if os.path.exists(path):
                 with open(path, errors="replace") as file:
                     said += " ".join(file.read().split())[-300:]
-        self.findings.append("%s (%s): %s%s" % (describe(self.plan), self.killed, text, "; it said: " + said if said else ""))
+        self.findings.append("%s (%s): %s%s" % (describe(self.plan), self.killed, text, "; its output: " + said if said else ""))
 
     def attack(self):
         os.chmod(WORK, 0o1777)
@@ -424,7 +424,7 @@ class Try:
         return [os.path.join(BUILD, "bin", "plumb"), command, *words, *shared]
 
     def kill(self, top):
-        """Kills what the plan says, and notes what that was."""
+        """Kills the process of the plan, and notes its name."""
         began, depth, delay = time.monotonic(), self.plan["depth"], self.plan["delay"]
         if depth in ("any", "retain"):
             sleep_until(began + delay)
@@ -516,7 +516,7 @@ class Try:
         return started not in self.machine.statuses
 
     def ask_host(self):
-        """A host that runs answers, whoever was killed while he held HAL's lock."""
+        """A host that runs answers, even if a program was killed while it held HAL's lock."""
         with open("socket") as file:
             path = file.read().strip()
         code = "import sys, plumb; plumb.Host(attach=sys.argv[1]).halcmd('show', 'pin')"
@@ -530,7 +530,7 @@ class Try:
             self.find("the host does not answer for 8 s")
 
     def end(self, started, look=True):
-        """Asks what still runs to end, as its user would."""
+        """Asks all processes that still run to end, as their user would."""
         time.sleep(0.02)
         if self.goes_on(started):
             try:
@@ -597,7 +597,7 @@ class Try:
         safe = max([value for value, saves in written if seen >= saves + 2], default=1.0)
         kept = float(re.search(r'"it.in" = (\S+)', text)[1])
         if kept < safe:
-            self.find("the store has lost what was saved: %g instead of %g or more" % (kept, safe))
+            self.find("the store has lost a saved value: %g instead of %g or more" % (kept, safe))
 
     def look(self):
         """Until nothing is left."""
@@ -656,7 +656,7 @@ def on_machine():
         began = time.monotonic()
         try:
             one.attack()
-        except Exception as error:  # the machine is to go on, and to say which try it was
+        except Exception as error:  # the machine is to go on, and to report the try
             one.find("the campaign itself failed: %r" % error)
         print(json.dumps({"findings": one.findings, "killed": one.killed, "seconds": time.monotonic() - began}), flush=True)
         machine.clear()

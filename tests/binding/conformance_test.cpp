@@ -50,7 +50,7 @@ bool sentence(const std::string& text) {
            text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
 }
 
-// What is wrong with the names, units and sentences of a component.
+// Errors in the names, units and sentences of a component.
 Complaints about_declarations(const hal::Model& model, const std::string& file_name) {
     Complaints result;
     const auto demand = [&](bool holds, const std::string& what) {
@@ -161,7 +161,7 @@ const std::map<std::string, double>& undisturbed(const Live& live) {
     return outputs;
 }
 
-// What goes wrong at the outputs of a live component, and after it, when one input takes impossible values.
+// Errors at the outputs of a live component, and after it, when one input takes impossible values.
 Complaints about_poison(const Live& live, const hal::Declarations& declared, const std::string& input) {
     const std::map<std::string, double>& expected_outputs = undisturbed(live);  // first: one host at a time
     Bench bench(Bench::Thread::none, with_specimens());
@@ -322,7 +322,7 @@ std::string plain(std::string name) {
 INSTANTIATE_TEST_SUITE_P(Each, Conformance, testing::ValuesIn(built_modules()),
                          [](const auto& each) { return plain(each.param); });
 
-// A simulated machine may show nonsense for nonsense; what drives an axis may not.
+// A simulated machine may show nonsense for nonsense; an output that drives an axis may not.
 
 // Some inputs of a module: few enough for a short test, several because they share the undisturbed run.
 struct Inputs {

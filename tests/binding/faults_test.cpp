@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Random sequences of faults, toggles and returns against everything that moves an axis, shrunk to the
-// shortest one that breaks a rule.  RC_PARAMS gives seed and length, as in RC_PARAMS="seed=7
+// shortest one that breaks a rule. RC_PARAMS gives seed and length, as in RC_PARAMS="seed=7
 // max_success=1000".
 #include "components/math/blocks/pi.hpp"
 #include "tests/support/attack.hpp"
@@ -53,8 +53,7 @@ const Live all_live{{{"thermal_displacement", "thermal"},
                      {"ramp-rate", "offset-2", "offset-3"},
                      {}}};
 
-// The state: what has been given to the pins in focus, by its number; the length of the sequence is
-// rapidcheck's.
+// The state: the values of the pins in focus, by number; the length of the sequence is rapidcheck's.
 struct Model {
     const Live* live = nullptr;
     std::vector<Attackable> pins;
@@ -149,7 +148,7 @@ struct Turn final : Command {
     double value = 0, wait;
 };
 
-// One to five inputs, and some of what the machine does around them.
+// One to five inputs, and some knobs of the machine around them.
 Model draw_focus(const Live& live, bool smooth) {
     std::vector<Attackable> pins = attackable_inputs(live);
     Model model;
@@ -185,7 +184,7 @@ void survive_an_attack(const Live& live) {
     expect_no_complaint(attack);
 }
 
-// So many attacks, with a seed of its own: the same ones each time, unless RC_PARAMS says otherwise.
+// So many attacks, with a seed of its own: the same ones each time, unless RC_PARAMS has others.
 void expect_to_survive(const Live& live, int attacks) {
     rc::detail::TestParams params;
     params.seed = 1;

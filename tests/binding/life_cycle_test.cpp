@@ -38,8 +38,8 @@ void make_thread(host::Client& host) {
     host.command("start");
 }
 
-// Once it has loaded a thread, tells the parent the host's number, and is then found in this moment, with a
-// user-space program beside the host.
+// Once it has loaded a thread, sends the parent the host's number. The parent finds it in this moment, with
+// a user-space program beside the host.
 void be_in(Moment moment, host::Client& host, Child& self) {
     make_thread(host);
     host.command("loadusr sleep 1000");

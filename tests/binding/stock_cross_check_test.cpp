@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the virtual-time host computes is what the machine would compute: to the last bit.
+// The virtual-time host computes the same as the machine would, to the last bit.
 #include "tests/support/stock_cross_check.hpp"
 
 #include "tests/support/bench.hpp"

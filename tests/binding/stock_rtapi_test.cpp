@@ -60,7 +60,7 @@ struct StockRtapi : testing::Test {
         std::this_thread::sleep_for(50ms);
     }
 
-    // What a process has done when it ended; as its parent, which the first process is of all that are left.
+    // The end of a process; for its parent, which the first process is of all that are left.
     static int await_end(pid_t process) {
         int status = 0;
         for (int tries = 0; tries < 5000; ++tries) {
@@ -92,7 +92,7 @@ TEST_F(StockRtapi, ComponentsAreNotDestroyedWhileThreadsRunWhenTheSystemEndsIt) 
         const pid_t rtapi = Processes::called("rtapi_app");
         ASSERT_EQ(kill(rtapi, SIGTERM), 0);
         const int status = await_end(rtapi);
-        EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "exit(0) is what this is about";
+        EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "exit(0) is the cause of interest";
         EXPECT_EQ(contents(notes), "") << "d: destroyed, u: update() called after that";
     });
 }
@@ -159,7 +159,7 @@ TEST_F(StockRtapi, AModuleHasAThreadOfItsOwnOnlyWhereItHasWorkAndASmallOne) {
             const unsigned long blocked = std::stoul(field(status, "SigBlk"), nullptr, 16);
             for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGALRM})
                 EXPECT_TRUE(blocked >> (number - 1) & 1) << "it takes signal " << number;
-            EXPECT_FALSE(blocked >> (SIGSEGV - 1) & 1) << "rtapi_app could not tell that it has failed";
+            EXPECT_FALSE(blocked >> (SIGSEGV - 1) & 1) << "rtapi_app could not report its failure";
         }
         halcmd("unloadrt all");
     });

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What Plumb's programs and scripts do when their output goes to a full disk: they say so, and fail."""
+"""Plumb's programs and scripts fail with a message when their output goes to a full disk."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ BENCH = "loadrt threads name1=t period1=1000000\nloadrt limit1 names=limit\naddf
 
 
 def on_full_disk(*command, **options):
-    """The exit status of a command whose standard output is /dev/full, and what it says on stderr."""
+    """The exit status of a command whose standard output is /dev/full, and its stderr."""
     with open("/dev/full", "w", encoding="ascii") as full:
         run = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60,
                              check=False, **options)
@@ -70,7 +70,7 @@ class FullDisk(unittest.TestCase):
         self.assertEqual(run.returncode, 2, "a wrong command line")
 
     def test_tables_of_scripts(self):
-        table = "import sys; sys.path.insert(0, 'scripts/benches'); from support import command\nwith command.errors_told(): print('1 2 3')"
+        table = "import sys; sys.path.insert(0, 'scripts/benches'); from support import command\nwith command.errors_reported(): print('1 2 3')"
         self.assert_told("/usr/bin/python3", "-c", table, cwd=ROOT)
         code, words = on_full_disk("/usr/bin/python3", os.path.join(BUILD, "bin", "plumb-contacts"), "--help",
                                    env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// `cmake --install` puts everything where LinuxCNC looks for it, below DESTDIR, and what is there works.
+// `cmake --install` puts everything where LinuxCNC looks for it, below DESTDIR, and it works there.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/module.hpp"

@@ -41,7 +41,7 @@ struct PlumbBench : testing::Test {
     Outcome bench(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile = {}) {
         arguments.insert(arguments.begin(), {plumb_program, "bench"});
         Outcome outcome = run_program(arguments, folder.path(), meanwhile);
-        // What it says where the system forbids namespaces, as containers do.
+        // The message where the system forbids namespaces, as containers do.
         const std::string beginning = "plumb-host: this system gives no namespaces";
         if (outcome.errors.rfind(beginning, 0) == 0) outcome.errors.erase(0, outcome.errors.find('\n') + 1);
         return outcome;

@@ -72,8 +72,8 @@ std::string of_another_build(std::string bytes) {
     return bytes;
 }
 
-// A computer with Plumb below /tmp, as a build leaves it or as it is installed; what lies in /tmp/first is
-// found before all other programs.
+// A computer with Plumb below /tmp, as a build leaves it or as it is installed; programs in /tmp/first are
+// found before all others.
 class PlumbDoctor : public testing::Test {
 protected:
     void on_computer(const std::function<void()>& body) {
@@ -106,18 +106,18 @@ protected:
     }
 
     bool as_root = true;                // else as an ordinary user
-    std::function<void()> before;       // what root does to the computer
+    std::function<void()> before;       // done by root to the computer
     bool built = true;                  // else installed
     Files installed = built_modules();  // in LinuxCNC's folder
 };
 
-// Of the output: a mark, a text, and the command below it, if there is one.
+// A part of the output: a mark, a text, and the command below it, if there is one.
 struct Finding {
     std::string text;  // with the mark
     std::vector<std::string> commands;
 };
 
-// A finding begins with two blanks and its mark; what belongs to it stands nine blanks in.
+// A finding begins with two blanks and its mark; its further lines stand nine blanks in.
 std::vector<Finding> findings(const std::string& output) {
     const std::string indent(9, ' ');
     std::vector<Finding> result;
@@ -257,7 +257,7 @@ TEST_F(PlumbDoctor, SeesProgramsThatAreMissingOrOfAnotherRelease) {
     on_computer([] {
         write("/tmp/first/plumb", of_release(contents("/tmp/bin/plumb"), "0.0.9"));
         const Outcome another = doctor();
-        EXPECT_EQ(another.status, 0) << "the same build, though it says otherwise";
+        EXPECT_EQ(another.status, 0) << "the same build, with another text";
         write("/tmp/first/plumb", of_another_build(of_release(contents("/tmp/bin/plumb"), "0.0.9")));
         const Outcome first = doctor();
         EXPECT_EQ(first.status, 1);
@@ -340,7 +340,7 @@ TEST_F(PlumbDoctor, SaysWhichSettingForbidsNamespacesToRoot) {
     if (geteuid() != 0) GTEST_SKIP() << "not root";
     on_computer([] {
         set_all_that_forbid_namespaces();
-        EXPECT_THAT(doctor().output, Finds("ok", "Namespaces: *", "")) << "what works is not argued with";
+        EXPECT_THAT(doctor().output, Finds("ok", "Namespaces: *", "")) << "a working setup gets no advice";
         forbid_namespaces();
         const Outcome outcome = doctor();
         EXPECT_EQ(outcome.status, 0);

@@ -42,7 +42,7 @@ void write_program(const std::string& name, const std::string& text) {
     std::filesystem::permissions(work / name, static_cast<std::filesystem::perms>(0755));
 }
 
-// What either subject is made of. Both show that they are ready, then wait for a file that is called end.
+// The parts of both subjects. Both show that they are ready, then wait for a file that is called end.
 void write_subjects() {
     std::filesystem::create_directory(work);
     std::filesystem::permissions(work, std::filesystem::perms::all);
@@ -151,8 +151,8 @@ Outcome run_until(Ending ending, Subject subject, Role role) {
     });
 }
 
-// What the program makes of its end: halrun does not catch SIGTERM, and fails when what it waits for is
-// killed from the terminal; the linuxcnc script cleans up in all these cases.
+// The exit status of the program: halrun does not catch SIGTERM, and fails when its child is killed from
+// the terminal; the linuxcnc script cleans up in all these cases.
 int status_of(Ending ending, Subject subject) {
     switch (ending) {
         case Ending::normal: return 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// `plumb run` as its users meet it: its command line, its clocks, its clients, and what it keeps to itself.
+// `plumb run` as its users meet it: its command line, its clocks, its clients, and its isolation.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/program.hpp"
@@ -144,7 +144,7 @@ TEST_F(PlumbRun, TheProgramHasFolderInputAndEnvironmentOfTheCaller) {
 
 // --- time ---
 
-// Tells how far three clocks have moved while the program slept 5 s: its own, the computer's, the host's.
+// Prints how far three clocks have moved while the program slept 5 s: its own, the computer's, the host's.
 // Each span lies within the one before.
 const char* const three_clocks = R"(
 import os, time, plumb
@@ -282,7 +282,7 @@ TEST_F(PlumbRun, ARecordingThatCannotBeWrittenEndsAloneAndIsTold) {
         await([&] { return client.time() > closed + host::seconds(10); }, "more than the host keeps");
         try {
             client.record_stop("lost");
-            ADD_FAILURE() << "it is not told";
+            ADD_FAILURE() << "no error is reported";
         } catch (const std::runtime_error& refusal) {
             EXPECT_THAT(refusal.what(), HasSubstr("pipe: Broken pipe"));
         }
@@ -533,7 +533,7 @@ TEST_P(PlumbRunFiles, ARunInsideARunHasItsOwnHalAndTheComputersClock) {
         double seconds = 0;
         std::string thread;
         EXPECT_TRUE(output >> seconds);
-        EXPECT_GT(seconds, 4.5);  // at least what the sleep took, and far from ten times it
+        EXPECT_GT(seconds, 4.5);  // at least the time of the sleep, and far from ten times it
         EXPECT_LT(seconds, 25);
         EXPECT_THAT(outcome.output, HasSubstr(" t "));
     });

@@ -42,7 +42,7 @@ std::string below(const std::string& title, const std::string& output) {
     return output.substr(begin, output.find("\n\n", begin + 1) - begin);
 }
 
-// The table of directions, for what each chain has: the lean, and what it becomes.
+// The table of directions, for the axes of each chain: the lean, and its quantity.
 struct Direction {
     const char *lean, *quantity;
     int sign;
@@ -229,7 +229,7 @@ TEST(PlumbSquareness, DatumThatIsSetCountsInWhatWasMeasuredAgainstIt) {
                                           "move=Z,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});
     EXPECT_THAT(output, HasSubstr("setp square.eb0x -5e-05 "));
     EXPECT_THAT(output, HasSubstr("setp square.eb0z 3e-05 "));
-    EXPECT_THAT(output, HasSubstr(" Z by 300 mm        +24.0 um ")) << "what was measured";
+    EXPECT_THAT(output, HasSubstr(" Z by 300 mm        +24.0 um ")) << "the measured rise";
 
     const Outcome outcome =
         squareness({"--iso", "EC0X=50urad", "--square", "move=Y,plunger=+X,at=0:300mm,reads=0:24um,u=1um"});

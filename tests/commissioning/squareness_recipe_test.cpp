@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What an operator measures on the simulated machine becomes, by `plumb squareness`, the tilts that it has;
-// and the test move comes out as announced.
+// By an operator's measurements on the simulated machine, `plumb squareness` finds its tilts; and the test
+// move comes out as announced.
 #include "tests/support/bench.hpp"
 #include "tests/support/program.hpp"
 
@@ -35,7 +35,7 @@ std::string told(const Texts& arguments) {
     return outcome.output;
 }
 
-// What a line sets a pin of the component to; NaN if none does.
+// The value to which a line sets a pin of the component; NaN if none does.
 double setting(const std::string& output, const std::string& pin) {
     const std::string begin = "\n  setp square." + pin + ' ';
     const std::size_t at = output.find(begin);
@@ -131,7 +131,7 @@ struct SquarenessRecipe : testing::Test {
         return before - after;
     }
 
-    // Likewise on a square whose base was trued along the other axis: what that leans turns the blade, too.
+    // The same on a square whose base was trued along the other axis, whose lean turns the blade, too.
     double on_square(char moved, char base, int sign, double travel) {
         const char blade = "xyz"[direction(moved)];
         return indicated(moved, base, sign, travel) + sign * indicated(base, blade, 1, travel);
@@ -257,7 +257,7 @@ TEST_F(SquarenessRecipeOfTheColumn, ProbedBoxGivesItsTilt) {
     const std::string file = folder.write("box.csv", text);
     expect(told("--points", "file=" + file + ",object=artifact,u=1um"), "ec0y");
 
-    // Corners of the box, in what the encoders read, as the lines through the points meet; ball and all.
+    // Corners of the box, in readings of the encoders, as the lines through the points meet; ball and all.
     const auto corner = [](const Face& upright, const Face& level) {
         const double across = (upright.b.first - upright.a.first) / (upright.b.second - upright.a.second);
         const double rise = (level.b.second - level.a.second) / (level.b.first - level.a.first);

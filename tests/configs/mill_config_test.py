@@ -19,7 +19,7 @@ from linuxcnc_runs import BUILD, PROGRAMS, ROOT, changes, copy_configuration, fi
 README = os.path.join(ROOT, "configs", "mill", "README.md")
 
 GROWTH = 10 * um  # that grow.ngc adds
-TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and what the load leaves uncertain
+TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and the uncertainty of the load
 OPERATIONS = [10, 10, 10, 20, 20, 30]
 RAPID, FEED = 1, 2
 
@@ -207,7 +207,7 @@ class Shift(unittest.TestCase):
         with open(os.path.join(self.machine, "first.txt"), "w") as file:
             for line in lines[: ends[1] + 20]:
                 words = line.split()
-                words[12] = "0"  # and nobody has said which part to learn from
+                words[12] = "0"  # so no part is chosen for learning
                 file.write(" ".join(words) + "\n")
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         status, output, contacts = self.report("first.txt")
@@ -229,7 +229,7 @@ class Shift(unittest.TestCase):
         cycle = output.partition("with dry-run 0, in mm")[2].splitlines()[3].split()
         self.assertAlmostEqual(float(cycle[5]), GROWTH, delta=TOLERANCE)
 
-        # What does worse is not recommended, what does better is.
+        # It does not recommend worse settings, and recommends better ones.
         believed = r"now +%d .*\n  these +%d "
         status, output, _ = self.report("asked.txt", "--set", "threshold=100")
         self.assertRegex(output, believed % (0, 5))
@@ -335,7 +335,7 @@ class Screen(unittest.TestCase):
 
 
 class Readme(unittest.TestCase):
-    """Who follows the page gets what it says, but for the figures that differ from run to run."""
+    """The commands of the page print the output on the page, but for figures that differ from run to run."""
 
     @classmethod
     def setUpClass(cls):
@@ -345,7 +345,7 @@ class Readme(unittest.TestCase):
         cls.machine = copy_configuration("mill", cls.folder)
 
     def shown(self, before):
-        """What stands, indented, behind these words."""
+        """The indented lines behind these words."""
         return re.search(re.escape(before) + r"\n\n((?:    .*\n|\n)+)", self.page)[1]
 
     def command(self, pattern):
@@ -357,12 +357,12 @@ class Readme(unittest.TestCase):
 
     @staticmethod
     def skeletons(text):
-        """Lines without their figures, and without what varies with them."""
+        """Lines without their figures, and without words that vary with them."""
         lines = (re.sub(r"[+-]?\d+(\.\d+)?", "0", " ".join(line.split())) for line in text.splitlines())
         lines = (re.sub(r" #.*", "", line) for line in lines if line)
         return [line for line in lines if not line.startswith(("- Keep the settings", "- Take the other"))]
 
-    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "runs what the other tests run, for longer")
+    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "runs the same code as the other tests, for longer")
     def test_commissioning_is_as_it_says(self):
         machining = self.command(r"plumb run .* part.ngc grow.ngc part.ngc grow.ngc part.ngc grow.ngc part.ngc")
         first = self.command("plumb run --speed 10 -- linuxcnc mill.ini setup.ngc learn.ngc")

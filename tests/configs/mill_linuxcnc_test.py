@@ -4,7 +4,7 @@
 
     python3 tests/support/run.py tests/configs/mill_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
 
-goes through these days twenty times beside two busy loops, and counts what fails.
+goes through these days twenty times beside two busy loops, and counts failures.
 """
 
 import os
@@ -20,7 +20,7 @@ TOLERANCE = 6 * um  # of the cuts
 MAX_RATE = 0.1  # mm/s, of the stage
 STEP = 0.5 * nm  # of a cycle, at least, in motion: at home LinuxCNC 2.9.4 sets its command exactly, by 0.2 nm
 OPERATIONS = [10, 10, 10, 20, 20, 30]
-# Parts made with compensation: what was before them is in their names.
+# Parts made with compensation: their names give the event before them.
 COMPENSATED = {
     "first": ["compensated", "compensated_again", "after_abort", "after_stop", "after_off_and_on", "after_homing"],
     "second": ["after_restart"],
@@ -53,15 +53,15 @@ class Days(unittest.TestCase):
             file.write(GROWTH)
         with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = growth.hal\n")
-        cls.days, cls.told = {}, {}
+        cls.days, cls.facts = {}, {}
         for day in ("first", "second", "forgotten"):
             if day == "forgotten":
                 os.remove(os.path.join(machine, "mill.retained"))
-            cls.told[day], _ = linuxcnc_runs.work(folder, ini, day, facts=day + ".json")
+            cls.facts[day], _ = linuxcnc_runs.work(folder, ini, day, facts=day + ".json")
             cls.days[day] = read_recording(os.path.join(machine, day + ".csv"))
 
     def rows(self, day, scene):
-        return linuxcnc_runs.rows_of(self.days[day], self.told[day]["scenes"])[scene]
+        return linuxcnc_runs.rows_of(self.days[day], self.facts[day]["scenes"])[scene]
 
     def cuts(self, day, scene):
         """Rows after those in which a cut of this scene has ended."""
@@ -125,7 +125,7 @@ class Days(unittest.TestCase):
         for name, day in self.days.items():
             with self.subTest(name):
                 moved = abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > STEP
-                moving = self.recent(np.append(day["motion.motion-type"][1:], 0) != 0)  # tells it a cycle later
+                moving = self.recent(np.append(day["motion.motion-type"][1:], 0) != 0)  # in the cycle after it
                 turned_on = self.recent(np.diff(day["motion.motion-enabled"], prepend=0) != 0)
                 on = day["motion.motion-enabled"] == 1
                 self.assertEqual(list(np.flatnonzero(moved & on & ~moving & ~turned_on)), [])
@@ -148,26 +148,26 @@ class Days(unittest.TestCase):
         for name, day in self.days.items():
             with self.subTest(name):
                 armed = np.flatnonzero(np.diff(day["z-stage.armed"], prepend=0) == 1)
-                scenes = [self.told[name]["scenes"][int(day["scene"][row]) - 1] for row in armed]
+                scenes = [self.facts[name]["scenes"][int(day["scene"][row]) - 1] for row in armed]
                 first = ["learnt", "after_stop", "after_off_and_on", "after_homing"]
                 self.assertEqual(scenes, {"first": first, "second": ["rejected"]}.get(name, ["after_restart"]))
 
     def test_cycle_of_a_program_that_was_not_identified_is_refused(self):
         for day in ("second", "forgotten"):
-            self.assertIn("which program is this?", self.told[day]["errors"][0])
+            self.assertIn("which program is this?", self.facts[day]["errors"][0])
 
     def test_without_retain_compensation_ends_and_the_operator_knows(self):
         for name in ("second", "forgotten"):
             day, rows = self.days[name], self.rows(name, "retain_killed")
             self.assertEqual(list(day["thermal.enable"][rows[[0, -1]]]), [1, 0])
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
-            self.assertIn("retain does not run any more", self.told[name]["errors"][-1])
+            self.assertIn("retain does not run any more", self.facts[name]["errors"][-1])
 
     def test_touch_off_is_refused_as_long_as_no_contact_was_believed(self):
         day, rows = self.days["second"], self.rows("second", "rejected")
         self.assertEqual(np.ptp(day["thermal.contacts"][rows]), 1)
         self.assertEqual(np.ptp(day["thermal.contacts-accepted"][rows]), 0)
-        self.assertIn("no contact was accepted yet", self.told["second"]["errors"][1])
+        self.assertIn("no contact was accepted yet", self.facts["second"]["errors"][1])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():
@@ -181,7 +181,7 @@ class Days(unittest.TestCase):
                 number = np.cumsum(np.diff(cutting, prepend=0) == 1)
                 travel = np.bincount(number, moved)
                 self.assertGreater(len(travel), 5)
-                scene = self.told[name]["scenes"][int(day["scene"][np.argmax(number == travel.argmax())]) - 1]
+                scene = self.facts[name]["scenes"][int(day["scene"][np.argmax(number == travel.argmax())]) - 1]
                 self.assertLess(travel.max(), 1 * um, scene)  # until the load has shown that it is there
 
     def test_nothing_moves_while_the_machine_is_idle(self):
@@ -203,7 +203,7 @@ class Days(unittest.TestCase):
         probing = rows[day["motion.motion-type"][rows] == 5]
         self.assertGreater(day["axis.z.eoffset"][probing[0]], 15 * um)
         self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][probing]), 0.1)
-        errors = self.told["first"]["errors"]
+        errors = self.facts["first"]["errors"]
         self.assertEqual(len(errors), 2)
         self.assertTrue(any("Probing is broken off" in error for error in errors), errors)
 

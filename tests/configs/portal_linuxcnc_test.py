@@ -4,7 +4,7 @@
 
     python3 tests/support/run.py tests/configs/portal_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
 
-goes through the shift of the portal twenty times beside two busy loops, and counts what fails.
+goes through the shift of the portal twenty times beside two busy loops, and counts failures.
 """
 
 import os
@@ -38,7 +38,7 @@ class Shift:
 
     @classmethod
     def prepare(cls, machine):
-        """What this machine's copy of the configuration has otherwise."""
+        """The differences of this machine's copy of the configuration."""
 
     @classmethod
     def setUpClass(cls):
@@ -82,14 +82,14 @@ class Shift:
         return np.diff(self.offset, axis=1, prepend=0)
 
     def turned_by(self, ways, level):
-        """What each tilt turns of the ways of X, Y, Z and W: pairs of the axis that leans and a way in space.
+        """The parts of the ways of X, Y, Z and W that each tilt turns: pairs of the axis that leans and a way in space.
 
         Where level is true, the axes that the one that leans carries stay level, those parallel to it excepted.
         """
         raise NotImplementedError
 
     def beyond_motion(self):
-        """What the offsets change by in each cycle beyond what the axes' ways and the tilts in force make."""
+        """The change of the offsets in each cycle beyond that by the axes' ways and the tilts in force."""
         ways = np.diff(np.vstack([self.position, self.rail]), axis=1, prepend=0)
         ways[:, self.moved() > 3] = 0  # homing sets positions
         nothing = np.zeros(len(self.rail))
@@ -106,7 +106,7 @@ class Shift:
         return np.where(lengths[0] < lengths[1], *beyond)
 
     def first_order_error(self, row):
-        """What the tilts of this machine make at a place, by another way than those under test."""
+        """The error by the tilts of this machine at a place, computed in another way than the code under test."""
         raise NotImplementedError
 
     def rests(self, scene, cycles=30):

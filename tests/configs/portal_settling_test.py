@@ -4,7 +4,7 @@
 
     python3 tests/support/run.py tests/configs/portal_settling_test.py --repeat 20 --hogs 2 --speed 10
 
-cuts twenty times beside two busy loops, and counts what fails.
+cuts twenty times beside two busy loops, and counts failures.
 """
 
 import os
@@ -32,7 +32,7 @@ class Settling(unittest.TestCase):
         linuxcnc_runs.use_scenario(ini, "settling_scenario.py")
         change(os.path.join(machine, "compensation.hal"), "loadrt squareness", "newsig scene s32\nloadrt squareness")
         its, _ = linuxcnc_runs.work(folder, ini)
-        cls.facts, cls.told = its["facts"], its["facts"]["told"]
+        cls.facts, cls.messages = its["facts"], its["facts"]["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
         cls.error = np.linalg.norm([cls.shift["portal.truth-%s-error" % letter] for letter in "xyz"], axis=0)
@@ -72,7 +72,7 @@ class Settling(unittest.TestCase):
             self.assertEqual(self.shift["square.ramping"][self.begin_of_the_cut(scene) - 1], 0, scene)
             since = np.arange(self.last_change(scene), self.rows[scene][-1])
             self.assertEqual(self.shift["square.unsettled-code"][since].max(), 0, scene)
-            self.assertEqual(self.told[scene], [], scene)
+            self.assertEqual(self.messages[scene], [], scene)
         # However late a busy computer comes with the cut, here and there it has to wait.
         self.assertGreater(sum(self.held(scene) > 0 for scene in HELD), len(HELD) / 2)
         worst = max(self.error[self.begin_of_the_cut(scene)] for scene in HELD)
@@ -83,8 +83,8 @@ class Settling(unittest.TestCase):
             begin = self.begin_of_the_cut(scene)
             self.assertGreater(self.error[begin], 5 * um, scene)
             self.assertEqual(self.shift["square.unsettled-code"][begin + 1], 5, scene)
-            self.assertEqual(len(self.told[scene]), 1, scene)
-            self.assertTrue(self.told[scene][0].startswith(EARLY + "A cut began"), scene)
+            self.assertEqual(len(self.messages[scene]), 1, scene)
+            self.assertTrue(self.messages[scene][0].startswith(EARLY + "A cut began"), scene)
 
     def test_overrides_that_come_back_stop_no_cut(self):
         for scene in NOT_HELD:
@@ -129,7 +129,7 @@ class Settling(unittest.TestCase):
         jogs = self.shift["motion.coord-mode"][rows] == 0
         self.assertGreater(np.count_nonzero(jogs), 200)
         self.assertEqual(self.shift["square.settling"][rows][jogs].max(), 0)
-        self.assertEqual(self.told["jog"], [])
+        self.assertEqual(self.messages["jog"], [])
 
     def test_released_early_the_operator_is_told_why(self):
         for scene, code, why in (
@@ -138,7 +138,7 @@ class Settling(unittest.TestCase):
             ("in_a_cut", 6, "The tool changed in a cut."),
         ):
             self.assertIn(code, self.shift["square.unsettled-code"][self.rows[scene]], scene)
-            self.assertEqual(self.told[scene], [EARLY + why], scene)
+            self.assertEqual(self.messages[scene], [EARLY + why], scene)
         settled = np.count_nonzero(self.shift["square.settling"][self.last_change("late") : self.rows["late"][-1]]) * PERIOD
         self.assertAlmostEqual(settled, 0.3, delta=2 * PERIOD)
 

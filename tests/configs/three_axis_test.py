@@ -4,7 +4,7 @@
 
     python3 tests/support/run.py tests/configs/three_axis_test.py --repeat 20 --hogs 3 --speed 10
 
-goes through the shift of the tests twenty times beside three busy loops, and counts what fails.
+goes through the shift of the tests twenty times beside three busy loops, and counts failures.
 """
 
 import math
@@ -24,7 +24,7 @@ RAPID = 200  # mm/s
 ACCELERATION = 2000  # mm/s2
 LAG = 0.003  # of the drives, seconds
 
-# Mounts a /tmp and a /dev/shm of its own, starts a program, and lists what is there before and afterwards.
+# Mounts a /tmp and a /dev/shm of its own, starts a program, and lists the files there before and afterwards.
 ALONE = r"""
 mount -t tmpfs tmpfs /mnt
 for path in "$ROOT" "$BUILD" "$FOLDER"; do
@@ -108,7 +108,7 @@ class Shift(unittest.TestCase):
 
     def test_beyond_a_limit_is_refused_with_the_operators_message(self):
         self.assertIn("exceed X's positive limit", self.facts["refusal"])
-        for error in self.errors:  # all of them of this cause, and none has disturbed what came later
+        for error in self.errors:  # all of them of this cause, and none has disturbed a later scene
             self.assertRegex(error, "positive limit|invalid params")
 
     def test_blended_path_stays_within_the_tolerance(self):
@@ -233,7 +233,7 @@ class Shift(unittest.TestCase):
 
 
 def distance_to_line(x, y, begin, end):
-    """Of points, to the straight line from begin to end."""
+    """The distances of points from the straight line from begin to end."""
     length = math.dist(begin, end)
     along = ((x - begin[0]) * (end[0] - begin[0]) + (y - begin[1]) * (end[1] - begin[1])) / length
     along = np.clip(along, 0, length) / length
@@ -241,7 +241,7 @@ def distance_to_line(x, y, begin, end):
 
 
 class Sample(unittest.TestCase):
-    """What is shipped, started as the README says."""
+    """The shipped configuration, started as in the README."""
 
     def setUp(self):
         self.folder = own_folder(self)
@@ -258,7 +258,7 @@ class Sample(unittest.TestCase):
         self.assertEqual(status, 0, output)
         self.assertIn("sample.ngc is done", output)
         if not looks:
-            self.skipTest("what else is on this system cannot be told from what is left")
+            self.skipTest("files of this system look like leftovers")
         with open(os.path.join(self.folder, "before")) as before, open(os.path.join(self.folder, "after")) as after:
             self.assertEqual(after.read(), before.read())
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Waits until a pin has a value, or is gone: wait_for.py PIN VALUE|gone SECONDS.  Its exit status tells whether that came."""
+"""Waits until a pin has a value, or is gone: wait_for.py PIN VALUE|gone SECONDS. Its exit status is 0 if that came."""
 
 import sys
 import time

@@ -23,7 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// What a call is refused with; fails the test if it is not.
+// The message with which a call is refused; fails the test if it is not.
 template <class Call>
 std::string refusal(Call call) {
     try {
@@ -231,7 +231,7 @@ TEST_F(ClientOfHost, ADeadHostIsQuotedWithItsLastWords) {
         bench.get("it.in");
         ADD_FAILURE() << "it lives again";
     } catch (const host::HostDied& death) {
-        EXPECT_THAT(death.what(), HasSubstr("the spindle is on fire")) << "every call says why";
+        EXPECT_THAT(death.what(), HasSubstr("the spindle is on fire")) << "every call gives the reason";
     }
 }
 

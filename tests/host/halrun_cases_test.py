@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The unmodified halrun with the virtual-time host behind it, and with LinuxCNC's own realtime side.
 
-A case is a file of halrun_cases/, or some.  It prints the same in both: NAME.out on its standard output, NAME.err on the
-other.  PLUMB_BUILD names the build folder.
+A case is a file of halrun_cases/, or some. It prints the same in both: NAME.out on its standard output, NAME.err on the
+other. PLUMB_BUILD names the build folder.
 """
 
 import os
@@ -20,7 +20,7 @@ PLUMB = os.path.join(BUILD, "bin", "plumb")
 NOBODY = 65534
 LIMIT = 60  # s; a case takes about one in real time
 
-# What depends on the machine and its load: rtapi_app's words on its timers and on its user, plumb's on its speed, and
+# Lines that depend on the machine and its load: rtapi_app's words on its timers and on its user, plumb's on its speed, and
 # halcmd's on its patience, a dot at a time.
 REMARKS = re.compile(
     r"Note: Using POSIX.*\n|Running with fallback_uid.*\n|plumb run: the computer did not keep up.*\n"
@@ -30,7 +30,7 @@ DOTS = re.compile(r"^\.+\n?|^\n", re.MULTILINE)
 
 
 class Cases:
-    """What each side has to do alike."""
+    """The cases, which both sides must do alike."""
 
     def setUp(self):
         self.folder = tempfile.mkdtemp()
@@ -42,11 +42,11 @@ class Cases:
         return program
 
     def user(self):
-        """Of whom the programs are; None is who runs the tests."""
+        """The user of the programs; None is the user of the tests."""
         return None
 
     def ran(self, program):
-        """The status and what was printed."""
+        """The status and the output."""
         done = subprocess.run(
             self.command(program),
             cwd=self.folder,
@@ -128,7 +128,7 @@ class Cases:
 
 
 class Stock(Cases, unittest.TestCase):
-    """That the cases expect what LinuxCNC does."""
+    """Proves that the cases expect the behaviour of LinuxCNC."""
 
     def setUp(self):
         super().setUp()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the virtual-time host does with stock modules, damaged files, broken requests and killed programs.
+// The virtual-time host with stock modules, damaged files, broken requests and killed programs.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/socket.h>

@@ -16,7 +16,7 @@ namespace plumb::host {
 namespace {
 
 constexpr Nanoseconds ms = 1'000'000;
-constexpr unsigned long stack_size = 16384;  // what HAL asks for
+constexpr unsigned long stack_size = 16384;  // HAL's request
 
 constexpr int caught = 7;  // exit statuses
 constexpr int missed = 8;

@@ -77,7 +77,7 @@ TEST(WithoutNamespaces, ABenchSaysSoAndUsesTheOneHal) {
     });
 }
 
-// --- whoever is killed meanwhile ---
+// --- kills meanwhile ---
 
 class KilledWhileItIsSetUp : public testing::TestWithParam<Role> {
 protected:

@@ -75,7 +75,7 @@ TEST_F(HostSocket, AFolderForItThatOthersCanWriteIsNotTaken) {
         EXPECT_THAT(socket(), StartsWith("/tmp/plumb-host-"));
         ASSERT_EQ(chmod("/tmp/open", 01777), 0);
         EXPECT_THAT(socket(), StartsWith("/tmp/open/plumb-host-"));
-        ASSERT_EQ(chown("/tmp/open", 65534, 65534), 0);  // who could rename what is in it
+        ASSERT_EQ(chown("/tmp/open", 65534, 65534), 0);  // who could rename files in it
         EXPECT_THAT(socket(), StartsWith("/tmp/plumb-host-"));
     });
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The Python client, against a real host.  PLUMB_BUILD names the build folder."""
+"""The Python client, against a real host. PLUMB_BUILD names the build folder."""
 
 import ast
 import importlib.util

@@ -3,7 +3,7 @@
 // memory.
 //
 // A record is its number and then its values, each of 8 bytes: the bits of a float, the number of an integer
-// or a bit.  halsampler would round them to six decimals.
+// or a bit. halsampler would round them to six decimals.
 #include <hal.h>
 
 #include <chrono>

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What linuxcnc_link_test.py looks at in a complete LinuxCNC with linuxcnc_link.py and retain.
+"""The facts for linuxcnc_link_test.py, from a complete LinuxCNC with linuxcnc_link.py and retain.
 """
 
 import os
@@ -28,7 +28,7 @@ class Day(Scenario):
     def work(self):
         self.until(lambda: self.host.get("linuxcnc-link.connected"), "the link")
         self.facts["without a program"] = self.host.get("linuxcnc-link.program-id")
-        self.until(lambda: self.host.get("retain.restored"), "what was kept")
+        self.until(lambda: self.host.get("retain.restored"), "the kept values")
         pins = ["growth.window", "growth.rows", "retain.fault-code"]
         self.facts["in force"] = self.host.get(pins)
         if self.host.get("growth.rows") > 0:
@@ -62,16 +62,16 @@ class Day(Scenario):
         self.until(lambda: self.host.get("linuxcnc-link.tool-set-id") != known, "the other tool set")
 
     def message(self, *pins):
-        """What LinuxCNC tells when these pins are set."""
-        told = len(self.machine.errors), len(self.machine.messages)
+        """The messages of LinuxCNC when these pins are set."""
+        before = len(self.machine.errors), len(self.machine.messages)
         try:
             for pin, value in pins:
                 self.host.set("linuxcnc-link." + pin, value)
             self.machine.wait(0.3)
-            self.until(lambda: (len(self.machine.errors), len(self.machine.messages)) != told, "the message")
+            self.until(lambda: (len(self.machine.errors), len(self.machine.messages)) != before, "the message")
         except OperatorError:
             pass
-        return self.machine.errors[told[0] :] + self.machine.messages[told[1] :]
+        return self.machine.errors[before[0] :] + self.machine.messages[before[1] :]
 
     def messages(self):
         self.facts["messages"] = [

@@ -137,7 +137,7 @@ class Day(Scenario):
         machine.turn_off()
 
     def reject_a_contact(self):
-        """Of another feed than was learnt; and touches off."""
+        """Cuts at another feed than was learnt; and touches off."""
         machine = self.machine
         self.begin("rejected")
         machine.mode(linuxcnc.MODE_AUTO)

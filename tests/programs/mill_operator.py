@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""An [APPLICATIONS]APP of mill_config_test: looks at what the panel beside AXIS is wired to, and ends AXIS."""
+"""An [APPLICATIONS]APP of mill_config_test: looks at the wiring of the panel beside AXIS, and ends AXIS."""
 
 import json
 import subprocess

@@ -255,7 +255,7 @@ class Shift(Scenario):
                 self.machine.home()
             self.facts.setdefault("homed too early", []).append(any(self.machine.poll().homed))
         self.await_pin("motion.is-all-homed", True)
-        with contextlib.suppress(OperatorError, Overdue):  # all that is told of it
+        with contextlib.suppress(OperatorError, Overdue):  # all messages of it
             self.machine.wait_for(lambda status: len(self.machine.errors) == 4, "messages", 10)
         self.facts["too early"] = [self.host.get("%s-stage.fault-code" % letter) for letter in "xyz"]
         self.set_ramps(0.1)
@@ -282,7 +282,7 @@ class Shift(Scenario):
             self.host.set("%s-stage.ramp-rate" % letter, rate)
 
     def await_ramp(self):
-        """Until what was changed has shown, and the correction follows motion alone."""
+        """Waits until a change has shown, and the correction follows motion alone."""
         self.machine.wait(0.01)
         self.await_pin("square.ramping", False)
 

@@ -13,7 +13,7 @@ COLUMNS += ["square." + pin for pin in ("ramping", "settling", "unsettled-code",
 for number, letter in enumerate("xyz"):
     COLUMNS += ["joint.%d.pos-cmd" % number, "portal.truth-%s-error" % letter]
 
-ENABLES = {  # name -> what a program says in front of the change of the tool
+ENABLES = {  # name -> lines of a program before the change of the tool
     "plain": "",
     "m48": "M48",
     "m49": "M49",
@@ -25,7 +25,7 @@ ENABLES = {  # name -> what a program says in front of the change of the tool
     "m51_m53": "M51 P0\nM53 P0",
 }
 AS_BEFORE = "M48\nM50 P1\nM51 P1\nM52 P0\nM53 P1\n"
-SLOWLY = 0.003  # mm/s: the change takes 4 s, in which a busy computer gets to what is to come meanwhile
+SLOWLY = 0.003  # mm/s: the change takes 4 s, in which a busy computer reaches the next events
 BEGIN = "G54 G64 P0.01\nT1 M6 G43\nG0 X0 Y0 Z0\nM66 P5 L4 Q60\n"
 
 
@@ -34,7 +34,7 @@ class Shift(Scenario):
 
     def __init__(self, machine):
         super().__init__(machine)
-        self.told = self.facts["told"] = {}  # scene -> messages
+        self.messages = self.facts["messages"] = {}  # scene -> messages
 
     def work(self):
         self.begin("start")
@@ -61,7 +61,7 @@ class Shift(Scenario):
         self.scene("without", "T3 M6\nG43\nG1 X40\n", rate=SLOWLY)
 
     def scene(self, name, what, rate=0.02):
-        """From rest, with tool 1 in force: a program, or what a method does, with this rate of the ramp."""
+        """From rest, with tool 1 in force: runs a program or a method, with this rate of the ramp."""
         self.begin(name)
         self.host.set("square.max-rate", 0.1)
         self.run(BEGIN)
@@ -73,7 +73,7 @@ class Shift(Scenario):
         self.machine.poll()
         if self.host.get("square.unsettled"):
             self.machine.wait_for(lambda status: self.machine.messages, "the message", 60)
-        self.told[name] = self.machine.messages + self.machine.errors
+        self.messages[name] = self.machine.messages + self.machine.errors
         self.machine.messages.clear()
 
     def run(self, words):
@@ -86,7 +86,7 @@ class Shift(Scenario):
         self.machine.mdi("G1 X20 F3000")
 
     def abort(self):
-        """Where the cut waits; then the next one waits for what is left."""
+        """A cut that waits too long; then the next one waits for the rest."""
         self.machine.mdi("T3 M6 G43")
         self.machine.mdi("G1 X20 F3000", wait=False)
         self.machine.wait_for(lambda status: self.host.get("motion.motion-type") == linuxcnc.MOTION_TYPE_FEED, "G1")

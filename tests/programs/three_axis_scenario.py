@@ -47,7 +47,7 @@ class Shift(Scenario):
         self.jog()
 
     def refusal(self):
-        """The operator is told what is beyond a limit, and it can go on."""
+        """The operator gets a message about the limit, and can go on."""
         try:
             self.machine.mdi("G0 X1000")
         except OperatorError as error:

@@ -31,7 +31,7 @@ void demand_numbers(const ErrorTable& table) {
     }
 }
 
-// What was written or copied by half: it ends before the end of its last row, or behind that.
+// A file that was written or copied by half ends before the end of its last row, or behind that.
 void demand_whole(std::string_view text) {
     constexpr std::size_t tries = 32;
     std::size_t end = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The readers of Plumb, each under attack by bytes that anybody may have written.
 //
-// A reader is one file of this folder, with a corpus of the same name in tests/corpus. It is given bytes,
-// reads them as the product does, and demands what must be so whatever they are. The tests give each reader
-// its corpus; `scripts/campaign bytes` lets libFuzzer write the bytes.
+// A reader is one file of this folder, with a corpus of the same name in tests/corpus. It gets bytes, reads
+// them as the product does, and demands properties that hold for any bytes. The tests give each reader its
+// corpus; `scripts/campaign bytes` lets libFuzzer write the bytes.
 #pragma once
 
 #include <filesystem>

@@ -7,8 +7,9 @@
 
 namespace plumb::readers {
 
-// Bytes of which a part may be repeated: \1 begins the part, \2 ends it, and the byte behind that says how
-// many times it doubles. So a few bytes are a line of many megabytes, or brackets by the thousand.
+// Bytes of which a part may be repeated: \1 begins the part, \2 ends it, and the byte behind that is the
+// number of times that it doubles. So a few bytes are a line of many megabytes, or brackets by the
+// thousand.
 inline std::string repeated(std::string_view bytes, std::size_t longest) {
     std::string text;
     while (!bytes.empty()) {

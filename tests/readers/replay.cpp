@@ -9,7 +9,7 @@
 namespace plumb::readers {
 namespace {
 
-// The first byte says how many columns there are: none, as in a CSV file, which has a header, or 1 to 3.
+// The first byte is the number of columns: none, as in a CSV file, which has a header, or 1 to 3.
 void read(std::string_view bytes) {
     if (bytes.empty()) return;
     const std::vector<std::string> all{"a", "b", "c"};

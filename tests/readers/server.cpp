@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What any program of the user may send to the socket of the host: requests in both protocols, and anything
-// else.
+// All bytes that a program of the user may send to the socket of the host: requests in both protocols, and
+// anything else.
 #include "hal/host/server.hpp"
 
 #include "tests/readers/reader.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The command line of `plumb squareness`, a word a line, and what it advises.
+// The command line of `plumb squareness`, a word a line, and its advice.
 #include "tests/readers/reader.hpp"
 
 #include "components/commissioning/squareness/squareness_arguments.hpp"
@@ -28,7 +28,7 @@ void read(std::string_view bytes) {
         }))
         return;
     for (const auto& measured : options.measured) {
-        demand(std::isfinite(measured.corner.opening), "what is measured is a number");
+        demand(std::isfinite(measured.corner.opening), "a measured angle is a number");
         options.machine.measured.push_back(measured.corner);
     }
     commissioning::SquarenessAdvice advice;

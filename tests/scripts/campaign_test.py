@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""scripts/campaign: what all campaigns have in common, with an attack made for the test."""
+"""scripts/campaign: the common parts of all campaigns, with an attack made for the test."""
 
 import json
 import os

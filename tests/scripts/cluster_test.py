@@ -125,7 +125,7 @@ class OnWorkers(unittest.TestCase):
 
         expected = {**identity(), "Plumb": "0.0.1, build x"}
         with self.assertRaisesRegex(RuntimeError, "is refused: Plumb .* there, 0.0.1, build x here"):
-            cluster.simulate_there(expected, lambda told: None, ())
+            cluster.simulate_there(expected, lambda seconds: None, ())
 
     def test_worker_without_the_benches_is_refused(self):
         self.start_worker(PYTHONPATH="")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""scripts/campaign kills: the seed alone determines what is killed, and a seed runs through."""
+"""scripts/campaign kills: the seed alone determines the victim, and a seed runs through."""
 
 import json
 import os

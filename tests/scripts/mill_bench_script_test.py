@@ -53,8 +53,8 @@ class Cuts(unittest.TestCase):
 
     def test_each_cut_carries_its_own_circumstances(self):
         cut = mill.find_cuts(three_cycles())[5]
-        told = [cut[n] for n in ("time", "cycle", "operation", "occurrence", "tool", "growth", "offset", "learning")]
-        self.assertEqual(told, [6, 2, 20, 1, 2, 23, 20, 0])
+        row = [cut[n] for n in ("time", "cycle", "operation", "occurrence", "tool", "growth", "offset", "learning")]
+        self.assertEqual(row, [6, 2, 20, 1, 2, 23, 20, 0])
 
     def test_cuts_of_the_learning_cycle_are_not_judged(self):
         self.assertEqual(len(mill.warm_cuts(mill.find_cuts(three_cycles()))), 6)

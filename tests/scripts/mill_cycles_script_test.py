@@ -75,7 +75,7 @@ class Agreement(unittest.TestCase):
 
     def test_unexpected_is_what_was_not_learnt(self):
         rows = [SECOND, dict(met=2), dict(found=2, unexpected=1), END]
-        self.assertIn("does not go with", complaints(*rows)[0])
+        self.assertIn("contradicts", complaints(*rows)[0])
         rows[0] = dict(SECOND, operation=40)
         self.assertEqual(complaints(*rows[:3], dict(END, missed=1)), [])
 

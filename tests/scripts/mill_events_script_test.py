@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tables of events count, on recordings made by hand."""
+"""The counts in the tables of events, on recordings made by hand."""
 
 import math
 import unittest

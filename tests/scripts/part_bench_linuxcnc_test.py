@@ -44,7 +44,7 @@ def path_of(feature):
 
 
 def cut(part, error=lambda u, v, w: (0, 0, 0)):
-    """Samples of a part; error(right, up, into the work) says in mm how far the tip is off there."""
+    """Samples of a part; error(right, up, into the work) is the error of the tip there, in mm."""
     nominal = np.vstack([path_of(feature) for feature in FEATURES[part].values()])
     off = np.column_stack([np.broadcast_to(its, len(nominal)).astype(float) for its in error(*nominal.T)])
     return Samples(nominal, off)
@@ -60,7 +60,7 @@ DEPTH = ("square", "depth, parallel to the table")
 
 class Measures(unittest.TestCase):
     def expect(self, found, expected, delta=0.02):
-        """What is not named is to be 0."""
+        """A value that is not named must be 0."""
         self.assertLessEqual(set(expected), set(found))
         for name, value in found.items():
             self.assertAlmostEqual(value, expected.get(name, 0), delta=delta, msg=name)
@@ -223,7 +223,7 @@ class Speeds(unittest.TestCase):
 
 class Programs(unittest.TestCase):
     def test_portal_cuts_the_same_in_another_plane(self):
-        """From the other side: what is clockwise for the column is not for the portal."""
+        """From the other side: clockwise for the column is not clockwise for the portal."""
         codes = {"G17": "G18", "G2": "G3", "G41": "G42", "T2": "T5"}
         for part in PARTS:
             column, portal = (self.blocks(prefix + part) for prefix in ("", "portal_"))

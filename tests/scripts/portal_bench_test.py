@@ -38,7 +38,7 @@ class Path(unittest.TestCase):
             self.host.expect(f"abs(error) < {limit}", error=name)
 
     def largest(self, seconds):
-        """Of the tip errors, um."""
+        """The largest of the tip errors, um."""
         largest = 0
         for _ in range(seconds):
             self.host.run(1)
@@ -77,7 +77,7 @@ class Path(unittest.TestCase):
     def test_tool_change_in_motion_is_ramped_and_then_exact(self):
         rate = self.host.get("square.max-rate")
         self.host.run(5)
-        for axis in "xyz":  # beside the ramp, what motion causes: 160 mm/s by 50 urad, and W's share
+        for axis in "xyz":  # beside the ramp, changes by motion: 160 mm/s by 50 urad, and W's share
             self.host.expect(f"abs(applied_rate) <= {rate} + 0.02", applied=f"{axis}-stage.applied-offset")
         for length, radial in ((90, 0), (400, 50), (0, 0)):
             for part, pin in (("portal", "tool-length"), ("square", "z-tool-offset")):
@@ -117,7 +117,7 @@ class Path(unittest.TestCase):
         self.host.run(5)
         for axis in "xyz":
             self.host.expect(
-                "abs(error - beyond) < 1e-6",  # a nanometre: what is left of the order in which errors add up
+                "abs(error - beyond) < 1e-6",  # a nanometre: the rest of second order
                 error=f"portal.truth-{axis}-error",
                 beyond=f"portal.truth-{axis}-beyond-tilts",
             )

@@ -8,14 +8,14 @@ import unittest
 from support.simulations import ThisComputer, simulate_all
 
 
-def report(number, told):
+def report(number, progress):
     """Its number and process, after a while in which the other processes come to do something."""
-    told(1)
+    progress(1)
     time.sleep(0.2)
     return number, os.getpid()
 
 
-def fail(number, told):
+def fail(number, progress):
     raise ValueError(f"simulation {number} failed")
 
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// How fast the virtual-time host is, and what update() of a component costs beside LinuxCNC's own pid.
+// The speed of the virtual-time host, and the cost of a component's update() beside LinuxCNC's own pid.
 //
-// Not one of the tests: build/tests/speed_benchmark.  A shared computer blurs single figures, so that each is
-// the median of many short runs, and what is compared is run in turns.
+// Not one of the tests: build/tests/speed_benchmark. A shared computer blurs single figures, so each is the
+// median of many short runs, and figures to be compared are run in turns.
 #include "hal/client/client.hpp"
 
 #include <benchmark/benchmark.h>
@@ -147,7 +147,7 @@ const Subject pid{"pid",
                   {{"command", "slow"}, {"feedback", "steps"}},
                   "output"};
 
-// One update() of the subject as a multiple of one of pid.  Both, and the thread without either, take turns.
+// One update() of the subject as a multiple of one of pid. Both, and the thread without either, take turns.
 void beside_pid(benchmark::State& state, const Subject& subject) try {
     const auto without = host_with(commands_of(nullptr));
     const auto with_pid = host_with(commands_of(&pid));
@@ -205,8 +205,8 @@ std::filesystem::path write_cycle(int periods) {
     return path;
 }
 
-// The least that each stretch of the cycle took, over many repeats of it, in ns a period.  A single period
-// would be lost in what it takes to ask the host for it; the fit lasts for more than a hundred.
+// The least time of each stretch of the cycle, over many repeats of it, in ns a period. A single period
+// would be lost in the time of a request to the host; the fit lasts for more than a hundred.
 std::vector<double> least_of_each_stretch(host::Client& client, const std::filesystem::path& cycle,
                                           int periods) {
     constexpr int repeats = 40;
@@ -361,7 +361,8 @@ void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
     with_tables_beside_pid(state, drifting(squareness()));
 }
 
-// What LinuxCNC itself pays in each period for a machine that is not trivial: inverse and forward.
+// The cost of LinuxCNC's own kinematics in each period, for a machine that is not trivial: inverse and
+// forward.
 void stock_kinematics_beside_pid(benchmark::State& state) {
     beside_pid(state, {"kinematics_caller",
                        "update",

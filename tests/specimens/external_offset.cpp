@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What LinuxCNC does with the external offset of an axis, for tests that need no LinuxCNC.
+// LinuxCNC's handling of the external offset of an axis, for tests that need no LinuxCNC.
 #include "components/math/blocks/bounded.hpp"
 #include "hal/component.hpp"
 
@@ -83,7 +83,7 @@ private:
     }
 
     double offset_ = 0, velocity_ = 0, shift_ = 0;
-    double request_ = 0, shown_ = 0;  // the pin keeps what it showed while nothing listens
+    double request_ = 0, shown_ = 0;  // the pin keeps its value while nothing listens
     std::int32_t counts_ = 0;
     bool on_ = false, listening_ = false;
 };

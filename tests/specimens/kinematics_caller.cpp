@@ -15,8 +15,8 @@ struct KinematicsCaller final : hal::Component {
     using Component::Component;
 
     hal::In<double> x{this, "x", 0, "mu", "Place of the tip in X."};
-    hal::In<double> y{this, "y", 0, "mu", "Likewise in Y."};
-    hal::In<double> z{this, "z", 0, "mu", "Likewise in Z."};
+    hal::In<double> y{this, "y", 0, "mu", "The same in Y."};
+    hal::In<double> z{this, "z", 0, "mu", "The same in Z."};
     hal::In<double> b{this, "b", 0, "deg", "Turn about Y."};
     hal::In<double> c{this, "c", 0, "deg", "Turn about Z."};
     hal::Out<double> z_joint{this, "z-joint", "mu", "Place of joint 2."};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What LinuxCNC's motion does with a joint, for tests that need no LinuxCNC.
+// LinuxCNC's motion of a joint, for tests that need no LinuxCNC.
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "hal/component.hpp"
 
@@ -9,16 +9,16 @@ namespace plumb {
 
 struct MotionJoint final : hal::Component {
     static constexpr hal::About about{"motion_joint", "LinuxCNC's motion of one joint", R"(
-While it is on, the joint goes to program at the given speed and acceleration; while it is off, it is where its feedback says.  A following
-error turns it off.  Homing takes the place where its feedback says that it stands as 0, and is done after the final
+While it is on, the joint goes to program at the given speed and acceleration; while it is off, it is at its feedback.  A following
+error turns it off.  Homing takes its feedback as 0, and is done after the final
 move.)"};
 
     using Component::Component;
 
     hal::In<bool> on{this, "on", false, "The operator turns the machine on."};
     hal::In<bool> home{this, "home", false, "The joint is homed where it stands, when it rises."};
-    hal::In<double> final_move{this, "final-move", 0, "s", "What homing takes after that."};
-    hal::In<double> program{this, "program", 0, "mu", "Where the program wants the joint."};
+    hal::In<double> final_move{this, "final-move", 0, "s", "Time of homing after that."};
+    hal::In<double> program{this, "program", 0, "mu", "Position wanted by the program."};
     hal::In<double> speed{this, "speed", 20, "mu/s", "Speed on the way there."};
     hal::In<double> acceleration{this, "acceleration", 1e9, "mu/s2", "Acceleration and braking on the way."};
     hal::In<double> max_error{this, "max-error", 1, "mu", "Largest following error."};
@@ -26,7 +26,7 @@ move.)"};
     hal::Out<bool> enabled{this, "enabled", "The machine is on."};
     hal::Out<bool> homed{this, "homed", "The joint is homed."};
     hal::Out<double> motor_command{this, "motor-command", "mu", "Where the drive is to be."};
-    hal::Out<double> command{this, "command", "mu", "Where the program has the joint."};
+    hal::Out<double> command{this, "command", "mu", "Commanded position of the joint."};
     hal::Out<double> error{this, "error", "mu", "Following error."};
     hal::Function run{this, "update", &MotionJoint::update, "After its feedback."};
 

@@ -15,7 +15,7 @@ struct Rival final : hal::Component {
 
     using Component::Component;
 
-    hal::In<double> in{this, "in", 1, "mu", "What to double."};
+    hal::In<double> in{this, "in", 1, "mu", "Value to double."};
     hal::Out<double> out{this, "out", "mu", "Twice the input."};
     hal::Function run{this, "update", &Rival::update, "Anywhere."};
 

@@ -16,8 +16,7 @@ constexpr const char* sentence(Fault fault) {
 }
 
 struct Sloppy final : hal::Component {
-    static constexpr hal::About about{"sloppy", "trusts whatever it is given",
-                                      "A compensation without a guard."};
+    static constexpr hal::About about{"sloppy", "trusts any input", "A compensation without a guard."};
 
     using Component::Component;
 

@@ -13,7 +13,7 @@ struct SpecimenProgram final : hal::Component {
 
     using Component::Component;
 
-    hal::In<double> step{this, "step", 1, "1", "What one call adds."};
+    hal::In<double> step{this, "step", 1, "1", "Amount that one call adds."};
     hal::Out<double> calls{this, "calls", "1", "Calls so far."};
     hal::Out<double> period{this, "period", "s", "Time between two calls."};
     hal::Option<double> start{this, "start", 0, "First count."};

@@ -84,8 +84,8 @@ void Attack::load_meters() {
 
 void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
     const auto full = [&](const std::string& pin) { return pin.empty() ? "" : part.instance + "." + pin; };
-    // What LinuxCNC has made of counts, and the command of motion, are what the signal says, whatever the
-    // input is given.
+    // LinuxCNC's offset by counts, and the command of motion, are those of the signal, even if the input
+    // gets another value.
     const auto signal_of = [&](const std::string& pin) {
         const std::string& signal = wiring_.at(full(pin)).signal;
         return signal.empty() ? full(pin) : signal;
@@ -165,12 +165,12 @@ void Attack::run(double seconds) {
 
 bool Attack::settings_are_whole() const {
     return std::all_of(given_.begin(), given_.end(), [](const auto& each) {
-        return std::abs(each.second) <= 100 && each.second >= 0;  // what any setting may be
+        return std::abs(each.second) <= 100 && each.second >= 0;  // the range of any setting
     });
 }
 
-// While one setting is impossible the last good set is in force, whichever that is: the largest one counts. A
-// rate that was reduced is reached by braking: the largest one counts for the rest of the attack.
+// While one setting is impossible, the last good set is in force, which may be any before: the largest one
+// counts. A rate that was reduced is reached by braking: the largest one counts for the rest of the attack.
 void Attack::follow_settings() {
     for (Watched& its : watched_) {
         const auto bound = given_.find(its.bound), rate = given_.find(its.rate);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Attacks live components with faults, toggles and returns of their inputs, and holds their offsets to what
-// they declare: bound, rate, acceleration, finite values, return to rest.
+// Attacks live components with faults, toggles and returns of their inputs, and tests the declarations of
+// their offsets: bound, rate, acceleration, finite values, return to rest.
 #pragma once
 
 #include "hal/manual.hpp"
@@ -16,7 +16,7 @@
 
 namespace plumb {
 
-// What of a live machine a sequence plays with: few pins, so that a sequence returns to them.
+// The part of a live machine that a sequence plays with: few pins, so that a sequence returns to them.
 struct Focus {
     std::vector<std::string> pins;   // inputs of the components
     std::vector<std::size_t> knobs;  // of the machine around them
@@ -45,7 +45,7 @@ public:
 
     double own(const std::string& pin) const { return own_.at(pin); }
 
-    // What has gone wrong so far.
+    // All errors so far.
     std::vector<std::string> complaints();
 
 private:
@@ -65,7 +65,7 @@ private:
     const Live& live_;
     Bench bench_;
     std::map<std::string, Wired> wiring_;
-    std::map<std::string, double> own_, given_;  // of the pins in focus; what they have been given
+    std::map<std::string, double> own_, given_;  // of the pins in focus; and the values that they were given
     std::vector<Watched> watched_;
     std::vector<std::string> complaints_;
     bool smooth_;

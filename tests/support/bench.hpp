@@ -33,7 +33,7 @@ struct Table {
     std::vector<double> column(const std::string& name) const;
 };
 
-// A CSV file as the host writes it.  Throws std::runtime_error with file and line if it is malformed.
+// A CSV file as the host writes it. Throws std::runtime_error with file and line if it is malformed.
 Table read_table(const std::filesystem::path& file);
 
 class Bench {
@@ -46,13 +46,13 @@ public:
     void command(const std::string& line) { client_.command(line); }
     void source(const std::filesystem::path& file, const std::string& ini = "") { client_.source(file, ini); }
 
-    // Of a pin, a parameter or a signal; bits are 0 and 1.
+    // The value of a pin, a parameter or a signal; bits are 0 and 1.
     void set(const std::string& name, double value) { client_.set(name, value); }
     double get(const std::string& name) { return client_.get(name); }
 
     // Runs for so many seconds; reports every expectation that did not hold as a failure of the test.
     void run(double seconds);
-    // Likewise, and returns what the named values were: at the start, and after each `every` seconds.
+    // Runs, and returns the named values: at the start, and after each `every` seconds.
     Table trace(double seconds, const std::vector<std::string>& names, double every = 0.001);
     // Writes them into a CSV file from now on.
     void record(const std::filesystem::path& file, const std::vector<std::string>& names,

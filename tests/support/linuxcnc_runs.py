@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How tests start a complete LinuxCNC in virtual time, and read what it leaves."""
+"""How tests start a complete LinuxCNC in virtual time, and read its results."""
 
 import argparse
 import csv
@@ -21,7 +21,7 @@ from tree import BUILD, ROOT, own_folder  # noqa: F401
 
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
 WORKED = 42  # exit status of a scenario (scenario.py), and of no one else
-PATIENCE = 200  # seconds, for what takes a few
+PATIENCE = 200  # seconds, for an event that takes a few
 # Task may read motion's status between the echo of a probing move and the period that begins it. It then takes the
 # move for done, and the interpreter ends the program by this error. A busy computer widens that gap.
 RACE = "Queue is not empty after probing"
@@ -34,7 +34,7 @@ speed = 10  # times real time
 
 
 def copy_configuration(name, folder, copy="machine"):
-    """As LinuxCNC's picker and `cp -rL` copy it: with what its links lead to."""
+    """Copies it as LinuxCNC's picker and `cp -rL` do: with the targets of its links."""
     machine = shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
     # Task gives motion up after a time of the faster clock, which passes on a busy computer.
     change(os.path.join(machine, "common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
@@ -54,7 +54,7 @@ def change(file, old, new):
 
 
 def environment(folder, **more):
-    """Of a run whose home is in a folder."""
+    """The environment of a run whose home is in a folder."""
     home = os.path.join(folder, "home")
     os.makedirs(home, exist_ok=True)
     return {
@@ -73,7 +73,7 @@ def use_scenario(ini, scenario):
 
 
 def work(folder, ini, *arguments, facts="facts.json"):
-    """Starts LinuxCNC, and works through its scenario: the scenario's file of facts, and LinuxCNC's output."""
+    """Starts LinuxCNC, and works through its scenario. Returns its file of facts, and LinuxCNC's output."""
     machine = os.path.dirname(ini)
     fresh = os.path.join(tempfile.mkdtemp(dir=folder), "machine")
     shutil.copytree(machine, fresh)
@@ -104,7 +104,7 @@ def start(folder, ini, *arguments, prefix=()):
 
 
 def finish(process):
-    """Exit status and output of what start() has started."""
+    """Exit status and output of a process from start()."""
     try:
         output = process.communicate(timeout=PATIENCE)[0]
     except subprocess.TimeoutExpired:

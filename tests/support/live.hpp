@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // How to bring a component that moves an axis to life: enabled, fed, its offset not zero.
 //
-// A disabled component passes every test of bad inputs.  So the test file of each component that declares a
+// A disabled component passes every test of bad inputs. So the test file of each component that declares a
 // hal::Offset registers one of these, at namespace scope:
 //
 //     const Live live{{"rod_growth", "z"}, [](Bench& bench) { ... }, 10, 60};
@@ -25,14 +25,14 @@ struct Live {
     struct Knob {
         std::string pin;
         std::vector<double> values;
-        bool smooth = false;  // what it does to the offset obeys the acceleration that the component declares
+        bool smooth = false;  // its change of the offset obeys the acceleration that the component declares
     };
 
     // For random attacks.
     struct Around {
         std::vector<Knob> knobs;
         std::set<std::string> smooth_inputs;  // no value of theirs breaks a declared acceleration
-        // Brings motion to rest once all is given back, and says what is wrong there.
+        // Brings motion to rest once all is given back, and returns the errors there.
         std::function<std::vector<std::string>(Bench&)> rest;
     };
 

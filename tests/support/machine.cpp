@@ -64,7 +64,7 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
     }
     std::vector<std::filesystem::path> programs = options.programs;
     programs.push_back(BUILD_DIR "/bin/plumb-host");
-    std::vector<std::string> copies;  // of what may lie below the /tmp that is about to be covered
+    std::vector<std::string> copies;  // of programs that may lie below the /tmp that is about to be covered
     for (const auto& program : programs) copies.push_back(read_file(program));
     need(mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0, "private mounts");
     need(mount("proc", "/proc", "proc", 0, nullptr) == 0, "/proc");
@@ -86,7 +86,7 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
     need(chdir("/tmp") == 0, "/tmp");
 }
 
-// Ends a forked process without what the test program would do at its end.
+// Ends a forked process without the clean-up of the test program.
 [[noreturn]] void end_process(const std::function<void()>& body) {
     try {
         body();
@@ -272,7 +272,7 @@ std::string Child::hear() {
         pollfd ready{said_, POLLIN, 0};
         char c = 0;
         if (poll(&ready, 1, static_cast<int>(std::chrono::milliseconds(patience).count())) <= 0)
-            throw std::runtime_error("the child says nothing");
+            throw std::runtime_error("the child is silent");
         if (read(said_, &c, 1) != 1) throw std::runtime_error("the child has ended");
         if (c == '\n') return line;
         line += c;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A machine of a test's own: processes, shared memory, HOME and /tmp that nobody else has, so that what a
-// host leaves behind is there to be counted, and a stock LinuxCNC can run whatever else does.
+// A machine of a test's own: processes, shared memory, HOME and /tmp that nobody else has, so that the
+// leftovers of a host can be counted, and a stock LinuxCNC can run beside anything else.
 #pragma once
 
 #include <sys/types.h>
@@ -18,7 +18,7 @@ struct MachineOptions {
     std::filesystem::path modules = {};                // to lie over LinuxCNC's own folder of modules
     std::vector<std::filesystem::path> programs = {};  // to be copied to /tmp/bin
     bool as_root = true;             // else as an ordinary user, if the test itself is not root's
-    bool own_users = false;          // with users of its own, so that it may change what the kernel allows it
+    bool own_users = false;          // with users of its own, so that it may change limits of the kernel
     std::chrono::seconds limit{60};  // after which all its processes are killed
 };
 
@@ -36,7 +36,7 @@ void on_own_machine(const std::function<void()>& body, const MachineOptions& opt
 
 inline const char* const host_of_machine = "/tmp/bin/plumb-host";
 
-// What is on the machine, to be called on it.
+// The processes of the machine, to be called on it.
 struct Processes {
     static std::vector<pid_t> all();               // but the first
     static pid_t called(const std::string& name);  // waits for it to be there, for 5 s
@@ -51,7 +51,7 @@ void expect_nothing_left(const std::vector<std::string>& files_before);
 // A process of the machine. Its failed expectations and exceptions fail the test as soon as it is awaited.
 class Child {
 public:
-    // As root, or as a user without any rights; `body` may say() lines to its parent.
+    // Runs as root, or as a user without any rights; `body` may say() lines to its parent.
     Child(bool root, const std::function<void(Child& self)>& body);
     ~Child();
     Child(const Child&) = delete;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A part program of plunges on a machine that has grown, as thermal_displacement sees it.  Simple and exact,
-// so that a test can say what must come out; the simulated mill of components/plants is not.
+// A part program of plunges on a machine that has grown, as thermal_displacement sees it. Simple and exact,
+// so that a test can state the right result; the simulated mill of components/plants is not.
 #pragma once
 
 #include "components/math/contact/growth_by_contact.hpp"
@@ -25,7 +25,7 @@ struct Milling {
         double top;           // mm
         double speed = 3000;  // rpm
     };
-    // What goes otherwise than programmed, in one of the cuts.
+    // A deviation from the program, in one of the cuts.
     struct Upset {
         bool air = false;           // no work
         double height = 0;          // mm that the contact comes early: a chip, odd stock, a longer tool

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A module as its tests see it without HAL: what it declares, and where its file is.
+// A module as its tests see it without HAL: its declarations, and the path of its file.
 #pragma once
 
 #include "hal/manual.hpp"

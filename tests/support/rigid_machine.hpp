@@ -35,7 +35,7 @@ inline Vec turned_back(const Vec& angles, const Vec& v) {
 
 using Position = std::array<double, 4>;  // X, Y, Z and W, from the pivot
 
-// Of a machine without errors.
+// The tip of a machine without errors.
 inline Vec ideal_tip(const Position& q, const Vec& tool) {
     return Vec{q[0], q[1], q[2] + q[3]} + tool;
 }

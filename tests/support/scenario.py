@@ -58,7 +58,7 @@ class Scenario:
         self.await_condition(lambda: self.host.get(pin) == value, "%s %s" % (pin, value))
 
     def await_condition(self, condition, what):
-        """Of pins; messages to the operator do not end it."""
+        """Waits for a condition of pins; messages to the operator do not end it."""
         latest = self.host.time + LONGEST
         while not condition():
             if self.host.time > latest:

@@ -42,7 +42,7 @@ struct Square {
     void set_tool(const Vec& tool) {
         set({{"x-tool-offset", -tool.x}, {"y-tool-offset", -tool.y}, {"z-tool-offset", -tool.z}});
     }
-    // As if it had been there always: what is left of a ramp is waited for.
+    // As if it had been there always: waits for the rest of a ramp.
     void go(const Position& q) {
         for (std::size_t i = 0; i < q.size(); ++i) set(axes[i] + "-position", q[i]);
         run(0.002);

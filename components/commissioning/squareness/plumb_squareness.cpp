@@ -44,12 +44,12 @@ void print_chain(const TiltedMachine& machine) {
               "  ");
     if (machine.chain.stacked())
         paragraph(machine.against == TiltDatum::rail
-                      ? "Of two parallel axes, the tilt of the outer one is against the one that carries it."
-                      : "Of two parallel axes, the tilt of the outer one is against the bed.",
+                      ? "The tilt of an axis on a parallel one is against the axis that carries it."
+                      : "The tilt of an axis on a parallel one is against the bed.",
                   "  ");
 }
 
-// The direction of every lean that there is, and what it is called.
+// The name and the direction of every possible lean.
 void print_directions(const AxisChain& chain) {
     std::cout << "\nHow its axes may lean, and which quantity of ISO 230-1 that is:\n";
     for (const AxisBranch& branch : {chain.work, chain.tool}) {

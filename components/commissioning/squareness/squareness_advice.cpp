@@ -16,8 +16,8 @@ namespace {
 using Quantities = std::vector<SquarenessQuantity>;
 
 constexpr double inch = 25.4;                  // mm
-constexpr double largest_angle = 0.1;          // rad, of all there is
-constexpr double usual_largest_angle = 0.002;  // rad, which the component takes by default
+constexpr double largest_angle = 0.1;          // rad, settings and measurements together
+constexpr double usual_largest_angle = 0.002;  // rad, the component's default of max-angle
 
 std::string name_of(const SquarenessQuantity& q) {
     return squareness_name(q.axis, q.rotation);
@@ -94,7 +94,7 @@ KinematicChain chain_of(const TiltedMachine& machine, const Quantities& quantiti
     return KinematicChain(settings);
 }
 
-// Of two quantities that the same square shows, that of the axis that was held against the datum.
+// One square shows two quantities; this is the one of the axis that was held against the datum.
 SquarenessQuantity held_one(const SquarenessQuantity& q, const Quantities& quantities,
                             const std::vector<Axis>& order) {
     const auto place = [&](Axis axis) { return std::find(order.begin(), order.end(), axis); };
@@ -105,7 +105,8 @@ SquarenessQuantity held_one(const SquarenessQuantity& q, const Quantities& quant
     return q;
 }
 
-// The machine must have the corners that were measured, apart from what the first order leaves.
+// Throws std::invalid_argument unless the machine has the measured corners, apart from terms of second
+// order.
 void hold_against(const KinematicChain& chain, const std::vector<Corner>& corners,
                   const Quantities& quantities) {
     double largest = 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// From what is known of a machine's tilted axes to what to do about them: the settings of `squareness`, the
-// moves that verify their signs, and what there is to say.  It decides, for the command line and for screens
-// alike; they ask and show.
+// Turns tilted axes into the settings of `squareness`, the moves that verify their signs, and notes. It
+// decides for the command line and for screens; they ask and show.
 #pragma once
 
 #include "components/math/geometry/axis_chain.hpp"
@@ -18,7 +17,7 @@ namespace plumb::commissioning {
 
 struct TiltedMachine {
     std::string chain_text = "w-X-Y.b-Z-C-t";
-    AxisChain chain;  // what that says
+    AxisChain chain;  // chain_text, parsed
     bool inch = false;
     TiltReading reading = TiltReading::component;
     TiltDatum against = TiltDatum::rail;
@@ -30,12 +29,12 @@ struct TiltedMachine {
 
 struct SquarenessAdvice {
     struct Setting {
-        std::string pin, value;  // ec0y, -8e-05
+        std::string pin, value;  // for example ec0y, -8e-05
         std::string comment;
-        bool in_force = true;  // false: only if what the comment says is so
+        bool in_force = true;  // false: only under the condition in the comment
     };
-    // An indicator in the spindle reads `rise` more when an axis has moved: on a square whose base was trued
-    // along another one; or, where the two turn together, on a face of the table.
+    // An indicator in the spindle reads `rise` more after an axis has moved. It touches a square whose base
+    // was trued along another axis, or a face of the table if the two axes turn together.
     struct TestMove {
         SquarenessQuantity quantity;  // whose sign it shows
         Axis moved = Axis::Y;
@@ -52,11 +51,11 @@ struct SquarenessAdvice {
     std::string options;                         // of the line that loads the component
     std::vector<Setting> settings;
     std::vector<TestMove> moves;
-    std::vector<std::string> unseen;  // sentences: what no test move shows
+    std::vector<std::string> unseen;  // sentences: tilts that no test move shows
     std::vector<std::string> notes;   // sentences
 };
 
-// Throws std::invalid_argument where what was measured contradicts what is known, or what no machine is.
+// Throws std::invalid_argument if a measurement contradicts a known tilt, or if no machine can be so.
 SquarenessAdvice advice_on(const TiltedMachine& machine);
 
 // The lean that a quantity is.

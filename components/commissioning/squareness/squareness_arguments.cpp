@@ -80,7 +80,7 @@ public:
         return values_.at(key);
     }
 
-    // What `read` makes of the value.
+    // Returns read(value); an error names the key.
     template <class Read>
     auto read(const std::string& key, Read read_value) const {
         const std::string value = text(key);
@@ -224,15 +224,15 @@ std::vector<Axis> order_of(const std::string& text, const AxisChain& chain) {
     return order;
 }
 
-// Turns into an error of the command line what a text cannot be.
+// Turns an error of a text into an error of the command line.
 template <class Read>
 void read(const std::string& option, const std::string& text, Read read_text) {
     try {
         read_text();
     } catch (const std::invalid_argument& error) {
         const std::string words = error.what();
-        const bool told = text.empty() || words.find(text) != std::string::npos;
-        throw CLI::ValidationError(option, (told ? "" : quoted(text) + ": ") + words);
+        const bool named = text.empty() || words.find(text) != std::string::npos;
+        throw CLI::ValidationError(option, (named ? "" : quoted(text) + ": ") + words);
     }
 }
 
@@ -331,7 +331,7 @@ SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points,
                                  ": the points do not lie on such a shape; this one is " +
                                  formatted("%+.3g mm", misfit.fitted.distance) + " off, and all scatter " +
                                  formatted("%.3g", misfit.fitted.corner.scatter) +
-                                 " times as much as u says: is normal right, and u in its unit?");
+                                 " times u: check normal, and the unit of u");
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(points.file + ": " + error.what());
     }
@@ -397,11 +397,11 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
         "Measurements are converted.");
     command
         .add_option("--travel", arguments->travel,
-                    "Of the test move. By default 300mm, or 12in with --unit inch.")
+                    "Length of the test move; by default 300mm, or 12in with --unit inch.")
         ->type_name("LENGTH");
     choice("--unit", options.machine.inch,
            std::vector<std::pair<std::string, bool>>{{"mm", false}, {"inch", true}}, "UNIT",
-           "Of the machine: mm (by default) or inch.");
+           "Unit of the machine: mm (by default) or inch.");
     command
         .add_option_function<std::string>(
             "--instance",

@@ -22,11 +22,11 @@ struct SquarenessOptions {
     struct Points {
         std::string file;
         double unit = 1;    // mm
-        ProbedShape shape;  // what the file does not say
-        std::string own;    // text of the artifact's own uncertainty: of an angle, or of a length for a ring
+        ProbedShape shape;  // as far as the file has no column for it
+        std::string own;    // text of the artifact's own uncertainty: an angle, or a length for a ring
     };
 
-    TiltedMachine machine;  // without what is measured
+    TiltedMachine machine;  // without measurements
     std::string instance = "square";
     std::vector<Measured> measured;
     std::vector<Points> points;
@@ -36,7 +36,7 @@ struct SquarenessOptions {
 // Declares the arguments of the command, which are parsed into `options`.
 void declare_squareness(CLI::App& command, SquarenessOptions& options);
 
-// Throws std::runtime_error with the file and what is wrong with it.
+// Throws std::runtime_error with the file and the reason.
 SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points, const AxisChain& chain);
 
 }  // namespace plumb::commissioning

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// How axes, angles and numbers are written in what is said of squareness.
+// How messages about squareness write axes, angles and numbers.
 #pragma once
 
 #include "components/math/geometry/axis.hpp"

@@ -24,13 +24,13 @@
 
 namespace plumb {
 
-// The error tables of a machine's axes, which a realtime function uses while another thread reads them anew:
-// one set is in use, the other one free for reading until the function takes it over.
+// The error tables of a machine's axes. Another thread reads them again while a realtime function uses
+// them: one set is in use; the other one is free for reading until the function takes it over.
 class ErrorTables {
 public:
     using Set = PerAxis<std::optional<ErrorTable>>;
 
-    // At load, `paths` separated by colons.  Throws with file, line and reason.
+    // At load, `paths` separated by colons. Throws with file, line and reason.
     void load(const std::string& paths, const AxisChain& chain) {
         chain_ = chain;
         paths_ = paths;
@@ -46,7 +46,7 @@ public:
 
     bool any() const noexcept { return !files_.empty(); }
 
-    // Realtime: asks for the tables to be read anew, after what is being read already.
+    // Realtime: asks for the tables to be read again, after a reading that is under way.
     void ask() noexcept { wanted_ = true; }
 
     // Realtime, each period: whether the tables in use are others than in the period before.
@@ -56,7 +56,7 @@ public:
             taken_ = done;
             refused_ = !good_;
             if (good_) in_use_ = 1 - in_use_;
-            return good_;  // and asks in a later period: the tables before are still needed in this one
+            return good_;  // later, it may ask again: this period still needs the tables before
         }
         if (wanted_ && asked_.load(std::memory_order_relaxed) == taken_) {
             wanted_ = false;
@@ -67,10 +67,10 @@ public:
 
     const Set& in_use() const noexcept { return sets_[in_use_]; }
     const Set& before() const noexcept { return sets_[1 - in_use_]; }  // in the period of a take-over
-    bool refused() const noexcept { return refused_; }                 // when they were read last
+    bool refused() const noexcept { return refused_; }                 // at the last reading
 
-    // Another thread: reads when it was asked.  Returns the reason when nothing is taken over, else "".
-    // Throws std::bad_alloc where not even that can be said, and reads in the next call then.
+    // Another thread: reads if it was asked to. Returns the reason if it takes nothing over, else "".
+    // Throws std::bad_alloc if there is no memory for the reason either; the next call reads then.
     std::string work() {
         const std::int32_t asked = asked_.load(std::memory_order_acquire);
         if (asked == done_.load(std::memory_order_relaxed)) return "";
@@ -86,8 +86,8 @@ public:
         return reason;
     }
 
-    // Machine, date and the like, from the heads of the files read since the last call.  By the thread that
-    // reads.
+    // Machine, date and the like, from the heads of the files that were read since the last call. For the
+    // reading thread.
     std::vector<std::string> take_facts() { return std::exchange(facts_, {}); }
 
 private:
@@ -111,7 +111,7 @@ private:
     std::vector<std::string> facts_;
     std::array<Set, 2> sets_;
     std::size_t in_use_ = 0;  // written in realtime, while nothing is being read
-    bool good_ = false;       // what was read last; handed over by done_
+    bool good_ = false;       // the last reading; handed over by done_
     std::atomic<std::int32_t> asked_{0}, done_{0};
     std::int32_t taken_ = 0;
     bool wanted_ = false, refused_ = false;

@@ -6,8 +6,8 @@
 
 namespace plumb {
 
-// Whether the next cut has to wait: from a change of the tool until all ramps have ended.  LinuxCNC changes
-// the offset of a tool at rest, between two moves, and the next one begins a period later.
+// Whether the next cut has to wait: from a change of the tool until all ramps have ended. LinuxCNC changes
+// the offset of a tool at rest, between two moves, and the next move begins a period later.
 class Settling {
 public:
     // The unsettled-code.
@@ -24,7 +24,7 @@ public:
         }
     }
 
-    // Of one period.
+    // The inputs of one period.
     struct Inputs {
         bool tool_changed, ramping;
         bool active, fault, limited;  // of the correction
@@ -62,8 +62,8 @@ public:
 private:
     enum MotionType : std::int32_t { none = 0, rapid = 1, tool_change = 4, index_rotary = 6 };
 
-    // From the first motion that is no rapid until LinuxCNC does something else: a hold in between belongs to
-    // it.  A rigid tap has no type, and other moves have none in their first period.
+    // From the first motion that is no rapid until LinuxCNC does something else: a hold in between belongs
+    // to the cut. A rigid tap has no type, and other moves have none in their first period.
     void watch_cut(const Inputs& now) noexcept {
         const bool moves = !(std::abs(now.path_velocity) <= still), goes_on = moves && moved_;
         const bool works =

@@ -216,8 +216,8 @@ private:
         return pin;
     }
 
-    // Positions and velocities of the axes that there are.  Whether one has changed faster than it can move.
-    // An invalid position keeps its last good value.
+    // Reads positions and velocities of the axes; an invalid position keeps its last good value. Returns
+    // whether a position has changed faster than its axis can move.
     bool read_motion(double dt) noexcept {
         bool jumped = false;
         motion_known_ = true;
@@ -240,7 +240,7 @@ private:
         return jumped;
     }
 
-    // False for what cannot be; the last good offset stays.
+    // False if the tool is invalid; an invalid component keeps its last good value.
     bool read_tool() noexcept {
         bool known = true;
         for (int i = 0; i < 3; ++i) {
@@ -260,8 +260,8 @@ private:
         return reloaded;
     }
 
-    // The correction at the present position, with the former and with the new settings: motion did not cause
-    // their difference, so it is ramped.
+    // The correction at the present position, with the former and with the new settings. Motion did not
+    // cause their difference, so the ramp takes it.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
         const Eigen::Vector3d tool = tool_ + settings.radial();
         tool_changed_ = tool != model_.tool();
@@ -311,8 +311,8 @@ private:
     AxisChain axes_;
     ErrorTables tables_;
     SquarenessModel model_{AxisChain{}, 1};
-    SquarenessModel::Motion motion_;                  // the last good one
-    Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // likewise; mu, from the gauge point to the tip
+    SquarenessModel::Motion motion_;                  // last good values
+    Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu, from the gauge point to the tip; last good values
     bool motion_known_ = true;
     SquarenessModel::Result result_;
     RampedCorrection ramp_;

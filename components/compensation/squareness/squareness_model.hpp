@@ -21,19 +21,19 @@ public:
     };
     struct Result {
         RampedCorrection::Wanted wanted;
-        Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, of the tip without correction
+        Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, tip error without correction
         bool beyond_table = false;                        // a table does not reach here
-        bool steady = true;  // false: it changes with the position as no machine's does, and means nothing
+        bool steady = true;  // false: it changes with the position as on no machine, and is invalid
     };
 
-    // A machine unit has so many millimetres, which are what tables are in.
+    // `millimetres` in a machine unit; tables are in millimetres.
     SquarenessModel(const AxisChain& axes, double millimetres) noexcept
         : axes_(axes), millimetres_(millimetres), correction_(KinematicChain({axes, {}, {}, {}})) {}
 
     const Eigen::Vector3d& tool() const noexcept { return tool_; }
     bool active() const noexcept { return active_; }
 
-    // The tool in mu, from the gauge point to the tip; not active, the correction is 0.
+    // The tool in mu, from the gauge point to the tip. The correction is 0 if not active.
     void set(const SquarenessSettings::Values& settings, const Eigen::Vector3d& tool, bool active) noexcept {
         tool_ = tool;
         active_ = active;
@@ -49,7 +49,7 @@ public:
         correction_ = TipCorrection(KinematicChain(s), -settings.reference_tool_offset);
     }
 
-    // Best called each period: it begins where it had led to the last time, and so need not go far.
+    // Call it each period: it begins at the last result, and so needs few steps.
     Result at(const Motion& motion, const ErrorTables::Set& tables) noexcept {
         Result result;
         const AxisPosition q = motion.position - pivot_;
@@ -77,10 +77,10 @@ public:
     }
 
 private:
-    // mm; the errors of the axes leave of it 1e-9 where they bend by 0.002 per mm.
+    // mm; where errors of the axes bend by 0.002 per mm, 1e-9 of it remains.
     static constexpr double near = 1e-3;
 
-    // The errors of the axes from the tables.  Whether one of them does not reach there.
+    // Reads the errors of the axes from the tables. Returns whether a table does not reach `there`.
     bool take_errors(const AxisPosition& there, const ErrorTables::Set& tables) noexcept {
         bool beyond = false;
         for_each_axis([&](Axis axis, std::size_t i) {
@@ -119,7 +119,7 @@ private:
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
     bool active_ = false;
     double most_ = 0;                                   // mu
-    Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the correction of the last time
+    Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the last correction
 };
 
 }  // namespace plumb

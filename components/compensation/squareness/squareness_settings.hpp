@@ -18,8 +18,8 @@
 
 namespace plumb {
 
-// How the machine is out of square, as an integrator and the operator set it, and what of it is in force: the
-// last set of settings that did not contradict itself.
+// The squareness settings of integrator and operator, and the set in force: the last one that did not
+// contradict itself.
 struct SquarenessSettings final : hal::Group {
     using Group::Group;
 
@@ -79,7 +79,8 @@ struct SquarenessSettings final : hal::Group {
         bool directed() const noexcept { return std::abs(radial_direction) <= 1e6; }
     };
 
-    // Takes over what is there, unless it contradicts itself.  Whether anything may have changed.
+    // Reads the settings, and puts them in force unless they contradict themselves. Returns false if
+    // nothing has changed.
     bool judge(const AxisChain& chain) noexcept {
         const Values given = read();
         const bool changed = !(given == given_);
@@ -167,7 +168,7 @@ private:
 
     Values given_;                                      // the last time
     Values values_;                                     // the last good set
-    Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // of that
+    Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // of values_
     Fault fault_ = Fault::none;
     bool limited_ = false;
 };

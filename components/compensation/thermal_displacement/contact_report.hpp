@@ -6,7 +6,7 @@
 
 namespace plumb {
 
-// What became of the contacts.
+// The contacts, their counts, and the growth that they show.
 struct ContactReport : hal::Group {
     using Group::Group;
 
@@ -47,15 +47,15 @@ struct ContactReport : hal::Group {
     hal::Out<double> contact_coordinate{this, "contact-coordinate", "mu",
                                         "Coordinate of the last contact, offset included."};
     hal::Out<std::int32_t> contacts{this, "contacts", "Number of contacts found, learnt ones too."};
-    hal::Out<std::int32_t> accepted{this, "contacts-accepted", "Number of contacts that were believed."};
-    hal::Out<std::int32_t> rejected{this, "contacts-rejected", "Number of contacts that were not believed."};
+    hal::Out<std::int32_t> accepted{this, "contacts-accepted", "Number of contacts that were accepted."};
+    hal::Out<std::int32_t> rejected{this, "contacts-rejected", "Number of contacts that were rejected."};
     hal::Out<std::int32_t> unexpected{this, "contacts-unexpected",
                                       "Number of contacts that the reference does not have."};
     hal::Out<std::int32_t> missed{this, "contacts-missed",
                                   "Number of contacts of the reference that complete cycles did not have."};
     hal::Code<Rejection> rejection_code{this, "rejection-code",
                                         "Reason of the last rejected or unexpected contact."};
-    hal::Out<double> gate{this, "gate", "mu", "Largest change that would be believed now."};
+    hal::Out<double> gate{this, "gate", "mu", "Largest change that is accepted now."};
     hal::Out<double> load_noise{this, "load-noise", "%",
                                 "Standard deviation of the smoothed load about its baseline."};
     hal::Out<bool> learning{this, "learning", "This cycle is learnt from."};
@@ -69,9 +69,9 @@ struct ContactReport : hal::Group {
         "The reference is not used until acknowledged; refusal-code gives the reason."};
     hal::Code<Refusal> refusal_code{this, "refusal-code", "Why the reference is refused; 0 if it is not."};
     hal::Out<bool> growth_known{this, "growth-known",
-                                "A contact was believed since the start, a restore or a forget."};
+                                "A contact was accepted since the start, a restore or a forget."};
     hal::Out<bool> growth_uncertain{this, "growth-uncertain",
-                                    "No contact was believed since the spindle speed changed last."};
+                                    "No contact was accepted since the last change of the spindle speed."};
 };
 
 }  // namespace plumb

@@ -8,7 +8,7 @@
 
 namespace plumb {
 
-// How contacts are found, compared and believed, as a machine's integrator sets it.
+// How contacts are found, compared and accepted, as a machine's integrator sets it.
 struct ContactSettings : hal::Group {
     using Group::Group;
 
@@ -40,7 +40,7 @@ struct ContactSettings : hal::Group {
     hal::In<bool> by_time{this, "by-time", false, "Compare the times of contacts, not their coordinates."};
     hal::In<bool> clock_from_program{this, "clock-from-program", false, "The clock starts with the cycle."};
     hal::Row<hal::In<std::int32_t>, 8> exclude{this, "exclude-operation", 0,
-                                               "Key of an operation whose contacts say nothing; 0 for none."};
+                                               "Key of an operation whose contacts are ignored; 0 for none."};
     hal::In<double> threshold{this, "threshold", 1, "%", "Rise of the load that is a contact."};
     hal::In<double> release{this, "release", 0.5, "%", "Rise below which the tool has left the work."};
     hal::In<double> smoothing{this, "smoothing", 0.01, "s", "Time constant of a filter on the load."};
@@ -66,7 +66,7 @@ struct ContactSettings : hal::Group {
     hal::In<std::int32_t> confirm_contacts{this, "confirm-contacts", 0,
                                            "Further contacts that confirm one beyond the gate; 0 for never."};
     hal::In<double> max_correction{this, "max-correction", 0.1, "mu",
-                                   "Largest change from one believed contact to the next."};
+                                   "Largest change from one accepted contact to the next."};
 };
 
 }  // namespace plumb

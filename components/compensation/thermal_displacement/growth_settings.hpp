@@ -6,7 +6,7 @@
 
 namespace plumb {
 
-// How the growth goes on between contacts, as an integrator sets it, and what comes of it.
+// The growth between contacts: its settings by an integrator, and its estimate.
 struct GrowthSettings : hal::Group {
     using Group::Group;
 
@@ -46,7 +46,7 @@ struct GrowthSettings : hal::Group {
     hal::In<double> temperature_growth{this, "temperature-growth", 0.003, "mu/K",
                                        "Growth with temperature to expect, about, either way."};
     hal::Out<double> growth_estimate{this, "growth-estimate", "mu",
-                                     "Growth now: by the model, or by the last contact that was believed."};
+                                     "Growth now: by the model, or by the last accepted contact."};
     hal::Out<double> growth_sigma{this, "growth-sigma", "mu",
                                   "Standard deviation of growth-estimate by the model; 0 without it."};
 };

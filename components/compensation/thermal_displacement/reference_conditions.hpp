@@ -8,7 +8,7 @@
 
 namespace plumb {
 
-// What a reference belongs to, and what is remembered with it.
+// The setup that a reference belongs to, and the conditions that are remembered with it.
 struct ReferenceConditions : hal::Group {
     using Group::Group;
 
@@ -25,9 +25,9 @@ struct ReferenceConditions : hal::Group {
         return edge;
     }
 
-    hal::In<std::int32_t> program_id{this, "program-id", 0, "Tells programs, and versions of one, apart."};
+    hal::In<std::int32_t> program_id{this, "program-id", 0, "Identifies the program and its version."};
     hal::In<std::int32_t> tool_set_id{this, "tool-set-id", 0,
-                                      "Tells sets of tools apart, as a checksum of the tool table."};
+                                      "Identifies the set of tools, as a checksum of the tool table."};
     hal::In<double> temperature{this, "temperature", 20, "degC", "Temperature to remember with a reference."};
     hal::In<std::int32_t> date{this, "date", 0, "YYYYMMDD to remember with a reference; 0 when not known."};
     hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge ends a refusal of the reference."};

@@ -6,7 +6,7 @@
 
 namespace plumb {
 
-// A reference, as the walk shows it and takes it back.
+// A reference as the walk shows and restores it.
 struct ReferenceRow : hal::Group {
     using Group::Group;
 
@@ -31,7 +31,8 @@ struct ReferenceRow : hal::Group {
     hal::Field<double> feed_override{this, "feed-override", "1", "Override at the contact."};
     hal::Field<double> applied_offset{this, "applied-offset", "mu", "Offset at the contact."};
     hal::Field<double> sigma{this, "sigma", "mu", "Standard deviation of the contact by noise."};
-    hal::Field<double> time_constant{this, "time-constant", "s", "Of the load's rise at the contact."};
+    hal::Field<double> time_constant{this, "time-constant", "s",
+                                     "Time constant of the load's rise at the contact."};
     hal::Field<double> speed_history{this, "speed-history", "rpm",
                                      "Spindle speed over the ten minutes before."};
     hal::Field<std::int32_t> program{this, "program-id", "", "Program that the contact belongs to."};

@@ -146,18 +146,21 @@ The reference holds at most 64 contacts.)"},
     hal::In<double> feed_override{this, "feed-override", 1, "1", "Feed override in force."};
     hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle."};
     hal::In<std::int32_t> operation{this, "operation", 0, "Key of the operation; 0 for none."};
-    hal::In<double> start_height{this, "start-height", 0, "mu", "Where the clock of this operation starts."};
-    hal::In<double> applied_offset{this, "applied-offset", 0, "mu", "What the stage adds to the Z origin."};
+    hal::In<double> start_height{this, "start-height", 0, "mu",
+                                 "Height at which the clock of this operation starts."};
+    hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
+                                   "Offset that the stage adds to the Z origin."};
 
     ReferenceConditions conditions{this};
     ContactSettings contact_settings{this};
     GrowthSettings growth{this};
     hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied."};
-    hal::In<double> time_tolerance{this, "time-tolerance", 0, "s", "By time: likewise, as a time."};
+    hal::In<double> time_tolerance{this, "time-tolerance", 0, "s",
+                                   "Smallest change that is applied by the time method, as a time."};
     hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way."};
     hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset, 1 at most."};
 
-    hal::Out<double> z_offset{this, "z-offset", "mu", "What is to be added to the Z origin, by a stage."};
+    hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
     hal::Codes<Fault> fault{this, "fault"};
     ContactReport report{this};
@@ -187,7 +190,7 @@ The reference holds at most 64 contacts.)"},
         if (following_ && differs(estimate)) target_ = estimate;
         if (!applying) target_ = 0;
         const double offset = bounded(target_, settings_.max_offset);
-        const bool may_move = now.cycle_running || !applying;  // not under the hands of the operator
+        const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
         if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
         z_offset = slew_.value();
@@ -256,7 +259,7 @@ private:
         return s;
     }
 
-    // A growth is not what is applied, by more than the tolerances.
+    // The growth differs from the applied offset by more than the tolerances.
     bool differs(double estimate) const noexcept {
         const bool timed = settings_.contact.method == Method::time;
         const double least = timed ? std::abs(measured_.contact().feed) * settings_.time_tolerance : 0;
@@ -271,9 +274,9 @@ private:
     }
 
     GrowthByContact measured_;
-    Settings settings_;       // the last good ones
+    Settings settings_;       // last good values
     double target_ = 0;       // mu
-    bool following_ = false;  // a contact was accepted since the offset is applied
+    bool following_ = false;  // the offset is applied, and a contact was accepted since
     SlewLimit slew_;
 };
 

@@ -18,12 +18,12 @@
 
 namespace plumb {
 
-// A file that holds, after a crash at whatever moment, all that was written last or all that was written
-// before. It keeps its owner and its rights, and one program at a time has it. It may lie in a folder that
-// other users can write: no link of theirs is followed.  All throw std::system_error, which names the file.
+// A file that holds all of the last write or all of the one before, even after a crash. It keeps its owner
+// and its rights, and one program at a time has it. It may lie in a folder that other users can write: no
+// link of theirs is followed. All functions throw std::system_error, which names the file.
 class AtomicFile {
 public:
-    // std::errc::device_or_resource_busy where another program has it.
+    // Throws std::errc::device_or_resource_busy if another program has the file.
     explicit AtomicFile(const std::filesystem::path& path)
         : path_(resolved(path)), lock_(open_lock(beside(".lock"))) {
         if (flock(lock_.number(), LOCK_EX | LOCK_NB) != 0) {
@@ -32,7 +32,8 @@ public:
         }
         if (!exists()) return;
         former_ = hal::RegularFile(path_, O_RDONLY | O_NOFOLLOW).state();
-        // To write it takes its place under one name; under the other it would be another program's.
+        // A write takes the file's place under one name; under the other name it would be another
+        // program's.
         if (former_->st_nlink > 1) {
             errno = EMLINK;
             fail(path_.string() + " has another name, a hard link");
@@ -42,7 +43,7 @@ public:
 
     const std::filesystem::path& path() const { return path_; }
 
-    // Nothing where there is no such file.
+    // Nothing if there is no such file.
     std::optional<std::string> read() const {
         if (!exists()) return std::nullopt;
         return hal::RegularFile(path_, O_RDONLY | O_NOFOLLOW).read();
@@ -52,7 +53,7 @@ public:
         const std::filesystem::path fresh = beside(".new");
         struct stat state {};
         if (lstat(path_.c_str(), &state) == 0 && S_ISREG(state.st_mode)) former_ = state;
-        // One that a crash has left, or that another user has put there.
+        // Left by a crash, or put there by another user.
         if (unlink(fresh.c_str()) != 0 && errno != ENOENT) fail(fresh.string());
         try {
             const hal::RegularFile file(fresh, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW,
@@ -85,8 +86,8 @@ private:
         throw std::system_error(errno, std::generic_category(), what);
     }
 
-    // A link stays, and is no way round the lock; but one that another user has put into a folder for all may
-    // lead where he could not write himself.
+    // A link stays, and is no way round the lock. But a link that another user has put into a folder for
+    // all may lead to a place that this user could not write.
     static std::filesystem::path resolved(std::filesystem::path path) {
         constexpr int most_links = 40;
         struct stat link {};
@@ -123,7 +124,7 @@ private:
         }
     }
 
-    // Whoever may not give a file away keeps at least its group, or gives the group no right.
+    // A user that may not give a file away keeps its group at least, or else gives the group no right.
     void resemble(const hal::RegularFile& file) const {
         constexpr auto same = static_cast<uid_t>(-1);
         mode_t mode = former_->st_mode & 07777;
@@ -140,8 +141,8 @@ private:
     std::filesystem::path beside(const char* ending) const { return path_.string() + ending; }
 
     const std::filesystem::path path_;
-    const hal::RegularFile lock_;        // a file of its own, for a rename ends what is locked
-    std::optional<struct stat> former_;  // of the file, as it was seen last
+    const hal::RegularFile lock_;        // a file of its own: a rename ends the lock of the renamed file
+    std::optional<struct stat> former_;  // the file, at the last look
 };
 
 }  // namespace plumb

@@ -16,12 +16,12 @@
 #include <system_error>
 #include <vector>
 
-// What any reader of comma-separated values needs.
+// For any reader of comma-separated values.
 namespace plumb::csv {
 
 constexpr std::size_t most_bytes = 4 << 20;
 
-// Throws std::runtime_error, with the file and the reason.
+// Throws std::runtime_error with the file and the reason.
 inline std::string text_of(const std::filesystem::path& file) {
     const auto refuse = [&](const std::string& why) { throw std::runtime_error(file.string() + ": " + why); };
     std::error_code error;
@@ -59,7 +59,7 @@ inline std::vector<std::string_view> split_at_commas(std::string_view line) {
     }
 }
 
-// Finite, with a decimal point whatever the locale; else nothing.
+// Finite, with a decimal point in every locale; else nothing.
 inline std::optional<double> number(std::string_view field) {
     if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
     double value = 0;
@@ -69,7 +69,7 @@ inline std::optional<double> number(std::string_view field) {
     return value;
 }
 
-// In a message, of whatever a file holds.
+// Any content of a file, as a message quotes it.
 inline std::string quoted(std::string_view text) {
     std::string result = "'";
     for (const char c : text.substr(0, 40)) result += c >= ' ' && c <= '~' ? c : '?';

@@ -33,21 +33,21 @@ namespace plumb {
 //     50,0.0012,-0.003,0,0,0,1.5e-5
 //     # end, 2 rows
 //
-// Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.  Columns
-// come in any order; an error that has none is 0.  A file may hold several tables, one after the other, each
-// with its header.  The last line of a file counts the rows of all its tables: a file that is written or
-// copied by half has none, or another count.  A number has a decimal point, whatever the locale.
+// Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.
+// Columns come in any order; an error without a column is 0. A file may hold several tables, one after the
+// other, each with its header. The last line of a file counts the rows of all its tables: a truncated file
+// has no such line, or another count. A number has a decimal point in every locale.
 //
-// The head, before the first table, may state machine, date, temperature and checksum.  The checksum is the
-// CRC-32 of the lines that do not begin with #, without blanks at their ends, each with a line feed.  Other
-// lines that begin with #, and empty ones, say nothing.
+// The head, before the first table, may state machine, date, temperature and checksum. The checksum is the
+// CRC-32 of the lines that do not begin with #, without blanks at their ends, each with a line feed. Other
+// lines that begin with #, and empty ones, are ignored.
 namespace error_table_file {
 
 using csv::decimal, csv::quoted;
 
 constexpr std::string_view axes = "XYZUVW";
 
-// What no machine has, and what a file in other units easily does.
+// Beyond these no machine is real, but a file in other units easily is.
 constexpr double longest = 1e5;                                      // mm, a position
 constexpr double nearest = 1e-3;                                     // mm, between two positions
 constexpr double largest[] = {10, 10, 10, 0.1, 0.1, 0.1};            // mm, rad
@@ -65,14 +65,14 @@ inline std::string counted(std::size_t count, const std::string& what) {
     return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
 }
 
-// What a file says of its tables.
+// The statements of a file about its tables.
 struct Facts {
     std::string file;
     std::string axes;  // X, Y
     std::size_t rows = 0;
     std::string machine, date, temperature;  // as they are written, or ""
     std::string checksum;                    // of the rows
-    bool is_checked = false;                 // the file has the same
+    bool is_checked = false;                 // the checksum is right
 
     std::string sentence() const {
         std::string text = file + ": error tables of " + axes + ", " + counted(rows, "row");
@@ -90,8 +90,8 @@ inline std::string end_line(std::size_t rows) {
     return "# end, " + counted(rows, "row");
 }
 
-// Takes the tables out of one text after the other.  Each sentence that it throws, as std::runtime_error,
-// begins with the name and the line of the text.
+// Takes the tables out of one text after the other. Throws std::runtime_error; its sentence begins with the
+// name and the line of the text.
 class Reader {
 public:
     void read(const std::string& name, std::string_view text) {
@@ -317,11 +317,11 @@ private:
     std::map<char, ErrorTable> tables_;
 
     struct Line {
-        std::size_t line = 0;  // 0: there is none
+        std::size_t line = 0;  // 0: none
         std::string text;
     };
     Facts facts_;          // of the file that is being read
-    std::string content_;  // likewise, all that its checksum is of
+    std::string content_;  // of the file that is being read: the lines that its checksum covers
     Line end_, misplaced_end_, stated_;
     std::vector<Facts> files_;
 };
@@ -333,8 +333,8 @@ struct ErrorTableFiles {
     std::vector<error_table_file::Facts> files;
 };
 
-// Not one table is taken from files of which one is wrong: then it throws std::runtime_error, which
-// names file, line, value and reason.
+// If one of the files is wrong, takes no table and throws std::runtime_error with file, line, value and
+// reason.
 inline ErrorTableFiles read_error_tables(const std::vector<std::filesystem::path>& files) {
     error_table_file::Reader reader;
     for (const std::filesystem::path& file : files) reader.read(file.string(), csv::text_of(file));

@@ -24,14 +24,14 @@ namespace plumb {
 //     103.0012,-120.5,0,0
 //     -203.0107,80.25,180,0
 //
-// Two columns are named for axes that are not parallel: they span the plane.  `normal` says where the face
-// looks, in deg from the + end of the one that comes first in XYZUVW towards that of the other; without it
-// the points lie around a ring.  `turned` says by how much the artifact was turned, likewise.  Columns come
-// in any order.  Lines that are empty or begin with # say nothing.  A number has a decimal point, whatever
-// the locale.
+// Two columns are named for axes that are not parallel: they span the plane. `normal` is the direction of
+// the face, in deg from the + end of the axis that comes first in XYZUVW towards the + end of the other;
+// without it the points lie around a ring. `turned` is the angle by which the artifact was turned, in the
+// same sense. Columns come in any order. Lines that are empty or begin with # are ignored. A number has a
+// decimal point in every locale.
 struct ProbedPointsFile {
-    ProbedShape shape;               // without what a file does not say
-    std::vector<std::size_t> lines;  // of its points
+    ProbedShape shape;               // as far as the file has a column for it
+    std::vector<std::size_t> lines;  // of the points
 };
 
 namespace probed_points_file {
@@ -44,7 +44,7 @@ constexpr std::size_t most_points = 4096;
 
 class Reader {
 public:
-    // A length of the file is `unit` mm.  Throws std::runtime_error, with name, line, reason and value.
+    // A length of the file is `unit` mm. Throws std::runtime_error, with name, line, reason and value.
     static ProbedPointsFile read(const std::string& name, std::string_view text, double unit) {
         return Reader(name, unit).result_of(text);
     }

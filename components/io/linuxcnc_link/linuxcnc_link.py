@@ -22,7 +22,7 @@ import plumb  # noqa: E402
 
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
-LONGEST = 250  # characters; LinuxCNC cuts what is longer
+LONGEST = 250  # characters; LinuxCNC cuts longer texts
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
@@ -49,21 +49,21 @@ class Program:
         self._stamps = {}  # of the files, by path
 
     def look(self, status):
-        """Reads the files again where one has changed. Returns whether LinuxCNC has told which it is. Raises OSError."""
-        # While a subroutine runs its file is told instead.
-        is_told = status.interp_state == linuxcnc.INTERP_IDLE or (
+        """Reads changed files again. Returns whether LinuxCNC names the program now. Raises OSError."""
+        # While a subroutine runs, LinuxCNC names its file instead.
+        is_named = status.interp_state == linuxcnc.INTERP_IDLE or (
             status.task_mode == linuxcnc.MODE_AUTO and status.call_level == 0
         )
-        path = status.file if is_told else self._path
+        path = status.file if is_named else self._path
         if self._is_read and path == self._path and self._stamps == self._stamps_now():
-            return is_told
+            return is_named
         self.identity, self._stamps, self._is_read = 0, {}, False
         self._path = path
         self._folders = subroutine_folders(status.ini_filename)
         if self._path:
             self.identity = identity(b"".join(self._contents(self._path)))
         self._is_read = True
-        return is_told
+        return is_named
 
     def _contents(self, path):
         self._stamps[path] = stamp(path)
@@ -92,7 +92,7 @@ def stamp(path):
 
 
 def subroutine_folders(ini_file):
-    """Where LinuxCNC looks for subroutines, besides beside the program."""
+    """The folders of subroutines, apart from the folder of the program."""
     try:
         ini = linuxcnc.ini(ini_file)
     except linuxcnc.error as error:  # it was moved, or is being written
@@ -102,7 +102,7 @@ def subroutine_folders(ini_file):
 
 
 def tool_set(status):
-    """Of all tools but the one in the spindle, which is the first and is in the table once more."""
+    """Identity of the tool table; its first row, the tool in the spindle, is a copy."""
     tools = sorted(tuple(tool)[:11] for tool in status.tool_table[1:] if tool.id > 0)  # id, nine offsets, diameter
     return identity(repr(tools).encode()) if tools else 0
 
@@ -161,15 +161,15 @@ class Message:
         for text in map(self._composed, self.codes or [0]):
             if len(text.encode()) > LONGEST:
                 fail("longer than %d characters: '%s'" % (LONGEST, text))
-        self.seen = None  # the code that was told, None while the pin is false
+        self.seen = None  # the code of the last message, None while the pin is false
 
     def make_pins(self, component):
         component.newpin(self.pin, hal.HAL_BIT, hal.HAL_IN)
         if self.codes is not None:
             component.newpin(self.pin + "-code", hal.HAL_S32, hal.HAL_IN)
 
-    def to_tell(self, component):
-        """The text that is to be told now, if any."""
+    def new_text(self, component):
+        """The text to show now, if any."""
         code = component[self.pin + "-code"] if self.codes is not None else 0
         now = code if component[self.pin] else None
         news = now is not None and now != self.seen
@@ -214,25 +214,25 @@ class Link:
         self._told = None
 
     def step(self):
-        identify = self._component["identify"]  # first: what is seen from now on is what was asked for
+        identify = self._component["identify"]  # first: later pins are read after the request
         if identify and not self._component["identified"]:
             self._tools_due = 0
         connected = self._connect()
         self._component["connected"] = connected
         if not connected:
             return
-        is_told = False
+        is_named = False
         try:
-            is_told = self._program.look(self._status)
+            is_named = self._program.look(self._status)
         except OSError as error:
             self._tell("%s: %s" % (error.filename, error.strerror))
         self._component["program-id"] = self._program.identity
         if time.monotonic() >= self._tools_due:
             self._tools_due = time.monotonic() + TOOLS_PAUSE
             self._component["tool-set-id"] = tool_set(self._status)
-        self._component["identified"] = identify and (is_told or self._component["identified"])
+        self._component["identified"] = identify and (is_named or self._component["identified"])
         for message in self._messages:
-            text = message.to_tell(self._component)
+            text = message.new_text(self._component)
             if text is not None:
                 try:
                     getattr(self._command, message.kind + "_msg")(text)
@@ -265,7 +265,7 @@ def main():
     except SettingsError as error:
         sys.exit("linuxcnc_link: %s" % error)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup does
             signal.signal(number, lambda *_: sys.exit(0))
     component = hal.component(arguments.name)
     try:

@@ -22,11 +22,11 @@
 
 namespace plumb {
 
-// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.  Threads
-// may call step(), finish() and state() at a time.
+// Puts the values of a file in force, all or none of them, and from then on keeps them in that file.
+// Threads may call step(), finish() and state() at the same time.
 class Keeper {
 public:
-    // Throws std::runtime_error where the settings are wrong, or another program has the file.
+    // Throws std::runtime_error if the settings are wrong, or another program has the file.
     explicit Keeper(const std::string& toml) : toml_(toml), settings_(RetainSettings::read(toml)) {
         try {
             file_.emplace(settings_.store);
@@ -62,7 +62,8 @@ public:
                 fault_ != Fault::none ? fault_ : writing_fault_, saves_};
     }
 
-    // The next bit of work, if it is time for it.  Throws std::bad_alloc, and does it in the next step then.
+    // The next bit of work, if it is time for it. Throws std::bad_alloc, and does that work in the next
+    // step.
     void step() {
         const std::lock_guard alone(mutex_);
         const auto now = Clock::now();
@@ -76,7 +77,7 @@ public:
         } catch (const RecordRefused& error) {
             fail(Fault::refused, toml_ + ": " + error.what());
         } catch (const std::exception& error) {
-            // Whatever comes back comes with values of its own, and is given what was kept.
+            // A component that comes back has values of its own, and gets the kept ones.
             if (is_complete()) stored_ = *image_;
             phase_ = Phase::finding;
             fault_ = Fault::unfit;
@@ -86,8 +87,8 @@ public:
         }
     }
 
-    // The last look, and the last write; steps have no effect afterwards. What does not answer any more is
-    // kept as it was seen last.
+    // The last look, and the last write; later steps have no effect. A component that does not answer keeps
+    // the values of the last look.
     void finish() {
         const std::lock_guard alone(mutex_);
         if (phase_ == Phase::over) return;
@@ -104,7 +105,7 @@ private:
     enum class Phase { finding, waiting, keeping, over };
     static constexpr std::chrono::milliseconds between_looks{1000};
 
-    // Nothing is touched before all is there and fit.
+    // Writes no pin before all pins and components are there and fit.
     void find() {
         const auto pins = hal::list_pins();
         for (const std::string& name : settings_.pins) {
@@ -121,7 +122,7 @@ private:
             const auto kept = stored_.records.find(component);
             if (kept != stored_.records.end()) walk.check(kept->second);
         }
-        if (fault_ != Fault::none) {  // what has just come may yet give its pins their first values
+        if (fault_ != Fault::none) {  // components that have just come may yet set their pins
             fault_ = Fault::none;
             due_ = Clock::now() + std::chrono::seconds(1);
             return;
@@ -158,12 +159,12 @@ private:
             withdraw(former);
             throw;
         }
-        if (!is_complete()) image_.reset();  // else it is what has just been given back
+        if (!is_complete()) image_.reset();  // else the image is the restored values
         phase_ = Phase::keeping;
         due_ = {};
     }
 
-    // Takes back what has been given: the pins get the values that they had, the components have no records.
+    // Undoes a restore: the pins get their former values, the components have no records.
     void withdraw(const std::map<std::string, hal::Value>& former) {
         for (const auto& [name, value] : former)
             if (const auto pin = hal::NamedPin::find(name)) pin->write(value);
@@ -189,7 +190,7 @@ private:
         image_ = std::move(seen);
     }
 
-    // Each component has shown its records: an empty list is one.
+    // Each component has shown its records; an empty list counts.
     bool is_complete() const { return image_ && image_->records.size() == walks_.size(); }
 
     void write() {
@@ -216,7 +217,7 @@ private:
         return *pin;
     }
 
-    // What is stored under the former name of an instance, unless it is stored under its own name too.
+    // The values of an instance under its former name, unless there are some under its own name too.
     void take_over_from_former_names() {
         for (const auto& [instance, former] : settings_.formerly) {
             for (const std::string& name : settings_.pins)
@@ -266,8 +267,8 @@ private:
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.every));
     std::optional<AtomicFile> file_;
     Retained stored_;                // to be put in force
-    std::optional<Retained> image_;  // what is in force, as it was seen last
-    std::string written_;            // what the file holds
+    std::optional<Retained> image_;  // the values in force, at the last look
+    std::string written_;            // content of the file
     std::map<std::string, RecordWalk> walks_;
     Phase phase_ = Phase::finding;
     mutable std::mutex mutex_;

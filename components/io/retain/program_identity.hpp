@@ -16,18 +16,18 @@
 
 namespace plumb {
 
-// Tells programs, and versions of one, apart: the CRC-32 of all their files, in this order, as an int32.
+// Identifies a program and its version: the CRC-32 of all its files, in this order, as an int32.
 class ProgramIdentity {
 public:
     explicit ProgramIdentity(std::vector<std::string> files) : files_(std::move(files)) {}
 
-    // Reads the files again where one has changed. 0 for no files, and for no others. Throws
-    // std::system_error, which names the file that cannot be read.
+    // Reads the files again if one has changed. Returns 0 for no files, and only then. Throws
+    // std::system_error with the file that cannot be read.
     std::int32_t look() {
         std::vector<Stamp> stamps;
         for (const std::string& file : files_) stamps.push_back(stamp(file));
         if (stamps != stamps_) {
-            stamps_.clear();  // so that what cannot be read is read again
+            stamps_.clear();  // so that the next call reads the files again
             identity_ = identity();
             stamps_ = std::move(stamps);
         }

@@ -17,7 +17,7 @@
 
 namespace plumb {
 
-// What is to be kept is not there, or not as it has to be; the text says which.
+// A pin or a component to keep is missing or unfit; the text gives the reason.
 struct Unfit : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -32,7 +32,7 @@ class RecordWalk {
 public:
     using Records = std::vector<Retained::Record>;
 
-    // Throws Unfit for what is no component with records, or has its walk linked.
+    // Throws Unfit if it is no component with records, or if its walk is linked.
     RecordWalk(std::string component, const std::map<std::string, hal::ListedPin>& pins)
         : component_(std::move(component)) {
         const std::string stem = component_ + ".row-";
@@ -48,7 +48,7 @@ public:
                 throw Unfit(full(name) + " is linked, and retain has to write it");
     }
 
-    // Throws Unfit where these are not records of this component.
+    // Throws Unfit if these are no records of this component.
     void check(const Records& records) const {
         for (const Retained::Record& record : records) {
             for (const std::string& field : fields_)
@@ -71,8 +71,8 @@ public:
         return seen();
     }
 
-    // Gives the component these instead of those that it has. False where it does not answer. Throws
-    // RecordRefused when it has refused one; it has none then.
+    // Replaces the records of the component. False if it does not answer. Throws RecordRefused if it has
+    // refused one; it has no records then.
     bool give(const Records& records) {
         find();
         if (!forget()) return false;
@@ -96,24 +96,24 @@ public:
         return true;
     }
 
-    // Leaves the component without records; one that does not answer, as soon as it works again.
+    // Leaves the component without records; if it does not answer, as soon as it works again.
     void withdraw() {
         find();
         forget();
     }
 
-    // From now on read() finds out when the component is loaded anew.
+    // From now on read() detects that the component was loaded again.
     void mark() {
         find();
         write("kept", true);
     }
 
-    // All records at one moment; nothing when the component does not answer, or changes them meanwhile.
-    // Throws Unfit when it was loaded anew: neither `rows` nor `row` tells that, for others may forget and
-    // walk.
+    // All records at one moment; nothing if the component does not answer, or changes them meanwhile.
+    // Throws Unfit if the component was loaded again. Neither `rows` nor `row` shows that: others may
+    // forget and walk.
     std::optional<Records> read() {
         find();
-        if (!std::get<bool>(pins_.at("kept").read())) throw Unfit(component_ + " was loaded anew");
+        if (!std::get<bool>(pins_.at("kept").read())) throw Unfit(component_ + " was loaded again");
         const auto places = pins_;
         const std::optional<Records> once = pass();
         const std::optional<Records> again = once ? pass() : std::nullopt;
@@ -126,7 +126,7 @@ public:
     }
 
 private:
-    static constexpr std::int64_t none = -1;  // the row that is asked for at rest; a component begins with 0
+    static constexpr std::int64_t none = -1;  // row at rest; a component begins with 0
     static constexpr std::chrono::milliseconds patience{300};
     static constexpr std::chrono::milliseconds pause{1};
 
@@ -174,7 +174,7 @@ private:
         return shown;
     }
 
-    // Leaves the component without records. False where it does not answer; it forgets them when it works
+    // Leaves the component without records. False if it does not answer; it forgets them when it works
     // again.
     bool forget() const {
         write("restore", false);
@@ -186,9 +186,9 @@ private:
         return true;
     }
 
-    // Whether the component has seen, in a period that began after this call did, what was written before. An
-    // answer may come from a period that had begun before; the second one does not. Without records there is
-    // but one answer, which it gives for ever from its first period on.
+    // Whether the component has read all earlier writes, in a period that began after this call. The first
+    // answer may come from a period that had begun before; the second one does not. Without records there
+    // is one answer only, which stays from its first period on.
     bool seen() const {
         if (whole("rows") > 0) return show(0) && show(none);
         const bool answered = show(none);
@@ -213,7 +213,7 @@ private:
 
     const std::string component_;
     std::vector<std::string> fields_;
-    std::map<std::string, hal::NamedPin> pins_;  // by their names without the component's
+    std::map<std::string, hal::NamedPin> pins_;  // by their names without the component's name
 };
 
 }  // namespace plumb

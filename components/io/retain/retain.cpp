@@ -91,7 +91,7 @@ row-shown agrees, and must be brief.)"},
     hal::Out<std::int32_t> saves{this, "saves", "How often the store was written."};
     hal::Out<std::int32_t> date{this, "date", "Local date, as a number YYYYMMDD."};
     hal::Out<std::int32_t> program_id{this, "program-id",
-                                      "Tells programs, and versions of one, apart; 0 for none."};
+                                      "Identifies the program and its version; 0 for none."};
     hal::Option<std::string> file{this, "file", "",
                                   "TOML file that lists the values to keep, absolute path."};
     hal::Function run{this, "update", &Retain::update, "Once per period."};
@@ -106,7 +106,7 @@ row-shown agrees, and must be brief.)"},
         today();
     }
 
-    // Whatever waits for the disk, or for realtime, is on the other thread.
+    // The other thread does all that waits for the disk or for realtime.
     void update(double dt) noexcept {
         const int rounds = rounds_;
         stuck_ = rounds == seen_rounds_ ? stuck_ + dt : 0;

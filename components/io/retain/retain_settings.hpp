@@ -16,11 +16,11 @@
 
 namespace plumb {
 
-// What the TOML file of `retain` says.
+// The settings in the TOML file of `retain`.
 struct RetainSettings {
     std::string machine;
     std::filesystem::path store;                  // where the values are kept
-    double every = 5;                             // s: at most this often
+    double every = 5;                             // s, at least, between two writes
     std::vector<std::string> pins;                // to keep
     std::vector<std::string> records;             // components whose records to keep
     std::vector<std::string> program;             // files that together are the program
@@ -33,7 +33,7 @@ struct RetainSettings {
                std::find(records.begin(), records.end(), instance) != records.end();
     }
 
-    // Throws std::runtime_error, with file and line, for what it cannot take.
+    // Throws std::runtime_error with file, line and reason.
     static RetainSettings read(const std::filesystem::path& file);
 };
 
@@ -50,7 +50,7 @@ inline bool hal_name(const std::string& text) {
     });
 }
 
-// One key after the other is taken out of the table; what is left in the end is unknown.
+// Takes one key after the other out of the table; keys that remain are unknown.
 class Reader {
 public:
     Reader(const std::filesystem::path& file, toml::table& table) : file_(file), table_(table) {}

@@ -17,7 +17,7 @@
 
 namespace plumb {
 
-// What must outlive a restart, at one moment.
+// All that must outlive a restart, at one moment.
 struct Retained {
     using Record = std::map<std::string, hal::Value>;  // by the names of its fields
 
@@ -78,7 +78,7 @@ inline std::string compose(const Retained& retained, const std::string& machine)
 template <class Kind>
 const Kind& need(const toml::node* node) {
     const auto* const found = node ? node->as<Kind>() : nullptr;
-    if (!found) throw std::runtime_error("what it holds is not what retain writes");
+    if (!found) throw std::runtime_error("its content is not a file of retain");
     return *found;
 }
 
@@ -104,7 +104,8 @@ inline Retained content(const toml::table& table) {
     return retained;
 }
 
-// Throws Refused for all that compose() has not made for this machine; its sentence begins with `name`.
+// Throws Refused for any text that compose() did not make for this machine; its sentence begins with
+// `name`.
 inline Retained parse(const std::string& text, const std::string& machine, const std::string& name) {
     const auto refuse = [&](Fault why, const std::string& what) { throw Refused(why, name + what); };
     const std::size_t end = text.find('\n');
@@ -118,8 +119,9 @@ inline Retained parse(const std::string& text, const std::string& machine, const
         refuse(Fault::version, " is of version " + std::to_string(its_version) +
                                    "; this retain reads version " + std::to_string(version));
     if (text != first_line(rest) + rest)
-        refuse(Fault::damaged, " is truncated or was changed: the CRC-32 of what follows its first line, '" +
-                                   head + "', is " + hexadecimal(crc_32(rest)));
+        refuse(Fault::damaged,
+               " is truncated or was changed: the CRC-32 of the lines after the first line, '" + head +
+                   "', is " + hexadecimal(crc_32(rest)));
     try {
         const toml::table table = toml::parse(rest);
         const std::string& its_machine = need<toml::value<std::string>>(table.get("machine")).get();

@@ -8,10 +8,10 @@ namespace plumb {
 
 // Follows a target with a limited acceleration:  |ÿ| <= acceleration.
 //
-// A target that obeys rate and acceleration itself is followed without lag. Any other one is approached at
-// most at `approach` relative to it, with a speed from which braking ends at the target. A target that comes
-// back is awaited, not led away from: no sequence of targets adds up. The speed stays within ±rate, except
-// while a reduced rate is reached by braking: the acceleration wins.
+// It follows a target that obeys rate and acceleration itself without lag. It approaches any other one at
+// most at `approach` relative to it, with a speed from which braking ends at the target. It awaits a target
+// that comes back, and does not lead away from it: no sequence of targets adds up. The speed stays within
+// ±rate, except while braking to a reduced rate: the acceleration wins.
 class AccelerationLimit {
 public:
     struct Limits {
@@ -41,14 +41,13 @@ public:
         return y_;
     }
 
-    // Stands still at once.
     void hold() noexcept {
         speed_ = 0;
         target_ = y_;
     }
 
-    // Goes to a value at once, where something else has the last word. The speed of that change stays, unless
-    // it leads past 0: a jump must not become a journey.
+    // Goes to a value at once, for a limit beyond this one. The speed of that change stays, unless it leads
+    // past 0: a jump must not become a journey.
     void move_to(double value, double acceleration, double dt) noexcept {
         speed_ += (value - y_) / dt;
         y_ = value;
@@ -58,15 +57,15 @@ public:
 
     double value() const noexcept { return y_; }
 
-    // The speed from which a value stops within `way`, which is at least 0, losing acceleration dt in each
-    // period.
+    // The speed from which a value stops within the distance `way`, at least 0, losing acceleration dt in
+    // each period.
     static double stopping_speed(double way, double acceleration, double dt) noexcept {
         return braking_speed(way / dt, acceleration * dt);
     }
 
 private:
-    // The speed from which the way s, in units of dt, is just enough to stop, losing `loss` in each period:
-    // s = v + (v - loss) + (v - 2 loss) + ...,  n + 1 terms above 0.
+    // The speed from which the distance s, in units of dt, is just enough to stop, losing `loss` in each
+    // period: s = v + (v - loss) + (v - 2 loss) + ..., n + 1 terms above 0.
     static double braking_speed(double s, double loss) noexcept {
         const double n = std::floor((std::sqrt(1 + 8 * s / loss) - 1) / 2);
         return s / (n + 1) + loss * n / 2;

@@ -3,7 +3,7 @@
 
 namespace plumb {
 
-// x kept within ±limit.  A negative or NaN limit, which a user can set, means zero; an x that is not a number
+// x kept within ±limit. A negative or NaN limit, which a user can set, means zero; an x that is not a number
 // becomes zero.
 inline double bounded(double x, double limit) noexcept {
     const double most = limit > 0 ? limit : 0;

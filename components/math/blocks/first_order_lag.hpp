@@ -5,9 +5,9 @@
 
 namespace plumb {
 
-// First-order lag  τ ẏ + y = u,  stepped exactly for an input held constant over dt, so that
-// the response does not depend on the thread period.  Without lag (τ ≤ 0 or NaN) y = u.
-// A step that would leave y not finite is refused: y stays.
+// First-order lag τ ẏ + y = u, stepped exactly for an input held constant over dt, so that the response
+// does not depend on the thread period. Without lag (τ ≤ 0 or NaN) y = u. A step that would make y infinite
+// or NaN is refused: y stays.
 class FirstOrderLag {
 public:
     explicit FirstOrderLag(double initial = 0) noexcept : y_(initial) {}
@@ -27,7 +27,7 @@ public:
 
 private:
     double y_;
-    double tau_ = 0;  // of the gain below, which is kept because the exponential costs more than the step
+    double tau_ = 0;  // of the gain below, which is kept because the exponential costs most
     double dt_ = 0;
     double gain_ = 1;
 };

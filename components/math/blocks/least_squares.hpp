@@ -10,15 +10,14 @@
 
 namespace plumb {
 
-// Parameters p of a linear model, from observations a p = value, each with its standard uncertainty.  What is
-// known of a parameter beforehand counts as one more observation of it.
+// Parameters p of a linear model, from observations a p = value, each with its standard uncertainty. Prior
+// knowledge of a parameter counts as one more observation of it.
 class LeastSquares {
 public:
     struct Solution {
         Eigen::VectorXd parameters;
         Eigen::MatrixXd covariance;
-        double ratio =
-            0;  // of the scatter about the model to what was stated; 1 is as stated, 0 says nothing
+        double ratio = 0;  // scatter about the model, as a multiple of the stated one; 0 if unknown
     };
 
     explicit LeastSquares(Eigen::Index parameters)
@@ -36,7 +35,7 @@ public:
         observe(Eigen::VectorXd::Unit(right_.size(), parameter), value, sigma);
     }
 
-    // Nothing if the observations leave a parameter open.
+    // Nothing if the observations leave a parameter undetermined.
     std::optional<Solution> solve() const {
         const Eigen::VectorXd diagonal = normal_.diagonal();
         if (!(diagonal.array() > 0).all()) return std::nullopt;

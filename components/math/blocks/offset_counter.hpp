@@ -7,30 +7,31 @@
 
 namespace plumb {
 
-// Turns a wanted offset into the counts of LinuxCNC's external offsets.  LinuxCNC adds each step of the
-// counts, times the scale, to the offset it is asked for (the request), and loses steps for good while it
-// does not listen.  So the loop is closed on the request:
+// Turns a wanted offset into the counts of LinuxCNC's external offsets. LinuxCNC adds each step of the
+// counts, times the scale, to the requested offset (the request), and loses all steps that come while it
+// ignores the counts. So the loop is closed on the request:
 //
 //     counts += round((wanted - request) / scale)
 //
-// and a step is sent only after the request has shown the one before.  What is lost can neither add up nor
+// and a step is sent only after the request has shown the one before. So lost steps can neither add up nor
 // wind up.
 class OffsetCounter {
 public:
-    // Nothing is under way any more, and the request is taken as it is.
+    // Forgets a step under way, and takes the request as it is.
     void start(double request) noexcept {
         expected_ = request;
         silence_ = 0;
     }
 
-    // Whether the request shows what was sent.  Once in each period: it counts those without an answer.
+    // Whether the request shows the last step. Call it once in each period: it counts periods without an
+    // answer.
     bool answered(double request, double scale) noexcept {
         const bool heard = std::abs(request - expected_) <= scale / 2;
         silence_ = heard ? 0 : silence_ + 1;
         return heard;
     }
 
-    // Sends the step that brings the request to the wanted offset; only after answered().  Both finite, scale
+    // Sends the step that brings the request to the wanted offset; only after answered(). Both finite, scale
     // > 0.
     void ask(double wanted, double request, double scale) noexcept {
         const double step = std::round((wanted - request) / scale);

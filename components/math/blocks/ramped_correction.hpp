@@ -10,13 +10,13 @@
 
 namespace plumb {
 
-// A correction that follows motion at once, and by a limited rate whatever motion did not cause:
+// A correction that follows motion at once, and all other changes at a limited rate:
 //
-//     y = f + r      f: what is wanted at this position with the settings of now, within ±most
+//     y = f + r      f: the offset wanted at this position by the present settings, within ±most
 //     r += f before the change - f after it,   at one and the same position: nothing steps
-//     r -> 0         by max-rate at most, as a vector
+//     r -> 0         at most at max-rate, as a vector
 //
-// Nothing leaves ±most but what was beyond it when most became smaller: that comes back by max-rate.
+// The output stays within ±most, except while it returns at max-rate after `most` was reduced.
 class RampedCorrection {
 public:
     struct Wanted {
@@ -25,10 +25,10 @@ public:
         double most = 0;                                     // mu, of each component, either way
     };
 
-    // Motion alone has changed what is wanted.  All values are finite, dt above 0.
+    // Motion alone has changed the wanted offset. All values are finite, dt above 0.
     void step(const Wanted& now, double max_rate, double dt) noexcept { step(now, now, max_rate, dt); }
 
-    // Something else has changed it, too, from `before` to `now`.
+    // Another cause has changed it too, from `before` to `now`.
     void step(const Wanted& now, const Wanted& before, double max_rate, double dt) noexcept {
         const Eigen::Vector3d f = within(now.offset, now.most);
         const Eigen::Vector3d r = rest_ + within(before.offset, before.most) - f;
@@ -50,7 +50,7 @@ public:
     const Eigen::Vector3d& offset() const noexcept { return offset_; }      // mu
     const Eigen::Vector3d& velocity() const noexcept { return velocity_; }  // mu/s
     bool ramping() const noexcept { return !rest_.isZero(0); }
-    bool limited() const noexcept { return limited_; }  // most keeps it from what is wanted
+    bool limited() const noexcept { return limited_; }  // `most` keeps it from the wanted offset
 
 private:
     static Eigen::Vector3d within(const Eigen::Vector3d& offset, double most) noexcept {

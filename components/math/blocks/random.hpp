@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Seeded randomness of simulated machines: the same seed gives the same bits on every machine, so nothing
-// here asks the C library for more than a square root.
+// Seeded randomness of simulated machines. The same seed gives the same bits on every machine, so this code
+// uses no function of the C library but the square root.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace plumb {
 
-// A uniform generator (xoshiro256**, Blackman and Vigna 2018), its state filled by splitmix64.  Generators of
+// A uniform generator (xoshiro256**, Blackman and Vigna 2018), its state filled by splitmix64. Generators of
 // one seed and different streams are independent of each other.
 class Random {
 public:
@@ -65,7 +65,7 @@ private:
 };
 
 // Noise whose spectral density falls as 1/f between 0.02 and 20 Hz, of rms 1: first-order processes of equal
-// variance, their corners in a geometric row.  Any spacing of the samples, which may vary; starts in its
+// variance, their corners in a geometric row. Any spacing of the samples, which may vary; starts in its
 // steady state.
 class FlickerNoise {
 public:

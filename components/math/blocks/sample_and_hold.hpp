@@ -6,16 +6,16 @@
 
 namespace plumb {
 
-// Samples a signal every T seconds and holds the sample.  Its clock is its own: a sample instant may lie
-// within a period of the thread, where the signal is taken to run straight.
+// Samples a signal every T seconds and holds the sample. A sample instant may lie within a period of the
+// thread; the signal is linear there.
 class SampleAndHold {
 public:
     // The first sample is due after `delay` seconds, 0 <= delay.
     explicit SampleAndHold(double delay = 0) noexcept : due_(delay) {}
 
-    // Advances by dt > 0 seconds, at whose end the signal is u.  `taken` is called with each new sample (the
-    // last one of the period, where several fall into it) and with the time since the sample before; what it
-    // returns is held.  Without a T (0 or less) every period is a sample.
+    // Advances by dt > 0 seconds, at whose end the signal is u. Calls `taken` with each new sample (the
+    // last one of the period, if there are several) and with the time since the sample before, and holds
+    // its result. Without a T (0 or less) every period is a sample.
     template <class Taken>
     double step(double u, double T, double dt, const Taken& taken) noexcept {
         since_ += dt;

@@ -5,8 +5,8 @@
 
 namespace plumb {
 
-// A position loop  y' = K (u - y),  stepped exactly for a command u that runs straight from one period to the
-// next, so that a moving axis follows at the distance v/K whatever the thread period.
+// A position loop y' = K (u - y), stepped exactly for a command u that is linear from one period to the
+// next, so that a moving axis follows at the distance v/K for any thread period.
 class ServoLag {
 public:
     // Advances by dt > 0 seconds to the command u; gain K > 0 in 1/s.

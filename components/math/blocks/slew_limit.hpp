@@ -7,8 +7,8 @@
 
 namespace plumb {
 
-// Follows a target no faster than a given rate:  |ẏ| ≤ rate.  A target or a rate that is not finite, and a
-// negative rate, hold it where it is.
+// Follows a target no faster than a given rate: |ẏ| ≤ rate. It holds if target or rate is not finite, or
+// the rate negative.
 class SlewLimit {
 public:
     double step(double target, double rate, double dt) noexcept {

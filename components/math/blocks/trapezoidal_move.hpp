@@ -6,7 +6,7 @@
 
 namespace plumb {
 
-// A move along one axis with limited speed and acceleration.  Target and limits may change at any time: a
+// A move along one axis with limited speed and acceleration. Target and limits may change at any time: a
 // speed of 0 holds it, a target behind it makes it stop and turn.
 class TrapezoidalMove {
 public:

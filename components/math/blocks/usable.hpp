@@ -3,7 +3,7 @@
 
 namespace plumb {
 
-// x where it is a number between -limit and limit, else `otherwise`.
+// x if it is a number between -limit and limit, else `otherwise`.
 inline double usable(double x, double limit, double otherwise) noexcept {
     return x >= -limit && x <= limit ? x : otherwise;
 }

@@ -5,9 +5,9 @@
 
 namespace plumb {
 
-// The clock of the time method.  It starts when Z passes a height on its way to the work, between two samples
-// if need be, or by start().  Beside the time it integrates the commanded path, which tells how much of the
-// time Z did not feed: a feed hold, a tool change or an override shows as lost time, growth does not.
+// The clock of the time method. It starts when Z passes a height on its way to the work, between two
+// samples if need be, or by start(). It also integrates the commanded path, which gives the time without
+// feed: a feed hold, a tool change or an override shows as lost time, growth does not.
 class ApproachClock {
 public:
     void start() noexcept { begin(0, 0); }
@@ -17,14 +17,14 @@ public:
         height_ = -std::numeric_limits<double>::infinity();
     }
 
-    // One period of dt > 0, in s.  velocity in mu/s, signed, negative towards the work.
+    // One period of dt > 0, in s. velocity in mu/s, signed, negative towards the work.
     void step(double velocity, double dt) noexcept {
         time_ += dt;
         path_ += velocity * dt;
     }
 
-    // After step(): starts the clock anew if `height` has come down to or through `start_height` in this
-    // period. Heights in mu, without the offset that is applied.
+    // After step(): starts the clock again if `height` has come down to or through `start_height` in this
+    // period. Heights in mu, without the applied offset.
     void start_below(double height, double start_height, double velocity, double dt) noexcept {
         if (height_ > start_height && height <= start_height)
             begin(velocity, dt * (start_height - height) / (height_ - height));
@@ -34,7 +34,7 @@ public:
     bool running() const noexcept { return running_; }
     double time() const noexcept { return running_ ? time_ : 0; }  // s
 
-    // Time in s that was not spent feeding at `feed`, which must not be zero.
+    // Time in s without feeding at `feed`, which must not be zero.
     double lost_time(double feed) const noexcept { return running_ ? time_ - path_ / feed : 0; }
 
 private:

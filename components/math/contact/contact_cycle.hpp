@@ -10,20 +10,20 @@
 namespace plumb {
 
 // One cycle of a program after the other: numbers the approaches, learns a reference from one cycle or
-// several consecutive ones, or finds the partners of its contacts in the reference.  Pairing goes by
+// several consecutive ones, or finds the partners of its contacts in the reference. Pairing goes by
 // operation, tool and occurrence: the n-th approach of that tool in that operation, whether or not the ones
 // before met the work, so that a missed contact shifts no other one.
 //
-// A mean of several cycles keeps the contacts that all of them had and that could be compared; what came only
-// now and then is no gauge.  A cycle that was not complete counts for nothing and takes nothing away.  A
-// cycle of another setup, or none of whose contacts can be compared with the mean, begins a new one; a cycle
-// that is not learnt from ends it.
+// A mean of several cycles keeps the contacts that all of them had and that could be compared; an
+// occasional contact is no gauge. An incomplete cycle counts for nothing and takes nothing away. A cycle of
+// another setup, or without a contact that can be compared with the mean, begins a new mean; a cycle
+// without learning ends it.
 class ContactCycle {
 public:
     bool running() const noexcept { return running_; }
     bool learning() const noexcept { return running_ && learning_; }
     std::int32_t number() const noexcept { return number_; }  // of this cycle, counted from 1
-    std::int32_t learnt() const noexcept { return learnt_; }  // cycles in the mean that is not complete yet
+    std::int32_t learnt() const noexcept { return learnt_; }  // cycles in the mean that is still incomplete
     const ContactReferences& references() const noexcept { return lists_[in_force_]; }
 
     void begin(bool learn, const MachiningSetup& setup) noexcept {
@@ -42,9 +42,9 @@ public:
         std::int32_t missed;  // contacts with a partner that did not come
     };
 
-    // The cycle has ended, in whatever state.  Only a complete and unspoilt learning cycle with a contact is
-    // learnt from, and the last of `wanted` such cycles gives a reference; until then the one before stays.
-    // What a cycle that is not complete has missed is not known: 0.
+    // The cycle has ended. Only a complete and unspoilt learning cycle with a contact is learnt from, and
+    // the last of `wanted` such cycles gives a reference; until then the one before stays. The number of
+    // missed contacts is 0 for an incomplete cycle.
     Ended end(bool complete, Method method, std::int32_t wanted) noexcept {
         const bool learnt = learning() && complete && !spoilt_ && draft().size() > 0;
         Ended ended{learnt, 0};
@@ -63,8 +63,8 @@ public:
         return ended;
     }
 
-    // The key of the contact to which an approach that now begins may lead.  An occurrence of 0, which has no
-    // partner and cannot be learnt, if there are too many kinds.
+    // The key of the contact to which the approach that begins now may lead. If there are too many kinds,
+    // its occurrence is 0, which has no partner and cannot be learnt.
     ContactKey approach(std::int32_t operation, std::int32_t tool) noexcept {
         for (std::int32_t i = 0; i < kinds_; ++i) {
             if (last_[i].operation != operation || last_[i].tool != tool) continue;
@@ -75,8 +75,7 @@ public:
         return last_[kinds_++] = {operation, tool, 1};
     }
 
-    // That with which a contact, which has now come, is to be compared: of the reference, or while learning
-    // of the mean so far; or null.
+    // The reference for a contact of now, or the running mean while learning; null if there is none.
     const ContactReference* partner(const ContactKey& key) noexcept {
         const std::int32_t i = partners().find(key);
         if (i < 0) return nullptr;
@@ -84,21 +83,21 @@ public:
         return &partners()[i];
     }
 
-    // Likewise, for a contact that may come.
+    // The same for a contact that may still come.
     const ContactReference* expected(const ContactKey& key) const noexcept {
         const std::int32_t i = partners().find(key);
         return i < 0 ? nullptr : &partners()[i];
     }
 
-    // While learning; `agrees` tells that it could be compared with its partner.
+    // While learning. `agrees`: the contact could be compared with its partner.
     void learn(const ContactReference& reference, bool agrees) noexcept {
         spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
         if (!spoilt_) agrees_[draft().size() - 1] = agrees ? mean().find(reference.key) : -1;
     }
     void spoil() noexcept { spoilt_ = true; }  // nothing can be learnt from this cycle
 
-    // From a file.  Refused while learning, if implausible, full or doubled, or of another setup than those
-    // that are there.
+    // From a file. Refused while learning, or if the reference is implausible, one too many, double, or of
+    // another setup than those before.
     bool restore(const ContactReference& reference) noexcept {
         return !learning() && reference.valid() &&
                (references().size() == 0 || references().made_with(reference.setup)) &&
@@ -122,7 +121,7 @@ private:
         learnt_ = 0;
     }
 
-    // False, and nothing has changed, when no contact of the cycle agrees with the mean.
+    // False, without a change, if no contact of the cycle agrees with the mean.
     bool take_in_draft(Method method) noexcept {
         std::array<bool, ContactReferences::capacity> taken{};
         bool any = false;

@@ -9,21 +9,21 @@
 
 namespace plumb {
 
-// The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit): what the
-// cut takes, and the load of the idling spindle, have no part in it.  The time constant is that of the
-// contact's reference, and only for the reference itself fitted too.  What is wrong about it, or about the
-// shape of the rise, then shifts both alike.
+// The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit). The power
+// of the cut and the load of the idling spindle have no influence. The time constant is that of the
+// contact's reference; only for the reference itself it is fitted too. So an error of it, or of the shape
+// of the rise, shifts both alike.
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
 //    have changed, by the shortest time between two changes.
-//  - No period does more than a piece of the work, so that the result comes some periods late.
+//  - No period does more than a piece of the work, so the result comes some periods late.
 class ContactOnset {
 public:
     static constexpr double before = 0.3;  // s before the start that count, if recorded
     static constexpr double after = 0.3;   // s after the start that are waited for, if the approach lasts
 
-    // One period of dt > 0, in s, with load in % and z in mu.  They are recorded while `approach` is true;
-    // with it the record ends.  True when a fit has ended.
+    // One period of dt > 0, in s, with load in % and z in mu. Both are recorded while `approach` is true;
+    // the record ends with it. True when a fit has ended.
     bool step(bool approach, double load, double z, double dt) noexcept {
         age_ += dt;
         if (stage_ > Stage::waiting) return work();
@@ -33,13 +33,12 @@ public:
         return false;
     }
 
-    // The load has risen.  With a time constant in s, or 0 for the one that fits best.
+    // The load has risen. `time_constant` is in s, or 0 for the one that fits best.
     void start(double time_constant) noexcept {
         stage_ = Stage::waiting;
         waited_ = 0;
         time_constant_ = time_constant;
     }
-    // Gives up what was started.
     void cancel() noexcept {
         if (!busy()) return;
         stage_ = Stage::recording;
@@ -47,7 +46,7 @@ public:
     }
     bool busy() const noexcept { return stage_ != Stage::recording; }
 
-    // Of the last fit that has ended: whether there is a rise that noise does not make; then the rest.
+    // The last fit that has ended: whether it found a rise beyond the noise, and its results if it did.
     bool found() const noexcept { return found_; }
     double ago() const noexcept { return age_ + onset_age_; }         // s, to the present period
     double coordinate() const noexcept { return coordinate_; }        // mu
@@ -63,7 +62,7 @@ private:
 
     enum class Stage { recording, waiting, hold, total, trial, fit, residuals };
 
-    // A mean over as many periods as it takes for all that counts to have room.
+    // A mean over so many periods that all that counts has room.
     struct Slot {
         double load = 0, z = 0;
         int held = 0;  // number of slots before this one with the same load
@@ -114,7 +113,7 @@ private:
         fit_.begin(total_, spacing_, time_constant);
     }
 
-    // One piece.  True when it was the last.
+    // One piece. True when it was the last.
     bool work() noexcept {
         const int end = std::min(k_ + piece, size_);
         for (; k_ < end; ++k_) take(slot(k_));
@@ -170,8 +169,8 @@ private:
         enter_fit(Stage::fit, time_constant_);
     }
 
-    // Squares of the residuals: as they are, and summed up through the exponential by which noise shifts the
-    // onset, with what white noise of variance 1 would give.
+    // Squares of the residuals: as they are, and summed up through the exponential by which noise shifts
+    // the onset; and the same sums for white noise of variance 1.
     struct Residuals {
         double squares = 0, sum = 0, sum_squares = 0, white = 0, white_sum = 0;
 
@@ -184,9 +183,9 @@ private:
         }
     };
 
-    // Of the noise, as white noise that would shift the onset as much.  The fit has taken part of the slow
-    // noise out of the residuals: the more, the fewer time constants there are.  The two factors are those
-    // of white and of 1/f noise, by simulation.
+    // Variance of the white noise that would shift the onset as much as this noise. The fit has taken part
+    // of the slow noise out of the residuals: the more, the fewer time constants there are. The two factors
+    // are those of white and of 1/f noise, by simulation.
     double variance() const noexcept {
         const double length = time_constant_ / (size_ * spacing_);
         const double white_lost = 1 + 8 * length, slow_lost = 1 + 19 * length;
@@ -195,8 +194,8 @@ private:
         return white + std::max(seen - white, 0.0) * slow_lost / white_lost;
     }
 
-    // Of the onset, because the drive samples at moments that are known to a slot only; and what comes to it,
-    // by simulation, where the load rises faster than the drive samples.
+    // Standard deviation of the onset, because the moments at which the drive samples are known to a slot
+    // only. The second term, by simulation, is for a load that rises faster than the drive samples.
     double sampling() const noexcept {
         if (hold_ == 1) return 0;
         const double interval = hold_ * spacing_;

@@ -10,7 +10,7 @@
 
 namespace plumb {
 
-// Which contact of a cycle: the n-th of a tool in an operation, counted from 1.
+// Identifies a contact of a cycle: the n-th of a tool in an operation, counted from 1.
 struct ContactKey {
     std::int32_t operation = 0;
     std::int32_t tool = 0;
@@ -21,7 +21,7 @@ struct ContactKey {
     }
 };
 
-// A contact is compared only under what its reference was made under.
+// A contact is compared only under the setup of its reference.
 struct MachiningSetup {
     std::int32_t program = 0;
     std::int32_t tool_set = 0;
@@ -31,7 +31,7 @@ struct MachiningSetup {
     }
 };
 
-// A contact with which later ones are compared, and the state of the machine that made it.  It may be the
+// A contact with which later ones are compared, and the state of the machine at that contact. It may be the
 // mean over several cycles.
 struct ContactReference {
     ContactKey key;
@@ -43,7 +43,7 @@ struct ContactReference {
     std::int32_t cycles = 1;   // of which it is the mean
     double scatter = 0;        // mu, standard deviation of one cycle's contact; 0 when there is one only
 
-    // What may be believed when it comes from a file.
+    // Whether a reference from a file is plausible.
     bool valid() const noexcept {
         const Contact& c = contact;
         const auto plausible = [](double x) { return std::abs(x) <= 1e6; };
@@ -55,7 +55,7 @@ struct ContactReference {
     }
 };
 
-// Takes the contact of one more cycle into a mean.  `scatter` is the sample standard deviation of the
+// Takes the contact of one more cycle into a mean. `scatter` is the sample standard deviation of the
 // displacements by that method, `sigma` that of the mean by the noise of the load.
 inline void take_in(Method method, ContactReference& mean, const ContactReference& next) noexcept {
     const double before = mean.cycles++;
@@ -73,8 +73,8 @@ inline void take_in(Method method, ContactReference& mean, const ContactReferenc
     mean.date = next.date;
 }
 
-// Standard deviation, in mu, of the displacement from a reference to a contact.  What scatters from cycle to
-// cycle (blanks, the seat of the tool, a machine that warmed) scatters in the contact now as well.
+// Standard deviation, in mu, of the displacement from a reference to a contact. All that scatters from
+// cycle to cycle (blanks, the seat of the tool, a warmer machine) scatters in the present contact too.
 inline double displacement_sigma(const Contact& now, const ContactReference& reference) noexcept {
     const double mean = reference.scatter / std::sqrt(static_cast<double>(reference.cycles));
     return std::hypot(std::max(now.sigma, reference.scatter), std::max(reference.contact.sigma, mean));
@@ -101,14 +101,14 @@ public:
         return size_ > 0 && list_[0].setup == setup;
     }
 
-    // False, and nothing is added, if the list is full or has this contact already.
+    // False, without a change, if the list is full or has this contact already.
     bool add(const ContactReference& reference) noexcept {
         if (size_ == capacity || find(reference.key) >= 0) return false;
         list_[size_++] = reference;
         return true;
     }
 
-    // Drops those for whose index keep(index) is false.
+    // Drops all references for whose index keep(index) is false.
     template <class Keep>
     void retain(const Keep& keep) noexcept {
         std::int32_t kept = 0;

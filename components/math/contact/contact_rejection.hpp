@@ -8,7 +8,7 @@
 
 namespace plumb {
 
-// Why a contact is not believed.
+// Why a contact is rejected.
 enum class Rejection : std::int32_t {
     none,
     blanked,
@@ -61,9 +61,8 @@ inline bool alike(double b, double a, double tolerance) noexcept {
     return std::abs(b - a) <= tolerance * std::abs(a);
 }
 
-// Whether contact b can be compared with its reference a.  A different feed is rejected and not scaled away:
-// a delay of the load shifts the contact by feed × delay, and by time nothing is known of where the rest was
-// lost.
+// Whether contact b can be compared with its reference a. A different feed is rejected and not scaled away:
+// a delay of the load shifts the contact by feed × delay, and by time the place of a loss is unknown.
 inline Rejection comparison(Method method, const Contact& b, const Contact& a,
                             const ContactLimits& limits) noexcept {
     if (!alike(b.feed, a.feed, limits.feed_tolerance) ||

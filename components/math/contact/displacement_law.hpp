@@ -18,20 +18,20 @@ struct Contact {
 enum class Method { coordinate, time };
 
 // Displacement between two contacts of the same tool with equal work, B now and A in the reference: growth
-// g > 0 makes the spindle longer.  In mu.  Source: CN104227498A, claims 2 and 1.
+// g > 0 makes the spindle longer. In mu. Source: CN104227498A, claims 2 and 1.
 
-// All of it: to be SET as offset.
+// The whole growth: to be SET as offset.
 inline double displacement_by_coordinate(const Contact& b, const Contact& a) noexcept {
     return b.coordinate - a.coordinate;
 }
 
-// What the applied offset has not yet taken away: to be ADDED to it.  The signed feed makes the sign right on
-// any machine; both contacts must have been fed alike (see contact_rejection.hpp).
+// The rest that the applied offset has not yet removed: to be ADDED to it. The signed feed makes the sign
+// right on any machine; both contacts must have been fed alike (see contact_rejection.hpp).
 inline double displacement_by_time(const Contact& b, const Contact& a) noexcept {
     return a.feed * (b.time - a.time);
 }
 
-// The offset that brings the tool back to where it cut in the reference, by either method.
+// The offset that brings the tool back to its depth in the reference, by either method.
 inline double growth(Method method, const Contact& b, const Contact& a) noexcept {
     return method == Method::coordinate ? displacement_by_coordinate(b, a)
                                         : b.applied_offset - a.applied_offset + displacement_by_time(b, a);

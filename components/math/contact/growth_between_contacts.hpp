@@ -13,22 +13,21 @@
 
 namespace plumb {
 
-// How the growth goes on between two contacts, from the speed n of the spindle and, where there is one, a
-// temperature T.  The drive is u = (n / 5000 rpm)^1.7.  How fast a spindle grows is not known: three filters
-// with lags of 5, 10 and 20 min, four times that at rest, each have the weight that the contacts gave them,
+// The growth between two contacts, from the speed n of the spindle and, if there is one, a temperature T.
+// The drive is u = (n / 5000 rpm)^1.7. The rate at which a spindle grows is unknown: three filters with
+// lags of 5, 10 and 20 min, four times that at rest, each have the weight that the contacts gave them,
 //
 //     g = sum of w_i g_i        w_i ~ product of p_i(z)        p_i(z): how likely filter i held the contact z
 //
-// (D. T. Magill, IEEE Trans. Automatic Control 10, 1965).  A lost speed holds; after a minute of it nothing
-// is known until the next contact.  A lost temperature holds for ten minutes, and counts for nothing in the
-// end; whatever it reads, it counts as changing slowly.
+// (D. T. Magill, IEEE Trans. Automatic Control 10, 1965). A lost speed holds; after a minute the growth is
+// unknown until the next contact. A lost temperature holds for ten minutes, and counts for nothing in the
+// end; a temperature counts as changing slowly even if it jumps.
 class GrowthBetweenContacts {
 public:
     struct Settings {
-        bool by_speed = false;           // else the last contact holds
-        double expected_growth = 0.015;  // mu, of a spindle at 5000 rpm
-        double unexplained_growth =
-            0.006;                     // mu, standard deviation of what speed does not explain, in an hour
+        bool by_speed = false;              // else the last contact holds
+        double expected_growth = 0.015;     // mu, of a spindle at 5000 rpm
+        double unexplained_growth = 0.006;  // mu, standard deviation of growth without speed, in an hour
         double repeatability = 0.001;  // mu, standard deviation of a contact by all but the noise of the load
         double temperature_growth = 0.003;  // mu/K, about
 
@@ -39,8 +38,8 @@ public:
         }
     };
 
-    // One period of dt > 0 seconds, in which one of the filters has its turn.  Speed in rpm, temperature in
-    // degC; what is not valid, or beyond 1e6, is lost.
+    // One period of dt > 0 seconds, in which one of the filters has its turn. Speed in rpm, temperature in
+    // degC; a value that is invalid, or beyond 1e6, is lost.
     void step(double speed, double temperature, bool temperature_valid, const Settings& settings,
               double dt) noexcept {
         if (!started_ || !same(settings)) start(settings);
@@ -62,8 +61,8 @@ public:
         estimates_[turn_] = {filter.growth(), filter.variance()};
     }
 
-    // A contact was believed.  `sigma` is its standard deviation by the noise of the load; a contact that is
-    // not `explained`, as the first one of a new reference is not, may have moved the growth by anything.
+    // A contact was accepted. `sigma` is its standard deviation by the noise of the load. A contact that is
+    // not `explained`, as the first one of a new reference, may have moved the growth by any distance.
     void correct(double growth, double sigma, bool explained, const Settings& settings) noexcept {
         const double variance = sigma * sigma + settings.repeatability * settings.repeatability;
         for (std::size_t i = 0; i < lags.size(); ++i) {
@@ -81,7 +80,7 @@ public:
         known_ = true;
     }
 
-    bool known() const noexcept { return known_; }  // a contact was believed since the start
+    bool known() const noexcept { return known_; }  // a contact was accepted since the start
 
     // Since the reference, in mu; once known.
     double growth() const noexcept {
@@ -99,7 +98,7 @@ public:
         return std::sqrt(std::max(0.0, sum));
     }
 
-    // Nothing is known any more, as after start.
+    // Returns to the state after start.
     void forget() noexcept { started_ = known_ = false; }
 
 private:
@@ -111,8 +110,8 @@ private:
     static constexpr double at_rest = 4;                          // times the lag: no air is moved
     static constexpr double longest_loss = 60;                    // s
     static constexpr double longest_hold = 600;                   // s of a lost temperature
-    static constexpr double fastest = 0.01;                       // K/s that a temperature is believed
-    static constexpr double farthest = 100;                       // K, likewise
+    static constexpr double fastest = 0.01;                       // K/s, of a temperature
+    static constexpr double farthest = 100;                       // K, of a temperature
     static constexpr double least_likely = -10;                   // logarithm: no filter is lost for good
     static constexpr double root_of_hour = 60;                    // sqrt(s)
 

@@ -23,16 +23,16 @@
 
 namespace plumb {
 
-// Measures the growth of a spindle cycle by cycle: finds the contacts, learns from a cycle or pairs them with
-// the reference, and believes what can be compared and lies within the gate.
+// Measures the growth of a spindle cycle by cycle: finds the contacts, learns from a cycle or pairs them
+// with the reference, and accepts contacts that can be compared and lie within the gate.
 class GrowthByContact {
 public:
     struct Settings {
         Method method = Method::coordinate;
         bool program_clock = false;              // the clock starts with the cycle, not at the start height
-        std::array<std::int32_t, 8> excluded{};  // keys of operations that say nothing about Z; 0 for none
+        std::array<std::int32_t, 8> excluded{};  // keys of operations without a gauge of Z; 0 for none
         double load_latency = 0;                 // s, age of the load
-        std::int32_t reference_cycles = 1;       // of which a reference is the mean
+        std::int32_t reference_cycles = 1;       // cycles in the mean
         LoadContact::Settings contact;
         ContactLimits limits;
         PlausibilityGate::Settings gate;
@@ -62,11 +62,11 @@ public:
         double start_height = 0;         // mu, without offset
         double applied_offset = 0;       // mu
         double temperature = 20;         // degC, to remember; the last good one stays
-        std::int32_t date = 0;           // YYYYMMDD, likewise
+        std::int32_t date = 0;           // YYYYMMDD, to remember
         bool temperature_valid = false;  // the growth may follow it
     };
 
-    // What a sample lacks; it is not used then.
+    // The invalid part of a sample; such a sample is not used.
     enum class Lost { nothing, load, position, speed, offset, approach };
 
     static Lost lost(const Sample& s) noexcept {
@@ -78,11 +78,11 @@ public:
         return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
     }
 
-    // What has come of a period.
+    // The result of a period.
     enum class Event { none, contact, accepted };
 
-    // One period of dt > 0, in s.  `at_zero` tells that no offset is in force, as it must be while learning.
-    // The settings must be valid.
+    // One period of dt > 0, in s. `at_zero`: no offset is in force, as it must be while learning. The
+    // settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         const bool complete_sample = lost(s) == Lost::nothing;
         follow_cycle(s, settings);
@@ -116,11 +116,11 @@ public:
     const LoadContact& detector() const noexcept { return detector_; }
     double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
 
-    // The tool may be cutting, is still lower than where it met the work, or feeds down to it: an offset that
+    // The tool may be cutting, is still lower than at its contact, or feeds down to it. An offset that
     // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
     bool in_work() const noexcept { return detector_.in_work() || below_contact_ || feeding_; }
 
-    // The speed has changed since a contact was last believed, or none was.
+    // No contact was accepted since the last change of speed.
     bool uncertain() const noexcept { return uncertain_; }
     bool learning_failed() const noexcept { return learning_failed_; }  // in the last cycle learnt from
 
@@ -130,23 +130,23 @@ public:
                (refusal_.compares() || !cycle_.running());
     }
 
-    // In the last cycles, three at least, contacts were compared and none believed: what is believed is no
-    // longer so, and the gate keeps out what is.  Ends with a contact that is believed.
+    // In the last cycles, at least three, contacts were compared and none accepted: the accepted growth is
+    // wrong by now, and the gate rejects the right one. Ends with an accepted contact.
     bool lost_track() const noexcept { return barren_cycles_ >= 3; }
 
-    // Of the last contact, whatever became of it.
+    // The last contact, even a rejected one.
     const Contact& contact() const noexcept { return note_.contact; }
     Rejection rejection() const noexcept { return rejection_; }  // the last one
 
-    // Of the last contact that could be compared, in mu.
+    // By the last contact that could be compared, in mu.
     double growth() const noexcept { return growth_; }
     double sigma() const noexcept { return sigma_; }
 
-    // A contact was believed; nothing has been forgotten since.
+    // A contact was accepted; nothing has been forgotten since.
     bool known() const noexcept { return gate_.known(); }
 
-    // The growth now, in mu: that of the last contact that was believed and, by the model, what has come
-    // since, as far as the gate lets it be believed.
+    // The growth now, in mu: that of the last accepted contact and, by the model, the growth since, within
+    // the gate.
     double estimate(const Settings& settings) const noexcept {
         const double last = gate_.growth();
         if (!follows_model(settings)) return last;
@@ -168,7 +168,7 @@ public:
     // See ReferenceRefusal.
     void acknowledge() noexcept { refusal_.acknowledge(); }
 
-    // See ContactCycle.  Nothing is known of the growth then.
+    // See ContactCycle. The growth is unknown then.
     bool restore(const ContactReference& reference) noexcept {
         if (!cycle_.restore(reference)) return false;
         forget_growth();
@@ -226,7 +226,7 @@ private:
         return used ? Travel::towards_work : Travel::other;
     }
 
-    // In an operation of a cycle, be it one whose contacts count or not.
+    // In an operation of a cycle, even if its contacts do not count.
     bool feeds_down(const Sample& s) const noexcept {
         return s.motion == feed && s.velocity < 0 && cycle_.running() && s.operation != 0;
     }
@@ -241,7 +241,7 @@ private:
         feed_.begin();
     }
 
-    // Above where it last met the work the tool is out of it; and on its way to another one.
+    // Above its last contact the tool is out of the work; so it is on its way to another one.
     void follow_depth(const Sample& s, Travel way) noexcept {
         const bool leaving = way == Travel::clear && s.operation != 0 && !same_task(s, note_.key);
         if (s.z >= note_.contact.coordinate || leaving) below_contact_ = false;
@@ -251,7 +251,7 @@ private:
         return s.operation == key.operation && s.tool == key.tool;
     }
 
-    // What was true when the load crossed the threshold, and before that by the age of the load.
+    // Notes the state when the load crossed the threshold, earlier by the age of the load.
     void note(const Sample& s, double load_latency) noexcept {
         const double ago = detector_.since_rise() + load_latency;
         below_contact_ = true;
@@ -281,13 +281,13 @@ private:
         reject(Rejection::no_onset);
     }
 
-    // That of what the contact is to be compared with; 0 where there is nothing.
+    // The time constant of the contact's partner; 0 without a partner.
     double known_time_constant() const noexcept {
         const ContactReference* partner = cycle_.expected(note_.key);
         return partner ? partner->contact.time_constant : 0;
     }
 
-    // The fit puts the contact that was noted where it was.
+    // The fit moves the noted contact to its true place.
     Rejection fit(double load_latency) noexcept {
         if (!onset_.found()) return Rejection::no_onset;
         note_.contact.coordinate = onset_.coordinate() - note_.contact.feed * load_latency;
@@ -298,7 +298,7 @@ private:
         return Rejection::none;
     }
 
-    // What becomes of the contact that was noted, unless it is rejected already.
+    // Accepts or rejects the noted contact, unless it is rejected already.
     Event judge(Rejection rejection, const Settings& settings) noexcept {
         ++counts_.contacts;
         const bool learning = cycle_.learning();
@@ -312,8 +312,8 @@ private:
                                             : compare(*partner, settings);
         if (learning) cycle_.learn(note_, !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
-        if (fresh) return believe(0, note_.contact.sigma, false, settings);
-        believe(growth_, sigma_, within_gate(gate_.growth(), settings), settings);
+        if (fresh) return accept(0, note_.contact.sigma, false, settings);
+        accept(growth_, sigma_, within_gate(gate_.growth(), settings), settings);
         if (learning) return Event::contact;
         ++counts_.accepted;
         return Event::accepted;
@@ -344,7 +344,7 @@ private:
         return std::abs(growth_ - from) <= gate_.spread(settings.gate);
     }
 
-    // Not when it contradicts a contact that the gate would let in: one of the two is wrong.
+    // Not if it contradicts a contact that the gate would let in: one of the two is wrong.
     bool follows_model(const Settings& settings) const noexcept {
         return settings.between.by_speed && between_.known() && !model_doubted_ && !lost_track();
     }
@@ -354,7 +354,7 @@ private:
         between_.forget();
     }
 
-    Event believe(double growth, double sigma, bool explained, const Settings& settings) noexcept {
+    Event accept(double growth, double sigma, bool explained, const Settings& settings) noexcept {
         gate_.accept(growth);
         between_.correct(growth, sigma, explained, settings.between);
         model_doubted_ = false;
@@ -396,7 +396,7 @@ private:
     Rejection rejection_ = Rejection::none;
     double growth_ = 0;
     double sigma_ = 0;
-    std::int32_t rejected_before_ = 0;  // when this cycle began, or a contact was last believed
+    std::int32_t rejected_before_ = 0;  // when this cycle began, or at the last accepted contact
     std::int32_t barren_cycles_ = 0;
     bool uncertain_ = true;
     bool learning_failed_ = false;

@@ -8,19 +8,19 @@
 
 namespace plumb {
 
-// How Z moves.  `clear` means that the tool cannot be in the work: a rapid, or away from the work.
+// How Z moves. `clear` means that the tool cannot be in the work: a rapid, or away from the work.
 enum class Travel { towards_work, other, clear };
 
 // Finds the contact of a tool with the work in the load of a motor: a rise over a running baseline.
 //
 //  - One contact per approach: after one, Z must have been clear before another counts.
 //  - Only while Z feeds towards the work, and not while a change of spindle speed still disturbs the load.
-//  - A rise must last for the debounce time without falling below the release level.  Its moment is that
+//  - A rise must last for the debounce time without falling below the release level. Its moment is that
 //    at which it crossed the threshold, interpolated between samples.
 //    That moment is a first guess: behind a lag τ a threshold h is crossed -τ ln(1 - h/P) late, and the step
 //    P differs from part to part.
-//  - The threshold is never below four standard deviations of the noise that the smoothing has left.  Only
-//    what lies below the baseline counts as noise: a cut that begins slowly lies above it.
+//  - The threshold is never below four standard deviations of the noise that the smoothing has left. Only
+//    the load below the baseline counts as noise: a cut that begins slowly lies above it.
 //  - The baseline stands still while the load is high, and follows ten times faster while Z is clear,
 //    after a change of speed, and when the load has fallen.
 class LoadContact {
@@ -40,11 +40,12 @@ public:
         }
     };
 
-    // A rise is reported when it begins, so that the caller can note where; then whether it was a contact.
+    // A rise is reported when it begins, so that the caller can note the place; then whether it was a
+    // contact.
     enum class Event { none, rise, contact, blanked };
 
-    // One period of dt > 0, in s.  load in % and speed in rpm; what is not finite ends a rise, and blanks as
-    // a change of speed does.
+    // One period of dt > 0, in s. load in % and speed in rpm; a value that is not finite ends a rise, and
+    // blanks as a change of speed does.
     Event step(double load, double speed, Travel travel, const Settings& settings, double dt) noexcept {
         const bool usable = std::abs(load) <= largest && std::abs(speed) <= largest;
         if (!usable || std::abs(speed - speed_) > same_speed) {
@@ -76,7 +77,7 @@ public:
         return event;
     }
 
-    // Of the rise that was last reported.
+    // The rise of the last report.
     double since_rise() const noexcept { return since_rise_; }  // s from its crossing to the present sample
 
     double noise() const noexcept { return noise_; }  // %, standard deviation about the baseline
@@ -85,7 +86,7 @@ public:
     bool in_work() const noexcept { return in_work_; }  // the tool may be cutting
 
 private:
-    static constexpr double largest = 1e6;     // of load and speed; beyond, it is an error and no value
+    static constexpr double largest = 1e6;     // of load and speed; a larger value is invalid
     static constexpr double same_speed = 1;    // rpm
     static constexpr double noise_memory = 5;  // s
     static constexpr double quick = 0.1;       // of the baseline's time constant
@@ -111,8 +112,8 @@ private:
         return Event::none;
     }
 
-    // High load means that the tool cuts.  A change of speed takes the baseline away by which the end of the
-    // cut would be seen: then only leaving the work ends it.
+    // High load means that the tool cuts. A change of speed spoils the baseline, which would show the end
+    // of the cut: then only leaving the work ends it.
     void judge_in_work(Travel travel) noexcept {
         if (travel == Travel::clear) {
             in_work_ = end_unseen_ = false;
@@ -156,7 +157,7 @@ private:
     double rise_ = 0;            // % over the baseline, in the last period
     double since_rise_ = 0;
     bool in_work_ = false;
-    bool end_unseen_ = false;  // the baseline cannot tell the end of this cut
+    bool end_unseen_ = false;  // the baseline cannot show the end of this cut
 };
 
 }  // namespace plumb

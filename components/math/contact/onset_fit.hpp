@@ -10,7 +10,7 @@ namespace plumb {
 //     y = b                                t < t0
 //     y = b + P (1 - exp(-(t - t0) / τ))   t ≥ t0
 //
-// for a given τ, with b, P and t0 free, over evenly spaced samples of weight 0 or 1.  They are taken from the
+// for a given τ, with b, P and t0 free, over evenly spaced samples of weight 0 or 1. They are taken from the
 // newest to the oldest: then the sums for an onset at each sample follow from those for the sample after it.
 // Between two samples the model is linear in b, P and P exp(t0 / τ), and the best onset has a closed form.
 class OnsetFit {
@@ -87,7 +87,7 @@ private:
         first_ = first;
     }
 
-    // The c that explains most, wherever it is.
+    // The c that explains most, even outside 0 to 1.
     double best_share(const Sums& s) const noexcept {
         const double mean = total_.y / total_.n;
         const double y = s.y - s.n * mean, ey = s.ey - s.e * mean;

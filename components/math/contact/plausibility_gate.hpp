@@ -7,8 +7,8 @@
 
 namespace plumb {
 
-// Tells growth from all else that displaces a contact, as far as that can be told: by how far growth can have
-// come since the last accepted contact,
+// Separates growth from other displacements of a contact, as far as possible, by the largest growth since
+// the last accepted contact:
 //
 //     spread = max_growth_rate × time,  at least floor,  at most cap;  cap if none was accepted yet.
 //
@@ -36,8 +36,8 @@ public:
                       : settings.cap;
     }
 
-    // Whether a growth, in mu, may be believed.  Each contact is asked about once; `tool` and `cycle` are
-    // numbers that tell tools and cycles apart.
+    // Whether a growth, in mu, is accepted. Ask once for each contact; `tool` and `cycle` are numbers that
+    // identify tools and cycles.
     bool admits(double growth, std::int32_t tool, std::int32_t cycle, const Settings& settings) noexcept {
         if (std::abs(growth - growth_) <= spread(settings)) {
             agreeing_ = 0;
@@ -56,7 +56,7 @@ public:
         return settings.confirm > 0 && agreeing_ > settings.confirm;
     }
 
-    // A contact was believed, or made the reference.
+    // A contact was accepted, or made the reference.
     void accept(double growth) noexcept {
         known_ = true;
         growth_ = growth;
@@ -67,7 +67,7 @@ public:
     bool known() const noexcept { return known_; }      // a contact was accepted
     double growth() const noexcept { return growth_; }  // mu, of the last accepted contact; 0 before
 
-    // Nothing is known any more, as after start.
+    // Returns to the state after start.
     void forget() noexcept { *this = PlausibilityGate(); }
 
 private:

@@ -8,7 +8,7 @@
 
 namespace plumb {
 
-// Why a reference as a whole is not compared with.
+// Why a reference as a whole is refused.
 enum class Refusal : std::int32_t { none, program, tool_set, feed, feed_override };
 
 constexpr const char* sentence(Refusal refusal) {
@@ -21,10 +21,10 @@ constexpr const char* sentence(Refusal refusal) {
     }
 }
 
-// Whether a reference may be used at all.  It is judged as a cycle begins; a cycle all of whose contacts came
-// with another feed or override refuses it as well, for the next ones.  A refusal stays until it is
-// acknowledged, a cycle is learnt from or there is no reference any more: what the operator was told must not
-// vanish by itself.
+// Whether a reference may be used at all. It is judged as a cycle begins; a cycle in which all contacts
+// came with another feed or override refuses it as well, for the next ones. A refusal stays until it is
+// acknowledged, a cycle is learnt from or there is no reference any more: a message to the operator must
+// not vanish by itself.
 class ReferenceRefusal {
 public:
     Refusal reason() const noexcept { return reason_; }

@@ -7,14 +7,14 @@
 
 namespace plumb {
 
-// Growth that a drive u explains through one lag, learnt from the contacts, and what it does not explain:
+// Growth that a drive u explains through one lag, learnt from the contacts, and the growth that it does not
+// explain:
 //
 //     g = b + K x + A d + c T        x' = (u - x) / tau,  x(0) = 0        d' = -d / tau,  d(0) = 1
 //
-// b is a slow bias, K the growth in the end for u = 1, A d the heat that the machine had at the start, of
-// which nothing is known, c the growth by a temperature T.  b, K, A and c are the state of a Kalman filter
-// (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, contacts correct all four by how much each is in
-// doubt.
+// b is a slow bias, K the growth in the end for u = 1, A d the unknown heat that the machine had at the
+// start, c the growth by a temperature T. b, K, A and c are the state of a Kalman filter (R. E. Kalman, J.
+// Basic Eng. 82, 1960): b and K wander, and contacts correct each of the four by its uncertainty.
 class SpeedDrivenGrowth {
 public:
     // Standard deviations at the start, and the mean of K; lengths in mu.
@@ -24,7 +24,7 @@ public:
         double temperature = 0;  // mu/K, standard deviation of c
     };
 
-    // At a machine of which nothing is known.
+    // For a machine in an unknown state.
     void start(const Prior& prior) noexcept {
         constexpr double start_bias = 2, start_heat = 2.0 / 3, forgetting = 1.0 / 90000;  // 1/s, as 25 h
         const auto squared = [](double x) { return x * x; };
@@ -48,20 +48,20 @@ public:
         row_[heat] = row_[heat] > 1e-9 ? row_[heat] * (1 - part_) : 0;
     }
 
-    // dt > 0 seconds make the state less certain; of b not more than at the start, of which it knows as
-    // little.
+    // dt > 0 seconds make the state less certain; b at most as uncertain as at the start, where it is as
+    // good as unknown.
     void wander(double dt) noexcept {
         for (std::size_t i = 0; i < heat; ++i)
             if (covariance_[i][i] < most_[i]) covariance_[i][i] += wander_[i] * dt;
     }
 
-    // T in K, from where it was when it was given first.
+    // T in K, from its first value.
     void temperature(double T) noexcept { row_[warmth] = T; }
 
-    // What has come of it is not the model's: the bias may be anything.
+    // The growth now may differ from the model by any bias.
     void forget_bias() noexcept { covariance_[bias][bias] += most_[bias]; }
 
-    // Corrects the state by a growth z of variance `variance` > 0.  Returns the logarithm of how likely z
+    // Corrects the state by a growth z of variance `variance` > 0. Returns the logarithm of how likely z
     // was.
     double correct(double z, double variance) noexcept {
         const Row doubt = product();
@@ -94,7 +94,7 @@ private:
 
     Row state_{}, row_{}, most_{}, wander_{};
     std::array<Row, states> covariance_{};
-    double tau_ = 0, dt_ = 0, part_ = 0;  // the last one, which costs more than all else
+    double tau_ = 0, dt_ = 0, part_ = 0;  // the last one, which costs most
 };
 
 }  // namespace plumb

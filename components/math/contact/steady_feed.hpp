@@ -6,16 +6,16 @@
 
 namespace plumb {
 
-// How long Z has fed steadily on its way to the work since something came in between: a feed hold, a stop, a
-// turn of the override.  After that servo and load need a while before a rise of the load says where the
-// work begins; a tool that was stopped in the work, before the load showed it, seems to meet it where it goes
-// on.  The start of an approach is no such disturbance: it comes alike in each cycle.
+// How long Z has fed steadily on its way to the work since a disturbance: a feed hold, a stop, a turn of
+// the override. After one, servo and load need a while before a rise of the load shows the surface of the
+// work. A tool that was stopped in the work, before the load showed it, seems to meet it where it goes on.
+// The start of an approach is no such disturbance: it is the same in each cycle.
 class SteadyFeed {
 public:
     // An approach begins.
     void begin() noexcept { *this = SteadyFeed(); }
 
-    // One period of dt > 0, in s.  velocity in mu/s; tolerance is the part of it that counts as steady.
+    // One period of dt > 0, in s. velocity in mu/s; tolerance is the part of it that counts as steady.
     void step(double velocity, double tolerance, double dt) noexcept {
         lasted_ += dt;
         if (std::abs(velocity - velocity_) <= tolerance * std::abs(velocity_)) {
@@ -27,7 +27,7 @@ public:
         lasted_ = 0;
     }
 
-    // In s; infinite where nothing came in between.
+    // In s; infinite without a disturbance.
     double time() const noexcept { return disturbed_ ? lasted_ : std::numeric_limits<double>::infinity(); }
 
 private:

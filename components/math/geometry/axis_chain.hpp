@@ -43,7 +43,7 @@ struct AxisChain {
 //     w-X-Y.b-Z-C-t      w.b-X-W-Y-Z-C-t      b-X-Y-C-t
 //
 // A text that begins with b names the tool's side alone; those of X, Y and Z that it leaves out carry the
-// work, X next to the bed.  C, a spindle, may stand on either side and moves nothing.
+// work, X next to the bed. C, a spindle, may stand on either side and moves nothing.
 class AxisChainReader {
 public:
     // Throws std::invalid_argument with the text, the place in it (from 1) and the reason.

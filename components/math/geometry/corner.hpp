@@ -12,14 +12,14 @@
 
 namespace plumb {
 
-// What a square can tell of two axes that are not parallel: by how much the angle between their + ends is
-// more than 90 deg.  Leaning towards the other's + end closes it.
+// The result of a square for two axes that are not parallel: the angle between their + ends, less 90 deg.
+// Leaning towards the other's + end closes it.
 struct Corner {
     Axis a = Axis::X, b = Axis::Y;
     double opening = 0;      // rad
     double uncertainty = 0;  // rad, standard
-    double scatter = 0;      // of the readings, as a multiple of what was stated; 0: nothing to tell it by
-    double own = 0;          // rad, what of the uncertainty is that of the square or artifact itself
+    double scatter = 0;      // of the readings, as a multiple of the stated one; 0: unknown
+    double own = 0;          // rad, part of the uncertainty that the square or artifact itself has
 
     bool is_of(Axis one, Axis other) const noexcept {
         return (a == one && b == other) || (a == other && b == one);
@@ -30,13 +30,12 @@ inline std::string name(const Corner& corner) {
     return std::string(1, letter(corner.a)) + letter(corner.b);
 }
 
-// Whose shape it is that was measured: a part's, or a path's, that the axes have drawn, by something that
-// is true; or that of an artifact that is true, by the axes, in their coordinates.  An artifact reads as the
-// mirror image of what the axes draw.
+// The measured shape: a part or a path that the axes have drawn, measured with a true instrument; or a true
+// artifact, measured by the axes, in their coordinates. An artifact reads as the mirror image of a part.
 enum class MeasuredObject { part, artifact };
 
 // Diagonals of a rectangle along the axes: `rising` leads from the corner at the - ends to that at the +
-// ends, `falling` between the other two.  Lengths in any unit.
+// ends, `falling` between the other two. Lengths in any unit.
 struct Diagonals {
     double rising = 0, falling = 0;
     double a = 0, b = 0;         // sides; 0: it is a square
@@ -45,8 +44,8 @@ struct Diagonals {
     double own_uncertainty = 0;  // its standard uncertainty
 };
 
-// By the law of cosines: rising^2, falling^2 = a^2 + b^2 -/+ 2 a b sin(opening).  Throws
-// std::invalid_argument with the value that cannot be.
+// By the law of cosines: rising^2, falling^2 = a^2 + b^2 -/+ 2 a b sin(opening). Throws
+// std::invalid_argument with the invalid value.
 inline Corner corner_from_diagonals(Axis a, Axis b, const Diagonals& d, MeasuredObject object) {
     const auto refuse = [](const std::string& why) { throw std::invalid_argument(why); };
     if (!(d.rising > 0 && d.falling > 0)) refuse("a diagonal is not longer than 0");
@@ -82,8 +81,8 @@ inline Corner corner_from_diagonals(Axis a, Axis b, const Diagonals& d, Measured
     return corner;
 }
 
-// The same corner, measured several times, as one; weighted, and less certain where they disagree.  The
-// square or artifact counts as one and the same: what is uncertain of it does not average out.
+// The mean of the same corner, measured several times; weighted, and less certain if the measurements
+// disagree. They share one square or artifact, so its own uncertainty does not average out.
 inline Corner mean_of(const std::vector<Corner>& corners) {
     Corner result = corners.front();
     double weights = 0, opening = 0, own = 0;

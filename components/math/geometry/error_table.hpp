@@ -8,20 +8,20 @@
 
 namespace plumb {
 
-// The error motions of a linear axis, say Y, by their names in ISO 230-1 and in this order: EXY EYY EZY in
+// The error motions of a linear axis, here Y, by their names in ISO 230-1 and in this order: EXY EYY EZY in
 // mm, EAY EBY ECY in rad.
 using ErrorMotions = std::array<double, 6>;
 
 // The error motions of an axis, measured at some of its positions.
 //
 // Between two positions they are cubic, by Hermite, with the slope at each position that of the parabola
-// through it and its neighbours (at the ends, through the last three).  A correction made of them has thus
+// through it and its neighbours (at the ends, through the last three). A correction made of them has thus
 // no step in its velocity, as linear interpolation would give it; and a bad reading spoils two intervals on
-// either side of it, where a spline would hand it on through all.  Parabolas are met exactly, however
+// either side of it, where a spline would hand it on through all. Parabolas are met exactly, however
 // uneven the positions; beside a step of even ones it overshoots by 2/27 of the step.
 //
 // Beyond the ends each error holds its last value, and its slope is 0: the value has no step there, the slope
-// has.  So a table should cover the whole travel.
+// has. So a table should cover the whole travel.
 class ErrorTable {
 public:
     struct Row {
@@ -33,7 +33,7 @@ public:
         ErrorMotions slopes{};  // mm/mm, rad/mm
     };
 
-    // At least two rows, all numbers finite, the positions rising.  Allocates; nothing else does.
+    // At least two rows, all numbers finite, the positions rising. Allocates; nothing else does.
     explicit ErrorTable(const std::vector<Row>& rows) : first_(rows.front().position) {
         const std::size_t last = rows.size() - 1;
         const std::vector<ErrorMotions> slopes = slopes_of(rows);
@@ -48,8 +48,8 @@ public:
     double first() const noexcept { return first_; }       // mm
     double last() const noexcept { return ends_.back(); }  // mm
 
-    // What is not a number counts as a position before the first.  Takes the logarithm of the number of rows
-    // in steps, wherever it was asked before.
+    // NaN counts as a position before the first. The search takes the logarithm of the number of rows in
+    // steps, always.
     Reading at(double position) const noexcept {
         const double within = position > first_ ? std::min(position, last()) : first_;
         const auto end = std::lower_bound(ends_.begin(), ends_.end(), within);
@@ -75,7 +75,7 @@ private:
         return (b.errors[error] - a.errors[error]) / (b.position - a.position);
     }
 
-    // At b, of the parabola through all three, in whatever order.
+    // At b, of the parabola through all three, in any order.
     static double slope(const Row& a, const Row& b, const Row& c, std::size_t error) noexcept {
         return secant(a, b, error) + secant(b, c, error) - secant(a, c, error);
     }

@@ -12,7 +12,7 @@
 
 namespace plumb {
 
-// Position of X, Y, Z and the axis parallel to one of them, from the pivot where tilts displace no axis.  In
+// Position of X, Y, Z and the axis parallel to one of them, from the pivot where tilts displace no axis. In
 // mu.
 using AxisPosition = Eigen::Vector4d;
 // Change of a vector X, Y, Z with the position.
@@ -20,13 +20,14 @@ using PositionSlopes = Eigen::Matrix<double, 3, 4>;
 
 // The exact place of the tool's tip in the work, on a machine with tilted axes that have errors:
 //
-//     tip = W⁻¹ (transforms of the tool's side) T,   W those of the work's side, with q and (EX, EY, EZ)
-//     negated transform of an axis = R(tilt) · translation by q e + (EX, EY, EZ) · R(EA, EB, EC),   R = Rz Ry
-//     Rx
+//     tip = W⁻¹ (transforms of the tool's side) T
+//     transform of an axis = R(tilt) · translation by q e + (EX, EY, EZ) · R(EA, EB, EC)
 //
-// Everything behind an axis turns with it, its tilt as far as reading and datum say so.  On either side a
-// tilt is the same as an error (R - 1) q e with the angles of R.  T points from the gauge point to the tip.
-// Angles are below 0.1 rad.
+// W are the transforms of the work's side, with q and (EX, EY, EZ) negated; R = Rz Ry Rx.
+//
+// Everything behind an axis turns with it; reading and datum give the part that its tilt turns. On either
+// side a tilt is the same as an error (R - 1) q e with the angles of R. T points from the gauge point to
+// the tip. Angles are below 0.1 rad.
 class KinematicChain {
 public:
     struct Settings {
@@ -69,7 +70,7 @@ public:
         return by_all_members(q, tool);
     }
 
-    // (R - 1) T: by how much the tilts alone displace the tip of a tool.  In mu.
+    // (R - 1) T: by how much the tilts alone displace the tip of a tool. In mu.
     Eigen::Vector3d tool_displacement(const Eigen::Vector3d& tool) const noexcept {
         return end_rotation_ * tool - tool;
     }
@@ -120,7 +121,7 @@ private:
         return result;
     }
 
-    // Of the work's side too: what the work goes back, the tip goes forth.
+    // On the work's side too: the tip moves against the work.
     static Tip travel_of(Axis axis, const AxisPosition& q, const PerAxis<Error>& errors) noexcept {
         const Eigen::Vector3d e = Eigen::Vector3d::Unit(direction(axis));
         Tip travel = {q[coordinate(axis)] * e + of(errors, axis).translation, PositionSlopes::Zero()};
@@ -163,7 +164,7 @@ private:
     bool linear_ = true;
     PositionSlopes ideal_slopes_ = PositionSlopes::Zero();
     PositionSlopes tilted_slopes_;  // of tilts alone
-    Eigen::Matrix3d end_rotation_;  // of the tool, as the work sees it, likewise
+    Eigen::Matrix3d end_rotation_;  // of the tool as the work sees it, of tilts alone
 };
 
 }  // namespace plumb

@@ -24,8 +24,8 @@ namespace plumb {
 struct ProbedShape {
     struct Point {
         Eigen::Vector2d place;  // mm, along a and b
-        double normal = 0;      // rad, from +a towards +b: where the face looks; nothing of a ring's
-        double turned = 0;      // rad, likewise: by how much the artifact was turned before it was probed
+        double normal = 0;      // rad, from +a towards +b: direction of the face; unused for a ring
+        double turned = 0;  // rad, from +a towards +b: angle by which the artifact was turned before probing
     };
 
     Axis a = Axis::X, b = Axis::Y;
@@ -40,7 +40,7 @@ struct ProbedShape {
 
 struct ProbedCorner {
     Corner corner;
-    std::size_t worst = 0;  // the point, from 0, that lies furthest from the shape that was fitted, and
+    std::size_t worst = 0;  // the point, from 0, that lies furthest from the fitted shape, and
     double distance = 0;    // mm, how far
 };
 
@@ -51,17 +51,17 @@ struct ProbedMisfit : std::invalid_argument {
     ProbedCorner fitted;
 };
 
-// Fits the shape, its place, the corner of the axes, and how much longer the scale of a is than that of b:
-// the axes draw a true shape p of what they read, q, as
+// Fits the shape, its place, the corner of the axes, and how much longer the scale of a is than that of b.
+// The axes read q and draw the true shape p:
 //
 //     p = S q,   S = ((1 + k/2, -sin g), (0, (1 - k/2) cos g)),   g: the opening of their corner
 //
-// and what a part has of it is what its axes read: q = S^-1 p.  Faces have their directions, apart from their
-// own errors; the ring is round, apart from its ovality.  Those of an artifact that was turned are told from
-// those of the axes, for they have turned with it.
+// A true part reads q = S^-1 p. Faces have their directions, apart from their own errors; the ring is
+// round, apart from its ovality. Errors of an artifact that was turned have turned with it; so they are
+// separate from those of the axes.
 class ProbedShapeFit {
 public:
-    // Throws std::invalid_argument with what is wrong.
+    // Throws std::invalid_argument with the reason.
     static ProbedCorner corner(const ProbedShape& shape) { return ProbedShapeFit(shape).fitted(); }
 
 private:
@@ -69,7 +69,7 @@ private:
     static constexpr double any_ovality = 0.1;  // mm
     static constexpr double any_scales = 1e-4;  // how much two scales differ
     static constexpr double settled = 1e-10;    // mm, rad
-    static constexpr double worst_ratio = 20;   // of the scatter to what was stated
+    static constexpr double worst_ratio = 20;   // of the scatter to the stated one
     static constexpr Eigen::Index opening = 0, scales = 1;
 
     using Setup = long;  // by the angle of the turn
@@ -106,7 +106,7 @@ private:
 
     [[noreturn]] static void refuse(const std::string& why) { throw std::invalid_argument(why); }
 
-    // The same for what differs by whole turns.
+    // The same for angles that differ by whole turns.
     static long key(double angle) {
         const long steps = std::lround(angle * 180 / pi * 1e4) % 3600000;
         return steps < 0 ? steps + 3600000 : steps;
@@ -164,7 +164,7 @@ private:
         return direction_of(normal).dot(drawn(p, place)) - far;
     }
 
-    // With own errors of the artifact as uncertain as they are, or as `own` says.
+    // With the artifact's own errors, as uncertain as they are or as `own`.
     std::optional<LeastSquares::Solution> step(const Eigen::VectorXd& p, double ratio,
                                                std::optional<double> own = {}) const {
         if (!own) own = shape_.own_uncertainty;

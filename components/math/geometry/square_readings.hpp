@@ -18,7 +18,7 @@
 namespace plumb {
 
 // An indicator on the tool's side runs along the blade of a square, as one axis moves; the square's base lies
-// along another.  A reading grows as the plunger is pressed in.
+// along another. A reading grows as the plunger is pressed in.
 struct SquareReadings {
     Axis moved = Axis::Y;
     Lean plunger{Axis::X, 1, 0};    // the direction in which it points, along the square's base
@@ -31,11 +31,11 @@ struct SquareReadings {
                                                // the square counts as true
 };
 
-// With t the position, s how far the axis leans towards the plunger's direction, b how far the blade does:
+// t is the position, s the lean of the axis towards the plunger's direction, b the lean of the blade:
 //
 //     reading = (s - b) t + constant       turned: reading = (-s - b) t + another constant
 //
-// Throws std::invalid_argument with what is wrong.
+// Throws std::invalid_argument with the reason.
 inline Corner corner_from_square(const SquareReadings& square) {
     const auto refuse = [](const std::string& why) { throw std::invalid_argument(why); };
     const std::size_t count = square.positions.size();
@@ -46,7 +46,7 @@ inline Corner corner_from_square(const SquareReadings& square) {
     };
     if (parallel(square.moved, square.plunger.towards))
         refuse("the plunger points along " + std::string(1, letter(square.moved)) + ", the axis that moves");
-    if (count < 2) refuse("one position is not enough: at least two tell how an axis leans");
+    if (count < 2) refuse("one position is not enough: at least two show how an axis leans");
     demand(square.readings, "readings");
     if (!square.turned.empty()) demand(square.turned, "readings of the turned square");
     if (!(square.uncertainty > 0)) refuse("the uncertainty of a reading is not more than 0");

@@ -29,10 +29,10 @@ struct SquarenessQuantity {
     }
 };
 
-// The quantities of all tilted axes such that the machine has the corners that were measured.  In a plane,
-// the axis that comes first in `order` has its true direction, or the one that `settings` give it, and each
-// other one the direction that its corner says; what an axis that carries it turns it by is taken off.
-// `settings` are quantities that are known.  To the first order; angles multiply to less than 1e-8.
+// The quantities of all tilted axes such that the machine has the measured corners. In a plane, the axis
+// that comes first in `order` has its true direction, or the one in `settings`; each other axis has the
+// direction by its corner, less the tilt of the axes that carry it. `settings` are known quantities. To the
+// first order; angles multiply to less than 1e-8.
 class SquarenessOfChain {
 public:
     SquarenessOfChain(const AxisChain& axes, TiltReading reading, TiltDatum datum, std::vector<Axis> order)
@@ -65,7 +65,7 @@ private:
         return angles[static_cast<std::size_t>(coordinate(axis))];
     }
 
-    // How the direction of each axis is turned, where that of a datum is what `starts` say.
+    // How the direction of each axis is turned; `starts` gives the direction of a datum.
     Angles directions_of(const std::vector<Corner>& corners, const Angles& starts) const {
         Angles turned;
         turned.fill(Eigen::Vector3d::Constant(std::nan("")));
@@ -95,7 +95,7 @@ private:
         Angles angles, starts;
         angles.fill(Eigen::Vector3d::Zero());
         starts.fill(Eigen::Vector3d::Zero());
-        for (std::size_t round = 0; round <= order_.size(); ++round) {  // what carries a set axis is found
+        for (std::size_t round = 0; round <= order_.size(); ++round) {  // finds the carriers of a set axis
             const Angles directions = directions_of(corners, starts);
             for (const AxisBranch& axes : {axes_.work, axes_.tool}) {
                 const TiltedBranch branch(axes, tilted, reading_, datum_);
@@ -142,20 +142,20 @@ private:
     std::vector<Axis> order_;
 };
 
-// By how much the angle between the + ends of two axes is more than 90 deg.  In rad.
+// By how much the angle between the + ends of two axes is more than 90 deg. In rad.
 inline double opening_of(const KinematicChain& machine, Axis a, Axis b) {
     const PositionSlopes slopes = machine.tip(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes;
     return -std::asin(slopes.col(coordinate(a)).normalized().dot(slopes.col(coordinate(b)).normalized()));
 }
 
-// By how much the tip moves to the + end of X, Y or Z as another axis moves by `travel`.  In mu.
+// By how much the tip moves to the + end of X, Y or Z as another axis moves by `travel`. In mu.
 inline double indicator_on_table(const KinematicChain& machine, Axis moved, Axis towards, double travel) {
     const PositionSlopes slopes = machine.tip(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes;
     return travel * slopes.col(coordinate(moved))[direction(towards)];
 }
 
 // By how much an indicator in the spindle reads more when an axis has moved by `travel`, its plunger pointing
-// to the + end of `base`, on the blade of a true square whose base lies along that axis.  In mu.
+// to the + end of `base`, on the blade of a true square whose base lies along that axis. In mu.
 inline double indicator_on_square(const KinematicChain& machine, Axis moved, Axis base, double travel) {
     const PositionSlopes slopes = machine.tip(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes;
     return travel * slopes.col(coordinate(moved)).dot(slopes.col(coordinate(base)).normalized());

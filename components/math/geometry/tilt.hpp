@@ -53,7 +53,7 @@ inline Eigen::Vector3d turning(Axis axis, const Lean& lean) noexcept {
         .cross(Eigen::Vector3d(lean.sign * Eigen::Vector3d::Unit(direction(lean.towards))));
 }
 
-// The angles (EA0, EB0, EC0), in rad, of an axis that leans there.  Throws std::invalid_argument with axis,
+// The angles (EA0, EB0, EC0), in rad, of an axis that leans there. Throws std::invalid_argument with axis,
 // direction and value if it leans along itself, by no proper angle, or twice along a line.
 inline Eigen::Vector3d squareness(Axis axis, const std::vector<Lean>& leans) {
     const std::string subject = std::string("axis ") + letter(axis);

@@ -12,13 +12,13 @@
 
 namespace plumb {
 
-// What the tilt of an axis turns beside the axis itself and the end, the tool or the work: all that it
-// carries (the rail, and so the saddle, turns with it), or only the axes parallel to it (the saddle stays
-// level).
+// A tilt turns the axis itself, the end (the tool or the work), and
+//  - component: all that the axis carries (the rail, and so the saddle, turns with it);
+//  - axis_direction: only the axes parallel to it (the saddle stays level).
 enum class TiltReading { component, axis_direction };
 
-// Against what the tilt of an axis was measured that rides on one parallel to it: the rail that carries it,
-// or the bed.  Against the bed it replaces the tilt of the rail, for that axis and all that it carries.
+// The datum of the tilt of an axis that rides on a parallel one: the rail that carries it, or the bed.
+// Against the bed it replaces the tilt of the rail, for that axis and all that it carries.
 enum class TiltDatum { rail, bed };
 
 struct AxisTilt {
@@ -26,11 +26,11 @@ struct AxisTilt {
     bool end_follows = true;                           // false: tool or work were set up square
 };
 
-// In the order of a position; what the chain does not have is ignored.
+// One value for each axis, in the order of a position; axes that the chain does not have are ignored.
 template <typename T>
 using PerAxis = std::array<T, 4>;
 
-// The axes of one side of a chain with what each tilt turns.
+// The axes of one side of a chain, and which of them each tilt turns.
 class TiltedBranch {
 public:
     TiltedBranch(const AxisBranch& axes, const PerAxis<AxisTilt>& tilts, TiltReading reading,

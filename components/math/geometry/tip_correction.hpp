@@ -8,15 +8,14 @@
 
 namespace plumb {
 
-// The correction c of X, Y and Z that brings the tip of a machine to where that of an ideal one would be:
+// The correction c of X, Y and Z that brings the tip of a machine to the tip of an ideal one:
 //
 //     tip(q + c) = ideal tip(q) + displacement of the reference tool
 //
 // The axis parallel to one of them stays where it is: it is clamped when cutting.
 class TipCorrection {
 public:
-    // The reference tool, in mu, is the one that the origin of the work was set with: its error by the tilts
-    // is in there already.
+    // The reference tool, in mu, set the origin of the work: its error by the tilts is in there already.
     explicit TipCorrection(const KinematicChain& chain,
                            const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
         : chain_(chain), origin_(chain.tool_displacement(reference_tool)) {}
@@ -29,9 +28,9 @@ public:
         Eigen::Vector3d error;   // mu, of the tip without correction
     };
 
-    // A step of Newton from a guess, which is exact for tilts whatever the guess.  With errors of the axes it
-    // leaves what is of second order in its way: take it again from where it has led, with the errors of
-    // there, as long as that way is too long.
+    // A step of Newton from a guess; for tilts it is exact from any guess. With errors of the axes a term
+    // of second order in its length remains: repeat the step from its result, with the errors there, until
+    // it is short enough.
     Correction at(const AxisPosition& q, const Eigen::Vector3d& tool,
                   const Eigen::Vector3d& guess = Eigen::Vector3d::Zero()) const noexcept {
         const KinematicChain::Tip tip = chain_.tip(corrected(q, guess), tool);

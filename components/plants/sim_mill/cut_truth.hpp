@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a scorer must know about each contact of a tool with the work and about each cut: pins that keep what
-// was true of the last one.
+// Truth for scoring: pins that keep the state at the last contact of a tool with the work, and at the last
+// cut.
 #pragma once
 
 #include "hal/component.hpp"
@@ -9,7 +9,7 @@
 
 namespace plumb {
 
-// What the program was about.
+// The program's work of the moment.
 struct Task {
     std::int32_t operation, occurrence, tool, event;
 };
@@ -27,8 +27,7 @@ public:
         contacts_ = ++contact_count_;
     }
 
-    // To be called every period.  A cut counts when the tool leaves the work, with what was true of its
-    // lowest tip.
+    // Call it every period. A cut counts when the tool leaves the work, with the values at its lowest tip.
     void cut(bool cutting, const Task& task, double tip, double error, double growth) noexcept {
         if (cutting && (!cutting_ || tip < bottom_.tip)) bottom_ = {task, tip, error, growth};
         if (cutting_ && !cutting) {
@@ -50,7 +49,7 @@ private:
     };
 
     hal::Out<std::int32_t> contacts_{this, "truth-contacts",
-                                     "Contacts so far; truth-contact-... tells of the last one."};
+                                     "Contacts so far; truth-contact-... describes the last one."};
     hal::Out<double> coordinate_{this, "truth-contact-coordinate", "mu",
                                  "True Z of the axis at the contact."};
     hal::Out<double> time_{this, "truth-contact-time", "s",
@@ -60,12 +59,12 @@ private:
                                               "Operation that made the contact."};
     hal::Out<std::int32_t> contact_event_{this, "truth-contact-event", "Event under way at the contact."};
     hal::Out<std::int32_t> cuts_{this, "truth-cuts",
-                                 "Cuts finished so far; truth-cut-... tells of the last one."};
+                                 "Cuts finished so far; truth-cut-... describes the last one."};
     hal::Out<double> error_{this, "truth-cut-error", "mu", "Tip error at the bottom of the cut."};
     hal::Out<double> growth_{this, "truth-cut-growth", "mu", "Growth at the bottom of the cut."};
     hal::Out<std::int32_t> operation_{this, "truth-cut-operation", "Operation that made the cut."};
     hal::Out<std::int32_t> occurrence_{this, "truth-cut-occurrence",
-                                       "Which run of the operation in its cycle it was, from 1."};
+                                       "Run of the operation in its cycle, from 1."};
     hal::Out<std::int32_t> tool_{this, "truth-cut-tool", "Tool that made the cut."};
     hal::Out<std::int32_t> event_{this, "truth-cut-event", "Event under way at the bottom of the cut."};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// How much closer to the work the tool of a simulated machine comes by heat: the truth against which
-// compensations are scored, and therefore never the model of one.
+// How much closer to the work the tool of a simulated machine comes by heat. Compensations are scored
+// against this truth, so it is never the model of one.
 //
 //     spindle   s' = (G - s) / tau(n)            G = spindle-growth (n / growth-speed)^growth-exponent
 //     column    c' = (-column-share G - c) / column-tau     head and column bend the other way, slowly
@@ -23,7 +23,7 @@ public:
     using Group::Group;
 
     // Advances machine number `seed` by dt > 0 seconds at a spindle speed n (rpm) and with an axis at z (mm)
-    // that moves with v (mm/s).  Returns the growth in mm.
+    // that moves with v (mm/s). Returns the growth in mm.
     double step(std::int32_t seed, double n, double z, double v, double dt) noexcept {
         const double reference = usable(speed_, 1e5, 8000);
         const double turning = std::abs(n) / (reference >= 1 ? reference : 8000);
@@ -44,9 +44,9 @@ public:
 
 private:
     static constexpr double steel = 11.5e-6;  // 1/K
-    static constexpr double most = 10;        // mm, whatever the settings
+    static constexpr double most = 10;        // mm, with any settings
 
-    // What the day, and the heating or air conditioning every 20 minutes, make of 20 degC.
+    // 20 degC, the swing of the day, and of the heating or air conditioning every 20 minutes.
     double shop_air(double dt, std::int32_t seed) noexcept {
         constexpr double turn = 6.283185307179586;
         time_ += dt;
@@ -75,7 +75,7 @@ private:
 
     FirstOrderLag spindle_, column_, screw_;
     double time_ = 0;
-    double turning_ = 0, raised_to_ = 1, raised_ = 0;  // the last power, which costs more than all else
+    double turning_ = 0, raised_to_ = 1, raised_ = 0;  // the last power, which costs most
 };
 
 }  // namespace plumb

@@ -60,7 +60,7 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
                                      "Which run of this operation in the cycle, from 1."};
     hal::In<std::int32_t> event{this, "event", 0, "Event under way, as sim_part_program numbers them."};
     hal::In<std::int32_t> tool_number{
-        this, "tool-number", 0, "Tool in the spindle; a change seats it anew, and replaces a worn-out one."};
+        this, "tool-number", 0, "Tool in the spindle; a change seats it again, and replaces a worn-out one."};
     hal::In<std::int32_t> tool_kind{this, "tool-kind", 0, "0 end mill, 1 drill."};
     hal::In<double> tool_diameter{this, "tool-diameter", 10, "mu", "Diameter of the tool."};
     hal::In<double> tool_deviation{this, "tool-deviation", 0, "mu",
@@ -152,7 +152,7 @@ private:
     static constexpr double cutting_force = 2.5;  // W for each mm3/s: steel
     static constexpr double chip_strength = 0.7;  // of the work
 
-    // The machine as it is switched on: cold, at rest where its command is.
+    // The machine at its start: cold, at rest at its command.
     void start(std::int32_t number) noexcept {
         if (!started_) {
             command_ = usable(z_position_cmd, 1e5, 0);
@@ -201,7 +201,7 @@ private:
     Random random_;
     ServoLag command_lag_, offset_lag_;
     double command_ = 0, offset_ = 0, speed_ = 0, longer_ = 0, top_ = 0, higher_ = 0, diameter_ = 10;
-    double width_ = 0, side_feed_ = 0, replayed_ = 0;  // the last good inputs
+    double width_ = 0, side_feed_ = 0, replayed_ = 0;  // last good inputs
     double time_ = 0, z_ = 0, driven_ = 0, tip_ = 0, depth_ = -1, seat_ = 0;
     double wear_[100] = {};  // of each tool
     bool started_ = false, contact_ = false;

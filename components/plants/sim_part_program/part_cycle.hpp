@@ -9,10 +9,9 @@
 
 namespace plumb {
 
-// Runs a part program once per call of begin(): for each operation a tool change where the tool is another
-// one, a rapid down to 6 mm above the work, a feed to depth, a dwell or a pass from the side, a rapid up;
-// then the sides are milled with the last tool until the next begin().  Each step moves Z to its target and
-// waits there.
+// Runs a part program once per call of begin(). Each operation is a tool change if the tool differs, a
+// rapid down to 6 mm above the work, a feed to depth, a dwell or a pass from the side, and a rapid up. Then
+// the last tool mills the sides until the next begin(). Each step moves Z to its target and waits there.
 class PartCycle {
 public:
     static constexpr std::int32_t resting = 0, moving = 1, feeding = 2;  // LinuxCNC's motion-type
@@ -51,7 +50,7 @@ public:
         return motion_ == moving && move_.arrived(target_) ? resting : motion_;
     }
 
-    bool sides() const noexcept { return step_ == Step::sides; }  // it mills those between two parts
+    bool sides() const noexcept { return step_ == Step::sides; }  // it mills the sides between two parts
 
     // The cut from the side: width of the tool in the work, and feed.
     double side_entry(const Operation& now) const noexcept {

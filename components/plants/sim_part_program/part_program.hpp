@@ -10,10 +10,10 @@
 
 namespace plumb {
 
-// One cut: a plunge, or a pass from the side.  Millimetres, rpm.
+// One cut: a plunge, or a pass from the side. Millimetres, rpm.
 struct Operation {
     std::int32_t key;
-    std::int32_t occurrence;  // how often the key has come in this cycle, from 1
+    std::int32_t occurrence;  // run of the key in this cycle, from 1
     std::int32_t tool;
     ToolKind kind;
     bool from_side;
@@ -35,8 +35,8 @@ inline PartProgram typical_program() noexcept {
              {40, 1, 4, ToolKind::end_mill, false, 10, 4, 8000, -2, 2}}};
 }
 
-// One of the same kind with other tools, speeds, levels and depths; the drill and the face mill may be end
-// mills that plunge, and change places.
+// A program of the same kind with other tools, speeds, levels and depths. The drill and the face mill may
+// be end mills that plunge, and change places.
 inline PartProgram drawn_program(Random& random) noexcept {
     PartProgram program = typical_program();
     for (Operation& operation : program) {

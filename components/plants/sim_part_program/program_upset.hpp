@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What may go otherwise than a part program has it, and the pins that say when.
+// Events that upset a part program, and the pins that set them.
 #pragma once
 
 #include "components/math/blocks/usable.hpp"
@@ -48,10 +48,10 @@ constexpr const char* sentence(Event event) {
 // One event of one cycle.
 struct Upset {
     Event kind = Event::none;
-    std::size_t operation = 0;  // the one that it concerns, where it does not concern the cycle or a tool
+    std::size_t operation = 0;  // which it concerns, unless it concerns the cycle or a tool
     double height = 0;          // mm: of a chip, of the work, of a tool's length, of an edit
     double factor = 1;          // on feed or speed
-    double place = 0;           // mm above the work, where it begins
+    double place = 0;           // mm above the work, at its begin
 
     bool is(Event event, const PartProgram& program, std::size_t now) const noexcept {
         if (kind != event) return false;
@@ -70,8 +70,8 @@ class Upsets final : public hal::Group {
 public:
     using Group::Group;
 
-    // For a cycle, numbered from 1.  Draws as much whatever happens, so that one setting does not change what
-    // is drawn for another.
+    // For a cycle, numbered from 1. Always draws as many numbers, so that one setting does not change the
+    // draws of another.
     Upset draw(const PartProgram& program, std::int32_t cycle, bool learning, Random& random) noexcept {
         const bool happens = random.uniform() < rate_ && !learning;
         const int drawn = 1 + random.index(event_count);
@@ -122,7 +122,7 @@ private:
     const hal::In<double> factor_{this, "event-factor", 0, "1", "Factor of an event; 0 draws it."};
     const hal::In<double> smallest_{this, "event-smallest", 0.1, "mu", "Smallest height that is drawn."};
     const hal::In<double> largest_{this, "event-largest", 0, "mu",
-                                   "Largest height that is drawn; 0 for what is usual."};
+                                   "Largest height that is drawn; 0 for the usual one."};
 };
 
 }  // namespace plumb

@@ -16,7 +16,7 @@ class BoxArtifact final : public hal::Group {
 public:
     using Group::Group;
 
-    // To be called every period with where the tip is in the work.
+    // Call it every period with the position of the tip in the work.
     void meet(const Eigen::Vector3d& tip) noexcept {
         Eigen::Vector3d size(width_, depth_, height_), inside;  // how far from each face, from the middle
         for (int i = 0; i < 3; ++i) {

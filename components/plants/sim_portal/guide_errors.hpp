@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What the guide of a simulated axis, never quite straight, does beside moving it.
+// Errors of the guide of a simulated axis, which is never quite straight.
 //
-// Polynomials of Legendre over the travel, their coefficients drawn: those of straightness begin with the
-// second, so that it has neither offset nor slope, and the axis is as square as its tilt says.
+// Polynomials of Legendre over the travel, with drawn coefficients. Those of straightness begin with the
+// second, so that it has neither offset nor slope, and the axis is exactly as square as its tilt.
 #pragma once
 
 #include "components/math/blocks/random.hpp"

@@ -16,7 +16,7 @@ class PortalAxis final : public hal::Group {
 public:
     PortalAxis(hal::Owner owner, int direction) : Group(owner), direction_(direction) {}
 
-    // Machine number `seed`, at rest where it is, or where its command is when it is switched on.
+    // Machine number `seed`, at rest; when switched on, at its command.
     void start(std::int32_t seed, bool switched_on) noexcept {
         if (switched_on) {
             commanded_ = usable(command_, longest, 0);
@@ -32,8 +32,8 @@ public:
         }
     }
 
-    // Follows its command for dt > 0 seconds, unless it is clamped.  `drift`, in rad, is what the tilts have
-    // changed by at most.
+    // Follows its command for dt > 0 seconds, unless it is clamped. `drift`, in rad, is the largest change
+    // of the tilts so far.
     void move(double gain, double drift, bool clamped, double dt) noexcept {
         commanded_ = usable(command_, longest, commanded_);
         wanted_ = usable(nominal_, longest, wanted_);
@@ -60,10 +60,10 @@ public:
         position_ = drive_.value();
     }
 
-    // As the tilts that were measured at the start describe it.
+    // The body by the tilts that were measured at the start.
     const GuidedBody& by_tilts() const noexcept { return body_; }
 
-    // As it is, with `more` beside what its guide does.
+    // The real body, with `more` added to the errors of its guide.
     GuidedBody as_is(const Eigen::Vector3d& more) noexcept {
         GuidedBody body = body_;
         body.tilt += drift_;
@@ -77,7 +77,7 @@ public:
     double position() const noexcept { return drive_.value(); }
     double pivot() const noexcept { return zero_; }
     double ideal_position() const noexcept { return ideal_.value(); }
-    // How much of the travel lies above a position, 0 to 1.
+    // The part of the travel above a position, 0 to 1.
     double above(double position) const noexcept { return (1 - part(position)) / 2; }
 
 private:
@@ -110,7 +110,7 @@ private:
     hal::Out<double> true_ec0_{this, "truth-ec0%", "rad", "Tilt of the axis about Z by now."};
 
     ServoLag drive_, ideal_;
-    double commanded_ = 0, wanted_ = 0, zero_ = 0, begin_ = 0, end_ = 1000;  // the last good inputs
+    double commanded_ = 0, wanted_ = 0, zero_ = 0, begin_ = 0, end_ = 1000;  // last good inputs
     Eigen::Vector3d tilt_ = Eigen::Vector3d::Zero(), drift_ = tilt_, drifting_ = tilt_;
     GuidedBody body_;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Where a machine of rigid bodies has the tip of its tool in the work: a product of poses, body after body.
+// The position of a tool's tip in the work on a machine of rigid bodies: a product of poses, body after
+// body.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,9 +51,9 @@ class BodyChain {
 public:
     using Bodies = std::array<GuidedBody, N>;
 
-    // Of the end, that carries the tool (side = 1), or the work (side = -1), which travels the other way.
-    // Without `whole_bodies` a guide that is not parallel to a tilted one below it was shimmed true again.
-    // `to_bed`: the tilt of a guide on a parallel one was measured against the bed.
+    // The pose of the end that carries the tool (side = 1), or the work (side = -1), which travels the
+    // other way. Without `whole_bodies`, a guide that is not parallel to a tilted one below it was shimmed
+    // true. `to_bed`: the tilt of a guide on a parallel one was measured against the bed.
     Eigen::Isometry3d end(const Bodies& bodies, bool whole_bodies, bool to_bed, double side) noexcept {
         stand(bodies, whole_bodies, to_bed);
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -68,7 +69,7 @@ public:
     }
 
 private:
-    // How they stand on each other, which costs most and changes only with their tilts.
+    // Computed only when the tilts change, for it costs most.
     void stand(const Bodies& bodies, bool whole_bodies, bool to_bed) noexcept {
         const auto stands_so = [](const GuidedBody& before, const GuidedBody& now) {
             return before.direction == now.direction && before.tilt == now.tilt &&
@@ -95,7 +96,7 @@ private:
             below.transpose() * stance(N - 1, [](const GuidedBody& body) { return body.end_follows; });
     }
 
-    // What the tilts of the bodies up to k make, of those that count.
+    // The product of the tilts of the bodies up to k that count.
     template <class Counts>
     Eigen::Matrix3d stance(std::size_t k, Counts counts) noexcept {
         Eigen::Matrix3d result = Eigen::Matrix3d::Identity();

@@ -63,7 +63,7 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
     hal::In<bool> to_bed{this, "to-bed", false,
                          "The tilt of Z on W is the one against the bed, not against the rail."};
     PortalAxis x{{this, 'x'}, 0}, y{{this, 'y'}, 1}, z{{this, 'z'}, 2}, w{{this, 'w'}, 2};
-    hal::In<bool> w_clamped{this, "w-clamped", false, "W stands clamped, wherever its drive is sent."};
+    hal::In<bool> w_clamped{this, "w-clamped", false, "W stands clamped, at any command."};
     hal::In<double> tool_length{this, "tool-length", 0, "mu",
                                 "True length of the tool towards -Z; negative towards +Z."};
     hal::In<double> radial_offset{this, "radial-offset", 0, "mu",
@@ -83,10 +83,10 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
     hal::Axes<hal::Out<double>, 3> truth_tip{this, "truth-%-tip", "mu", "% of the tip in the work."};
     hal::Axes<hal::Out<double>, 3> truth_nominal{this, "truth-%-nominal", "mu",
                                                  "% that the tip should have."};
-    hal::Axes<hal::Out<double>, 3> truth_error{this, "truth-%-error", "mu",
-                                               "How much too far the tip is in %."};
-    hal::Axes<hal::Out<double>, 3> truth_beyond{this, "truth-%-beyond-tilts", "mu",
-                                                "What of it the tilts of the start do not make."};
+    hal::Axes<hal::Out<double>, 3> truth_error{this, "truth-%-error", "mu", "Error of the tip in %."};
+    hal::Axes<hal::Out<double>, 3> truth_beyond{
+        this, "truth-%-beyond-tilts", "mu",
+        "The part of the error that the tilts of the start do not cause."};
     hal::Out<double> gauge_ex{this, "truth-gauge-ex", "mu", "EX of the gauged axis there."};
     hal::Out<double> gauge_ey{this, "truth-gauge-ey", "mu", "EY of the gauged axis there."};
     hal::Out<double> gauge_ez{this, "truth-gauge-ez", "mu", "EZ of the gauged axis there."};
@@ -127,7 +127,7 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
 private:
     static constexpr double largest_drift = 1e-3;  // rad
 
-    // The machine as it is switched on: its axes at rest where they are told to be.
+    // The machine at its start: its axes are at rest at their commands.
     void start(std::int32_t number) noexcept {
         for (PortalAxis* const axis : {&x, &y, &z, &w}) axis->start(number, !started_);
         started_ = true;
@@ -164,7 +164,7 @@ private:
                (chains.column_head.end(head, whole_, against_bed_, 1) * mounted);
     }
 
-    // Of the ram's nose, against the pivot.
+    // The bend of the ram's nose, against the pivot.
     Eigen::Vector3d bend(double position) noexcept {
         const double here = z.above(position), there = z.above(z.pivot());
         return ram_sag(seed_) * (here * here - there * there) * Eigen::Vector3d::UnitX();
@@ -195,11 +195,11 @@ private:
         gauge_ec = motion.turn.z();
     }
 
-    double length_ = 0, radius_ = 0, direction_ = 0, drift_began_ = 0, gauged_ = 0;  // the last good inputs
+    double length_ = 0, radius_ = 0, direction_ = 0, drift_began_ = 0, gauged_ = 0;  // last good inputs
     double time_ = 0;
     bool started_ = false, is_portal_ = false, whole_ = true, against_bed_ = false;
     std::int32_t seed_ = 0;
-    Chains is_, tilted_;  // as it is, and as its tilts describe it
+    Chains is_, tilted_;  // the real machine, and the one that its tilts describe
 };
 
 hal::Model hal::model() {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The look of all charts, which the same figures always draw byte for byte."""
 
-# Colours that the colour-blind tell apart, from Okabe and Ito.
+# Colours that the colour-blind can distinguish, from Okabe and Ito.
 ORANGE, BLUE, GREEN, PURPLE, GREY = "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#555555"
 LIGHT_GREY = "#777777"
 GRID = "#dddddd"

@@ -16,7 +16,7 @@ import numpy as np
 from support.simulations import BENCHES, BUILD, ROOT
 
 def digest(folder, *patterns):
-    """Of the names and bytes of files."""
+    """The digest of the names and bytes of files."""
     found = hashlib.sha256()
     paths = {path for pattern in patterns for path in glob.glob(os.path.join(folder, pattern), recursive=True)}
     for path in sorted(paths):
@@ -25,7 +25,7 @@ def digest(folder, *patterns):
     return found.hexdigest()[:12]
 
 
-BENCHES_LOADED = digest(BENCHES, "**/*.py")  # what this process runs, whatever is in the files later
+BENCHES_LOADED = digest(BENCHES, "**/*.py")  # the code of this process, even if the files change later
 
 
 def identity():
@@ -53,7 +53,7 @@ def version_of(package):
 
 
 def cpu_level():
-    """Of x86-64, by which the C library chooses how it computes: "-v3" has AVX2 and FMA."""
+    """The level of x86-64, by which the C library chooses its code: "-v3" has AVX2 and FMA."""
     flags = set()
     with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
         for line in file:
@@ -109,10 +109,10 @@ class Cluster:
                 raise RuntimeError(f"the scheduler at {self._address} or too many of its workers were lost: {error}") from None
             finally:
                 with contextlib.suppress(OSError):  # the scheduler is gone
-                    executor.shutdown(wait=False)  # cancels what has not begun
+                    executor.shutdown(wait=False)  # cancels waiting tasks
 
     def _refuse_others(self, client, here):
-        """Raises RuntimeError that names each worker of another build, or says that there is none at all."""
+        """Raises RuntimeError that names each worker of another build, or reports that there is none at all."""
         if not client.scheduler_info()["workers"]:
             raise RuntimeError(f"the Dask scheduler at {self._address} has no worker")
         refused = []

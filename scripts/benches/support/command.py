@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the commands of scripts/bench have in common."""
+"""Common parts of the commands of scripts/bench."""
 
 import argparse
 import contextlib
@@ -57,7 +57,7 @@ def written_line(paths):
 
 
 def make_writable(folder):
-    """So that a run does not end with what it cannot write."""
+    """So that a run does not fail at its end, when it writes."""
     os.makedirs(folder, exist_ok=True)
     try:
         tempfile.TemporaryFile(dir=folder).close()
@@ -66,7 +66,7 @@ def make_writable(folder):
 
 
 @contextlib.contextmanager
-def errors_told():
+def errors_reported():
     """Ends the program with a sentence where something went wrong, as with a full disk, and at Ctrl-C."""
     try:
         try:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Thousands of cycles, each upset by something: is anything believed beyond the gate, and do all counts agree?
+"""Thousands of cycles, each upset by something: is a contact accepted beyond the gate, and do all counts agree?
 
-Each drawn machine makes a part a minute; every cycle but those that are learnt from has an event, of any kind.  Where
+Each drawn machine makes a part a minute; every cycle but those that are learnt from has an event, of any kind. Where
 an edited program makes thermal_displacement refuse the reference, the next cycle is learnt from, as an operator would
-have it.  The truth pins of the mill and the program tell for each approach whether the tool met something; from that
-and what was learnt follows how each contact must be judged, and what every counter must show.  Lengths are in um,
+have it. The truth pins of the mill and the program show for each approach whether the tool met the work; from that
+and the reference follow the right verdict on each contact, and the right value of every counter. Lengths are in um,
 times in s.
 """
 
@@ -24,10 +24,10 @@ from support.simulations import simulate_all
 EVERY = 0.1  # s between two rows of a recording; contacts are seconds apart
 INTERVAL = 60  # s from one cycle to the next
 MACHINE_CYCLES = 100  # of each machine
-DRILLS = (20,)  # operations that thermal_displacement is told to leave out
+DRILLS = (20,)  # operations that thermal_displacement leaves out
 BLANKING = 2.5  # s after a change of spindle speed, as thermal_displacement has it
-SEEING = 0.3  # s of feed into the work without which no load rises that could be told from noise
-TELLING = 0.6  # s in which it tells a contact; a cycle that ends meanwhile takes it away
+SEEING = 0.3  # s of feed into the work; with less no rise of the load is clear of noise
+REPORTING = 0.6  # s until it reports a contact; a cycle that ends meanwhile takes it away
 UNKNOWN = "for no known reason"
 MOST_UNKNOWN = 0.001  # of the contacts that were met
 EDITED = 11  # the event; a program that has been edited stays so, but that is no event any more
@@ -79,7 +79,7 @@ class Approach:
     learning: bool = False
     met: bool = False  # the tool met the work, or a chip on it
     met_at: float = np.nan  # s
-    unseen: str = ""  # why a contact that was met was not found; UNKNOWN when it was lost in the noise, say
+    unseen: str = ""  # why a contact was not found; UNKNOWN for example when it was lost in the noise
     found: int = 0  # contacts that thermal_displacement found
     verdict: str = ""  # on the last one: learnt, accepted, rejected, unexpected
     code: int = 0  # of a rejection
@@ -89,7 +89,7 @@ class Approach:
 
 @dataclasses.dataclass
 class Outcome:
-    """Of one machine."""
+    """The result of one machine."""
 
     approaches: list
     cycles: int
@@ -106,7 +106,7 @@ def rejections():
 
 
 def judge(recording):
-    """The Outcome in a recording, a dictionary of columns: each approach, and what does not add up."""
+    """The Outcome in a recording, a dictionary of columns: each approach, and all that does not add up."""
     return Ledger(recording).outcome()
 
 
@@ -130,7 +130,7 @@ class Ledger:
         before = self._row(0)
         for i in np.flatnonzero(changes):
             now = self._row(i)
-            now["before"] = self._row(i - 1)  # for what the period of the change has overwritten
+            now["before"] = self._row(i - 1)  # the period of the change has overwritten it
             self._step(now, before)
             before = now
         for name in ("met", "found", "accepted", "rejected", "unexpected"):
@@ -164,7 +164,7 @@ class Ledger:
             self._speed_changed = now["time"]
         self._meetings += now["met"] > before["met"]
         ends = before["running"] and not now["running"]
-        task = before if ends else now  # what was found in the row of the end belongs to the cycle
+        task = before if ends else now  # a contact found in the row of the end belongs to the cycle
         looked_at = task["operation"] not in (0, *DRILLS)
         if looked_at and task["running"]:
             approach = self._approach(task)
@@ -212,7 +212,7 @@ class Ledger:
         judged_before = approach.code in BEFORE_PAIRING
         expected = approach.key not in self._growth and not judged_before
         if not now["refused"] and (approach.verdict == "unexpected") != expected:
-            self._complain(now, f"{approach.verdict}, which does not go with what was learnt")
+            self._complain(now, f"{approach.verdict}, which contradicts the reference")
         if approach.verdict == "rejected" and approach.code not in set(rejections()) - {UNEXPECTED}:
             self._complain(now, f"rejected by a code without a name, {approach.code}")
         if approach.verdict == "accepted":
@@ -227,12 +227,12 @@ class Ledger:
         if approach.unseen == UNKNOWN and now["time"] - approach.met_at < SEEING:
             approach.unseen = "the feed ended"
 
-    # What a complete cycle has missed is what was learnt and not found; of others it is not known.
+    # A complete cycle has missed the contacts of the reference that were not found; of others it is unknown.
     def _end(self, now):
         approaches = [approach for (n, _), approach in self._approaches.items() if n == now["cycle"]]
         for approach in approaches:
             self._end_feed(approach, now)
-            if approach.unseen == UNKNOWN and now["time"] - approach.met_at < TELLING:
+            if approach.unseen == UNKNOWN and now["time"] - approach.met_at < REPORTING:
                 approach.unseen = "the cycle ended"
         found = {approach.key for approach in approaches if approach.found}
         compared = now["complete"] and not now["learn"] and not now["before"]["refused"]
@@ -251,7 +251,7 @@ class Ledger:
                 self._complain(now, f"{now['rows']:.0f} references of {len(self._draft)} contacts learnt")
 
 
-def simulate(seed, cycles, told):
+def simulate(seed, cycles, progress):
     """The Outcome of one machine."""
     import plumb
 
@@ -263,7 +263,7 @@ def simulate(seed, cycles, told):
         host.set("program.cycle-interval", INTERVAL)
         host.set("program.event-rate", 1)
         host.record(path, [*NUMBERS.values(), *LENGTHS.values()], EVERY)
-        host.run(cycles * INTERVAL, told)
+        host.run(cycles * INTERVAL, progress)
         column = read_columns(path)
     recording = {name: column[pin] for name, pin in NUMBERS.items()}
     recording.update((name, 1000 * column[pin]) for name, pin in LENGTHS.items())
@@ -284,7 +284,7 @@ def wrong(approaches):
 
 
 def table(outcomes):
-    """Its lines: what became of the approaches under each event."""
+    """Its lines: the verdicts on the approaches under each event."""
     names = event_names()
     groups = collections.defaultdict(list)
     for outcome in outcomes:
@@ -314,7 +314,7 @@ def table(outcomes):
 
 
 def report(cycles, place):
-    """Runs so many cycles and prints what became of them; False if anything was wrong, lost or did not add up."""
+    """Runs so many cycles and prints their outcome; False if anything was wrong, lost or did not add up."""
     outcomes = run_cycles(cycles, place)
     print(f"{sum(o.cycles for o in outcomes)} cycles of {len(outcomes)} machines, each upset by something but those ", end="")
     print(f"that were learnt from; references: {sum(o.learnt for o in outcomes)}\n")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What thermal_displacement makes of a chip, odd stock, a wrong tool, a feed hold and all else that upsets a program.
+"""How thermal_displacement judges a chip, odd stock, a wrong tool, a feed hold and all else that upsets a program.
 
 Each program is drawn with its machine and runs three times: the first is learnt from, in the third something happens.
 A correction is wrong when it leaves |offset - growth| larger than before by more than gate + 3 sigma; growth counts
-from that at the reference contact.  Events that displace a contact by less than the gate cannot be told from growth by
-any means: their effect is shown in a table of its own.  Lengths are in um here, times in s.
+from that at the reference contact. Nothing distinguishes events that displace a contact by less than the gate from
+growth: their effect is shown in a table of its own. Lengths are in um here, times in s.
 """
 
 import collections
@@ -88,7 +88,7 @@ def read_contacts(recording):
     return [contact for contact in contacts if contact.cycle > 1]
 
 
-def simulate(seed, event, small, interval, told):
+def simulate(seed, event, small, interval, progress):
     """The Contacts of one program after learning; `event` upsets the third time it runs."""
     import plumb
 
@@ -103,7 +103,7 @@ def simulate(seed, event, small, interval, told):
             host.set("program.event-smallest", 0)
             host.set("program.event-largest", SMALL / 1000)
         host.record(path, COLUMNS.values(), EVERY)
-        host.run(2 * interval + PROGRAM_TIME, told)
+        host.run(2 * interval + PROGRAM_TIME, progress)
         column = read_columns(path)
     return read_contacts(
         {name: column[pin] * (1000 if name in LENGTHS else 1) for name, pin in COLUMNS.items()}
@@ -133,7 +133,7 @@ def event_names():
 
 
 def table(programs, outcomes):
-    """Its lines: what became of the contacts under each event, and of those without one."""
+    """Its lines: the verdicts on the contacts under each event, and without one."""
     names = event_names()
     groups = collections.defaultdict(list)
     for contacts in outcomes:

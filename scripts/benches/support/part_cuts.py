@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of the bench part: cuts its parts, as often as there are RUNS.
 
-Each cut leaves PROGRAM-RUN.csv, a row for each servo cycle, and says so.
+Each cut leaves PROGRAM-RUN.csv, a row for each servo cycle, and prints its name.
 """
 
 import argparse
@@ -91,16 +91,16 @@ class Cuts:
             self.host.set("square." + name, angle)
 
     def tilts_by_diagonals(self, known):
-        """What `plumb squareness` makes of the diagonals of the square that was cut without correction; with the tilts that
-        show in another plane as they are known."""
+        """The tilts that `plumb squareness` finds by the diagonals of the square cut without correction; the tilts that
+        show in another plane are given."""
         kind, part = MACHINES[self.kind], self.parts[0]
         samples, _ = read_recording(f"{part}-without.csv", kind)
         rising, falling = lengths_of_diagonals(part, samples)
         words = [f"--iso={name.upper()}={angle!r}rad" for name, angle in known.items() if name != kind.shown]
         words.append(f"--diagonals=plane={kind.names},object=part,rising={rising:.4f}mm,falling={falling:.4f}mm,u=1um")
         command = [os.path.join(BUILD, "bin", "plumb"), "squareness", "--chain", CHAINS[self.kind], *words]
-        told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-        found = dict(re.findall(r"^ *setp square\.(e[abc]0\w) +(\S+)", told, re.M))
+        printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+        found = dict(re.findall(r"^ *setp square\.(e[abc]0\w) +(\S+)", printed, re.M))
         print("set " + ", ".join(f"{name} {found[name]}" for name in found), flush=True)
         return {name: float(found[name]) for name in known}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What an inspector measures on the parts of the bench part: a square with its diagonals, and a test piece after ISO 10791-7.
+"""The measurements of an inspector on the parts of the bench part: a square with its diagonals, and a test piece after ISO 10791-7.
 
 Straight lines and circles of least squares through the points of each side (ISO 1101, ISO 4291), against the bottom
 side as the datum.
@@ -78,12 +78,12 @@ FEATURES = {
 }
 
 
-# --- what an inspector measures ---
+# --- the measurements of an inspector ---
 
 
 @dataclasses.dataclass
 class Samples:
-    """Of a cut, row by row: where the tip should have been in the part, and where it was instead, in mm.
+    """The rows of a cut: the nominal and the true position of the tip in the part, in mm.
 
     Columns: to the right, up, into the work."""
 
@@ -186,7 +186,7 @@ def diagonals_of(sides):
 
 
 def lengths_of_diagonals(part, samples):
-    """Of the square, / and \\, in mm."""
+    """The diagonals of the square, / and \\, in mm."""
     feature = FEATURES[part]["square"]
     corners = corners_of([measure_side(samples, feature, line) for line in feature.sides])
     return [np.linalg.norm(corners[2] - corners[0]), np.linalg.norm(corners[3] - corners[1])]

@@ -27,7 +27,7 @@ class Kind:
     into: int  # number of the axis that leads into the work
     way: int  # and whether by going up or down
     origin: tuple  # of the part, mm
-    shown: str  # the tilt that diagonals in this plane tell of
+    shown: str  # the tilt that diagonals in this plane show
     axes: tuple  # parts of its INI file
 
     @property
@@ -94,7 +94,7 @@ def prepare(kind, seed, folder):
 
 
 def read_recording(path, kind):
-    """Samples as they are, and Samples as they were if nothing but what no tilt describes were wrong."""
+    """Samples as they are, and Samples with the errors only that no tilt describes."""
     column = read_columns(path)
     nominal, error, beyond = np.array([column[name] for name in COLUMNS]).reshape(3, 3, -1)
     axes, ways = [*kind.plane, kind.into], np.array((1, 1, kind.way))

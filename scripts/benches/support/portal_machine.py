@@ -18,11 +18,11 @@ from support.simulations import ROOT
 CONFIG = os.path.join(ROOT, "configs", "portal", "bench.hal")
 
 CHAINS = {"column": "w-Z.b-X-Y-C-t", "portal": "w-X.b-W-Y-Z-C-t"}
-LEANING = {"column": ("ea0y", "ec0y"), "portal": ("ea0w", "eb0w", "ea0z", "eb0z")}  # what the operator sets
+LEANING = {"column": ("ea0y", "ec0y"), "portal": ("ea0w", "eb0w", "ea0z", "eb0z")}  # set by the operator
 RUNS = ("without", "with tilts", "with tables")
-CAUSES = ("straightness", "pitch and yaw", "ram sag", "drift")  # of what no tilt describes
+CAUSES = ("straightness", "pitch and yaw", "ram sag", "drift")  # errors that no tilt describes
 
-MISTAKES = {  # in what the operator sets
+MISTAKES = {  # in the operator's settings
     "first angle with the wrong sign": lambda machine: {LEANING[machine.kind][0]: -machine.angles[LEANING[machine.kind][0]]},
     "tool length left out": lambda machine: {"z-tool-offset": 0},
     "diameter taken for a radius": lambda machine: {"radial-offset": 2 * machine.tool.radial},
@@ -132,7 +132,7 @@ class Machine:
             self.set({f"{part}.radial-offset": tool.radial, f"{part}.radial-direction": tool.direction})
 
     def go(self, point):
-        """To X, Y, Z, W; there the tip error, what of it no tilt makes, and what squareness says it is without
+        """To X, Y, Z, W; there the tip error, the part of it without tilts, and the error that squareness reports without
         correction, in um, as nine values."""
         for axis, place in zip(AXES, point):
             if self.place.get(axis) != place:
@@ -154,7 +154,7 @@ class Machine:
 
 @dataclasses.dataclass
 class Visit:
-    """Of each tool at each point, in um: arrays of tools x points x 3."""
+    """The errors of each tool at each point, in um: arrays of tools x points x 3."""
 
     error: np.ndarray
     beyond: np.ndarray
@@ -226,14 +226,14 @@ def only(machine, cause):
 
 @dataclasses.dataclass
 class Outcome:
-    """Of one machine, in um."""
+    """The result of one machine, in um."""
 
     machine: str
     tools: list
     points: list
     visits: dict  # of RUNS
     causes: dict  # cause -> the largest tip error that it leaves with tilts corrected, at the corners, longest tool
-    mistakes: dict  # mistake -> likewise, where nothing is wrong but tilts
+    mistakes: dict  # mistake -> the same, with no error but tilts
 
 
 def mistaken(machine, points, wrong):
@@ -253,7 +253,7 @@ def duration(kind, steps):
     return len(RUNS) * len(draw_tools(0)) * len(cube(kind, steps)) * STOP
 
 
-def simulate(kind, seed, steps, told):
+def simulate(kind, seed, steps, progress):
     """The Outcome of machine `seed` of a kind."""
     with contextlib.ExitStack() as stack:
         table = os.path.join(stack.enter_context(tempfile.TemporaryDirectory()), "errors.csv")
@@ -272,7 +272,7 @@ def simulate(kind, seed, steps, told):
                 reload_tables(machine)
             machine.settled()
             visits[run] = visit(machine, points, tools)
-            told(len(visits) * len(tools) * len(points) * STOP)
+            progress(len(visits) * len(tools) * len(points) * STOP)
         blank_tables(kind, table)
         reload_tables(machine)
         corners = cube(kind, 2)
@@ -312,7 +312,7 @@ def case_text(kind, case, angle):
     return ", ".join(words + (["against the bed" if to_bed else "against the rail"] if kind == "portal" else []))
 
 
-def every_direction(kind, angle, steps, told):
+def every_direction(kind, angle, steps, progress):
     """The Worst of all cases over a cube, with 400 mm of tool and 50 mm of radial offset."""
     points = cube(kind, steps)
     worst = Worst(kind, len(cases(kind)), len(points), 0, -1, "")
@@ -332,6 +332,6 @@ def every_direction(kind, angle, steps, told):
                 if error > worst.compensated:
                     worst.compensated = error
                     worst.where = f"{case_text(kind, case, angle)}, at {point}"
-            if told((done + 1) * len(points) * STOP) is False:
+            if progress((done + 1) * len(points) * STOP) is False:
                 break
     return worst

@@ -16,9 +16,9 @@ sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "scripts")]  #
 
 
 def simulate_all(simulate, tasks, duration, place=None):
-    """simulate(*task, told) of each task, in their order; `duration` is that of all, in simulated seconds.
+    """simulate(*task, progress) of each task, in their order; `duration` is that of all, in simulated seconds.
 
-    told(seconds done) hears of the progress of a task, and returns False when it is to stop.  Progress goes to stderr.
+    Each calls progress(seconds done), and stops when that returns False. The progress of all goes to stderr.
     The simulations run in `place`, by default in ThisComputer().
     """
     return (place or ThisComputer()).simulate_all(simulate, tasks, Progress(duration))
@@ -31,7 +31,7 @@ class ThisComputer:
         self._processes = processes or len(os.sched_getaffinity(0))
 
     def simulate_all(self, simulate, tasks, progress):
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # as Ctrl-C: tells the others
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # as Ctrl-C: stops the others
         done = multiprocessing.Array("d", len(tasks))
         interrupted = multiprocessing.Value("b", False)
         processes = min(self._processes, len(tasks))
@@ -50,19 +50,19 @@ class ThisComputer:
 
 
 def _share(done, interrupted):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which tells the others
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which stops the others
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    set_parent_death_signal = 1  # PR_SET_PDEATHSIG: when the main process is killed, nobody is left to tell
+    set_parent_death_signal = 1  # PR_SET_PDEATHSIG: a killed main process can stop nobody
     ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGTERM)
     _share.done, _share.interrupted = done, interrupted
 
 
 def _simulate(simulate, index, task):
-    def told(seconds):
+    def progress(seconds):
         _share.done[index] = seconds
         return not _share.interrupted.value
 
-    return simulate(*task, told)
+    return simulate(*task, progress)
 
 
 class Progress:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What motion does not cause: settings, tools and bad values that change while squareness works.
+// Changes that motion does not cause: of settings, tools and bad values while squareness works.
 #include "tests/support/square.hpp"
 
 #include <limits>
@@ -68,7 +68,7 @@ TEST(SquarenessRamp, DisabledAndUnhomedIsZero) {
     }
 }
 
-// A second one beside it knows the tool from the start: what lies between them is the ramp alone.
+// A second one beside it knows the tool from the start: the difference is the ramp alone.
 TEST(SquarenessRamp, MotionIsFollowedWithoutLagMeanwhile) {
     Bench bench;
     bench.command("loadrt squareness names=square,other chain=w-X.b-W-Y-Z-C-t,w-X.b-W-Y-Z-C-t");
@@ -164,7 +164,7 @@ TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
     }
 }
 
-// Of a set that is refused nothing stays, even where a later one has to fall back on what was good.
+// A refused set leaves nothing behind, even if a later one falls back on the last good values.
 TEST(SquarenessRamp, SetThatIsRefusedLeavesNoRadiusBehind) {
     Square square(column_chain);
     square.set({{"ec0y", 100 * urad}, {"radial-offset", 20}});
@@ -196,7 +196,8 @@ TEST(SquarenessRamp, HomingThatSetsAPositionLimitsNothing) {
     }
 }
 
-// What stands still as far as is known moves nothing on, and does not feed a drive forward.
+// An axis of unknown motion counts as standing: it does not change the correction, nor feed a drive
+// forward.
 TEST(SquarenessRamp, PositionThatIsNotKnownHasNoVelocity) {
     for (const char* bad : {"y-position", "y-velocity"}) {
         Square square(column_chain);
@@ -243,7 +244,7 @@ TEST(SquarenessRamp, PositionThatJumpsIsRamped) {
     EXPECT_FALSE(square.get("ramping"));
 }
 
-// As long as nobody has said how fast the axes are, nothing can tell a rapid from a position that jumps.
+// Without the speed of the axes, a rapid looks the same as a position that jumps.
 TEST(SquarenessRamp, MaxSpeedThatIsNotSetIsAFaultAndNothingIsCorrected) {
     Bench bench;
     bench.command(std::string("loadrt squareness names=square ") + column_chain);
@@ -270,8 +271,7 @@ TEST(SquarenessRamp, MaxSpeedThatComesLaterBringsTheCorrectionByTheRamp) {
     EXPECT_NEAR(square.get("x-correction"), 30 * um, 0.01 * um);
 }
 
-// A rapid of LinuxCNC is exactly as fast as its INI file says, but for how numbers are rounded and paths are
-// blended.
+// A rapid of LinuxCNC is exactly as fast as in its INI file, but for rounded numbers and blended paths.
 TEST(SquarenessRamp, RapidAtMaxSpeedIsFollowedWithoutLag) {
     Square square(column_chain);
     square.set({{"ec0y", 100 * urad}, {"max-speed", 1200}, {"max-rate", 0.1}});

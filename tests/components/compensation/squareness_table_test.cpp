@@ -177,7 +177,7 @@ TEST(SquarenessTables, AreReadAnewWithoutAStep) {
     EXPECT_FALSE(square.get("ramping"));
 }
 
-// What the correction wants changes with the place that it leads to: no period after the first may show it.
+// The wanted correction changes with the place that it leads to: no period after the first may show it.
 TEST(SquarenessTables, OnesThatAreFarFromThoseBeforeComeWithoutAStepToo) {
     const Folder folder;
     std::string bent = "X,EXX";

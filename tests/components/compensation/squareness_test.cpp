@@ -91,8 +91,9 @@ TEST(Squareness, SquareOnTheTableIsFollowedOnEitherChain) {
     }
 }
 
-// Where the machine brings the tip, against where an ideal one would: over a cube of 1 m, with a tool of
-// 400 mm that is 50 mm out of centre.  On an exact machine the way back is exact likewise: q = tip - tool.
+// The place to which the machine brings the tip, against that of an ideal one: over a cube of 1 m, with a
+// tool of 400 mm that is 50 mm out of centre. On an exact machine the way back is exact, too: q = tip -
+// tool.
 struct Scored {
     double uncorrected = 0, corrected = 0, error_shown = 0;
 

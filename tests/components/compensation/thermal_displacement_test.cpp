@@ -24,7 +24,7 @@ void bring_to_life(Bench& bench) {
 // For as long as the rest of that part takes, and the start of the next; then that one, and another contact.
 const Live live{{{"thermal_displacement", "thermal"}}, bring_to_life, 50, 80};
 
-// A mill that is seen by thermal_displacement, through its pins.  The offset is applied between two cycles.
+// A mill that is seen by thermal_displacement, through its pins. The offset is applied between two cycles.
 struct Mill {
     explicit Mill(double unit = 1, long period = 1000000) {
         milling.unit = unit;
@@ -38,14 +38,14 @@ struct Mill {
                                     "max-correction", "max-offset", "max-rate"})
                 set(pin, unit * get(pin));
         set("enable", 1);
-        set("follow-speed", 0);  // it grows in steps, which says nothing about its speed
+        set("follow-speed", 0);  // it grows in steps, which do not depend on its speed
     }
 
     void set(const std::string& pin, double value) { bench.set("z." + pin, value); }
     double get(const std::string& pin) { return bench.get("z." + pin); }
     double offset() { return get("z-offset") / milling.unit; }  // mm
 
-    // Prepares the signals of a cycle.  Returns how long it lasts.
+    // Prepares the signals of a cycle. Returns how long it lasts.
     double prepare(double growth, std::map<int, Milling::Upset> upsets = {}) {
         milling.growth = growth;
         milling.upsets = std::move(upsets);
@@ -83,7 +83,9 @@ struct Mill {
         milling.learn = false;
     }
 
-    std::function<double(double)> stage = [](double offset) { return offset; };  // what it applies, in mm
+    std::function<double(double)> stage = [](double offset) {
+        return offset;
+    };  // by which it applies an offset, in mm
     Milling milling{};
     Bench bench{Bench::Thread::none};
     Folder folder{};

@@ -153,7 +153,7 @@ TEST(ErrorTableFile, RefusesARowWithItsReason) {
     EXPECT_EQ(refusal(closed("X,EXX,EAX\n0,0,0\n5,0.005,-5e-4\n10,0,0\n")), "");
 }
 
-// What a copy that broke off leaves, or a program that is still writing.
+// The file of a copy that broke off, or of a program that is still writing.
 void none_but_the_whole_is_taken(std::string whole) {
     ASSERT_EQ(refusal(whole), "") << whole;
     while (whole.back() == '\n' || whole.back() == '\r')

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What keeps the values of pins, used by several threads as `retain` does it; tests/retain_test.py runs the
-// program.
+// The keeper of the values of pins, used by several threads as in `retain`;
+// tests/components/io/retain_test.py runs the program.
 #include "components/io/retain/keeper.hpp"
 
 #include "tests/support/folder.hpp"

@@ -21,7 +21,7 @@ import linuxcnc_link  # noqa: E402
 import plumb  # noqa: E402
 
 LINK = os.path.join(BUILD, "bin", "linuxcnc_link")
-PATIENCE = 100  # s, for what takes a few
+PATIENCE = 100  # s, for an event that takes a few
 
 HAL = """\
 loadrt thermal_displacement names=growth
@@ -70,7 +70,7 @@ PROGRAMS = {
 
 
 class Days(unittest.TestCase):
-    """What the scenario has seen on the first day, and on the second, after a restart of LinuxCNC."""
+    """The facts of the scenario on the first day, and on the second, after a restart of LinuxCNC."""
 
     @classmethod
     def setUpClass(cls):
@@ -118,7 +118,7 @@ class Days(unittest.TestCase):
 
 
 class Settings(unittest.TestCase):
-    """A wrong file of messages is told, and nothing is loaded."""
+    """A wrong file of messages is reported, and nothing is loaded."""
 
     def refused(self, text, words):
         with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:

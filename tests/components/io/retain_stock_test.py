@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """retain, the real program, on LinuxCNC's own realtime side.
 
-Also what the thread sanitizer sees of it: the virtual-time host does not run under that.
+Also for the thread sanitizer: the virtual-time host does not run under that.
 """
 
 import os

@@ -3,7 +3,7 @@
 
     python3 tests/support/run.py tests/components/io/retain_test.py --kills 5000
 
-kills it as often.  PLUMB_BUILD names the build folder.
+kills it as often. PLUMB_BUILD names the build folder.
 """
 
 import glob
@@ -23,7 +23,7 @@ import plumb
 from tree import BUILD, own_folder
 
 RETAIN = os.path.join(BUILD, "bin", "retain")
-PATIENCE = 30  # s of real time, for what takes a moment
+PATIENCE = 30  # s of real time, for an event that takes a moment
 EVERY = 0.05  # s between two looks
 
 FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM = range(1, 8)
@@ -46,7 +46,7 @@ def processes():
 
 
 def kill(process):
-    """Returns when it is dead: what it was about to do, it may yet do after the signal was sent."""
+    """Returns when it is dead: after the signal it may still finish its last act."""
     os.kill(process, signal.SIGKILL)
     while alive(process):
         time.sleep(0.0005)
@@ -121,7 +121,7 @@ class Machine:
         end = time.monotonic() + PATIENCE
         while not condition():
             if time.monotonic() > end:
-                raise AssertionError("%s did not come; retain said: %s" % (what, self.said()))
+                raise AssertionError("%s did not come; output of retain: %s" % (what, self.said()))
             self.host.run(0.01)
             time.sleep(0.001)
 
@@ -260,7 +260,7 @@ class Keeping(unittest.TestCase):
         self.assertEqual(machine.records(), [(3, 1.5)])
 
     def refused(self, machine, code, words, name="retain"):
-        """retain has refused what the store holds: it says why, saves nothing, and is not ready for work."""
+        """retain has refused the content of the store: it reports why, saves nothing, and is not ready for work."""
         machine.await_pin(name + ".fault-code", code)
         machine.go(0.1)
         self.assertTrue(machine.get(name + ".fault"))
@@ -284,9 +284,9 @@ class Keeping(unittest.TestCase):
             (VERSION, "is of version 2; this retain reads version 1", checksummed(rest, 2)),
             (DAMAGED, "truncated or was changed: .*[0-9a-f]{8}", changed),
             (DAMAGED, "truncated or was changed", good + "\n"),
-            (DAMAGED, "not what retain writes", checksummed('machine = "bench"\n')),
-            (DAMAGED, "not what retain writes", checksummed('machine = "bench"\npins = 1\n[records]\n')),
-            (DAMAGED, "not what retain writes", checksummed('machine = "bench"\n[pins]\na="b"\n[records]\n')),
+            (DAMAGED, "not a file of retain", checksummed('machine = "bench"\n')),
+            (DAMAGED, "not a file of retain", checksummed('machine = "bench"\npins = 1\n[records]\n')),
+            (DAMAGED, "not a file of retain", checksummed('machine = "bench"\n[pins]\na="b"\n[records]\n')),
             (DAMAGED, ": Error while parsing", checksummed("machine = \n")),
         ]
         bad += [(DAMAGED, "truncated", good[:length]) for length in range(0, len(good), 17)]
@@ -789,7 +789,7 @@ class Kill(unittest.TestCase):
         draw = random.Random(1)
         folder = own_folder(self)
         names = ["it%d" % i for i in range(self.INSTANCES)]
-        left = {name: (0, 0) for name in names}  # what the last round has left in the store: value, and records
+        left = {name: (0, 0) for name in names}  # the last values in the store, and numbers of records
         value = 0
         for _ in range(math.ceil(kills / self.INSTANCES)):
             with Machine(folder, load="loadrt specimen names=" + ",".join(names)) as machine:
@@ -811,7 +811,7 @@ class Kill(unittest.TestCase):
                     changed = draw.sample(sorted(alive_yet), min(4, len(alive_yet)))
                     for name in changed:
                         machine.host.set(name + ".in", value)
-                    # Of the saves from now on the second one begins when the value is there.
+                    # From now on, the second save begins when the value is there.
                     saves = machine.host.get(["r%s.saves" % name for name in changed])
                     for name, now in zip(changed, saves):
                         safe[name] = max([safe[name]] + [old for old, before in written[name] if now >= before + 2])

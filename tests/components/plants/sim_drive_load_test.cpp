@@ -235,7 +235,7 @@ TEST(SimDriveLoadPeriod, DoesNotMatter) {
     EXPECT_NEAR(mean(fine), mean(coarse), 0.2);
 }
 
-// Two drives on the same signals: what an impossible value does to one must soon be over.
+// Two drives on the same signals: the effect of an impossible value on one must soon be over.
 TEST(SimDriveLoadPoison, IsForgotten) {
     const double infinity = std::numeric_limits<double>::infinity();
     for (const char* pin :

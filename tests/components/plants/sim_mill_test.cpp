@@ -218,7 +218,7 @@ TEST_F(SimMill, CutErrorIsThatOfTheDeepestTip) {
     }
     bench.run(0.5);
     EXPECT_EQ(bench.get("mill.truth-cuts"), 0) << "not before the tool leaves";
-    bench.set("mill.growth-replay", 0.01);  // what comes after the bottom does not count
+    bench.set("mill.growth-replay", 0.01);  // after the bottom it does not count
     bench.set("mill.z-position-cmd", 10);
     bench.run(1);
     EXPECT_EQ(bench.get("mill.truth-cuts"), 1);
@@ -420,7 +420,7 @@ TEST(SimMillPeriod, DoesNotMatter) {
     EXPECT_NEAR(fine.contact, coarse.contact, 0.05 * um);
 }
 
-// Two mills on the same signals: what an impossible value does to one must be over when it is.
+// Two mills on the same signals: the effect of an impossible value on one must end with the value.
 TEST(SimMillPoison, IsForgotten) {
     const double infinity = std::numeric_limits<double>::infinity();
     Bench bench;

@@ -179,7 +179,7 @@ TEST_F(SimPartProgram, RelearnMakesTheNextCycleOneToLearnFrom) {
     EXPECT_FALSE(get("learn"));
     set("relearn", 1);
     bench.run(150);
-    EXPECT_FALSE(get("learn")) << "the present cycle stays what it is";
+    EXPECT_FALSE(get("learn")) << "the present cycle does not change";
     bench.run(100);
     EXPECT_TRUE(get("learn"));
     set("relearn", 0);

@@ -284,7 +284,7 @@ double range(const std::vector<double>& values) {
     return *highest - *lowest;
 }
 
-// Of the line that fits best.
+// The slope of the line that fits best.
 double slope(const std::vector<double>& x, const std::vector<double>& y) {
     const auto n = static_cast<double>(x.size());
     const double mean = std::accumulate(x.begin(), x.end(), 0.0) / n;
@@ -338,7 +338,7 @@ TEST_F(SimPortalGauged, ErrorsCountFromThePivot) {
     EXPECT_NE(get("truth-gauge-ey"), 0);
 }
 
-// Small errors add up: what the tip does is what the gauge shows, yaw by the lever of what is behind it.
+// Small errors add up: the tip moves as the gauge shows, with yaw by the lever behind it.
 TEST_F(SimPortal, TipMovesByWhatTheGaugeShows) {
     set("seed", 4);
     set("tilt-drift", 0);
@@ -433,7 +433,7 @@ TEST_F(SimPortal, InstancesAreIndependent) {
     EXPECT_GT(bench.get("other.x-position"), 1);
 }
 
-// Two machines on the same signals: what an impossible value does to one must be over when it is.
+// Two machines on the same signals: the effect of an impossible value on one must end with the value.
 TEST(SimPortalPoison, IsForgotten) {
     const double infinity = std::numeric_limits<double>::infinity();
     Bench bench;

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""axis_offset in a complete LinuxCNC, wired as its manual page says, and judged by the servo cycles of a shift.
+"""axis_offset in a complete LinuxCNC, wired as in its manual page, and judged by the servo cycles of a shift.
 
     python3 tests/support/run.py tests/components/stages/axis_offset_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
 
-goes through the shift twenty times beside two busy loops, and counts what fails.
+goes through the shift twenty times beside two busy loops, and counts failures.
 """
 
 import os
@@ -80,7 +80,7 @@ class Shift(unittest.TestCase):
         velocity = abs(np.diff(self.shift["joint.2.motor-pos-cmd"], prepend=0)) / PERIOD
         velocity[~self.standing()] = 0
         fast = np.flatnonzero(velocity > MAX_RATE * 1.001)
-        # After joint mode LinuxCNC catches up with what the stage has asked for meanwhile.
+        # After joint mode LinuxCNC catches up with the requests of the stage meanwhile.
         fast = fast[~np.isin(fast, self.rows["out_of_joint_mode"])]
         self.assertEqual(len(fast), 0)
         caught_up = velocity[self.rows["out_of_joint_mode"]]

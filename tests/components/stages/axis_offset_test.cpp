@@ -353,7 +353,7 @@ TEST(AxisOffset, SoftLimitHoldsTheAxisAndTheOffsetComesBackBehindIt) {
     EXPECT_TRUE(machine.get("armed"));
     machine.bench.set("z-axis.program", 199);
     machine.run(0.05);
-    EXPECT_NEAR(machine.position(), 199 + 50 * um, 6 * um);  // what there was before, at once
+    EXPECT_NEAR(machine.position(), 199 + 50 * um, 6 * um);  // the offset of before, at once
     machine.run(1);
     EXPECT_NEAR(machine.position(), 199 + 100 * um, count);
     EXPECT_FALSE(machine.get("limited"));

@@ -23,7 +23,7 @@ host::Start with_specimens() {
     return start;
 }
 
-// Motion, x-stage and a drive with a lag of 3 ms.  Its sources: a constant, and one that grows with the
+// Motion, x-stage and a drive with a lag of 3 ms. Its sources: a constant, and one that grows with the
 // position.
 void wire(Bench& bench) {
     for (const char* line : {"loadrt threads name1=servo-thread period1=1000000",
@@ -53,8 +53,8 @@ void wire(Bench& bench) {
         bench.command(line);
 }
 
-// On its way to and fro between limits that never bound it, with an offset that swings.  Motion goes on
-// whatever following error a bad command leads to.
+// The joint moves to and fro between limits that never bound it, with an offset that swings. Motion goes on
+// after any following error of a bad command.
 void bring_to_life(Bench& bench) {
     wire(bench);
     for (const char* line : {"loadrt siggen names=path,swing",
@@ -156,7 +156,7 @@ struct Machine {
         run(1);
         EXPECT_NEAR(applied(), value, 1e-12);
     }
-    // Whatever happens from now on, the offset changes by no more.
+    // From now on, the offset changes by no more.
     void expect_rate(double most) {
         bench.expect("abs(x_rate) <= " + std::to_string(most + 1e-6), {{"x", "x-stage.applied-offset"}});
     }

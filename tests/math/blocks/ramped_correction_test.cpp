@@ -57,7 +57,7 @@ TEST(RampedCorrection, ChangeSlowerThanTheRateHasNoLag) {
     }
 }
 
-// Whatever happens, and however often.
+// After any sequence of events.
 TEST(RampedCorrection, OnlyMotionIsFasterThanTheRate) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> any(-2, 2);

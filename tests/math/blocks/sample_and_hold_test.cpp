@@ -24,7 +24,7 @@ std::vector<Sample> samples_of_a_ramp(double delay, double T, double dt, double 
 }
 
 TEST(SampleAndHold, SamplesByItsOwnClockBetweenThePeriods) {
-    // The signal is the time, so each sample tells when it was taken.
+    // The signal is the time, so each sample shows when it was taken.
     const std::vector<Sample> samples = samples_of_a_ramp(0.0033, 0.0081, 0.001, 1);
     ASSERT_EQ(samples.size(), 124u);
     for (std::size_t i = 0; i < samples.size(); ++i) {

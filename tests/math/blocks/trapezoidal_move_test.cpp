@@ -6,7 +6,7 @@
 namespace plumb {
 namespace {
 
-// Moves until it arrives; checks in each period what always holds.  Returns the time it took.
+// Moves until it arrives, and checks the invariants in each period. Returns the time that it took.
 double move(TrapezoidalMove& move, double target, double speed, double acceleration, double dt) {
     int periods = 0;
     while (!move.arrived(target) && periods < 1000000) {

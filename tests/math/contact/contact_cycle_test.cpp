@@ -41,7 +41,7 @@ ContactCycle::Ended end(ContactCycle& cycle, bool complete = true) {
     return cycle.end(complete, Method::coordinate, 1);
 }
 
-// A learning cycle, one of `wanted`.  Contacts within 0.1 mm of their partner agree with it.
+// A learning cycle, one of `wanted`. Contacts within 0.1 mm of their partner agree with it.
 ContactCycle::Ended learn(ContactCycle& cycle, const std::vector<Cut>& cuts, bool complete = true,
                           std::int32_t wanted = 1, const MachiningSetup& with = setup) {
     cycle.begin(true, with);
@@ -121,7 +121,7 @@ TEST(ContactCycle, EndSeenOnlyAfterAContactCarriesOnIntoTheNextCycleOursEndsInAn
         ++literal_index;
         literal_ended = !cycle_running_after_the_contact;
         ours.partner(ours.approach(10, 1));
-        EXPECT_EQ(end(ours, false).missed, 0) << "what an aborted cycle would have met is not known";
+        EXPECT_EQ(end(ours, false).missed, 0) << "the rest of an aborted cycle is unknown";
         EXPECT_FALSE(ours.running());
     }
     EXPECT_FALSE(literal_ended);
@@ -130,7 +130,7 @@ TEST(ContactCycle, EndSeenOnlyAfterAContactCarriesOnIntoTheNextCycleOursEndsInAn
     EXPECT_EQ(ours.approach(10, 1).occurrence, 1);
 }
 
-// Trap: ... and what an aborted learning cycle leaves counts as a reference.
+// Trap: ... and the contacts of an aborted learning cycle count as a reference.
 TEST(ContactCycle, LearningInPlaceLeavesHalfAReferenceOursNone) {
     std::vector<Cut> literal;
     ContactCycle ours;

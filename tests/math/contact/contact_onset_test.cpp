@@ -66,7 +66,7 @@ struct Approach {
 
 struct Scatter {
     double rms = 0;    // s
-    double sigma = 0;  // s, as the fits say
+    double sigma = 0;  // s, by the fits
 };
 Scatter scatter_of_pairs(Approach& approach, int pairs, double lower) {
     Scatter s;

@@ -79,8 +79,8 @@ TEST(ContactRejection, WhatIsNotANumberIsRejected) {
     }
 }
 
-// A plunge at 600 mm/min, seen by a clock from program start and by a literal reading of it.  Before it there
-// is `wait`, say a tool change; on its way there may be a hold or an override.
+// A plunge at 600 mm/min, seen by a clock from program start and by a literal reading of it. Before it
+// there is `wait`, for example a tool change; on its way there may be a hold or an override.
 struct Plunge {
     double wait = 5;      // s
     double hold = 0;      // s

@@ -24,14 +24,14 @@ GrowthByContact::Settings settings(Method method = Method::coordinate, double un
     return s;
 }
 
-// A mill whose offset is what was last accepted, at once when the tool is out of the work.
+// A mill whose offset is the last accepted growth, at once when the tool is out of the work.
 struct Shop {
     Milling mill{};
     GrowthByContact::Settings used = settings();
     GrowthByContact measured{};
     double target = 0;
     std::vector<double> accepted{};                               // mm
-    std::function<void(Milling::Sample&)> tamper = [](auto&) {};  // with what is seen
+    std::function<void(Milling::Sample&)> tamper = [](auto&) {};  // with the sample
 
     void cycle(double growth, std::map<int, Milling::Upset> upsets = {}) {
         mill.growth = growth;
@@ -225,7 +225,7 @@ TEST(GrowthByContact, SaysWhenTheGateKeepsOutAllContacts) {
     Shop shop = learnt();
     shop.cycle(10 * um);
     for (int n = 0; n < 2; ++n) shop.cycle(-80 * um);
-    shop.cycle(-80 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // says nothing either way
+    shop.cycle(-80 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // proves nothing either way
     EXPECT_FALSE(shop.measured.lost_track());
     shop.cycle(-80 * um);
     EXPECT_TRUE(shop.measured.lost_track());
@@ -295,7 +295,7 @@ TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
 TEST(GrowthByContact, AFeedHoldInTheContactIsNotBelieved) {
     Milling::Upset held;
     held.hold = 3;
-    double worst = 0;  // of what would be believed
+    double worst = 0;  // of any growth that would be accepted
     const Shop before = learnt();
     for (double height = 0.2; height > -0.2; height -= 0.01) {
         held.hold_height = height;
@@ -357,7 +357,7 @@ TEST(GrowthByContact, ASpeedChangeOnTheWayBlanksTheContact) {
     shop.cycle(10 * um, {{0, change}});
     EXPECT_EQ(shop.measured.rejection(), Rejection::blanked);
     EXPECT_EQ(shop.counts().rejected, 1);
-    EXPECT_EQ(shop.counts().missed, 0) << "it came, though it was not believed";
+    EXPECT_EQ(shop.counts().missed, 0) << "it came, though it was rejected";
 }
 
 TEST(GrowthByContact, AnAbortedCycleCountsWhatItHadAndNoMore) {
@@ -443,7 +443,7 @@ TEST(GrowthByContact, AReferenceOfAnotherProgramOrOtherToolsIsRefusedUntilAcknow
         EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
         --id;
         shop.cycle(10 * um);
-        EXPECT_EQ(shop.measured.refusal().reason(), reason) << "what the operator was told stays";
+        EXPECT_EQ(shop.measured.refusal().reason(), reason) << "the message to the operator stays";
         EXPECT_EQ(shop.counts().accepted, 0);
         shop.measured.acknowledge();
         EXPECT_TRUE(shop.measured.applicable());
@@ -453,7 +453,7 @@ TEST(GrowthByContact, AReferenceOfAnotherProgramOrOtherToolsIsRefusedUntilAcknow
         for (int n = 0; n < 2; ++n) {
             shop.measured.acknowledge();
             shop.cycle(10 * um);
-            EXPECT_EQ(shop.measured.refusal().reason(), reason) << "each start is judged anew";
+            EXPECT_EQ(shop.measured.refusal().reason(), reason) << "each start is judged again";
         }
         shop.target = 0;
         shop.learn();
@@ -637,7 +637,7 @@ TEST(GrowthByContact, ASofterPartShiftsNothing) {
     }
 }
 
-// What lasts for the debounce time and no longer is a contact by its threshold, and not by its shape.
+// A rise of exactly the debounce time is a contact by its threshold, and none by its shape.
 TEST(GrowthByContact, ARiseThatIsNoneIsRejected) {
     Shop shop = learnt();
     shop.mill.upsets = {};

@@ -26,8 +26,8 @@ LoadContact::Settings settings() {
     return s;
 }
 
-// What a drive reports of a spindle that idles at 5 % and cuts: a first-order lag, noise, and all that
-// happens on the way, sample by sample.
+// The report of a drive of a spindle that idles at 5 % and cuts: a first-order lag, noise, and all events
+// on the way, sample by sample.
 struct Drive {
     double dt = 0.001;
     double lag = 0.03;

@@ -27,7 +27,7 @@ struct Guide {
     }
     Vec travel(double q) const { return direction() * q + translation + translation_slope * q; }
     Vec errors(double q) const { return angles + angles_slope * q; }
-    // A vector behind the guide, as what carries the guide sees it; and back.
+    // A vector behind the guide, as the carrier of the guide sees it; and back.
     Vec carry(double q, const Vec& v) const { return turned(tilt, travel(q) + turned(errors(q), v)); }
     Vec see(double q, const Vec& v) const { return turned_back(errors(q), turned_back(tilt, v) + travel(q)); }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What is measured of a machine whose axes are known, by a model of its own, is what they are.
+// Measurements of a machine with known axes, by a model of its own, give these axes.
 #include "components/math/geometry/corner.hpp"
 #include "components/math/geometry/probed_shape.hpp"
 #include "components/math/geometry/square_readings.hpp"
@@ -40,7 +40,7 @@ struct Guides {
         return {x * x_scale * std::cos(along) + y * std::cos(across),
                 x * x_scale * std::sin(along) + y * std::sin(across)};
     }
-    // What scales read where the tool is at a place.
+    // The readings of the scales with the tool at a place.
     Place read(const Place& p) const {
         const double along = turn, across = turn + pi / 2 + opening;
         const double determinant = std::sin(across - along);
@@ -160,7 +160,7 @@ TEST(SquareReadings, RefuseWhatTheyCannotBe) {
     EXPECT_EQ(refused([](SquareReadings& s) { s.plunger.towards = Axis::Y; }),
               "the plunger points along Y, the axis that moves");
     EXPECT_EQ(refused([](SquareReadings& s) { s.positions = {1}; }),
-              "one position is not enough: at least two tell how an axis leans");
+              "one position is not enough: at least two show how an axis leans");
     EXPECT_EQ(refused([](SquareReadings& s) { s.readings = {1, 2, 3}; }), "3 readings at 2 positions");
     EXPECT_EQ(refused([](SquareReadings& s) { s.turned = {1}; }),
               "1 readings of the turned square at 2 positions");
@@ -169,7 +169,7 @@ TEST(SquareReadings, RefuseWhatTheyCannotBe) {
               "the uncertainty of a reading is not more than 0");
 }
 
-// Points on the faces of an artifact, read by guides.  The artifact lies turned by `pose`; its faces look at
+// Points on the faces of an artifact, read by guides. The artifact lies turned by `pose`; its faces look at
 // `normals` and are off by `own`; before the second set of points it was turned by `turn`.
 struct Artifact {
     std::vector<double> normals, own;  // rad
@@ -232,7 +232,7 @@ TEST(ProbedShape, SquareThatLiesAskewSaysThatTheScalesHideTheCorner) {
     };
     EXPECT_LT(uncertainty(0), 10 * urad);
     EXPECT_GT(uncertainty(pi / 9), 50 * urad);
-    EXPECT_THROW(uncertainty(pi / 4), std::invalid_argument) << "there it tells of the scales only";
+    EXPECT_THROW(uncertainty(pi / 4), std::invalid_argument) << "there it shows the scales only";
 }
 
 ProbedShape ring_of(const Guides& guides, double ovality, double ovality_at, const std::vector<double>& turns,
@@ -327,9 +327,8 @@ TEST(ProbedShape, RefusesWhatLeavesTheCornerOpenOrDoesNotFit) {
     }
 }
 
-// The error is as often within the uncertainty that is stated with it, and within twice that, as of a normal
-// distribution; up to 2.5 standard deviations of the count.  `widened`: what is added for scatter that
-// happens to be large, in 100.
+// The error is as often within its stated uncertainty, and within twice that, as of a normal distribution; up
+// to 2.5 standard deviations of the count. `widened`: added, in 100, for scatter that happens to be large.
 template <class Measure>
 void expect_stated(Measure measure, double widened = 0, int trials = 600) {
     std::mt19937_64 random(5);
@@ -546,7 +545,7 @@ TEST(Corner, UncertaintyOfTheSquareItselfDoesNotAverageOut) {
     square.square_uncertainty = 50 * urad;
     EXPECT_NEAR(corner_from_square(square).own, 50 * urad, 1e-12);
     square.turned = {0, -24 * um};
-    EXPECT_EQ(corner_from_square(square).own, 0) << "turning tells it";
+    EXPECT_EQ(corner_from_square(square).own, 0) << "turning shows it";
     Diagonals d;
     d.rising = d.falling = 500;
     d.uncertainty = 1 * um;
@@ -572,7 +571,7 @@ TEST(ProbedShapeFit, TellsWhatOfTheUncertaintyIsTheArtifactsOwn) {
         point.turned = pi / 2;
         shape.points.push_back(point);
     }
-    EXPECT_EQ(ProbedShapeFit::corner(shape).corner.own, 0) << "turning tells it";
+    EXPECT_EQ(ProbedShapeFit::corner(shape).corner.own, 0) << "turning shows it";
 }
 
 // The test move, on paper: an axis that leans by 80 urad towards the base is 24 um further there at 300 mm.

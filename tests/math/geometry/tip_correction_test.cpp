@@ -177,7 +177,7 @@ TEST(TipCorrection, ReferenceToolIsNotDisplacedAtThePivot) {
     EXPECT_LT((correction.un_corrected(there, longer) - q).norm(), 1e-9);
 }
 
-// A portal with all tilts, and all errors of a worn machine on each axis, anew wherever it stands.
+// A portal with all tilts, and all errors of a worn machine on each axis, drawn again at each place.
 class Worn {
 public:
     Worn() : model_(settings()) {}
