@@ -8,6 +8,7 @@
 #include "components/math/contact/contact_cycle.hpp"
 #include "components/math/contact/contact_onset.hpp"
 #include "components/math/contact/contact_rejection.hpp"
+#include "components/math/contact/descent.hpp"
 #include "components/math/contact/displacement_law.hpp"
 #include "components/math/contact/growth_between_contacts.hpp"
 #include "components/math/contact/load_contact.hpp"
@@ -93,6 +94,7 @@ public:
         follow_clock(s, complete_sample, settings.program_clock, dt);
 
         const Travel way = travel(s, settings);
+        descent_.step(s.z, feeds_down(s), way == Travel::clear, s.operation, s.tool);
         follow_approach(s, way);
         if (complete_sample) {
             feed_.step(s.velocity, settings.limits.feed_tolerance, dt);
@@ -118,7 +120,7 @@ public:
 
     // The tool may be cutting, is still lower than at its contact, or feeds down to it. An offset that
     // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
-    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || feeding_; }
+    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || descent_.under_way(); }
 
     // No contact was accepted since the last change of speed.
     bool uncertain() const noexcept { return uncertain_; }
@@ -202,7 +204,8 @@ private:
         if (s.enable && s.cycle_running && !was_running_) {
             cycle_.begin(s.learn, s.setup);
             refusal_.begin(cycle_.references(), s.setup, s.learn);
-            approaching_ = feeding_ = false;
+            approaching_ = false;
+            descent_.cancel();
             rejected_before_ = counts_.rejected;
             setup_ = s.setup;
             if (settings.program_clock) clock_.start();
@@ -233,8 +236,7 @@ private:
 
     // An approach begins as Z feeds towards the work for the first time since it was clear of it.
     void follow_approach(const Sample& s, Travel way) noexcept {
-        if (way == Travel::clear) approaching_ = feeding_ = false;
-        feeding_ |= feeds_down(s);
+        if (way == Travel::clear) approaching_ = false;
         if (way != Travel::towards_work || (approaching_ && same_task(s, approach_))) return;
         approaching_ = true;
         approach_ = cycle_.approach(s.operation, s.tool);
@@ -380,7 +382,7 @@ private:
     FirstOrderLag speed_history_;
     bool was_running_ = false;
     bool approaching_ = false;
-    bool feeding_ = false;  // down, since Z was clear of the work
+    Descent descent_;
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period

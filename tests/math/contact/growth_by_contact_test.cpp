@@ -187,6 +187,24 @@ TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCo
     EXPECT_EQ(free, 0);
 }
 
+TEST(GrowthByContact, AnOffsetHasToWaitUntilTheToolHasLeftTheWorkWhetherItsContactsCountOrNot) {
+    Shop shop = learnt();
+    for (std::size_t i = 0; i < shop.mill.program.size(); ++i)
+        shop.used.excluded.at(i) = shop.mill.program[i].operation;
+    int periods = 0, free = 0;
+    bool in_cut = false;  // not only below the top of the next work, on the way to it
+    shop.mill.cycle([&](const Milling::Sample& sample) {
+        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        in_cut = shop.mill.cutting && (in_cut || sample.motion == 2);
+        periods += in_cut;
+        free += in_cut && !shop.measured.in_work();
+        return 0.0;
+    });
+    EXPECT_GT(periods, 1000);
+    EXPECT_EQ(free, 0);
+    EXPECT_FALSE(shop.measured.in_work());
+}
+
 TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {
     const std::pair<double, Rejection> cases[]{{5, Rejection::outside_window},
                                                {-5, Rejection::outside_window},
