@@ -2,6 +2,7 @@
 #include "tests/support/program.hpp"
 
 #include "tests/support/bench.hpp"
+#include "tests/support/folder.hpp"
 
 #include <fcntl.h>
 #include <pty.h>
@@ -10,18 +11,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
 namespace plumb {
 namespace {
-
-std::string read_file(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // In the child: becomes the program.
 [[noreturn]] void execute(const std::vector<std::string>& arguments, const std::filesystem::path& directory) {
@@ -67,7 +61,7 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
         throw;
     }
     const int status = await_status(process);
-    return {status, read_file(folder / "output"), read_file(folder / "errors")};
+    return {status, contents(folder / "output"), contents(folder / "errors")};
 }
 
 Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
