@@ -392,7 +392,7 @@ def fails(outcomes):
     return any(outcome and outcome.failure for outcome in outcomes)
 
 
-def tell_failures(outcomes):
+def print_failures(outcomes):
     for side, tests in outcomes.items():
         for test, tried in tests.items():
             for outcome in filter(None, tried):
@@ -487,7 +487,7 @@ async def main():
         began = time.monotonic()
         outcomes = await run_tests(tests, sides, runner, options.repeat)
         print(f"in {time.monotonic() - began:.0f} s, {options.jobs} at a time")
-        tell_failures(outcomes)
+        print_failures(outcomes)
         print()
         worse = worse or host_is_worse(outcomes)
     return int(worse)

@@ -92,12 +92,12 @@ class Machine:
         with contextlib.suppress(linuxcnc.error):  # while there is no status yet
             self.status.poll()
         while True:
-            told = None
+            message = None
             with contextlib.suppress(linuxcnc.error):  # as above
-                told = self._channel.poll()
-            if not told:
+                message = self._channel.poll()
+            if not message:
                 return self.status
-            kind, text = told
+            kind, text = message
             is_error = kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
             (self.errors if is_error else self.messages).append(text.strip())
 

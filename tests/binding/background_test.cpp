@@ -88,7 +88,7 @@ TEST_F(BackgroundThread, WorksForThoseThatHaveWorkUntilItIsDestroyed) {
     EXPECT_EQ(busy.result, done * (done + 1L) / 2);
 }
 
-TEST_F(BackgroundThread, GoesOnWithoutMemoryAndSaysSoOnce) {
+TEST_F(BackgroundThread, GoesOnWithoutMemoryAndReportsItOnce) {
     Worker& worker = add(true);
     const int shown = errors_shown;
     const auto background = hal::Background::of(instances, 1ms);

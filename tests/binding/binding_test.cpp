@@ -26,13 +26,6 @@ namespace {
 
 using testing::HasSubstr;
 
-host::Start with_specimens(bool guard = false) {
-    host::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
-    start.guard = guard;
-    return start;
-}
-
 std::string output_of(const std::string& command) {
     FILE* const pipe = popen(command.c_str(), "r");
     std::string text;
@@ -264,7 +257,7 @@ TEST_F(Binding, BackgroundWorkIsDoneBetweenTwoPeriods) {
     EXPECT_EQ(bench.get("it.done"), 49);
 }
 
-TEST(BackgroundWork, ThatFailsIsToldOnceAndTriedAgain) {
+TEST(BackgroundWork, ThatFailsIsReportedOnceAndTriedAgain) {
     host::Start shown = with_specimens();
     shown.show_output = true;
     Bench bench(Bench::Thread::servo, shown);
@@ -361,7 +354,7 @@ TEST_F(Binding, ProgramsTakeNamePeriodAndOptions) {
     bench.command("unloadusr mine");
 }
 
-TEST_F(Binding, AProgramThatCannotStartSaysWhy) {
+TEST_F(Binding, AProgramThatCannotStartGivesTheReason) {
     EXPECT_THAT(refusal("loadusr -W " BUILD_DIR "/specimens/specimen_program --start -1"),
                 HasSubstr("is below 0"));
     EXPECT_THAT(refusal("loadusr -Wn No " BUILD_DIR "/specimens/specimen_program No"),
@@ -416,7 +409,7 @@ void forbid_dispatch() {
     ASSERT_EQ(prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program), 0);
 }
 
-TEST(GuardWithoutDispatch, SeesAllocationsAndSaysThatItDoesNotSeeSystemCalls) {
+TEST(GuardWithoutDispatch, SeesAllocationsAndReportsThatItDoesNotSeeSystemCalls) {
     Child child(true, [](Child&) {
         forbid_dispatch();
         host::Start start = with_specimens(true);

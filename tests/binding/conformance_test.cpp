@@ -2,6 +2,7 @@
 // Every shipped module obeys the same rules about names, units, words, time, bad values and truth.
 #include "tests/support/bench.hpp"
 #include "tests/support/hal_pins.hpp"
+#include "tests/support/impossible.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/module.hpp"
 
@@ -121,16 +122,7 @@ Complaints about_truth(Bench& bench, const std::set<std::string>& compensations)
     return result;
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 constexpr double poison_time = 0.3;  // s, as long as the good value has between two bad ones
-
-host::Start with_specimens() {
-    host::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
-    return start;
-}
 
 // An output that moves an axis, and the setting that limits its change per second; pins of the bench.
 struct Moving {
@@ -186,7 +178,7 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
                                           [&](const hal::PinInfo& info) { return info.name == input; });
     const std::vector<double> poisons =
         declaration->type == hal::Type::real
-            ? std::vector<double>{nan, infinity, -infinity, 1e308, -1e308, 5e-324}
+            ? std::vector<double>(impossible.begin(), impossible.end())
             : std::vector<double>{std::numeric_limits<std::int32_t>::min(), -1,
                                   std::numeric_limits<std::int32_t>::max()};
 
@@ -380,7 +372,7 @@ std::vector<std::string> what_moves_an_axis() {
 
 class Moves : public testing::TestWithParam<std::string> {};
 
-TEST_P(Moves, ReturnsWithinAReducedBoundAndSaysThatItIsLimited) {
+TEST_P(Moves, ReturnsWithinAReducedBoundAndReportsThatItIsLimited) {
     const Live* const live = Live::of(GetParam());
     ASSERT_TRUE(live) << "no Live fixture for " << GetParam() << ": see tests/live.hpp";
     const std::string instance = live->parts[0].instance + ".";

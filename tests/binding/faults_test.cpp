@@ -4,6 +4,7 @@
 // max_success=1000".
 #include "components/math/blocks/pi.hpp"
 #include "tests/support/attack.hpp"
+#include "tests/support/impossible.hpp"
 
 #include <rapidcheck.h>
 #include <rapidcheck/state.h>
@@ -19,9 +20,6 @@
 
 namespace plumb {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // All that moves an axis in one HAL: a portal with thermal growth, its corrections, both stages, motion and
 // drives.
@@ -86,7 +84,7 @@ struct Give final : Command {
             value = *rc::gen::element<double>(std::numeric_limits<std::int32_t>::min(), -1, 0, 1,
                                               std::numeric_limits<std::int32_t>::max());
         else if (target.echo || *rc::gen::inRange(0, 3) == 0)
-            value = *rc::gen::element(nan, infinity, -infinity, 1e308, -1e308, 5e-324);
+            value = *rc::gen::elementOf(impossible);
         else
             factor = *rc::gen::element(-10.0, -1.0, -0.3, 0.0, 0.3, 0.5, 2.0, 10.0);
     }

@@ -156,6 +156,18 @@ class SuddenDeath : public testing::TestWithParam<std::tuple<Role, Moment>> {
 protected:
     const Role role = std::get<Role>(GetParam());
     const Moment moment = std::get<Moment>(GetParam());
+
+    // Kills a process of the host: its client, the child, notices at once, and nothing is left.
+    void expect_clean_death(pid_t victim, Child& child, const std::vector<std::string>& files_before) const {
+        kill(victim, SIGKILL);
+        const auto killed = Clock::now();
+        if (moment == Moment::idle) child.go();
+        EXPECT_EQ(child.hear(), "noticed");
+        EXPECT_LT(Clock::now() - killed, at_once);
+        child.await_success();
+        expect_nothing_left(files_before);
+        expect_machine_works(role);
+    }
 };
 
 TEST_P(SuddenDeath, OfTheHostFailsItsClientAtOnce) {
@@ -175,15 +187,7 @@ TEST_P(SuddenDeath, OfTheHostFailsItsClientAtOnce) {
                 EXPECT_THROW(host.get("servo-thread.time"), host::HostDied);
                 EXPECT_THROW(host.run(host::seconds(1)), host::HostDied);
             });
-            const pid_t host = await_moment(moment, child);
-            kill(host, SIGKILL);
-            const auto killed = Clock::now();
-            if (moment == Moment::idle) child.go();
-            EXPECT_EQ(child.hear(), "noticed");
-            EXPECT_LT(Clock::now() - killed, at_once);
-            child.await_success();
-            expect_nothing_left(before);
-            expect_machine_works(role);
+            expect_clean_death(await_moment(moment, child), child, before);
         },
         machine_of(role));
 }
@@ -204,14 +208,7 @@ TEST_P(SuddenDeath, OfTheHostsKeeperFailsTheClientAtOnce) {
                                    std::to_string(child.process()) + "/children");
             pid_t keeper = 0;
             ASSERT_TRUE(children >> keeper);
-            kill(keeper, SIGKILL);
-            const auto killed = Clock::now();
-            if (moment == Moment::idle) child.go();
-            EXPECT_EQ(child.hear(), "noticed");
-            EXPECT_LT(Clock::now() - killed, at_once);
-            child.await_success();
-            expect_nothing_left(before);
-            expect_machine_works(role);
+            expect_clean_death(keeper, child, before);
         },
         machine_of(role));
 }
@@ -260,7 +257,7 @@ TEST(SideBySide, HostsDoNotSeeEachOther) {
     EXPECT_THROW(b.get("only-in-a"), std::runtime_error);
 }
 
-TEST(SideBySide, WithoutNamespacesASecondHostWaitsForTheFirstAndSaysSo) {
+TEST(SideBySide, WithoutNamespacesASecondHostWaitsForTheFirstAndReportsIt) {
     on_own_machine([] {
         auto first = std::make_unique<host::Client>(start_as(Role::no_namespaces));
         std::FILE* const said = std::tmpfile();

@@ -344,7 +344,7 @@ TEST_F(PlumbBench, ControlCOnATerminalEndsItCleanly) {
     EXPECT_GT(read_table(folder / "out.csv").rows.size(), 10u);
 }
 
-TEST_F(PlumbBench, UserSpaceProgramsMakeItSayThatItIsNotDeterministic) {
+TEST_F(PlumbBench, UserSpaceProgramsMakeItReportThatItIsNotDeterministic) {
     folder.write("program.hal", std::string(lag) + "loadusr sleep 1000\n");
     const Outcome outcome = bench({"program.hal", "--for", "1"});
     EXPECT_EQ(outcome.status, 0);

@@ -169,7 +169,7 @@ void forbid_namespaces() {
     ASSERT_EQ(prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program), 0);
 }
 
-TEST_F(PlumbDoctor, SaysThatAllIsWell) {
+TEST_F(PlumbDoctor, ReportsThatAllIsWell) {
     on_computer([] {
         const Outcome outcome = doctor();
         EXPECT_EQ(outcome.status, 0);
@@ -280,7 +280,7 @@ TEST_F(PlumbDoctor, SeesProgramsThatAreMissingOrOfAnotherRelease) {
     });
 }
 
-TEST_F(PlumbDoctor, WithoutLinuxCncItSaysWhatToInstall) {
+TEST_F(PlumbDoctor, WithoutLinuxCncItNamesThePackageToInstall) {
     on_computer([] {
         setenv("PATH", "/tmp/first", 1);
         const Outcome outcome = doctor();
@@ -336,7 +336,7 @@ void set_all_that_forbid_namespaces() {
     write("/proc/sys/kernel/apparmor_restrict_unprivileged_userns", "1\n");
 }
 
-TEST_F(PlumbDoctor, SaysWhichSettingForbidsNamespacesToRoot) {
+TEST_F(PlumbDoctor, NamesTheSettingThatForbidsNamespacesToRoot) {
     if (geteuid() != 0) GTEST_SKIP() << "not root";
     on_computer([] {
         set_all_that_forbid_namespaces();
@@ -357,7 +357,7 @@ TEST_F(PlumbDoctor, SaysWhichSettingForbidsNamespacesToRoot) {
     });
 }
 
-TEST_F(PlumbDoctor, SaysWhichSettingForbidsNamespacesToOrdinaryUsers) {
+TEST_F(PlumbDoctor, NamesTheSettingThatForbidsNamespacesToOrdinaryUsers) {
     as_root = false;
     before = set_all_that_forbid_namespaces;
     on_computer([] {
@@ -372,7 +372,7 @@ TEST_F(PlumbDoctor, SaysWhichSettingForbidsNamespacesToOrdinaryUsers) {
     });
 }
 
-TEST_F(PlumbDoctor, SaysThatAFilterForbidsNamespaces) {
+TEST_F(PlumbDoctor, ReportsThatAFilterForbidsNamespaces) {
     as_root = false;
     on_computer([] {
         forbid_namespaces();

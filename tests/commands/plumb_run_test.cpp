@@ -189,7 +189,7 @@ TEST_F(PlumbRun, FreeTimeOutrunsTheComputer) {
     EXPECT_THAT(run_script({"--free"}, "env").output, Not(HasSubstr("FAKETIME")));
 }
 
-TEST(PlumbRunOnAMachine, WithoutLibfaketimeItSaysSoAndGoesOn) {
+TEST(PlumbRunOnAMachine, WithoutLibfaketimeItReportsItAndGoesOn) {
     on_own_machine(
         [] {
             for (const std::string folder : {"/usr/lib", "/usr/local/lib"}) {
@@ -270,7 +270,7 @@ TEST_F(PlumbRun, AClientWatchesEveryPeriodWhileTimePasses) {
     EXPECT_EQ(ramp.back(), 5);
 }
 
-TEST_F(PlumbRun, ARecordingThatCannotBeWrittenEndsAloneAndIsTold) {
+TEST_F(PlumbRun, ARecordingThatCannotBeWrittenEndsAloneAndIsReported) {
     const std::string pipe = folder / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     const Outcome outcome = run_with_client("--speed 10", growing, [&](host::Client& client) {
@@ -452,7 +452,7 @@ chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.rep
     });
 }
 
-TEST_P(PlumbRunFiles, WhatAFullTmpDoesNotTakeIsToldAndFailsTheRun) {
+TEST_P(PlumbRunFiles, AFileThatAFullTmpDoesNotTakeIsReportedAndFailsTheRun) {
     MachineOptions options = machine_of(GetParam());
     options.programs = {BUILD_DIR "/bin/plumb"};
     const auto run = [] {
@@ -651,7 +651,7 @@ TEST(PlumbRunBesideLinuxCnc, NeitherSeesTheOther) {
 }
 
 // A LinuxCNC outside that starts or ends sends SIGTERM to all that pidof calls milltask.
-TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndSaysSo) {
+TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndReportsIt) {
     MachineOptions options;
     options.programs = {BUILD_DIR "/bin/plumb"};
     on_own_machine(

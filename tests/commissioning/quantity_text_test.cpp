@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/commissioning/quantity_text.hpp"
+#include "tests/support/refusal.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
 namespace plumb {
 namespace {
-
-std::string refusal(const std::function<void()>& body) {
-    try {
-        body();
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "accepted";
-}
 
 TEST(QuantityText, ReadsAnAngleInEachUnit) {
     const struct {

@@ -27,7 +27,7 @@ std::string number(double value) {
     return text.str();
 }
 
-std::string told(const Texts& arguments) {
+std::string advice(const Texts& arguments) {
     Texts words{BUILD_DIR "/bin/plumb", "squareness"};
     words.insert(words.end(), arguments.begin(), arguments.end());
     const Outcome outcome = run_program(words, "/");
@@ -215,10 +215,10 @@ struct SquarenessRecipeOfTheColumn : SquarenessRecipe {
     }
     const Texts chain{"--chain", "w-Z.b-X-Y-C-t"};
 
-    std::string told(const std::string& option, const std::string& fields) {
+    std::string advice(const std::string& option, const std::string& fields) {
         Texts words = chain;
         words.insert(words.end(), {option, fields});
-        return plumb::told(words);
+        return plumb::advice(words);
     }
 };
 
@@ -226,7 +226,7 @@ TEST_F(SquarenessRecipeOfTheColumn, TwoHeightsGiveItsTiltsAndTheTestMoveComesOut
     Texts words = chain;
     words.insert(words.end(), {"--datum", "X,Z,Y", "--square", two_heights('y', 'x', 1), "--square",
                                two_heights('y', 'z', -1)});
-    const std::string output = plumb::told(words);
+    const std::string output = plumb::advice(words);
     expect(output, "ec0y");
     expect(output, "ea0y");
     verify(output, 2, {"ec0y", "ea0y"});
@@ -255,7 +255,7 @@ TEST_F(SquarenessRecipeOfTheColumn, ProbedBoxGivesItsTilt) {
             text += number(x) + ',' + number(y) + ',' + std::to_string(face.normal) + '\n';
     const Folder folder;
     const std::string file = folder.write("box.csv", text);
-    expect(told("--points", "file=" + file + ",object=artifact,u=1um"), "ec0y");
+    expect(advice("--points", "file=" + file + ",object=artifact,u=1um"), "ec0y");
 
     // Corners of the box, in readings of the encoders, as the lines through the points meet; ball and all.
     const auto corner = [](const Face& upright, const Face& level) {
@@ -271,8 +271,8 @@ TEST_F(SquarenessRecipeOfTheColumn, ProbedBoxGivesItsTilt) {
     };
     const auto low = corner(faces[0], faces[1]), high = corner(faces[2], faces[3]);
     const auto left = corner(faces[0], faces[3]), right = corner(faces[2], faces[1]);
-    expect(told("--diagonals", "plane=XY,object=artifact,rising=" + between(low, high) +
-                                   ",falling=" + between(left, right) + ",u=1um"),
+    expect(advice("--diagonals", "plane=XY,object=artifact,rising=" + between(low, high) +
+                                     ",falling=" + between(left, right) + ",u=1um"),
            "ec0y");
 }
 
@@ -287,8 +287,8 @@ TEST_F(SquarenessRecipeOfTheColumn, DiagonalsOfAPartThatItCutGiveItsTilt) {
         return number(std::hypot(a[0] - b[0], a[1] - b[1])) + "mm";
     };
     const Place low = cut(100, 50), right = cut(500, 50), high = cut(500, 450), left = cut(100, 450);
-    expect(told("--diagonals", "plane=XY,object=part,rising=" + between(low, high) +
-                                   ",falling=" + between(left, right) + ",u=1um"),
+    expect(advice("--diagonals", "plane=XY,object=part,rising=" + between(low, high) +
+                                     ",falling=" + between(left, right) + ",u=1um"),
            "ec0y");
 }
 
@@ -303,7 +303,7 @@ TEST_F(SquarenessRecipe, TwoHeightsGiveTheTiltsOfAPortalWithALevelSaddle) {
     for (const char moved : {'z', 'w'})
         for (const char base : {'x', 'y'})
             words.insert(words.end(), {"--square", two_heights(moved, base, moved == 'z' ? 1 : -1)});
-    const std::string output = told(words);
+    const std::string output = advice(words);
     for (const std::string& pin : pins) expect(output, pin);
     verify(output, 4, pins);
 }

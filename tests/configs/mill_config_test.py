@@ -49,9 +49,9 @@ class Shift(unittest.TestCase):
         linuxcnc_runs.use_scenario(ini, "mill_scenario.py")
         with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = record.hal\n")
-        told, cls.output = linuxcnc_runs.work(folder, ini)
-        cls.facts, cls.errors, cls.messages = told["facts"], told["errors"], told["messages"]
-        cls.scenes = linuxcnc_runs.read_scenes(cls.machine, told["scenes"])
+        its, cls.output = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
+        cls.scenes = linuxcnc_runs.read_scenes(cls.machine, its["scenes"])
 
     def cuts(self, scene):
         """Errors of the cuts in a scene."""
@@ -123,11 +123,11 @@ class Shift(unittest.TestCase):
     def test_program_reads_the_offset_in_force(self):
         for scene in self.scenes.values():
             np.testing.assert_allclose(scene["motion.analog-in-00"][3:], scene["axis.z.eoffset"][2:-1], atol=0.1 * um)
-        told = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force" in text]
+        shown = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force" in text]
         names = ["learnt", "uncompensated", "compensated", "grown", "before_probing"]
-        for name, offset in zip(names, told):
+        for name, offset in zip(names, shown):
             self.assertAlmostEqual(offset, self.scenes[name]["axis.z.eoffset"][-1], delta=0.1 * um)
-        self.assertEqual(len(told), len(names))
+        self.assertEqual(len(shown), len(names))
 
     def test_abort_takes_the_bits_back_and_moves_nothing(self):
         scene = self.scenes["aborted"]
@@ -181,7 +181,7 @@ class Shift(unittest.TestCase):
             )
         return status, output, contacts
 
-    def test_report_says_what_the_machine_said(self):
+    def test_report_agrees_with_the_machine(self):
         _, output, contacts = self.report("load.txt", "--chart", "chart.png")
         for cycle, name in ((3, "compensated"), (4, "grown")):
             with self.subTest(name):
@@ -198,7 +198,7 @@ class Shift(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(self.machine, "chart.png")), 10000)
         self.assertIn("Not complete: cycle 5,", output)
 
-    def test_report_from_a_machine_without_compensation_says_what_it_would_have_done(self):
+    def test_report_from_a_machine_without_compensation_shows_the_offset_that_it_would_have_applied(self):
         scene = self.scenes["uncompensated"]
         with open(os.path.join(self.machine, "load.txt")) as file:
             lines = file.readlines()
@@ -363,7 +363,7 @@ class Readme(unittest.TestCase):
         return [line for line in lines if not line.startswith(("- Keep the settings", "- Take the other"))]
 
     @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "runs the same code as the other tests, for longer")
-    def test_commissioning_is_as_it_says(self):
+    def test_commissioning_is_as_on_the_page(self):
         machining = self.command(r"plumb run .* part.ngc grow.ngc part.ngc grow.ngc part.ngc grow.ngc part.ngc")
         first = self.command("plumb run --speed 10 -- linuxcnc mill.ini setup.ngc learn.ngc")
         self.assertTrue(machining.startswith(first), "the example is the beginning of the recording")

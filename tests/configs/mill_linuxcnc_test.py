@@ -163,7 +163,7 @@ class Days(unittest.TestCase):
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
             self.assertIn("retain does not run any more", self.facts[name]["errors"][-1])
 
-    def test_touch_off_is_refused_as_long_as_no_contact_was_believed(self):
+    def test_touch_off_is_refused_as_long_as_no_contact_was_accepted(self):
         day, rows = self.days["second"], self.rows("second", "rejected")
         self.assertEqual(np.ptp(day["thermal.contacts"][rows]), 1)
         self.assertEqual(np.ptp(day["thermal.contacts-accepted"][rows]), 0)
@@ -194,7 +194,7 @@ class Days(unittest.TestCase):
                 self.assertEqual(np.ptp(day["joint.2.motor-pos-cmd"][rows]), 0)
 
     def test_homing_without_an_offset_moves_nothing(self):
-        day, rows = self.days["first"], self.rows("first", "homed_anew")
+        day, rows = self.days["first"], self.rows("first", "homed_again")
         self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
         self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][rows[-400:]]), nm)
 

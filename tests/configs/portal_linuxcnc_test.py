@@ -54,8 +54,8 @@ class Shift:
         change(hal, "loadrt squareness", "newsig scene s32\nloadrt squareness")
         with open(table, "w") as file:
             file.write("X,EYX\n-260,0\n260,0\n# end, 2 rows\n")
-        told, cls.output = linuxcnc_runs.work(folder, ini)
-        cls.facts, cls.errors, cls.scenes = told["facts"], told["errors"], told["scenes"]
+        its, cls.output = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors, cls.scenes = its["facts"], its["errors"], its["scenes"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, cls.scenes)
         cls.position = np.array([cls.shift["joint.%d.pos-cmd" % joint] for joint in range(3)])
@@ -133,7 +133,7 @@ class Shift:
     def test_correction_makes_no_step_beyond_its_ramp_and_what_motion_causes(self):
         steps = np.linalg.norm(self.beyond_motion(), axis=0)
         judged = np.ones(len(steps), bool)
-        for scene in ("on_again", "unhome", "home_anew", "home_too_early", "home_once_more"):
+        for scene in ("on_again", "unhome", "home_again", "home_too_early", "home_once_more"):
             judged[self.rows[scene]] = False  # where each stage has a ramp of its own
         judged &= (self.of_each("%s-stage.limited").sum(axis=0) == 0) & (np.arange(len(steps)) > 0)
         judged[self.rows["soft_limit"]] = False
@@ -156,7 +156,7 @@ class Shift:
         self.assertEqual(np.count_nonzero((begun & (self.moved() > 0))[rows]), 0)
 
     def test_stages_make_no_step_beyond_two_ramps_where_they_are_released_and_come_back(self):
-        for scene in ("on_again", "unhome", "home_anew", "home_too_early", "home_once_more"):
+        for scene in ("on_again", "unhome", "home_again", "home_too_early", "home_once_more"):
             rows = self.rows[scene]
             self.assertLessEqual(abs(self.beyond_motion()[:, rows]).max(), 2 * RAMP * PERIOD + 0.1 * nm, scene)
 
@@ -191,7 +191,7 @@ class Shift:
         errors = [abs(self.tip_error[:, begin:end]).max() for begin, end in self.moves("uncorrected_path")]
         self.assertGreater(max(errors), 10 * um)
 
-    def test_corners_of_the_cube_are_off_as_the_tilts_say_and_right_with_correction(self):
+    def test_corners_of_the_cube_are_off_by_the_tilts_and_right_with_correction(self):
         without, corrected = self.rests("uncorrected_cube"), self.rests("corrected_cube")
         for rows in (without, corrected):
             self.assertGreaterEqual(len(rows), self.corners)
@@ -227,11 +227,11 @@ class Shift:
                 self.assertAlmostEqual(travelled, position[-1] - position[0], delta=0.01 * nm)
         self.assertGreater(np.ptp(self.offset[:, self.rows["corrected_path"]], axis=1).max(), 20 * um)
 
-    def test_table_read_anew_is_in_force(self):
+    def test_table_read_again_is_in_force(self):
         crooked, straight = self.facts["reloaded"]
         self.assertAlmostEqual(crooked - straight, -15 * um, delta=EXACT)
 
-    def test_tables_that_are_read_say_of_which_machine_they_are(self):
+    def test_tables_that_are_read_name_their_machine(self):
         self.assertRegex(self.output, "squareness: /.*/errors.csv: error tables of X, 2 rows, no machine, ")
         self.assertRegex(self.output, "squareness: /.*/errors.csv: error tables of X, 2 rows, machine a lathe, ")
 
@@ -255,9 +255,9 @@ class Shift:
         unhomed = self.rows["unhome"][-1]
         self.assertFalse(self.shift["motion.is-all-homed"][unhomed])
         self.assertEqual(abs(self.offset[:, unhomed]).max(), 0)
-        self.assertGreater(np.linalg.norm(self.offset[:, self.rows["home_anew"][-1]]), 10 * um)
+        self.assertGreater(np.linalg.norm(self.offset[:, self.rows["home_again"][-1]]), 10 * um)
 
-    def test_homed_with_an_offset_in_force_is_a_fault_until_homed_anew(self):
+    def test_homed_with_an_offset_in_force_is_a_fault_until_homed_again(self):
         self.assertEqual(self.facts["homed too early"], [False, True])
         self.assertEqual(self.facts["too early"], [6, 6, 6])
         self.assertEqual(abs(self.offset[:, self.rows["home_too_early"][-1]]).max(), 0)
@@ -269,16 +269,16 @@ class Shift:
 
     def test_square_box_is_probed_as_leaning_without_correction_and_as_square_with_it(self):
         for side, lean in self.leans_of_the_box.items():
-            told = re.findall(r"^ along %s the side is at .([-\d.]+) and .([-\d.]+)$" % side, self.output, re.M)
-            self.assertEqual(len(told), 2, side)
-            without, corrected = np.array(told, float)
+            printed = re.findall(r"^ along %s the side is at .([-\d.]+) and .([-\d.]+)$" % side, self.output, re.M)
+            self.assertEqual(len(printed), 2, side)
+            without, corrected = np.array(printed, float)
             self.assertAlmostEqual(without[1] - without[0], lean, delta=TOUCH, msg=side)
             np.testing.assert_allclose(abs(corrected), 63, rtol=0, atol=TOUCH)
 
-    def test_operator_is_told_of_the_wrong_homing_and_of_nothing_else(self):
+    def test_operator_gets_a_message_about_the_wrong_homing_and_no_other(self):
         sentence = plumb.declarations("joint_offset")["codes"]["fault-code"][6]
-        told = ["Correction of %s: %s" % (letter, sentence) for letter in "XYZ"]
-        self.assertEqual(sorted(self.errors), [*told, "Homing denied by motion.homing-inhibit joint=-1"])
+        sentences = ["Correction of %s: %s" % (letter, sentence) for letter in "XYZ"]
+        self.assertEqual(sorted(self.errors), [*sentences, "Homing denied by motion.homing-inhibit joint=-1"])
 
 
 class Portal(Shift, unittest.TestCase):
@@ -356,10 +356,10 @@ class Configuration(unittest.TestCase):
         for name, command in zip(("column", "portal"), commands):
             self.assertIn("CHAIN = %s\n" % command.split()[2], self.read(name + "_hal.inc"))
             plumb = os.path.join(BUILD, "bin", "plumb")
-            told = subprocess.run([plumb, *command.split()], capture_output=True, text=True, check=True).stdout
+            printed = subprocess.run([plumb, *command.split()], capture_output=True, text=True, check=True).stdout
             tilts = [
                 {pin: float(angle) for pin, angle in re.findall(r"^ *setp \w+\.(e[abc]0\w) +(\S+)", text, re.M)}
-                for text in (told, self.read(name + "_settings.hal"), self.read(name + "_machine.hal"))
+                for text in (printed, self.read(name + "_settings.hal"), self.read(name + "_machine.hal"))
             ]
             self.assertEqual(tilts[0], tilts[1])
             self.assertEqual(tilts[1], tilts[2])

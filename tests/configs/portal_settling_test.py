@@ -78,7 +78,7 @@ class Settling(unittest.TestCase):
         worst = max(self.error[self.begin_of_the_cut(scene)] for scene in HELD)
         print("\nwith settling a cut begins %.2g um off" % (worst / um), file=sys.stderr)
 
-    def test_with_feed_hold_and_its_substitute_off_the_cut_begins_early_and_the_operator_is_told(self):
+    def test_with_feed_hold_and_its_substitute_off_the_cut_begins_early_and_the_operator_gets_a_message(self):
         for scene in NOT_HELD:
             begin = self.begin_of_the_cut(scene)
             self.assertGreater(self.error[begin], 5 * um, scene)
@@ -131,7 +131,7 @@ class Settling(unittest.TestCase):
         self.assertEqual(self.shift["square.settling"][rows][jogs].max(), 0)
         self.assertEqual(self.messages["jog"], [])
 
-    def test_released_early_the_operator_is_told_why(self):
+    def test_released_early_the_operator_gets_the_reason(self):
         for scene, code, why in (
             ("late", 4, "Settling took longer than settling-time."),
             ("disable", 1, "The correction was switched off, or a joint is not homed any more."),

@@ -53,9 +53,9 @@ class Shift(unittest.TestCase):
             shutil.copy(os.path.join(PROGRAMS, name), machine)
         ini = os.path.join(machine, "three_axis.ini")
         linuxcnc_runs.use_scenario(ini, "three_axis_scenario.py")
-        told, _ = linuxcnc_runs.work(folder, ini)
-        cls.facts, cls.errors = told["facts"], told["errors"]
-        cls.scenes = linuxcnc_runs.read_scenes(machine, told["scenes"])
+        its, _ = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors = its["facts"], its["errors"]
+        cls.scenes = linuxcnc_runs.read_scenes(machine, its["scenes"])
 
     def test_every_servo_cycle_is_recorded(self):
         self.assertEqual(len(self.scenes), 14)
@@ -84,7 +84,7 @@ class Shift(unittest.TestCase):
         for joint in range(3):
             self.assertEqual(np.ptp(scene["joint.%d.motor-pos-fb" % joint]), 0)
 
-    def test_homing_anew_loses_home_first(self):
+    def test_homing_again_loses_home_first(self):
         for joint in range(3):
             homed = self.scenes["home_again"]["joint.%d.homed" % joint]
             self.assertEqual([homed[row] for row in (0, *changes(homed))], [1, 0, 1])
@@ -131,7 +131,7 @@ class Shift(unittest.TestCase):
         for joint in range(3):
             self.assertAlmostEqual(scene["joint.%d.motor-pos-fb" % joint][-1], 0, delta=nm)
 
-    def test_spindle_is_at_speed_when_its_ramp_says_and_the_feed_waits_for_it(self):
+    def test_spindle_is_at_speed_at_the_end_of_its_ramp_and_the_feed_waits_for_it(self):
         scene = self.scenes["program"]
         on = np.flatnonzero(scene["spindle.0.speed-out"] == 3000)[0]
         at_speed = on + np.flatnonzero(scene["spindle.0.at-speed"][on:] == 1)[0]

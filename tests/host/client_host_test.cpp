@@ -78,7 +78,7 @@ TEST_F(ClientOfHost, WhatIsNotFiniteGoesThereAndBack) {
     EXPECT_TRUE(std::isnan(bench.get("it.in")));
 }
 
-TEST_F(ClientOfHost, RefusesWhatHalcmdRefusesAndSaysWhy) {
+TEST_F(ClientOfHost, RefusesWhatHalcmdRefusesAndGivesTheReason) {
     bench.command("net input it.in");
     EXPECT_THAT(refusal([&] { bench.set("it.in", 1); }),
                 AllOf(HasSubstr("it.in"), HasSubstr("connected to a signal")));
@@ -107,14 +107,14 @@ TEST_F(ClientOfHost, QuotesKeepWordsTogether) {
 }
 
 TEST_F(ClientOfHost, ARunReportsItsProgressAndCanBeStopped) {
-    std::vector<host::Time> told;
+    std::vector<host::Time> progress;
     const host::Ran ran = client.run(host::seconds(1e8), [&](host::Time done) {
-        told.push_back(done);
-        return told.size() < 3;
+        progress.push_back(done);
+        return progress.size() < 3;
     });
-    EXPECT_EQ(told.size(), 3u);
-    EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-    EXPECT_GE(ran.ran, told.back());
+    EXPECT_EQ(progress.size(), 3u);
+    EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end()));
+    EXPECT_GE(ran.ran, progress.back());
     EXPECT_LT(ran.ran, host::seconds(1e8));
     EXPECT_EQ(ran.ran % 1ms, 0ns) << "it stops at a period";
     EXPECT_EQ(ran.ended, "");
@@ -132,7 +132,7 @@ TEST_F(ClientOfHost, TimeMovesOnlyInARun) {
     EXPECT_THROW(bench.run(1e12), std::invalid_argument);
 }
 
-TEST_F(ClientOfHost, RecordsUntilItIsTold) {
+TEST_F(ClientOfHost, RecordsUntilItIsStopped) {
     const Folder folder;
     bench.set("it.in", 1);
     client.record("r", {{"it.in", "it.out"}, 2ms, folder / "r.csv"});
@@ -305,7 +305,7 @@ TEST(Durations, AreReadInEveryUnit) {
         EXPECT_THROW(parse_duration(wrong), std::invalid_argument) << wrong;
 }
 
-TEST(Durations, AreToldInTheUnitsThatSuit) {
+TEST(Durations, AreWrittenInTheUnitsThatSuit) {
     using host::describe_duration;
     EXPECT_EQ(describe_duration(4h), "4 h");
     EXPECT_EQ(describe_duration(90min), "1 h 30 min");

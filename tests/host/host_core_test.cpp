@@ -218,7 +218,7 @@ TEST_F(HostCore, AFullDiskEndsTheRunWithASentence) {
     }
 }
 
-TEST_F(HostCore, ARecordingThatFailsMeanwhileEndsTheRunAndIsTold) {
+TEST_F(HostCore, ARecordingThatFailsMeanwhileEndsTheRunAndIsReported) {
     bench_.command("loadrt sum2");
     bench_.command("addf sum2.0 servo-thread");
     const std::string pipe = folder_ / "pipe";

@@ -103,7 +103,7 @@ TEST(HostScheduler, ATaskKeepsItsStackFromPeriodToPeriod) {
     EXPECT_EQ(scheduler().remove(id), 0);
 }
 
-TEST(HostScheduler, ATaskHasAMebibyteOfStackWhateverItAskedFor) {
+TEST(HostScheduler, ATaskHasAMebibyteOfStackForAnyRequest) {
     bool done = false;
     Task task(50, [&] {
         volatile char deep[900 * 1024];

@@ -66,7 +66,7 @@ TEST(WithoutNamespaces, ARunIsRefusedAndItsProgramDoesNotStart) {
     });
 }
 
-TEST(WithoutNamespaces, ABenchSaysSoAndUsesTheOneHal) {
+TEST(WithoutNamespaces, ABenchReportsItAndUsesTheOneHal) {
     without_namespaces([] {
         write_bench();
         const Outcome outcome = run_program({plumb_program, "bench", "lag.hal", "--for", "1"}, "/tmp");
@@ -219,7 +219,7 @@ TEST_F(HalLock, AFileThatIsThereKeepsItsRightsAndServes) {
     });
 }
 
-TEST_F(HalLock, WhatItMakesServesEveryUserWhateverTheUmask) {
+TEST_F(HalLock, ItsFileServesEveryUserWithAnyUmask) {
     on_machine([] {
         umask(077);
         EXPECT_EQ(bench().status, 0);

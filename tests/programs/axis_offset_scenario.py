@@ -53,7 +53,7 @@ class Shift(Scenario):
             self.joint_mode,
             self.off_and_on,
             self.emergency_stop,
-            self.home_anew,
+            self.home_again,
             self.unhome,
         )
 
@@ -186,7 +186,7 @@ class Shift(Scenario):
         self.arm()
         self.await_offset(0.08)
 
-    def home_anew(self):
+    def home_again(self):
         """With an offset in force, which is a mistake."""
         self.machine.home()
         self.arm()

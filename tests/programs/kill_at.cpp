@@ -46,8 +46,8 @@ int open(const char* path, int flags, ...) {
     va_start(more, flags);
     const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(more, mode_t) : 0;
     va_end(more);
-    const bool written_anew = (flags & O_EXCL) != 0 && (flags & O_ACCMODE) == O_WRONLY;
-    const bool ours = written_anew || (flags & O_DIRECTORY) != 0;
+    const bool written_again = (flags & O_EXCL) != 0 && (flags & O_ACCMODE) == O_WRONLY;
+    const bool ours = written_again || (flags & O_DIRECTORY) != 0;
     if (ours) step();
     const int file = real<int (*)(const char*, int, ...)>("open")(path, flags, mode);
     if (ours) watched().insert(file);

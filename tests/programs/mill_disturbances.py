@@ -100,7 +100,7 @@ class Day(Scenario):
         self.turn_on()
         self.part("after_off_and_on")
 
-        self.begin("homed_anew")
+        self.begin("homed_again")
         machine.mdi("O <take_back> call")
         machine.mdi("G53 G0 X0 Y0 Z0")  # where this machine is at home
         machine.home()

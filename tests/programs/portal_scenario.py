@@ -63,7 +63,7 @@ class Shift(Scenario):
             self.corrected_cube,
             self.corrected_box,
             self.unhome,
-            self.home_anew,
+            self.home_again,
             self.home_too_early,
             self.home_once_more,
         )
@@ -240,7 +240,7 @@ class Shift(Scenario):
         self.await_pin("motion.is-all-homed", False)
         self.await_stages()
 
-    def home_anew(self):
+    def home_again(self):
         self.machine.home()
         self.machine.mdi("G0 X50 Y60 Z-50")
         self.await_ramp()

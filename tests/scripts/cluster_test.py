@@ -38,7 +38,7 @@ class Silent:
 
 
 class Differences(unittest.TestCase):
-    def test_only_what_differs_is_told(self):
+    def test_only_differences_are_reported(self):
         here = identity()
         self.assertEqual(differences(here, identity()), "")
         self.assertEqual(

@@ -35,7 +35,7 @@ class Judged(unittest.TestCase):
         np.testing.assert_allclose(errors["hold"], [-1, -3])
         np.testing.assert_allclose(contacts, [0.5, 0])
 
-    def test_cuts_before_the_second_accepted_contact_are_not_told(self):
+    def test_cuts_before_the_second_accepted_contact_are_not_reported(self):
         self.column["thermal.contacts-accepted"][4:6] = 1
         errors, _ = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-0.5])
@@ -46,7 +46,7 @@ class Judged(unittest.TestCase):
         self.assertEqual(lines[1].split()[-6:], ["6.0", "10.0", "11.0", "10.5", "11.0", "100%"])
         self.assertEqual(lines[2].split()[-6:], ["12.0", "20.0", "22.0", "21.0", "22.0", "64%"])
 
-    def test_a_machine_whose_contacts_were_not_seen_is_told_and_is_not_within_tolerance(self):
+    def test_a_machine_whose_contacts_were_not_seen_is_reported_and_is_not_within_tolerance(self):
         none = ({"hold": np.empty(0), "by speed": np.empty(0)}, None)
         runs = [({"hold": np.ones(3), "by speed": np.ones(3)}, None)] * 3 + [none]
         line = growth.table({"speed steps": runs})[1]

@@ -93,7 +93,7 @@ class Verdict(Source):
         self.write("family/it/checkresult", '#!/bin/sh\ngrep one "$1"', 0o755)
         self.assertEqual(self.run_test().failure, "")
 
-    def test_failing_script_fails_whatever_it_prints(self):
+    def test_failing_script_fails_with_any_output(self):
         self.write("family/it/test.sh", "exit 3")
         self.write("family/it/expected")
         self.assertIn("ended with status 3", self.run_test().failure)
@@ -195,7 +195,7 @@ class Comparison(unittest.TestCase):
 
             async def run():
                 runner = linuxcnc_tests.Runner(os.path.join(folder, "source"), os.path.join(folder, "runs"), 2)
-                linuxcnc_tests.tell_failures(await linuxcnc_tests.run_tests([self.test], [SIDE], runner, 2))
+                linuxcnc_tests.print_failures(await linuxcnc_tests.run_tests([self.test], [SIDE], runner, 2))
 
             with contextlib.redirect_stdout(io.StringIO()) as said:
                 asyncio.run(run())

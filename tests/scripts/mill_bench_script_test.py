@@ -4,18 +4,16 @@
 import argparse
 import math
 import os
-import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy as np
 
 import mill
+from bench_runs import run_bench
 from support.command import duration_of
 from support.figures import largest, rms
 from support.simulations import duration_text
-from tree import ROOT
 
 
 def recording(rows, **columns):
@@ -82,7 +80,7 @@ class Figures(unittest.TestCase):
     def test_peak_growth_counts_from_the_start(self):
         self.assertEqual(mill.judge(three_cycles()).peak_growth, 22)
 
-    def test_table_leaves_out_the_first_warm_contact_and_says_so_in_percent_of_peak_growth(self):
+    def test_table_leaves_out_the_first_warm_contact_and_shows_it_in_percent_of_peak_growth(self):
         without = mill.judge(three_cycles())
         compensated = mill.judge(three_cycles())
         compensated.cuts["error"][3:] = [-20, 2, -2, 2, -2, 2]
@@ -131,13 +129,7 @@ class Words(unittest.TestCase):
 class Command(unittest.TestCase):
     def test_writes_table_chart_and_files(self):
         with tempfile.TemporaryDirectory() as folder:
-            script = os.path.join(ROOT, "scripts", "benches")
-            done = subprocess.run(
-                [sys.executable, script, "mill", "--for", "6min", "--seed", "3", "--output", folder],
-                capture_output=True,
-                text=True,
-                timeout=100,
-            )
+            done = run_bench("mill", "--for", "6min", "--seed", "3", "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("6 min of milling on machine 3", done.stdout)
             self.assertIn("from the second warm contact on", done.stdout)
@@ -150,8 +142,7 @@ class Command(unittest.TestCase):
                 self.assertEqual(len(series.read().splitlines()), 1 + 361)
 
     def test_unknown_option_is_refused(self):
-        script = os.path.join(ROOT, "scripts", "benches")
-        self.assertEqual(subprocess.run([sys.executable, script, "mill", "--sed", "x"], capture_output=True).returncode, 2)
+        self.assertEqual(run_bench("mill", "--sed", "x").returncode, 2)
 
 
 if __name__ == "__main__":

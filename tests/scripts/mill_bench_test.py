@@ -84,7 +84,7 @@ class Events(unittest.TestCase):
 
 
 class Cycles(unittest.TestCase):
-    def test_cycle_after_cycle_nothing_wrong_is_believed_and_all_counts_agree_with_the_truth(self):
+    def test_cycle_after_cycle_nothing_wrong_is_accepted_and_all_counts_agree_with_the_truth(self):
         outcomes = mill_cycles.run_cycles(20 if SANITIZED else 100)
         print("\n" + "\n".join(mill_cycles.table(outcomes)), file=sys.stderr)
         approaches = [approach for outcome in outcomes for approach in outcome.approaches]

@@ -2,16 +2,14 @@
 """scripts/bench pairs, in short, and the thresholds and the bound that stand beside its figures."""
 
 import os
-import subprocess
-import sys
 import unittest
 
 import numpy as np
 
 import pairs
+from bench_runs import run_bench
 from pairs import CASES, FIT, MIDDLE
 from support.figures import rms
-from tree import ROOT
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 PAIRS = 80  # 8 % of an rms is its standard deviation
@@ -68,14 +66,12 @@ class Bound(unittest.TestCase):
 class Command(unittest.TestCase):
     @unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
     def test_prints_a_table(self):
-        script = os.path.join(ROOT, "scripts", "benches")
-        done = subprocess.run([sys.executable, script, "pairs", "--pairs", "3"], capture_output=True, text=True, timeout=100)
+        done = run_bench("pairs", "--pairs", "3")
         for case in CASES:
             self.assertIn(case.name, done.stdout)
 
     def test_number_of_pairs_is_checked(self):
-        script = os.path.join(ROOT, "scripts", "benches")
-        done = subprocess.run([sys.executable, script, "pairs", "--pairs", "0"], capture_output=True, text=True)
+        done = run_bench("pairs", "--pairs", "0")
         self.assertEqual(done.returncode, 2)
         self.assertIn("--pairs: '0'", done.stderr)
 

@@ -7,8 +7,6 @@ import io
 import math
 import os
 import re
-import subprocess
-import sys
 import tempfile
 import threading
 import unittest
@@ -17,10 +15,10 @@ import unittest.mock
 import numpy as np
 
 import part as part_bench
+from bench_runs import run_bench
 from support import part_inspection
 from support.part_inspection import FEATURES, Samples
 from support.part_machines import CONFIGURATION, PARTS, RUNS
-from tree import ROOT
 
 um = 1e-3  # mm
 PER_M = 1e-6
@@ -202,20 +200,20 @@ class Speeds(unittest.TestCase):
                 raise RuntimeError("Queue is not empty after probing")
             return "cuts"
 
-        with unittest.mock.patch.object(part_bench, "cut", cut), contextlib.redirect_stderr(io.StringIO()) as told:
+        with unittest.mock.patch.object(part_bench, "cut", cut), contextlib.redirect_stderr(io.StringIO()) as printed:
             try:
                 self.assertEqual(part_bench.cut_at_some_speed("portal", 1, 2400, PARTS, threading.Event()), "cuts")
             except RuntimeError:
                 tried.append("error")
-        return tried, told.getvalue()
+        return tried, printed.getvalue()
 
-    def test_where_linuxcnc_fails_it_is_run_again_slower_which_is_told(self):
+    def test_where_linuxcnc_fails_it_is_run_again_slower_which_is_reported(self):
         first, second = part_bench.SPEEDS[:2]
         self.assertEqual(self.cut_where(lambda speed: False), ([first], ""))
-        tried, told = self.cut_where(lambda speed: speed > second)
+        tried, printed = self.cut_where(lambda speed: speed > second)
         self.assertEqual(tried, [first, second])
-        self.assertIn("portal: Queue is not empty after probing", told)
-        self.assertIn(f"Again at {second} times real time", told)
+        self.assertIn("portal: Queue is not empty after probing", printed)
+        self.assertIn(f"Again at {second} times real time", printed)
 
     def test_what_fails_at_every_speed_is_an_error(self):
         self.assertEqual(self.cut_where(lambda speed: True)[0], [*part_bench.SPEEDS, "error"])
@@ -246,7 +244,7 @@ class Command(unittest.TestCase):
     def test_cuts_measures_and_draws(self):
         with tempfile.TemporaryDirectory() as folder:
             fast = ("--seed", "0", "--machine", "column", "--part", "contour", "--feed", "12000")
-            done = self.run_script(*fast, "--output", folder)
+            done = run_bench("part", *fast, "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             found = re.findall("squareness of left and right to the bottom" + 5 * r" +([\d.]+)", done.stdout)
             self.assertEqual(len(found), 1)
@@ -262,12 +260,7 @@ class Command(unittest.TestCase):
             self.assertGreater(len(rows), 4 * 3500)
 
     def test_unknown_machine_is_refused(self):
-        self.assertEqual(self.run_script("--machine", "lathe").returncode, 2)
-
-    @staticmethod
-    def run_script(*arguments):
-        script = os.path.join(ROOT, "scripts", "benches")
-        return subprocess.run([sys.executable, script, "part", *arguments], capture_output=True, text=True, timeout=200)
+        self.assertEqual(run_bench("part", "--machine", "lathe").returncode, 2)
 
 
 if __name__ == "__main__":

@@ -4,17 +4,15 @@
 import csv
 import io
 import os
-import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy as np
 
 import portal
+from bench_runs import run_bench
 from support import portal_machine
 from support.portal_machine import Outcome, Tool, Visit
-from tree import ROOT
 
 
 def outcome(sizes=(40, 10, 1)):
@@ -79,7 +77,7 @@ class Command(unittest.TestCase):
     @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "portal_bench_test runs the same")
     def test_writes_tables_chart_and_points(self):
         with tempfile.TemporaryDirectory() as folder:
-            done = self.run_script("--seed", "2", "--cube", "2", "--output", folder)
+            done = run_bench("portal", "--seed", "2", "--cube", "2", "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             for words in ("Tip error over the column", "Tip error over the portal", "left by straightness", "tool length left out"):
                 self.assertIn(words, done.stdout)
@@ -90,18 +88,13 @@ class Command(unittest.TestCase):
             self.assertEqual(len(rows), 3 * 4 * (8 + 16))  # runs, tools, corners of both cubes
 
     @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "portal_bench_test runs the same")
-    def test_many_machines_are_told_by_percentiles(self):
-        done = self.run_script("--seeds", "1", "--cube", "2")
+    def test_many_machines_are_summed_up_by_percentiles(self):
+        done = run_bench("portal", "--seeds", "1", "--cube", "2")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.count("worst\n"), 2)
 
     def test_unknown_option_is_refused(self):
-        self.assertEqual(self.run_script("--sed", "x").returncode, 2)
-
-    @staticmethod
-    def run_script(*arguments):
-        script = os.path.join(ROOT, "scripts", "benches")
-        return subprocess.run([sys.executable, script, "portal", *arguments], capture_output=True, text=True, timeout=200)
+        self.assertEqual(run_bench("portal", "--sed", "x").returncode, 2)
 
 
 if __name__ == "__main__":

@@ -128,7 +128,7 @@ class Path(unittest.TestCase):
 class Cube(unittest.TestCase):
     """At rest in its points, on both machines."""
 
-    def test_whatever_way_a_machine_leans_the_tip_is_where_it_should_be(self):
+    def test_however_a_machine_leans_the_tip_is_where_it_should_be(self):
         # 100 arcsec each way, 400 mm of tool and 50 mm of radial offset; to 0.01 um, and the disease is a millimetre.
         for kind, number in (("column", 2 * (3**2 - 1)), ("portal", 4 * (3**4 - 1))):
             if SANITIZED and kind == "portal":

@@ -65,7 +65,7 @@ class Setup(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([call.split()[0] for call in self.calls()], ["cmake", "cmake"])
 
-    def test_without_root_and_sudo_it_says_what_to_install(self):
+    def test_without_root_and_sudo_it_names_the_package_to_install(self):
         self.lack("cmake", "linuxcnc-uspace")
         done = self.setup_as(NOBODY)
         self.assertEqual(done.returncode, 1)
@@ -125,7 +125,7 @@ class Setup(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("apt-get update failed", done.stderr)
 
-    def test_other_systems_are_told(self):
+    def test_other_systems_are_reported(self):
         done = self.setup_as(NOBODY)
         self.assertEqual(done.returncode, 1)
         self.assertIn("Debian 12 and 13", done.stderr)

@@ -10,12 +10,6 @@ namespace {
 
 constexpr double period = 0.001;  // s, of all live machines
 
-host::Start with_specimens() {
-    host::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
-    return start;
-}
-
 // Loaded once: its declarations do not change.
 const hal::Declarations& declarations_of(const std::string& module) {
     struct Loaded {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/bench.hpp"
 
+#include "tests/support/impossible.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -60,10 +62,26 @@ Table read_table(const std::filesystem::path& file) {
     return table;
 }
 
+host::Start with_specimens(bool guard) {
+    host::Start start;
+    start.modules = {BUILD_DIR "/specimens"};
+    start.guard = guard;
+    return start;
+}
+
 Bench::Bench(Thread thread, const host::Start& start) : client_(start) {
     if (thread == Thread::none) return;
     command("loadrt threads name1=servo-thread period1=1000000");
     command("start");
+}
+
+void Bench::poison(const std::string& pin, double seconds) {
+    const double own = get(pin);
+    for (const double value : impossible) {
+        set(pin, value);
+        run(seconds);
+    }
+    set(pin, own);
 }
 
 void Bench::run(double seconds) {

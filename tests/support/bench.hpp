@@ -36,6 +36,9 @@ struct Table {
 // A CSV file as the host writes it. Throws std::runtime_error with file and line if it is malformed.
 Table read_table(const std::filesystem::path& file);
 
+// For a host that finds the modules of the tests, too.
+host::Start with_specimens(bool guard = false);
+
 class Bench {
 public:
     enum class Thread { servo, none };  // none: for .hal files that make their own and start it
@@ -49,6 +52,9 @@ public:
     // The value of a pin, a parameter or a signal; bits are 0 and 1.
     void set(const std::string& name, double value) { client_.set(name, value); }
     double get(const std::string& name) { return client_.get(name); }
+
+    // Gives an input each impossible value for so many seconds, and then its own value again.
+    void poison(const std::string& pin, double seconds);
 
     // Runs for so many seconds; reports every expectation that did not hold as a failure of the test.
     void run(double seconds);

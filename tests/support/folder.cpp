@@ -28,7 +28,7 @@ std::filesystem::path Folder::write(const std::string& name, const std::string& 
 }
 
 std::string contents(const std::filesystem::path& file) {
-    std::ostringstream text;
+    std::ostringstream text;  // takes whole blocks
     text << std::ifstream(file, std::ios::binary).rdbuf();
     return text.str();
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/machine.hpp"
 
+#include "tests/support/folder.hpp"
+
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -22,7 +24,6 @@
 #include <exception>
 #include <fstream>
 #include <ostream>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -48,12 +49,6 @@ void write_file(const std::string& path, const std::string& text) {
     need(static_cast<bool>(out.flush()), path);
 }
 
-std::string read_file(const std::string& path) {
-    std::ostringstream text;  // which takes whole blocks
-    text << std::ifstream(path, std::ios::binary).rdbuf();
-    return text.str();
-}
-
 void furnish(const MachineOptions& options, uid_t user, gid_t group) {
     if (user != 0 || options.own_users) {
         write_file("/proc/self/setgroups", "deny");
@@ -65,7 +60,7 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
     std::vector<std::filesystem::path> programs = options.programs;
     programs.push_back(BUILD_DIR "/bin/plumb-host");
     std::vector<std::string> copies;  // of programs that may lie below the /tmp that is about to be covered
-    for (const auto& program : programs) copies.push_back(read_file(program));
+    for (const auto& program : programs) copies.push_back(contents(program));
     need(mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0, "private mounts");
     need(mount("proc", "/proc", "proc", 0, nullptr) == 0, "/proc");
     if (!options.modules.empty()) {

@@ -211,7 +211,7 @@ class Link:
         self._status = None
         self._command = None
         self._tools_due = 0
-        self._told = None
+        self._reported = None
 
     def step(self):
         identify = self._component["identify"]  # first: later pins are read after the request
@@ -250,9 +250,9 @@ class Link:
         return False
 
     def _tell(self, what):
-        if what != self._told:
+        if what != self._reported:
             print("linuxcnc_link: " + what, file=sys.stderr, flush=True)
-        self._told = what
+        self._reported = what
 
 
 def main():

@@ -35,7 +35,7 @@ public:
                 written_ = *text;
                 take_over_from_former_names();
             }
-            tell_what_is_left_out();
+            report_left_out();
         } catch (const retained_file::Refused& error) {
             fail(error.fault, error.what());
         } catch (const std::system_error& error) {
@@ -82,7 +82,7 @@ public:
             phase_ = Phase::finding;
             fault_ = Fault::unfit;
             due_ = now + std::chrono::seconds(1);
-            tell(toml_ + ": " + error.what());
+            report(toml_ + ": " + error.what());
             write();
         }
     }
@@ -137,8 +137,8 @@ private:
         for (auto& [component, walk] : walks_) {
             if (walk.answers()) continue;
             if (Clock::now() - asked_ > std::chrono::seconds(10))
-                tell(toml_ + ": " + component +
-                     " does not answer: is it in a thread, and do the threads run?");
+                report(toml_ + ": " + component +
+                       " does not answer: is it in a thread, and do the threads run?");
             return;
         }
         std::map<std::string, hal::Value> former;
@@ -206,7 +206,7 @@ private:
             writing_fault_ = Fault::none;
         } catch (const std::system_error& error) {
             writing_fault_ = Fault::inaccessible;
-            tell(error.what());
+            report(error.what());
         }
     }
 
@@ -236,29 +236,29 @@ private:
         }
     }
 
-    void tell_what_is_left_out() {
-        const auto tell_of = [this](const std::string& name) {
-            tell(file_->path().string() + " holds " + name + ", which " + toml_ +
-                 " does not name: it is left out");
+    void report_left_out() {
+        const auto report_one = [this](const std::string& name) {
+            report(file_->path().string() + " holds " + name + ", which " + toml_ +
+                   " does not name: it is left out");
         };
         const std::set<std::string> pins(settings_.pins.begin(), settings_.pins.end());
         for (const auto& [name, value] : stored_.pins)
-            if (!pins.count(name)) tell_of(name);
+            if (!pins.count(name)) report_one(name);
         const std::set<std::string> components(settings_.records.begin(), settings_.records.end());
         for (const auto& [component, records] : stored_.records)
-            if (!components.count(component)) tell_of("records of " + component);
+            if (!components.count(component)) report_one("records of " + component);
     }
 
     void fail(Fault fault, const std::string& why) {
         phase_ = Phase::over;
         fault_ = fault;
-        tell(why);
+        report(why);
     }
 
-    void tell(const std::string& what) {
-        if (what == told_) return;
+    void report(const std::string& what) {
+        if (what == reported_) return;
         std::cerr << "retain: " + what + '\n';
-        told_ = what;
+        reported_ = what;
     }
 
     const std::string toml_;
@@ -278,7 +278,7 @@ private:
     Fault fault_ = Fault::none;
     Fault writing_fault_ = Fault::none;
     std::int32_t saves_ = 0;
-    std::string told_;
+    std::string reported_;
 };
 
 }  // namespace plumb

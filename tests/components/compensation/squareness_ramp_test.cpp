@@ -19,7 +19,7 @@ struct Working : Square {
     }
 };
 
-TEST(SquarenessRamp, WhateverChangesComesByMaxRateAndGoesByIt) {
+TEST(SquarenessRamp, EachChangeComesAtMaxRateAndGoesAtIt) {
     Working square;
     const Vec before = square.get_xyz("correction");
     for (const auto& [pin, value] :
@@ -213,7 +213,7 @@ TEST(SquarenessRamp, PositionThatIsNotKnownHasNoVelocity) {
     }
 }
 
-TEST(SquarenessRamp, ValueOutOfRangeIsBoundedAndTold) {
+TEST(SquarenessRamp, ValueOutOfRangeIsBoundedAndReported) {
     Square square(column_chain);
     square.set({{"max-angle", 200 * urad}, {"max-correction", 0.05}});
     square.set("ec0y", 300 * urad);

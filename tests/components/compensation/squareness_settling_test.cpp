@@ -96,7 +96,7 @@ TEST(SquarenessSettling, NothingButAToolChangeBeginsIt) {
     square.expect_unsettled(0);
 }
 
-TEST(SquarenessSettling, EndsWhereTheCorrectionDoesNotComeAndSaysWhy) {
+TEST(SquarenessSettling, EndsWhereTheCorrectionDoesNotComeAndGivesTheReason) {
     struct Case {
         std::string pin;
         double value;

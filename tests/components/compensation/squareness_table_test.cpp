@@ -53,7 +53,7 @@ struct WornColumn {
         return turned_back(z.angles(q[2]), v + Vec{0, 0, q[2]} + z.translation(q[2]));
     }
     std::string tables() const { return closed(table_of('X', x) + table_of('Y', y) + table_of('Z', z)); }
-    void tell(Square& square, double unit = 1) const {
+    void set_up(Square& square, double unit = 1) const {
         square.set({{"ea0y", tilt.x}, {"ec0y", tilt.z}, {"y-pivot", y_pivot / unit}});
     }
     Vec ideal(const Position& q, const Vec& tool) const { return ideal_tip(q, tool) - Vec{0, y_pivot, 0}; }
@@ -71,7 +71,7 @@ TEST(SquarenessTables, ErrorsOfAllAxesAreCorrectedExactly) {
     const auto second = folder.write("z.csv", closed(table_of('Z', machine.z)));
     Square square(std::string(column_chain) + " table=" + first.string() + ":" + second.string());
     EXPECT_EQ(square.get("tables"), 0);
-    machine.tell(square);
+    machine.set_up(square);
     square.set_tool(long_tool);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> place(-500, 500);
@@ -94,7 +94,7 @@ TEST(SquarenessTables, InchMachineReadsTheSameTables) {
     const WornColumn machine;
     Square square(std::string(column_chain) +
                   " unit=inch table=" + folder.write("all.csv", machine.tables()).string());
-    machine.tell(square, 25.4);
+    machine.set_up(square, 25.4);
     square.set_tool(long_tool * (1 / 25.4));
     const Position q{300, -400, 250, 0};
     square.go({q[0] / 25.4, q[1] / 25.4, q[2] / 25.4, 0});
@@ -137,12 +137,12 @@ TEST(SquarenessTables, VelocityIsTheDerivativeOfPositionInMillimetresAndInInches
     velocity_is_the_derivative_of_position(25.4);
 }
 
-TEST(SquarenessTables, AreReadAnewWithoutAStep) {
+TEST(SquarenessTables, AreReadAgainWithoutAStep) {
     const Folder folder;
     WornColumn machine;
     const auto file = folder.write("all.csv", machine.tables());
     Square square(std::string(column_chain) + " table=" + file.string());
-    machine.tell(square);
+    machine.set_up(square);
     square.set_tool(long_tool);
     square.set("max-rate", 0.1);
     const Position q{300, -400, 250, 0};
@@ -230,14 +230,14 @@ TEST(SquarenessTables, ErrorsThatChangeTooFastAreNotFollowedAndRampBothWays) {
     EXPECT_NEAR(square.get("y-correction"), wanted, 1e-9);
 }
 
-TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndSayWhy) {
+TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndGiveTheReason) {
     const Folder folder;
     const WornColumn machine;
     const auto file = folder.write("all.csv", machine.tables());
     host::Start shown;
     shown.show_output = true;
     Square square(std::string(column_chain) + " table=" + file.string(), shown);
-    machine.tell(square);
+    machine.set_up(square);
     square.go({300, -400, 250, 0});
     const Vec before = square.get_xyz("correction");
     const auto reload = [&] {
@@ -302,7 +302,7 @@ TEST(SquarenessTables, ExampleOfTheManualPageIsTaken) {
     EXPECT_NEAR(square.get("x-correction"), -1.2 * um, 0.01 * um);
 }
 
-TEST(SquarenessTables, BeyondItsEndsTheLastValueHoldsAndIsTold) {
+TEST(SquarenessTables, BeyondItsEndsTheLastValueHoldsAndIsReported) {
     const Folder folder;
     const auto file = folder.write("x.csv", closed("X,EXX\n-100,-0.01\n100,0.01\n"));
     Square square(std::string(column_chain) + " table=" + file.string());

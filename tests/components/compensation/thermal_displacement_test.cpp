@@ -83,9 +83,8 @@ struct Mill {
         milling.learn = false;
     }
 
-    std::function<double(double)> stage = [](double offset) {
-        return offset;
-    };  // by which it applies an offset, in mm
+    // Returns the offset that the stage applies, in mm.
+    std::function<double(double)> stage = [](double offset) { return offset; };
     Milling milling{};
     Bench bench{Bench::Thread::none};
     Folder folder{};
@@ -276,7 +275,7 @@ TEST(ThermalDisplacement, AnEventBeyondTheGateShiftsNothing) {
     EXPECT_EQ(mill.get("rejection-code"), 8);
 }
 
-TEST(ThermalDisplacement, OffsetIsBoundedAndSaysSo) {
+TEST(ThermalDisplacement, OffsetIsBoundedAndReportsIt) {
     Mill mill;
     mill.set("max-offset", 5 * um);
     mill.learn();
@@ -557,7 +556,7 @@ TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
     }
 }
 
-TEST(ThermalDisplacement, SaysWhenNothingWasAcceptedForThreeCycles) {
+TEST(ThermalDisplacement, ReportsThatNothingWasAcceptedForThreeCycles) {
     Mill mill;
     mill.learn();
     mill.cycle(12 * um);

@@ -86,8 +86,8 @@ class Days(unittest.TestCase):
             file.write("HALFILE = link.hal\n")
         cls.facts = []
         for _ in range(2):
-            told, cls.said = linuxcnc_runs.work(folder, ini)
-            cls.facts.append(told["facts"])
+            its, cls.said = linuxcnc_runs.work(folder, ini)
+            cls.facts.append(its["facts"])
 
     def test_what_was_kept_is_in_force_on_the_second_day(self):
         self.assertEqual(self.facts[0]["in force"], [0.5, 0, 0])
@@ -96,7 +96,7 @@ class Days(unittest.TestCase):
     def test_no_program_is_known_before_one_is_loaded(self):
         self.assertEqual(self.facts[0]["without a program"], 0)
 
-    def test_the_tool_set_is_that_of_the_table_whatever_is_in_the_spindle(self):
+    def test_the_tool_set_is_that_of_the_table_with_any_tool_in_the_spindle(self):
         before, after = self.facts[0]["tools"]
         self.assertEqual(before, after)
         self.assertNotEqual(before, 0)
@@ -130,7 +130,7 @@ class Settings(unittest.TestCase):
             self.assertEqual(ended.returncode, 1)
             self.assertEqual(ended.stderr.strip(), "linuxcnc_link: %s: %s" % (file.name, words))
 
-    def test_wrong_files_are_told(self):
+    def test_wrong_files_are_reported(self):
         good = '[[message]]\npin = "a"\ntext = "b"\n'
         for text, words in (
             ('[[mesage]]\npin = "a"\n', "unknown key 'mesage'"),
@@ -163,7 +163,7 @@ class Settings(unittest.TestCase):
             with self.subTest(words):
                 self.refused(text, words)
 
-    def test_a_file_that_cannot_be_read_is_told_with_its_line(self):
+    def test_a_file_that_cannot_be_read_is_reported_with_its_line(self):
         self.refused('[[message]]\npin = \n', "Invalid value (at line 2, column 7)")
         ended = subprocess.run(["/usr/bin/python3", LINK, "--messages", "/nowhere.toml"], capture_output=True, text=True)
         self.assertEqual(ended.stderr, "linuxcnc_link: /nowhere.toml: No such file or directory\n")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/files/probed_points_file.hpp"
+#include "tests/support/refusal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,12 +17,7 @@ ProbedPointsFile read(const std::string& text, double unit = 1) {
 }
 
 std::string refusal(const std::string& text) {
-    try {
-        read(text);
-    } catch (const std::runtime_error& error) {
-        return error.what();
-    }
-    return "accepted";
+    return plumb::refusal<std::runtime_error>([&] { read(text); });
 }
 
 TEST(ProbedPointsFile, ColumnsAreKnownByTheirNames) {

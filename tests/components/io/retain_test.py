@@ -303,7 +303,7 @@ class Keeping(unittest.TestCase):
                     self.assertEqual(file.read(), text)
         self.assertEqual(machine.records(), [])
 
-    def test_a_store_that_cannot_be_is_told(self):
+    def test_a_store_that_cannot_be_is_reported(self):
         machine = self.machine()
         os.mkdir(os.path.join(self.folder, "folder"))
         os.mkfifo(os.path.join(self.folder, "pipe"))
@@ -363,7 +363,7 @@ class Keeping(unittest.TestCase):
         state = os.stat(self.store)
         self.assertEqual((state.st_uid, state.st_gid, stat.S_IMODE(state.st_mode)), (4321, 4322, 0o600))
 
-    def test_a_link_where_it_writes_anew_is_not_followed(self):
+    def test_a_link_where_it_writes_again_is_not_followed(self):
         machine = self.machine()
         secret = os.path.join(self.folder, "secret")
         with open(secret, "w") as file:
@@ -394,7 +394,8 @@ class Keeping(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(shared)), ["own", "theirs"])
         self.assertTrue(os.path.exists(self.folder + "/own-target"))
 
-    def test_a_store_that_can_no_more_be_written_is_told_and_tried_again(self):
+    def unplugged(self):
+        """A machine whose retain cannot write a changed value, for the folder of its store, also returned, is away."""
         machine = self.machine()
         folder = os.path.join(self.folder, "usb")
         os.mkdir(folder)
@@ -403,6 +404,10 @@ class Keeping(unittest.TestCase):
         os.rename(folder, folder + ".away")
         machine.host.set("it.in", 3)
         machine.await_pin("retain.fault-code", INACCESSIBLE)
+        return machine, folder
+
+    def test_a_store_that_can_no_more_be_written_is_reported_and_tried_again(self):
+        machine, folder = self.unplugged()
         self.assertTrue(machine.get("retain.restored"))
         self.assertRegex(machine.said(), "usb/mill.retained.new: No such file")
         os.rename(folder + ".away", folder)
@@ -586,7 +591,7 @@ class Keeping(unittest.TestCase):
         self.assertEqual(pins["it.in"], "43.0")
         self.assertEqual(len(records), 2)
 
-    def test_a_component_that_is_loaded_anew_gets_its_records_again(self):
+    def test_a_component_that_is_loaded_again_gets_its_records_again(self):
         for moment in (0, 0.5):  # before and after retain looks
             with self.subTest(moment), self.machine() as machine:
                 machine.retain(SETTINGS)
@@ -651,14 +656,7 @@ class Keeping(unittest.TestCase):
         self.assertFalse(machine.get("retain.fault"))
 
     def test_what_is_as_it_was_stored_needs_no_disk(self):
-        machine = self.machine()
-        folder = os.path.join(self.folder, "usb")
-        os.mkdir(folder)
-        machine.retain(SETTINGS + 'store = "%s/mill.retained"\n' % folder)
-        machine.await_pin("retain.saves", 1)
-        os.rename(folder, folder + ".away")
-        machine.host.set("it.in", 3)
-        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        machine, folder = self.unplugged()
         machine.host.set("it.in", 1.5)
         machine.await_pin("retain.fault", False)
 
@@ -690,7 +688,7 @@ class Keeping(unittest.TestCase):
         machine.retain(SETTINGS + 'store = "%s"\n' % self.store, "fourth")
         machine.await_pin("fourth.restored")
 
-    def test_wrong_settings_are_told_with_file_and_line(self):
+    def test_wrong_settings_are_reported_with_file_and_line(self):
         machine = self.machine()
         for number, (lines, words) in enumerate(
             (

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace plumb {
@@ -237,7 +236,6 @@ TEST(SimDriveLoadPeriod, DoesNotMatter) {
 
 // Two drives on the same signals: the effect of an impossible value on one must soon be over.
 TEST(SimDriveLoadPoison, IsForgotten) {
-    const double infinity = std::numeric_limits<double>::infinity();
     for (const char* pin :
          {"cutting-power", "spindle-speed-cmd", "tool-wear", "rated-power", "idle", "warm-tau", "pulse",
           "pulse-time", "lag", "sample-time", "white-noise", "quantum"}) {
@@ -253,13 +251,7 @@ TEST(SimDriveLoadPoison, IsForgotten) {
         bench.run(2);
         bench.expect("finite(load) && finite(truth)",
                      {{"load", "drive.load"}, {"truth", "drive.truth-load"}});
-        const double own = bench.get(std::string("drive.") + pin);
-        for (const double poison :
-             {std::numeric_limits<double>::quiet_NaN(), infinity, -infinity, 1e308, -1e308, 5e-324}) {
-            bench.set(std::string("drive.") + pin, poison);
-            bench.run(0.1);
-        }
-        bench.set(std::string("drive.") + pin, own);
+        bench.poison(std::string("drive.") + pin, 0.1);
         bench.run(5);
         EXPECT_NEAR(mean(bench.trace(4, {"drive.load"}).column("drive.load")),
                     mean(bench.trace(4, {"twin.load"}).column("twin.load")), 0.2);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <tuple>
 
@@ -472,7 +471,6 @@ TEST(SimPartPrograms, ThreadPeriodDoesNotMatter) {
 }
 
 TEST_F(SimPartProgram, ImpossibleSettingsDoNotStopIt) {
-    const double infinity = std::numeric_limits<double>::infinity();
     bench.expect("finite(z) && finite(v) && finite(s) && finite(h) && abs(v) <= 300.001",
                  {{"z", "program.z-position-cmd"},
                   {"v", "program.z-velocity-cmd"},
@@ -482,12 +480,7 @@ TEST_F(SimPartProgram, ImpossibleSettingsDoNotStopIt) {
     double cycle = 0;
     for (const char* pin : {"cycle-interval", "contact-feed", "blank-repeatability", "event-rate",
                             "event-height", "event-factor", "event-smallest", "event-largest"}) {
-        const double own = get(pin);
-        for (const double poison : {std::nan(""), infinity, -infinity, 1e308, -1e308, 5e-324}) {
-            set(pin, poison);
-            bench.run(23);
-        }
-        set(pin, own);
+        bench.poison(std::string("program.") + pin, 23);
         bench.run(400);
         EXPECT_GT(get("cycle"), cycle + 2) << pin;
         cycle = get("cycle");

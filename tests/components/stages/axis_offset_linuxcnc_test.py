@@ -46,10 +46,10 @@ class Shift(unittest.TestCase):
             probe += ["net z-motor-fb => probe.in0", "net probe probe.out => motion.probe-input"]
             stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
             file.write("\n".join(["newsig scene s32", *stage, *probe]) + "\n")
-        told, _ = linuxcnc_runs.work(folder, ini)
-        cls.facts, cls.errors = told["facts"], told["errors"]
+        its, _ = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors = its["facts"], its["errors"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
-        cls.rows = linuxcnc_runs.rows_of(cls.shift, told["scenes"])
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
 
     def column(self, scene, name):
         return self.shift[name][self.rows[scene]]
@@ -89,13 +89,13 @@ class Shift(unittest.TestCase):
     def test_axis_stands_at_program_and_offset(self):
         standing = self.standing() & (self.shift["motion.motion-enabled"] == 1)
         standing[self.rows["out_of_joint_mode"]] = False  # where LinuxCNC catches up
-        standing[self.rows["home_anew"][0] :] = False  # since then the motor has another origin
+        standing[self.rows["home_again"][0] :] = False  # since then the motor has another origin
         shift = {name: values[standing] for name, values in self.shift.items()}
         where = shift["joint.2.motor-pos-cmd"] - shift["axis.z.pos-cmd"]
         self.assertLess(abs(where - shift["z-stage.applied-offset"]).max(), 1 * um)  # it lags three cycles
         self.assertLess(abs(shift["axis.z.eoffset"] - shift["z-stage.applied-offset"]).max(), 1e-9)
 
-    def test_on_and_homed_nothing_moves_and_the_operator_is_told(self):
+    def test_on_and_homed_nothing_moves_and_the_operator_gets_a_message(self):
         self.assertEqual(np.ptp(self.z("turn_on")), 0)
         self.assertEqual(self.column("turn_on", "z-stage.counts").max(), 0)
         self.assertEqual(self.column("turn_on", "z-stage.uncompensated")[-1], 1)
@@ -181,9 +181,9 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(self.z("after_all_that")[-1], 80 * um, delta=COUNT)
 
     def test_homed_with_an_offset_in_force_it_cannot_be_armed(self):
-        self.assertLess(np.ptp(self.z("home_anew")), nm)
-        self.assertEqual(self.column("home_anew", "z-stage.fault-code")[-1], 6)
-        self.assertFalse(self.column("home_anew", "z-stage.armed")[-1])
+        self.assertLess(np.ptp(self.z("home_again")), nm)
+        self.assertEqual(self.column("home_again", "z-stage.fault-code")[-1], 6)
+        self.assertFalse(self.column("home_again", "z-stage.armed")[-1])
         self.assertLess(np.ptp(self.z("homed_right")), nm)
         self.assertEqual(self.column("homed_right", "z-stage.fault-code")[-1], 0)
 
@@ -194,7 +194,7 @@ class Shift(unittest.TestCase):
         self.assertLess(np.ptp(self.z("unhome")[lost[0] :]), nm)
         self.assertAlmostEqual(np.ptp(self.z("cycle_after_homing")), 80 * um, delta=COUNT)
 
-    def test_operator_is_told_of_nothing_else(self):
+    def test_operator_gets_no_other_message(self):
         for error in self.errors:
             self.assertIn("G38.2", error)
 

@@ -14,12 +14,6 @@ namespace {
 constexpr double count = 0.1 * um;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-host::Start with_specimens() {
-    host::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
-    return start;
-}
-
 // A stage and its axis, e.g. z-stage and z-axis, on the servo thread.
 void wire(Bench& bench, const std::string& letter) {
     const std::string stage = letter + "-stage", axis = letter + "-axis";
@@ -451,7 +445,7 @@ TEST(AxisOffset, BadInputsAreNamedAndMoveNothing) {
         }
 }
 
-TEST(AxisOffset, OffsetStaysWithinMaxOffsetAndSaysSo) {
+TEST(AxisOffset, OffsetStaysWithinMaxOffsetAndReportsIt) {
     Machine machine;
     machine.apply(0);
     machine.set("offset", -5);

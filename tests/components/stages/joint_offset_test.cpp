@@ -17,12 +17,6 @@ constexpr double ramp_rate = 0.1, max_rate = 1;  // mm/s, the defaults
 constexpr double slope = 0.0005;                 // of the correction that grows with the position
 constexpr double joint_acceleration = 2000, offset_acceleration = 1000;  // mm/s2
 
-host::Start with_specimens() {
-    host::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
-    return start;
-}
-
 // Motion, x-stage and a drive with a lag of 3 ms. Its sources: a constant, and one that grows with the
 // position.
 void wire(Bench& bench) {
@@ -364,7 +358,7 @@ TEST(JointOffset, UnhomedItsOffsetIsReleasedByTheRamp) {
 }
 
 // The origin is set at the switch, and the joint homed when its final move is done: by then the offset is 0.
-TEST(JointOffset, OriginThatWasSetWithAnOffsetInForceIsAFaultUntilHomedAnew) {
+TEST(JointOffset, OriginThatWasSetWithAnOffsetInForceIsAFaultUntilHomedAgain) {
     for (const double final_move : {0.0, 0.8}) {
         Machine machine;
         machine.apply(50 * um);
@@ -722,7 +716,7 @@ TEST(JointOffset, LimitsThatChangeAmidAMoveMoveTheDriveByMaxRate) {
     }
 }
 
-TEST(JointOffset, WhatALimitAllowsAnewComesByMaxRateHoweverMotionTakesItAway) {
+TEST(JointOffset, AnOffsetThatALimitAllowsAgainComesAtMaxRateHoweverMotionTakesItAway) {
     Machine machine;
     machine.apply(0.5);
     machine.set("max-limit", 20);

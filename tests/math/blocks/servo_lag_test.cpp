@@ -6,7 +6,7 @@
 namespace plumb {
 namespace {
 
-TEST(ServoLag, FollowsARampAtSpeedOverGainWhateverThePeriod) {
+TEST(ServoLag, FollowsARampAtSpeedOverGainForAnyPeriod) {
     for (const double dt : {0.0005, 0.001, 0.01, 0.1}) {
         ServoLag axis;
         double u = 0;
@@ -15,7 +15,7 @@ TEST(ServoLag, FollowsARampAtSpeedOverGainWhateverThePeriod) {
     }
 }
 
-TEST(ServoLag, AnswersToTheStartOfARampAsTheTextbookSays) {
+TEST(ServoLag, AnswersToTheStartOfARampAsInTheTextbook) {
     // y = v (t - (1 - exp(-K t)) / K)
     ServoLag axis;
     for (int i = 1; i <= 50; ++i) axis.step(5 * 0.001 * i, 30, 0.001);

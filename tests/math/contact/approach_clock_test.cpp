@@ -24,7 +24,7 @@ struct Descent {
     }
 };
 
-TEST(ApproachClock, StartsBetweenSamplesWhateverThePeriod) {
+TEST(ApproachClock, StartsBetweenSamplesForAnyPeriod) {
     for (const double dt : {0.0005, 0.001, 0.002}) {
         Descent descent{dt, {}};
         descent.run(0.2, -10);
@@ -47,7 +47,7 @@ TEST(ApproachClock, DoesNotStartWhenFirstSeenBelowTheHeight) {
     EXPECT_FALSE(descent.clock.running());
 }
 
-TEST(ApproachClock, StartsAnewWithEachApproach) {
+TEST(ApproachClock, StartsAgainWithEachApproach) {
     Descent descent{0.001, {}};
     descent.run(0.5, -10);
     descent.run(0.5, 10);

@@ -222,7 +222,7 @@ TEST(ContactCycle, AReferenceOfSeveralCyclesIsTheirMean) {
     }
 }
 
-TEST(ContactCycle, TheNextReferenceBeginsAnew) {
+TEST(ContactCycle, TheNextReferenceBeginsAgain) {
     ContactCycle cycle;
     for (int n = 0; n < 2; ++n) learn(cycle, part, true, 2);
     learn(cycle, shifted(50 * um), true, 2);

@@ -107,7 +107,7 @@ TEST(ContactOnset, FindsTheTimeConstantThatItIsNotGiven) {
     }
 }
 
-TEST(ContactOnset, DoesNotDependOnTheLoadWhateverTheTimeConstant) {
+TEST(ContactOnset, DoesNotDependOnTheLoadForAnyTimeConstant) {
     for (const double given : {0.01, 0.03, 0.09}) {
         Approach usual, soft;
         soft.step = 0.5 * usual.step;

@@ -179,7 +179,7 @@ TEST(GrowthBetweenContacts, ATemperatureThatIsNeverValidChangesNothing) {
     EXPECT_EQ(with.model.growth(), without.model.growth());
 }
 
-TEST(GrowthBetweenContacts, OtherSettingsStartAnew) {
+TEST(GrowthBetweenContacts, OtherSettingsStartAgain) {
     Spindle spindle = learnt(600);
     spindle.settings.repeatability = 2 * um;
     spindle.run(3000, 1);

@@ -123,7 +123,7 @@ TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSig
     EXPECT_GT(largest, 0.5 * um) << "there is noise";
 }
 
-TEST(GrowthByContact, ScatterOfContactsIsWhatSigmaSays) {
+TEST(GrowthByContact, ScatterOfContactsIsAsLargeAsSigma) {
     Shop shop;
     shop.mill.noise = 0.3;
     shop.mill.dt = 0.002;
@@ -239,7 +239,7 @@ TEST(GrowthByContact, WithinTheGateAChipShiftsByItsHeightUntilTheNextContact) {
     EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
 }
 
-TEST(GrowthByContact, SaysWhenTheGateKeepsOutAllContacts) {
+TEST(GrowthByContact, ReportsThatTheGateKeepsOutAllContacts) {
     Shop shop = learnt();
     shop.cycle(10 * um);
     for (int n = 0; n < 2; ++n) shop.cycle(-80 * um);
@@ -310,7 +310,7 @@ TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
 }
 
 // Held just after it has met the work, before the load shows it, the tool seems to meet it where it goes on.
-TEST(GrowthByContact, AFeedHoldInTheContactIsNotBelieved) {
+TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
     Milling::Upset held;
     held.hold = 3;
     double worst = 0;  // of any growth that would be accepted
@@ -340,7 +340,7 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsNotBelieved) {
     EXPECT_EQ(above.counts().accepted, 7);
 }
 
-TEST(GrowthByContact, AClockThatMissedItsStartIsNotBelieved) {
+TEST(GrowthByContact, AClockThatMissedItsStartIsRejected) {
     Shop shop;
     shop.used = settings(Method::time);
     shop.used.contact.blanking_time = 0;
@@ -544,7 +544,7 @@ TEST(GrowthByContact, WithoutAReferenceNothingIsRefused) {
     EXPECT_EQ(forgotten.measured.refusal().reason(), Refusal::none);
 }
 
-TEST(GrowthByContact, SeveralColdCyclesAreAveragedAndTellTheirScatter) {
+TEST(GrowthByContact, SeveralColdCyclesAreAveragedAndGiveTheirScatter) {
     for (const Method method : {Method::coordinate, Method::time}) {
         Shop shop;
         shop.used = settings(method);
@@ -782,7 +782,7 @@ TEST(GrowthByContact, AContactBeyondTheGateAboutThePredictionIsRejectedAndThePre
     EXPECT_NEAR(shop.accepted.back(), -5 * um, 0.5 * um);
 }
 
-TEST(GrowthByContact, PredictsNothingBeforeAContactWasBelieved) {
+TEST(GrowthByContact, PredictsNothingBeforeAContactWasAccepted) {
     Shop shop = predicting();
     shop.measured.forget();
     EXPECT_FALSE(shop.measured.known());

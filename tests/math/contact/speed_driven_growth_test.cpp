@@ -22,7 +22,7 @@ SpeedDrivenGrowth started() {
     return filter;
 }
 
-TEST(SpeedDrivenGrowth, FollowsTheExponentialOfItsLagWhateverThePeriod) {
+TEST(SpeedDrivenGrowth, FollowsTheExponentialOfItsLagForAnyPeriod) {
     for (const double dt : {0.001, 0.1, 60.0}) {
         SpeedDrivenGrowth filter = started();
         for (int i = 0; i < std::lround(tau / dt); ++i) filter.step(2, tau, dt);
@@ -30,7 +30,7 @@ TEST(SpeedDrivenGrowth, FollowsTheExponentialOfItsLagWhateverThePeriod) {
     }
 }
 
-TEST(SpeedDrivenGrowth, DoubtIsWhatThePriorSaysAboutEachPart) {
+TEST(SpeedDrivenGrowth, DoubtIsThatOfThePriorForEachPart) {
     SpeedDrivenGrowth filter = started();
     const double bias = 30 * um, heat = 10 * um;
     EXPECT_NEAR(filter.variance(), bias * bias + heat * heat, exact);

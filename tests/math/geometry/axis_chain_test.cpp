@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/geometry/axis_chain.hpp"
+#include "tests/support/refusal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,15 +22,6 @@ struct Sides {
 Sides sides(const std::string& text) {
     const AxisChain chain = AxisChainReader::read(text);
     return {letters(chain.work), letters(chain.tool)};
-}
-
-std::string refusal(const std::string& text) {
-    try {
-        AxisChainReader::read(text);
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "accepted";
 }
 
 TEST(AxisChain, WorkStandsBeforeTheBedToolBehindIt) {
@@ -93,7 +85,8 @@ TEST(AxisChain, RefusalNamesTextPlaceAndReason) {
         {"w-Z.b-X-t", "10", "axis Y is missing"},
         {"w-X.b-W-Y-t", "12", "axis Z is missing"},
     };
-    for (const auto& c : cases) EXPECT_EQ(refusal(c.text), message(c.text, c.at, c.reason));
+    for (const auto& c : cases)
+        EXPECT_EQ(refusal([&] { AxisChainReader::read(c.text); }), message(c.text, c.at, c.reason));
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ void expect_all(const ErrorMotions& values, double first, double tolerance) {
         EXPECT_NEAR(values[i], first * static_cast<double>(i + 1), tolerance) << "error " << i;
 }
 
-TEST(ErrorTable, TellsWhatWasMeasured) {
+TEST(ErrorTable, GivesTheMeasuredErrors) {
     const ErrorTable table = table_of(uneven, wave);
     EXPECT_EQ(table.first(), -120);
     EXPECT_EQ(table.last(), 200);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/geometry/kinematic_chain.hpp"
+#include "tests/support/chain.hpp"
+#include "tests/support/near.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,12 +20,6 @@ constexpr double rounding = 1e-9;  // mm
 
 const std::size_t x = 0, y = 1, z = 2, w = 3;  // in a position
 
-KinematicChain::Settings chain(const char* text) {
-    KinematicChain::Settings settings;
-    settings.axes = AxisChainReader::read(text);
-    return settings;
-}
-
 Vector3d error(const KinematicChain& machine, const AxisPosition& q, const Vector3d& tool) {
     return machine.tip(q, tool).place - machine.ideal_tip(q, tool);
 }
@@ -32,11 +28,6 @@ Matrix3d turned(double ea, double eb, double ec) {
     return (AngleAxisd(ec, Vector3d::UnitZ()) * AngleAxisd(eb, Vector3d::UnitY()) *
             AngleAxisd(ea, Vector3d::UnitX()))
         .toRotationMatrix();
-}
-
-void expect_near(const Vector3d& actual, const Vector3d& expected, double tolerance) {
-    EXPECT_LT((actual - expected).norm(), tolerance)
-        << actual.transpose() << " is not " << expected.transpose();
 }
 
 TEST(KinematicChain, ColumnThatIsMeasuredBySquareAndIndicator) {

@@ -4,11 +4,11 @@
 #include "components/math/geometry/probed_shape.hpp"
 #include "components/math/geometry/square_readings.hpp"
 #include "components/math/geometry/squareness_of_chain.hpp"
+#include "tests/support/refusal.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <random>
 
 namespace plumb {
@@ -16,15 +16,6 @@ namespace {
 
 constexpr double um = 1e-3;    // mm
 constexpr double urad = 1e-6;  // rad
-
-std::string refusal(const std::function<void()>& body) {
-    try {
-        body();
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "accepted";
-}
 
 // Two straight guides in a plane: where they take the tool that is sent to (x, y).
 struct Guides {
@@ -209,7 +200,7 @@ TEST(ProbedShape, SquareGivesTheCornerOfTheAxesThatProbedIt) {
     }
 }
 
-TEST(ProbedShape, TurnedSquareTellsItsOwnErrorFromThatOfTheAxes) {
+TEST(ProbedShape, TurnedSquareSeparatesItsOwnErrorFromThatOfTheAxes) {
     const Guides guides{-80 * urad};
     const Artifact square{square_normals, {30 * urad, -20 * urad, -15 * urad, 60 * urad}, 150, 0.002};
     EXPECT_GT(std::abs(ProbedShapeFit::corner(shape_of(square, guides, {0})).corner.opening + 80 * urad),
@@ -218,14 +209,14 @@ TEST(ProbedShape, TurnedSquareTellsItsOwnErrorFromThatOfTheAxes) {
                 0.1 * urad);
 }
 
-TEST(ProbedShape, PolygonTellsScalesFromTheCorner) {
+TEST(ProbedShape, PolygonSeparatesScalesFromTheCorner) {
     const Guides guides{60 * urad, 1 + 40e-6};
     const double step = pi / 4;
     const Artifact octagon{{step, 2 * step, 3 * step, 4 * step, 5 * step}, {0, 0, 0, 0, 0}, 150, 0.01};
     EXPECT_NEAR(ProbedShapeFit::corner(shape_of(octagon, guides, {0})).corner.opening, 60 * urad, 0.1 * urad);
 }
 
-TEST(ProbedShape, SquareThatLiesAskewSaysThatTheScalesHideTheCorner) {
+TEST(ProbedShape, SquareThatLiesAskewReportsThatTheScalesHideTheCorner) {
     const auto uncertainty = [](double askew) {
         const Artifact square{{askew, askew + pi / 2, askew + pi}, {0, 0, 0}, 150, 0};
         return ProbedShapeFit::corner(shape_of(square, {}, {0})).corner.uncertainty;
@@ -252,14 +243,14 @@ ProbedShape ring_of(const Guides& guides, double ovality, double ovality_at, con
     return shape;
 }
 
-TEST(ProbedShape, RingGivesTheCornerWhateverTheScales) {
+TEST(ProbedShape, RingGivesTheCornerForAnyScales) {
     EXPECT_NEAR(ProbedShapeFit::corner(ring_of({-80 * urad, 1 - 30e-6}, 0, 0, {0})).corner.opening,
                 -80 * urad, 0.1 * urad);
     EXPECT_NEAR(ProbedShapeFit::corner(ring_of({120 * urad}, 0, 0, {0}, 5)).corner.opening, 120 * urad,
                 0.1 * urad);
 }
 
-TEST(ProbedShape, TurnedRingTellsItsOvalityFromTheCorner) {
+TEST(ProbedShape, TurnedRingSeparatesItsOvalityFromTheCorner) {
     const Guides guides{-80 * urad};
     EXPECT_NEAR(ProbedShapeFit::corner(ring_of(guides, 3 * um, 0.6, {0})).corner.opening,
                 -80 * urad + 56 * urad, 1 * urad);
@@ -553,7 +544,7 @@ TEST(Corner, UncertaintyOfTheSquareItselfDoesNotAverageOut) {
     EXPECT_EQ(corner_from_diagonals(Axis::X, Axis::Y, d, MeasuredObject::artifact).own, 5 * urad);
 }
 
-TEST(ProbedShapeFit, TellsWhatOfTheUncertaintyIsTheArtifactsOwn) {
+TEST(ProbedShapeFit, GivesTheArtifactsOwnPartOfTheUncertainty) {
     ProbedShape shape;
     shape.uncertainty = 1 * um;
     shape.own_uncertainty = 10 * urad;

@@ -38,7 +38,7 @@ TEST(Tilt, IsTheQuantityAndSignOfItsDirection) {
     }
 }
 
-TEST(Tilt, LeansWhereItsQuantitySays) {
+TEST(Tilt, LeansToTheSideOfItsQuantity) {
     for (const auto& row : table) {
         const auto back = leans(row.axis, squareness(row.axis, {{row.towards, row.sign, 50 * urad}}));
         ASSERT_EQ(back.size(), 1u);

@@ -2,6 +2,7 @@
 #include "components/math/geometry/tip_correction.hpp"
 
 #include "components/math/blocks/pi.hpp"
+#include "tests/support/chain.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,12 +22,6 @@ constexpr double urad = 1e-6;  // rad
 constexpr double arcsec = pi / 180 / 3600;
 
 const std::size_t x = 0, y = 1, z = 2, w = 3;  // in a position
-
-KinematicChain::Settings chain(const char* text) {
-    KinematicChain::Settings settings;
-    settings.axes = AxisChainReader::read(text);
-    return settings;
-}
 
 Matrix3d about_x(double angle) {
     return AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix();
