@@ -18,14 +18,25 @@ std::string initial(const PinInfo& pin) {
     return text.str();
 }
 
+// Type, unit, default and sentence.
+std::string described(const PinInfo& pin) {
+    std::string text = std::string("\n.RI ( ") + type_name(pin.type);
+    if (!pin.unit.empty()) text += " \", " + escaped(pin.unit) + '"';
+    if (!pin.output) text += " \", default " + escaped(initial(pin)) + '"';
+    return text + " )\n.br\n" + escaped(pin.doc) + '\n';
+}
+
+// Names in a row that have one description share it.
 void write_pins(std::ostream& out, const Declarations& declared, bool output) {
+    const PinInfo* last = nullptr;
     for (const PinInfo& pin : declared.pins) {
         if (pin.output != output) continue;
-        out << ".TP\n.BI NAME ." << escaped(pin.name) << "\n.RI ( " << type_name(pin.type);
-        if (!pin.unit.empty()) out << " \", " << escaped(pin.unit) << '"';
-        if (!output) out << " \", default " << escaped(initial(pin)) << '"';
-        out << " )\n.br\n" << escaped(pin.doc) << '\n';
+        const bool goes_on = last && described(*last) == described(pin);
+        if (last && !goes_on) out << described(*last);
+        out << (goes_on ? "\n.TQ\n" : ".TP\n") << ".BI NAME ." << escaped(pin.name);
+        last = &pin;
     }
+    if (last) out << described(*last);
 }
 
 void write_offsets(std::ostream& out, const Declarations& declared) {

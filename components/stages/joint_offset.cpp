@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/soft_limits.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
@@ -13,7 +14,7 @@
 
 namespace plumb {
 
-enum class Fault : std::int32_t { none, source, position, feedback, settings, limits, origin };
+enum class Fault : std::int32_t { none, source, position, feedback, settings, limits, origin, interlock };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::source:
@@ -32,6 +33,9 @@ constexpr const char* sentence(Fault fault) {
                    "force, and without one no offset is applied.";
         case Fault::origin:
             return "The origin was set with an offset in force; unhome the joint and home it again.";
+        case Fault::interlock:
+            return "The heartbeat stands still: interlock is not loaded or not called, and the offset is "
+                   "held.";
         default: return nullptr;
     }
 }
@@ -73,7 +77,7 @@ Use one instance for each joint. The two joints of a gantry get a stage each, wi
   addf x-drive                 servo-thread
 
 x-drive is your drive. If it has separate functions, it reads before update-feedback and writes after update. With more
-than one stage, join all inhibit-homing by or, and net the result to motion.homing-inhibit.
+than one stage, interlock(9) joins all inhibit-homing; then net its heartbeat to each stage, too.
 
 Through this stage LinuxCNC's feedback does not contain the offset; only the feedback of the drive does. A component
 that needs the position of the encoder takes the signal at drive-feedback, here x-motor-fb, and applied-offset.)"},
@@ -94,6 +98,8 @@ ramp-rate after the machine is on.
 If the origin moves with an offset in force, the offset is released until the joint is unhomed and homed again.
 - Near a soft limit: An offset towards the limit fades out, and limited is true. The distance in which it fades is
 4 x offset x joint-acceleration / offset-acceleration: 0.8 mm for 0.05 mm, 2000 and 500 mm/s2.
+- Interlock unloaded or not called (heartbeat stands still): The offset holds, except near a soft limit, also when the
+joint is unhomed. Later changes of the sources follow at ramp-rate when interlock is called again.
 - Invalid source or position: The last good value stays.
 - Contradiction: max-offset comes first, then the soft limits, offset-acceleration, and max-rate.)"},
                                       hal::Limits{R"(
@@ -101,13 +107,15 @@ Backlash and screw compensation of LinuxCNC look like a moved origin. Home such 
 offset was released.
 
 A joint that is itself beyond a soft limit is not taken back.)"},
-                                      hal::SeeAlso{"squareness(9), axis_offset(9), motion(9)"}};
+                                      hal::SeeAlso{"squareness(9), interlock(9), axis_offset(9), motion(9)"}};
 
     using Component::Component;
 
     hal::In<bool> enable{this, "enable", true, "Apply the offset; else 0."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
+    hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
+                                    "Of interlock, which permits changes of the offset; -1 without one."};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
     hal::In<double> position{this, "position", 0, "mu", "Commanded position of the joint: joint.N.pos-cmd."};
     hal::In<double> joint_command{this, "joint-command", 0, "mu", "From motion: joint.N.motor-pos-cmd."};
@@ -165,13 +173,16 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         const bool good_sources = read_sources();
         const bool is_homed = homed;
         watch_origin(is_homed, knows_place_ && within(command, farthest));
+        interlock_.step(heartbeat);
+        const bool permitted = interlock_.alive();
         const bool active = enable && is_homed && !shifted_ && limits_.valid();
-        const double wanted = active ? sum() : 0;
+        const double wanted = !permitted ? source_.value() : active ? sum() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
 
         const bool holding = is_homed && !motion_enabled;
-        if (active != active_ || (holding_ && !holding)) ramping_ = true;
+        if (active != active_ || (holding_ && !holding) || (!permitted_ && permitted)) ramping_ = true;
         active_ = active;
+        permitted_ = permitted;
         holding_ = holding;
         if (holding)
             hold();
@@ -182,8 +193,10 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         applied_offset = applied_.value();
         ramping = ramping_;
         inhibit_homing = std::abs(applied_.value()) > slack;
-        limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
-        fault = hal::first<Fault>({{!good_sources, Fault::source},
+        limited =
+            !holding && (wanted != possible || tapered_ || (permitted && !ramping_ && lag(possible) > slack));
+        fault = hal::first<Fault>({{!permitted, Fault::interlock},
+                                   {!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
                                    {!good_feedback_, Fault::feedback},
                                    {!settings.valid(), Fault::settings},
@@ -296,7 +309,8 @@ private:
     double last_position_ = 0;
     AccelerationLimit source_;   // the sum, bounded and ramped
     AccelerationLimit applied_;  // source_ within the soft limits; the last command contains it
-    bool active_ = false, holding_ = false, ramping_ = false;
+    LiveCounter interlock_;
+    bool active_ = false, holding_ = false, ramping_ = false, permitted_ = true;
     bool guarded_ = false, tapered_ = false;  // by the soft limits
     double origin_ = 0;                       // command_ - position_
     bool homed_ = false, shifted_ = false;    // shifted: fault origin

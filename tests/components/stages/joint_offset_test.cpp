@@ -831,5 +831,75 @@ TEST(JointOffset, FeedbackThatIsLostStopsMotion) {
     EXPECT_LT(machine.bench.get("drive.out"), 2);
 }
 
+TEST(JointOffset, HeartbeatThatStandsStillHoldsTheOffset) {
+    for (const std::string change : {"source", "enable", "unhomed", "off and on"}) {
+        SCOPED_TRACE(change);
+        Machine machine;
+        machine.apply(50 * um);
+        machine.expect_rate(ramp_rate);
+        machine.set("heartbeat", 7);
+        machine.run(0.01);
+        if (change == "source") machine.set("offset-0", -80 * um);
+        if (change == "enable") machine.set("enable", 0);
+        if (change == "unhomed") machine.home(false);
+        if (change == "off and on") machine.turn(false), machine.turn(true);
+        EXPECT_LT(machine.run(5), 1e-9);
+        EXPECT_EQ(machine.applied(), 50 * um);
+        EXPECT_EQ(machine.get("fault-code"), 7);
+        EXPECT_TRUE(machine.get("inhibit-homing"));
+        EXPECT_FALSE(machine.get("limited"));
+
+        machine.set("heartbeat", -1);  // which ends the hold, and the rest comes by the ramp
+        machine.run(3);
+        const double wanted = change == "source" ? -80 * um : change == "off and on" ? 50 * um : 0;
+        EXPECT_NEAR(machine.applied(), wanted, 1e-12);
+        EXPECT_EQ(machine.get("fault-code"), 0);
+    }
+}
+
+TEST(JointOffset, HeartbeatThatStandsStillLetsNoOffsetBegin) {
+    Machine machine;
+    machine.set("heartbeat", 0);  // of an interlock that was never called
+    machine.turn(true);
+    machine.home();
+    machine.set("offset-0", 50 * um);
+    EXPECT_EQ(machine.run(5), 0);
+    EXPECT_EQ(machine.applied(), 0);
+    EXPECT_EQ(machine.get("fault-code"), 7);
+    EXPECT_FALSE(machine.get("inhibit-homing"));
+}
+
+TEST(JointOffset, HeartbeatThatStopsInARampStopsItWithItsAcceleration) {
+    Machine machine;
+    machine.apply(0);
+    machine.set("ramp-rate", 1);
+    machine.set("offset-0", 500 * um);
+    machine.set("enable", 0);
+    machine.run(0.01);
+    machine.set("enable", 1);
+    machine.run(0.2);
+    const double before = machine.applied();
+    machine.set("heartbeat", 7);
+    const std::vector<double> x =
+        machine.bench.trace(1, {"x-stage.applied-offset"}).column("x-stage.applied-offset");
+    EXPECT_LE(largest_acceleration(x), offset_acceleration * (1 + 1e-6));
+    EXPECT_GT(x.back(), before);
+    EXPECT_LT(x.back(), before + 15 * um);  // ten periods at 1 mm/s, and the braking
+    EXPECT_EQ(x[50], x.back());
+    EXPECT_FALSE(machine.get("ramping"));
+}
+
+TEST(JointOffset, HeldByTheInterlockItStillKeepsWithinTheSoftLimit) {
+    Machine machine;
+    machine.set("max-limit", 40);
+    machine.apply(50 * um);
+    machine.set("heartbeat", 7);
+    machine.bench.expect("x <= 40 + 1e-9", {{"x", "x-stage.drive-command"}});
+    machine.go(40);
+    EXPECT_NEAR(machine.get("drive-command"), 40, 1e-9);
+    machine.go(20);
+    EXPECT_NEAR(machine.applied(), 50 * um, 1e-12);
+}
+
 }  // namespace
 }  // namespace plumb

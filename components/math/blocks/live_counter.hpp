@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace plumb {
+
+// Whether a counter that counts once in each period still does.  One below 0 is that of nobody, and counts as
+// alive.  Any other one is dead until it is seen to change: a value that was left behind means nothing.
+class LiveCounter {
+public:
+    // Once in each period.
+    void step(std::int32_t count) noexcept {
+        if (count < 0 || (last_ >= 0 && count != last_))
+            silence_ = 0;
+        else
+            silence_ = last_ < 0 ? dead : std::min(silence_ + 1, dead);
+        last_ = count;
+    }
+
+    bool alive() const noexcept { return silence_ < dead; }
+
+private:
+    static constexpr int dead = 10;  // periods without a change
+
+    std::int32_t last_ = -1;
+    int silence_ = dead;
+};
+
+}  // namespace plumb

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "hal/component.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace plumb {
+
+// The programs beside realtime that functions need.
+struct Services : hal::Group {
+    static constexpr std::size_t number = 4;
+    static constexpr std::int32_t all = (1 << number) - 1;  // as a sum of 1, 2, 4, 8
+    static constexpr double longest = 3600;                 // s
+
+    using Group::Group;
+
+    hal::Row<hal::In<bool>, number> heartbeat{this, "service-heartbeat", false,
+                                              "It changes as long as the service lives."};
+    hal::Row<hal::In<double>, number> timeout{this, "service-timeout", 0, "s",
+                                              "Longest time without a change of the heartbeat, at most 3600; "
+                                              "0: the heartbeat is not watched."};
+    hal::Row<hal::In<bool>, number> ready{this, "service-ready", true,
+                                          "The service is ready, such as restored of retain."};
+    hal::Row<hal::In<bool>, number> fault{this, "service-fault", false, "The service has a fault."};
+
+    hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service lives and is ready."};
+    hal::Row<hal::Out<bool>, number> lost{this, "service-lost", "The heartbeat has stopped."};
+    hal::Row<hal::Out<bool>, number> not_ready{this, "service-not-ready",
+                                               "The service has a fault, and is not ready."};
+    hal::Row<hal::Out<bool>, number> troubled{this, "service-troubled",
+                                              "The service has a fault, and is ready nevertheless."};
+
+    // Once in each period.  False where a timeout is out of range; its last good value stays.
+    bool step(double dt) noexcept {
+        bool good = true;
+        ok_ = 0;
+        for (std::size_t i = 0; i < number; ++i) {
+            const double given = timeout[i];
+            good &= its_[i].set_timeout(given);
+            its_[i].listen(heartbeat[i], dt);
+            const bool has_fault = fault[i], is_ready = ready[i];
+            const bool is_lost = its_[i].lost(), is_ok = its_[i].lives() && is_ready;
+            ok_ |= is_ok ? 1 << i : 0;
+            ok[i] = is_ok;
+            lost[i] = is_lost;
+            not_ready[i] = has_fault && !is_ok && !is_lost;
+            troubled[i] = has_fault && is_ok;
+        }
+        return good;
+    }
+
+    // Whether all of these are ok, as a sum of 1, 2, 4, 8.
+    bool are_ok(std::int32_t these) const noexcept { return (these & ~ok_) == 0; }
+
+private:
+    class Pulse {
+    public:
+        bool set_timeout(double given) noexcept {
+            const bool good = given >= 0 && given <= longest;
+            if (good) timeout_ = given;
+            return good;
+        }
+
+        // A heartbeat that is true at first has not changed.
+        void listen(bool beat, double dt) noexcept {
+            const bool changed = known_ && beat != last_;
+            known_ = true;
+            last_ = beat;
+            const bool watched = timeout_ > 0;
+            beaten_ = watched && (beaten_ || changed);
+            silence_ = changed || !watched ? 0 : silence_ + dt;
+        }
+
+        bool lost() const noexcept { return timeout_ > 0 && silence_ > timeout_; }
+        bool lives() const noexcept { return timeout_ > 0 ? beaten_ && !lost() : true; }
+
+    private:
+        double timeout_ = 0, silence_ = 0;  // s
+        bool known_ = false, last_ = false, beaten_ = false;
+    };
+
+    std::array<Pulse, number> its_;
+    std::int32_t ok_ = 0;
+};
+
+}  // namespace plumb

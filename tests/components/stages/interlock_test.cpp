@@ -1,0 +1,840 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The truth table of interlock: each row is a test, the manual page shows the same text, and random sequences
+// are compared with it.
+#include "tests/support/bench.hpp"
+#include "tests/support/module.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <random>
+#include <sstream>
+
+namespace plumb {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int services = 4, functions = 4, stages = 8;
+
+const std::string service_table = R"(
+  heartbeat  ready  fault | ok  lost  not-ready  troubled
+  waits      -      0     | 0   0     0          0
+  waits      -      1     | 0   0     1          0
+  beats      0      0     | 0   0     0          0
+  beats      0      1     | 0   0     1          0
+  beats      1      0     | 1   0     0          0
+  beats      1      1     | 1   0     0          1
+  stopped    -      -     | 0   1     0          0
+)";
+
+const std::string function_table = R"(
+  services  switch  suspend | enable  lost
+  missing   -       -       | 0       0
+  ok        0       -       | 0       0
+  ok        1       0       | 1       0
+  ok        1       1       | 0       0
+  lost      -       -       | 0       1
+  back      0       -       | 0       1
+  back      1       -       | 0       1
+  renewed   0       -       | 0       0
+  renewed   1       0       | 1       0
+  renewed   1       1       | 0       0
+)";
+
+const std::string arm_table = R"(
+  before  cycle-running  motion-enabled  all-homed  function | arm
+  0       rises          1               1          1        | 1
+  0       rises          1               1          0        | 0
+  0       rises          1               0          -        | 0
+  0       rises          0               -          -        | 0
+  0       1              -               -          -        | 0
+  0       0              -               -          -        | 0
+  1       1              1               1          -        | 1
+  1       1              1               0          -        | 0
+  1       1              0               -          -        | 0
+  1       0              -               -          -        | 0
+)";
+
+const std::string request_table = R"(
+  in-force  ramping  settling  refused  probing | homing  feed  abort
+  0         -        -         -        -       | 0       .     .
+  1         -        -         -        -       | 1       .     .
+  -         0        0         0        -       | .       0     .
+  -         1        0         0        0       | .       0     .
+  -         1        -         -        1       | .       1     .
+  -         -        1         -        -       | .       1     .
+  -         -        -         1        -       | .       1     1
+  -         -        -         0        -       | .       .     0
+)";
+
+const std::string compensated_table = R"(
+  functions  all-homed  stage-fault  uncompensated | compensated
+  all        1          0            0             | 1
+  all        0          -            -             | 0
+  all        -          1            -             | 0
+  all        -          -            1             | 0
+  some       -          -            -             | 0
+  none       -          -            -             | 0
+)";
+
+// By the name of the column.
+using Words = std::map<std::string, std::string>;
+
+struct Row {
+    Words inputs, outputs;
+    std::string text;
+};
+
+std::ostream& operator<<(std::ostream& out, const Row& row) {
+    return out << row.text;
+}
+
+std::vector<Row> rows_of(const std::string& table) {
+    std::vector<Row> rows;
+    std::vector<std::string> columns;
+    std::istringstream lines(table);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream cells(line);
+        std::vector<std::string> words{std::istream_iterator<std::string>(cells), {}};
+        if (words.empty()) continue;
+        if (columns.empty()) {
+            columns = words;
+            continue;
+        }
+        Row row{{}, {}, line};
+        bool output = false;
+        for (std::size_t i = 0; i < words.size(); ++i)
+            if (words[i] == "|")
+                output = true;
+            else
+                (output ? row.outputs : row.inputs)[columns.at(i)] = words[i];
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+// The inputs of a row, with both values for each "-".
+std::vector<Words> cases_of(const Row& row) {
+    std::vector<Words> cases{{}};
+    for (const auto& [column, word] : row.inputs) {
+        std::vector<Words> next;
+        for (const Words& each : cases)
+            for (const std::string& value :
+                 word == "-" ? std::vector<std::string>{"0", "1"} : std::vector{word}) {
+                next.push_back(each);
+                next.back()[column] = value;
+            }
+        cases = next;
+    }
+    return cases;
+}
+
+// What a table says of its outputs for these inputs. Rows that apply must not contradict each other.
+std::map<std::string, bool> look_up(const std::vector<Row>& rows, const Words& inputs) {
+    std::map<std::string, bool> result;
+    for (const Row& row : rows) {
+        const bool applies = std::all_of(row.inputs.begin(), row.inputs.end(), [&](const auto& cell) {
+            return cell.second == "-" || cell.second == inputs.at(cell.first);
+        });
+        if (!applies) continue;
+        for (const auto& [column, word] : row.outputs) {
+            if (word == ".") continue;
+            const auto [known, is_new] = result.emplace(column, word == "1");
+            if (!is_new && known->second != (word == "1")) ADD_FAILURE() << "two rows disagree: " << row.text;
+        }
+    }
+    if (result.size() != rows.front().outputs.size())
+        ADD_FAILURE() << "no row for " << testing::PrintToString(inputs);
+    return result;
+}
+
+std::string numbered(const std::string& stem, int number) {
+    return stem + "-" + std::to_string(number);
+}
+
+// interlock on a thread that runs. pulse-N beats for service N while its in1 is true.
+struct Machine {
+    explicit Machine(long nanoseconds = 1000000) : period(1e-9 * static_cast<double>(nanoseconds)) {
+        bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(nanoseconds));
+        bench.command("loadrt xor2 names=pulse-0,pulse-1,pulse-2,pulse-3");
+        for (int i = 0; i < services; ++i) {
+            const std::string pulse = numbered("pulse", i);
+            bench.command("net " + numbered("beat", i) + " " + pulse + ".out => " + pulse + ".in0");
+            bench.command("addf " + pulse + " servo-thread");
+        }
+        bench.command("start");
+    }
+
+    // Loads it, or loads it anew, and has it called once these pins are set.
+    void load(const std::vector<std::pair<std::string, double>>& pins = {}) {
+        if (loaded_) bench.command("unloadrt interlock");
+        loaded_ = true;
+        bench.command("loadrt interlock names=it");
+        for (int i = 0; i < services; ++i) {
+            bench.set(numbered("pulse", i) + ".in1", 0);
+            bench.command("net " + numbered("beat", i) + " => it." + numbered("service-heartbeat", i));
+        }
+        for (const auto& [pin, value] : pins) set(pin, value);
+        bench.command("addf it.update servo-thread");
+        step();
+    }
+
+    void set(const std::string& pin, double value) { bench.set("it." + pin, value); }
+    double get(const std::string& pin) { return bench.get("it." + pin); }
+    void beat(int service, bool on) { bench.set(numbered("pulse", service) + ".in1", on); }
+    void step(int periods = 1) { bench.run(period * periods); }
+
+    void start_cycle() {
+        for (const char* pin : {"motion-enabled", "all-homed"}) set(pin, 1);
+        set("cycle-running", 0);
+        step();
+        set("cycle-running", 1);
+        step();
+    }
+
+    Bench bench{Bench::Thread::none};
+    const double period;  // s
+
+private:
+    bool loaded_ = false;
+};
+
+class InterlockTable : public testing::TestWithParam<Row> {
+protected:
+    // Expects what the row says of the outputs, whose pins are given by column.
+    void expect(const std::map<std::string, std::string>& pins) {
+        for (const auto& [column, pin] : pins) {
+            const std::string word = GetParam().outputs.at(column);
+            if (word != ".") {
+                EXPECT_EQ(machine.get(pin), word == "1") << pin;
+            }
+        }
+    }
+
+    Machine machine;
+};
+
+std::string row_name(const testing::TestParamInfo<Row>& row) {
+    std::string name = "Row" + std::to_string(row.index + 1);
+    for (const char c : row.param.text.substr(0, row.param.text.find('|')))
+        name += std::isalnum(static_cast<unsigned char>(c)) ? std::string(1, c) : c == '-' ? "_" : "";
+    return name;
+}
+
+class InterlockService : public InterlockTable {};
+TEST_P(InterlockService, ReportsAsItsRowSays) {
+    machine.load();
+    for (int i = 0; i < services; ++i)
+        for (const Words& words : cases_of(GetParam()))
+            for (const bool other_way : {false, true}) {
+                SCOPED_TRACE(testing::PrintToString(words) + (other_way ? " in another way" : ""));
+                const std::string heartbeat = words.at("heartbeat");
+                machine.beat(i, false);
+                machine.set(numbered("service-timeout", i), 0);  // forgets what it has heard
+                machine.step();
+                const bool unwatched = heartbeat == "beats" && other_way;
+                machine.set(numbered("service-timeout", i), unwatched ? 0 : 0.05);
+                machine.set(numbered("service-ready", i), words.at("ready") == "1");
+                machine.set(numbered("service-fault", i), words.at("fault") == "1");
+                machine.beat(i, heartbeat != "waits" && !other_way);
+                machine.step(heartbeat == "waits" ? 40 : 200);
+                if (heartbeat == "stopped") {
+                    machine.beat(i, false);
+                    machine.step(60);
+                }
+                expect({{"ok", numbered("service-ok", i)},
+                        {"lost", numbered("service-lost", i)},
+                        {"not-ready", numbered("service-not-ready", i)},
+                        {"troubled", numbered("service-troubled", i)}});
+            }
+}
+INSTANTIATE_TEST_SUITE_P(Table, InterlockService, testing::ValuesIn(rows_of(service_table)), row_name);
+
+class InterlockFunction : public InterlockTable {};
+TEST_P(InterlockFunction, IsEnabledAsItsRowSays) {
+    const std::string state = GetParam().inputs.at("services");
+    for (const Words& words : cases_of(GetParam()))
+        for (const bool by_switch : {false, true}) {
+            SCOPED_TRACE(testing::PrintToString(words) + (by_switch ? " by the switch" : " by a cycle"));
+            const auto set_all = [&](const std::string& pin, bool value) {
+                for (int i = 0; i < functions; ++i) machine.set(numbered(pin, i), value);
+            };
+            std::vector<std::pair<std::string, double>> pins;
+            for (int i = 0; i < functions; ++i) {
+                pins.emplace_back(numbered("service-ready", i), state != "missing");
+                pins.emplace_back(numbered("function-services", i), 1 << i);
+                pins.emplace_back(numbered("function-switch", i), words.at("switch") == "1");
+                pins.emplace_back(numbered("function-suspend", i), words.at("suspend") == "1");
+            }
+            machine.load(pins);
+            if (state == "lost" || state == "back" || state == "renewed") {
+                set_all("service-ready", false);
+                machine.step();
+            }
+            if (state == "back" || state == "renewed") {
+                set_all("service-ready", true);
+                machine.step();
+            }
+            if (state == "renewed" && !by_switch) machine.start_cycle();
+            if (state == "renewed" && by_switch) {
+                for (const bool value : {false, true}) {
+                    set_all("function-switch", value);
+                    machine.step();
+                }
+                set_all("function-switch", words.at("switch") == "1");
+            }
+            for (const int periods : {1, 100}) {
+                machine.step(periods);
+                for (int i = 0; i < functions; ++i)
+                    expect(
+                        {{"enable", numbered("function-enable", i)}, {"lost", numbered("function-lost", i)}});
+            }
+        }
+}
+INSTANTIATE_TEST_SUITE_P(Table, InterlockFunction, testing::ValuesIn(rows_of(function_table)), row_name);
+
+class InterlockArm : public InterlockTable {};
+TEST_P(InterlockArm, RisesAndFallsAsItsRowSays) {
+    const std::string cycle = GetParam().inputs.at("cycle-running");
+    const bool before = GetParam().inputs.at("before") == "1";
+    const bool runs_already = !before && cycle == "1";
+    machine.load({{"cycle-running", runs_already}});
+    for (const Words& words : cases_of(GetParam()))
+        for (const bool suspended : {false, true}) {
+            SCOPED_TRACE(testing::PrintToString(words));
+            machine.set("function-suspend-2", suspended);
+            machine.set("function-switch-2", 1);
+            if (!runs_already) machine.set("cycle-running", 0);
+            machine.step();
+            if (before) machine.start_cycle();
+            EXPECT_EQ(machine.get("arm"), before);
+            machine.set("cycle-running", cycle != "0");
+            machine.set("motion-enabled", words.at("motion-enabled") == "1");
+            machine.set("all-homed", words.at("all-homed") == "1");
+            machine.set("function-switch-2", words.at("function") == "1");
+            for (const int periods : {1, 100}) {
+                machine.step(periods);
+                expect({{"arm", "arm"}});
+            }
+        }
+}
+INSTANTIATE_TEST_SUITE_P(Table, InterlockArm, testing::ValuesIn(rows_of(arm_table)), row_name);
+
+class InterlockRequest : public InterlockTable {};
+TEST_P(InterlockRequest, IsMadeAsItsRowSays) {
+    machine.load();
+    for (int i = 0; i < stages; ++i)
+        for (const Words& words : cases_of(GetParam()))
+            for (const bool of_stage : {false, true}) {
+                SCOPED_TRACE(testing::PrintToString(words) + " of " + std::to_string(i));
+                const int function = i % functions;
+                const std::string ramping =
+                    of_stage ? numbered("stage-ramping", i) : numbered("function-ramping", function);
+                const std::map<std::string, std::string> pins{
+                    {"in-force", numbered("stage-in-force", i)},
+                    {"ramping", ramping},
+                    {"settling", numbered("function-settling", function)},
+                    {"refused", numbered("stage-probing-refused", i)}};
+                for (const auto& [column, pin] : pins) machine.set(pin, words.at(column) == "1");
+                machine.set("motion-type", words.at("probing") == "1" ? 5 : 2);
+                machine.step(150);  // beyond the shortest abort
+                expect({{"homing", "homing-inhibit"}, {"feed", "feed-inhibit"}, {"abort", "abort"}});
+                EXPECT_EQ(machine.get("ramping"), words.at("ramping") == "1");
+                for (const auto& [column, pin] : pins) machine.set(pin, 0);
+            }
+}
+INSTANTIATE_TEST_SUITE_P(Table, InterlockRequest, testing::ValuesIn(rows_of(request_table)), row_name);
+
+class InterlockCompensated : public InterlockTable {};
+TEST_P(InterlockCompensated, IsShownAsItsRowSays) {
+    machine.load({{"function-suspend-3", 1}});
+    for (int i = 0; i < stages; ++i)
+        for (const Words& words : cases_of(GetParam())) {
+            SCOPED_TRACE(testing::PrintToString(words) + " of " + std::to_string(i));
+            const std::string which = words.at("functions");
+            const std::vector<std::pair<std::string, double>> pins{
+                {"function-switch-1", which != "none"},
+                {"function-switch-3", which == "some"},
+                {"all-homed", words.at("all-homed") == "1"},
+                {numbered("stage-fault", i), words.at("stage-fault") == "1"},
+                {numbered("stage-uncompensated", i), words.at("uncompensated") == "1"}};
+            for (const auto& [pin, value] : pins) machine.set(pin, value);
+            machine.step();
+            expect({{"compensated", "compensated"}});
+            EXPECT_EQ(machine.get("uncompensated-stage"), words.at("uncompensated") == "1" ? i : -1);
+            for (const auto& [pin, value] : pins) machine.set(pin, 0);
+        }
+}
+INSTANTIATE_TEST_SUITE_P(Table, InterlockCompensated, testing::ValuesIn(rows_of(compensated_table)),
+                         row_name);
+
+TEST(Interlock, ManualPageShowsItsTables) {
+    const Module module(BUILD_DIR "/modules/interlock.so");
+    const std::string text = module.model().about.behaviour.text;
+    for (const std::string& table :
+         {service_table, function_table, arm_table, request_table, compensated_table})
+        EXPECT_THAT(text, testing::HasSubstr(table));
+    EXPECT_EQ(std::count(text.begin(), text.end(), '|'), 7 + 10 + 10 + 8 + 6 + 5) << "a table is not tested";
+}
+
+TEST(Interlock, LoadedItEnablesAndRequestsNothing) {
+    Machine machine;
+    machine.load();
+    for (const char* pin : {"function-enable-0", "function-lost-0", "service-lost-0", "arm", "ramping",
+                            "homing-inhibit", "feed-inhibit", "abort", "compensated", "uncompensated",
+                            "probing-refused", "feed-held", "operation", "fault"})
+        EXPECT_EQ(machine.get(pin), 0) << pin;
+    EXPECT_EQ(machine.get("heartbeat"), 1);
+    machine.step(1000);
+    EXPECT_EQ(machine.get("heartbeat"), 1001);
+}
+
+TEST(Interlock, HeartbeatIsLostAfterItsTimeoutAndNotBefore) {
+    Machine machine;
+    machine.load({{"service-timeout-1", 30}});
+    machine.beat(1, true);
+    machine.bench.run(1);
+    machine.beat(1, false);
+    machine.bench.run(29.9);
+    EXPECT_TRUE(machine.get("service-ok-1"));
+    machine.bench.run(0.2);
+    EXPECT_FALSE(machine.get("service-ok-1"));
+    EXPECT_TRUE(machine.get("service-lost-1"));
+    machine.beat(1, true);
+    machine.step(2);
+    EXPECT_TRUE(machine.get("service-ok-1"));
+    EXPECT_FALSE(machine.get("service-lost-1"));
+}
+
+TEST(Interlock, HeartbeatThatIsTrueAtFirstHasNotBeaten) {
+    Machine machine;
+    machine.beat(0, true);
+    machine.step();
+    machine.load({{"service-timeout-0", 30}});
+    machine.bench.run(1);
+    EXPECT_TRUE(machine.get("service-heartbeat-0"));
+    EXPECT_FALSE(machine.get("service-ok-0"));
+    machine.beat(0, true);
+    machine.step(2);
+    EXPECT_TRUE(machine.get("service-ok-0"));
+}
+
+TEST(Interlock, FunctionThatLosesItsServiceGoesOffAndTheOtherOneGoesOn) {
+    Machine machine;
+    machine.load({{"service-timeout-0", 0.05},
+                  {"function-switch-0", 1},
+                  {"function-switch-1", 1},
+                  {"function-services-1", 0}});
+    machine.beat(0, true);
+    machine.step(10);
+    machine.start_cycle();
+    EXPECT_TRUE(machine.get("function-enable-0"));
+    for (int round = 0; round < 3; ++round) {
+        SCOPED_TRACE(round);
+        machine.beat(0, false);
+        machine.step(60);
+        EXPECT_FALSE(machine.get("function-enable-0"));
+        EXPECT_TRUE(machine.get("function-enable-1"));
+        EXPECT_TRUE(machine.get("arm"));
+        machine.start_cycle();  // the service is still lost; the other function works
+        EXPECT_FALSE(machine.get("function-enable-0"));
+        EXPECT_TRUE(machine.get("arm"));
+        machine.beat(0, true);
+        machine.bench.run(100);
+        EXPECT_TRUE(machine.get("service-ok-0"));
+        EXPECT_FALSE(machine.get("function-enable-0"));  // nothing moves because a program returns
+        machine.start_cycle();
+        EXPECT_TRUE(machine.get("function-enable-0"));
+    }
+}
+
+TEST(Interlock, FunctionNeedsTheServicesOfItsSum) {
+    Machine machine;
+    for (int sum = 0; sum < 16; ++sum) {
+        machine.load({{"function-switch-2", 1}, {"function-services-2", sum}});
+        for (int service = 0; service < services; ++service) {
+            machine.set(numbered("service-ready", service), 0);
+            machine.step();
+            EXPECT_EQ(machine.get("function-enable-2"), !(sum >> service & 1)) << sum << " " << service;
+            machine.set(numbered("service-ready", service), 1);
+            machine.start_cycle();
+            EXPECT_TRUE(machine.get("function-enable-2")) << sum << " " << service;
+        }
+    }
+    for (const int sum : {-1, 16, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()}) {
+        machine.load({{"function-switch-2", 1}, {"function-services-2", sum}, {"service-ready-3", 0}});
+        EXPECT_FALSE(machine.get("function-enable-2")) << sum;  // it needs all
+        EXPECT_EQ(machine.get("fault-code"), 2);
+    }
+}
+
+TEST(Interlock, EnablesStayWhileAProbingMoveRuns) {
+    Machine machine;
+    machine.load({{"function-switch-0", 1}, {"function-switch-1", 0}});
+    machine.set("motion-type", 5);
+    machine.set("function-switch-0", 0);
+    machine.set("function-switch-1", 1);
+    machine.step(100);
+    EXPECT_TRUE(machine.get("function-enable-0"));
+    EXPECT_FALSE(machine.get("function-enable-1"));
+    machine.set("motion-type", 0);
+    machine.step();
+    EXPECT_FALSE(machine.get("function-enable-0"));
+    EXPECT_TRUE(machine.get("function-enable-1"));
+}
+
+// M66 right after M64 must see the ramp, before the function has begun it.
+TEST(Interlock, RampingIsTrueFromThePeriodInWhichAnEnableChanges) {
+    Machine machine;
+    machine.load({{"function-switch-0", 1}});
+    machine.step(10);
+    EXPECT_FALSE(machine.get("ramping"));
+    for (const double suspended : {1, 0}) {
+        machine.set("function-suspend-0", suspended);
+        for (const bool expected : {true, true, true, false}) {
+            machine.step();
+            EXPECT_EQ(machine.get("ramping"), expected) << suspended;
+        }
+    }
+}
+
+TEST(Interlock, MessagesComeWithTheirDelays) {
+    Machine machine;
+    machine.load();
+    const auto expect_after = [&](const std::string& message, double value, double delay) {
+        machine.bench.run(delay - 0.01);
+        EXPECT_NE(machine.get(message), value) << message;
+        machine.bench.run(0.02);
+        EXPECT_EQ(machine.get(message), value) << message;
+    };
+    machine.set("stage-uncompensated-3", 1);
+    machine.bench.run(1.9);
+    machine.set("stage-uncompensated-3", 0);
+    machine.step();
+    machine.set("stage-uncompensated-3", 1);
+    expect_after("uncompensated", 1, 2);
+    EXPECT_EQ(machine.get("uncompensated-stage"), 3);
+    machine.set("stage-uncompensated-3", 0);
+    machine.step();
+    EXPECT_FALSE(machine.get("uncompensated"));
+
+    machine.set("stage-probing-refused-7", 1);
+    machine.step();
+    EXPECT_TRUE(machine.get("probing-refused"));
+    EXPECT_TRUE(machine.get("abort"));
+    machine.set("stage-probing-refused-7", 0);
+    expect_after("abort", 0, 0.1);
+    expect_after("probing-refused", 0, 4.89);
+
+    machine.set("function-settling-2", 1);
+    expect_after("feed-held", 1, 5);
+    machine.set("function-settling-2", 0);
+    machine.step();
+    EXPECT_FALSE(machine.get("feed-held"));
+
+    machine.set("uncompensated-delay", 0.5);
+    machine.set("stage-uncompensated-0", 1);
+    expect_after("uncompensated", 1, 0.5);
+}
+
+TEST(Interlock, TimesThatAreOutOfRangeLeaveTheLastGoodOnes) {
+    for (const double bad : {nan, infinity, -infinity, -1.0, 3601.0, 1e308}) {
+        SCOPED_TRACE(bad);
+        Machine machine;
+        machine.load({{"service-timeout-0", 0.5}, {"uncompensated-delay", 0.5}});
+        machine.beat(0, true);
+        machine.step(10);
+        EXPECT_EQ(machine.get("fault-code"), 0);
+        for (const char* pin : {"uncompensated-delay", "probing-refused-time", "feed-held-delay",
+                                "service-timeout-0", "service-timeout-3"}) {
+            const double good = machine.get(pin);
+            machine.set(pin, bad);
+            machine.step();
+            EXPECT_EQ(machine.get("fault-code"), 1) << pin;
+            machine.set(pin, good);
+            machine.step();
+            EXPECT_EQ(machine.get("fault-code"), 0) << pin;
+        }
+        machine.set("service-timeout-0", bad);
+        machine.set("uncompensated-delay", bad);
+        machine.set("stage-uncompensated-0", 1);
+        machine.beat(0, false);
+        machine.bench.run(0.45);
+        EXPECT_TRUE(machine.get("service-ok-0"));
+        EXPECT_FALSE(machine.get("uncompensated"));
+        machine.bench.run(0.1);
+        EXPECT_TRUE(machine.get("service-lost-0"));
+        EXPECT_TRUE(machine.get("uncompensated"));
+    }
+}
+
+// As M68 sets it, for functions that want a whole number.
+TEST(Interlock, OperationIsItsKeyRoundedOrNone) {
+    Machine machine;
+    machine.load();
+    const std::vector<std::tuple<double, int, int>> expected{{10, 10, 0},
+                                                             {9.9999999, 10, 0},
+                                                             {-3, -3, 0},
+                                                             {2147483647, 2147483647, 0},
+                                                             {-2147483647, -2147483647, 0},
+                                                             {2147483648, 0, 3},
+                                                             {1e308, 0, 3},
+                                                             {nan, 0, 3},
+                                                             {infinity, 0, 3},
+                                                             {-infinity, 0, 3},
+                                                             {20, 20, 0}};
+    for (const auto& [key, operation, code] : expected) {
+        machine.set("operation-key", key);
+        machine.step();
+        EXPECT_EQ(machine.get("operation"), operation) << key;
+        EXPECT_EQ(machine.get("fault-code"), code) << key;
+    }
+}
+
+// What the tables say of a history of inputs, period by period. Of interlock it knows the text alone.
+class Oracle {
+public:
+    explicit Oracle(double period) : period_(period) {}
+
+    std::map<std::string, double> inputs;
+
+    void step() {
+        Words machine = bits({"motion-enabled", "all-homed"});
+        const bool cycle = on("cycle-running"), on_and_homed = on("motion-enabled") && on("all-homed");
+        const bool starts = cycle && !cycle_ && on_and_homed;
+        const bool probing = inputs["motion-type"] == 5;
+        bool good_times = true, good_sums = true, changed = false, function = false;
+        int switched = 0, enabled = 0, amiss = 0;
+
+        for (int i = 0; i < services; ++i) {
+            const auto its = [&](const std::string& stem) { return numbered("service-" + stem, i); };
+            Service& service = services_[i];
+            good_times &= take(inputs[its("timeout")], service.timeout);
+            const bool beat = on(its("heartbeat"));
+            const bool watched = service.timeout > 0;
+            if (!watched) service.changes = service.periods = 0;
+            if (watched) ++service.periods;
+            if (service.seen && beat != service.beat && watched) {
+                ++service.changes;
+                service.periods = 0;
+            }
+            service.seen = true;
+            service.beat = beat;
+            Words words = {{"ready", inputs[its("ready")] ? "1" : "0"},
+                           {"fault", inputs[its("fault")] ? "1" : "0"}};
+            const bool late = service.periods * period_ > service.timeout;
+            words["heartbeat"] = !watched ? "beats" : late ? "stopped" : service.changes ? "beats" : "waits";
+            for (const auto& [column, value] : look_up(service_rows_, words)) outputs[its(column)] = value;
+        }
+
+        for (int i = 0; i < functions; ++i) {
+            const auto its = [&](const std::string& stem) { return numbered("function-" + stem, i); };
+            Function& its_state = functions_[i];
+            const double sum = inputs[its("services")];
+            const bool known = sum >= 0 && sum <= 15;
+            good_sums &= known;
+            bool served = true;
+            for (int service = 0; service < services; ++service)
+                if (!known || static_cast<int>(sum) >> service & 1)
+                    served &= outputs[numbered("service-ok", service)] == 1;
+            const bool is_on = on(its("switch")), turned_on = is_on && !its_state.on;
+            its_state.on = is_on;
+            std::string& word = its_state.services;
+            if (served)
+                word = word == "missing" ? "ok" : word == "lost" ? "back" : word;
+            else if (word != "missing")
+                word = "lost";
+            if (word == "back" && (starts || turned_on)) word = "renewed";
+
+            const auto found = look_up(function_rows_, {{"services", word},
+                                                        {"switch", is_on ? "1" : "0"},
+                                                        {"suspend", on(its("suspend")) ? "1" : "0"}});
+            double& enable = outputs[its("enable")];
+            changed |= !probing && enable != found.at("enable");
+            if (!probing) enable = found.at("enable");
+            outputs[its("lost")] = found.at("lost");
+            function |= is_on && (word == "ok" || word == "renewed");
+            switched += is_on;
+            enabled += enable == 1;
+            amiss += (enable == 1) != is_on;
+        }
+
+        machine["before"] = outputs["arm"] ? "1" : "0";
+        machine["cycle-running"] = cycle && !cycle_ ? "rises" : cycle ? "1" : "0";
+        machine["function"] = function ? "1" : "0";
+        cycle_ = cycle;
+        const bool arm = look_up(arm_rows_, machine).at("arm");
+        changed |= outputs["arm"] != arm;
+        outputs["arm"] = arm;
+
+        const bool refused = any("stage-probing-refused", stages), lacks = any("stage-uncompensated", stages);
+        const bool ramps = any("stage-ramping", stages) || any("function-ramping", functions);
+        const auto word = [](bool bit) { return bit ? "1" : "0"; };
+        const auto requests = look_up(request_rows_, {{"in-force", word(any("stage-in-force", stages))},
+                                                      {"ramping", word(ramps)},
+                                                      {"settling", word(any("function-settling", functions))},
+                                                      {"refused", word(refused)},
+                                                      {"probing", word(probing)}});
+        outputs["homing-inhibit"] = requests.at("homing");
+        outputs["feed-inhibit"] = requests.at("feed");
+        since_change_ = changed ? 0 : since_change_ + 1;
+        outputs["ramping"] = ramps || since_change_ < 3;
+        const std::string which = switched == 0 ? "none" : amiss == 0 ? "all" : "some";
+        outputs["compensated"] =
+            look_up(compensated_rows_, {{"functions", which},
+                                        {"all-homed", machine.at("all-homed")},
+                                        {"stage-fault", word(any("stage-fault", stages))},
+                                        {"uncompensated", word(lacks)}})
+                .at("compensated");
+        outputs["uncompensated-stage"] = -1;
+        for (int i = stages; i-- > 0;)
+            if (on(numbered("stage-uncompensated", i))) outputs["uncompensated-stage"] = i;
+
+        std::array<double, 3> delays = delays_;
+        bool good_delays = true;
+        const char* const names[]{"uncompensated-delay", "probing-refused-time", "feed-held-delay"};
+        for (std::size_t i = 0; i < 3; ++i) good_delays &= take(inputs[names[i]], delays[i]);
+        if (good_delays) delays_ = delays;
+        lacking_ = lacks ? lacking_ + 1 : 0;
+        held_ = requests.at("feed") ? held_ + 1 : 0;
+        unrefused_ = refused ? 0 : unrefused_ + 1;
+        outputs["uncompensated"] = lacks && (outputs["uncompensated"] || lacking_ * period_ > delays_[0]);
+        outputs["feed-held"] = requests.at("feed") && (outputs["feed-held"] || held_ * period_ > delays_[2]);
+        const auto holds = [&](const char* pin, double time) {
+            return refused || (outputs[pin] && unrefused_ * period_ <= time);
+        };
+        outputs["probing-refused"] = holds("probing-refused", delays_[1]);
+        outputs["abort"] = holds("abort", 0.1);
+
+        const double key = inputs["operation-key"];
+        const bool known_key = std::abs(key) < 2147483648.0;
+        outputs["operation"] = known_key ? std::floor(std::abs(key) + 0.5) * (key < 0 ? -1 : 1) : 0;
+        outputs["fault-code"] = !(good_times && good_delays) ? 1 : !good_sums ? 2 : !known_key ? 3 : 0;
+        outputs["fault"] = outputs["fault-code"] != 0;
+        outputs["heartbeat"] += 1;
+    }
+
+    std::map<std::string, double> outputs;
+
+private:
+    struct Service {
+        double timeout = 0;
+        int periods = 0, changes = 0;  // since it is watched; since the last change
+        bool seen = false, beat = false;
+    };
+    struct Function {
+        std::string services = "missing";
+        bool on = false;
+    };
+
+    bool on(const std::string& pin) { return inputs.at(pin) != 0; }
+    bool any(const std::string& stem, int number) {
+        bool result = false;
+        for (int i = 0; i < number; ++i) result |= on(numbered(stem, i));
+        return result;
+    }
+    Words bits(const std::vector<std::string>& pins) {
+        Words words;
+        for (const std::string& pin : pins) words[pin] = on(pin) ? "1" : "0";
+        return words;
+    }
+    static bool take(double given, double& value) {
+        const bool good = given >= 0 && given <= 3600;
+        if (good) value = given;
+        return good;
+    }
+
+    const std::vector<Row> service_rows_ = rows_of(service_table), function_rows_ = rows_of(function_table),
+                           arm_rows_ = rows_of(arm_table), request_rows_ = rows_of(request_table),
+                           compensated_rows_ = rows_of(compensated_table);
+    const double period_;
+    std::array<Service, services> services_;
+    std::array<Function, functions> functions_;
+    std::array<double, 3> delays_{2, 5, 5};
+    int since_change_ = 1000, lacking_ = 0, held_ = 0, unrefused_ = 1000;
+    bool cycle_ = true;
+};
+
+class InterlockSequence : public testing::TestWithParam<unsigned> {};
+
+TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
+    std::mt19937 random(GetParam());
+    const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
+    const auto one_of = [&](const std::vector<double>& values) {
+        return values[static_cast<std::size_t>(below(static_cast<int>(values.size())))];
+    };
+    Machine machine(700000);  // no delay is a multiple of it
+    Oracle oracle(machine.period);
+    std::vector<std::string> bits;
+    const auto declare = [&](const std::string& stem, int number, double initial) {
+        for (int i = 0; i < number; ++i) oracle.inputs[number > 1 ? numbered(stem, i) : stem] = initial;
+    };
+    for (const char* stem : {"service-heartbeat", "service-fault"}) declare(stem, services, 0);
+    declare("service-ready", services, 1);
+    for (const char* stem : {"function-switch", "function-suspend", "function-settling", "function-ramping"})
+        declare(stem, functions, 0);
+    for (const char* stem :
+         {"stage-in-force", "stage-ramping", "stage-uncompensated", "stage-probing-refused", "stage-fault"})
+        declare(stem, stages, 0);
+    for (const char* pin : {"motion-enabled", "all-homed", "cycle-running"}) declare(pin, 1, 0);
+    for (const auto& [pin, value] : oracle.inputs) bits.push_back(pin);
+    declare("service-timeout", services, 0);
+    declare("function-services", functions, 15);
+    for (const char* pin : {"operation-key", "motion-type"}) declare(pin, 1, 0);
+    oracle.inputs["uncompensated-delay"] = 2;
+    oracle.inputs["probing-refused-time"] = oracle.inputs["feed-held-delay"] = 5;
+
+    machine.load();  // with the defaults that the oracle has
+    for (int i = 0; i < services; ++i)
+        machine.bench.command("unlinkp it." + numbered("service-heartbeat", i));
+    oracle.step();
+
+    const auto give = [&](const std::string& pin, double value) {
+        machine.set(pin, value);
+        oracle.inputs[pin] = value;
+    };
+    for (int n = 0; n < 1500; ++n) {
+        for (int changes = 1 + below(3); changes-- > 0;) {
+            const int i = below(4), what = below(20);
+            if (what < 8)
+                give(bits[static_cast<std::size_t>(below(static_cast<int>(bits.size())))], below(3) == 0);
+            else if (what < 10)
+                give(numbered("service-heartbeat", i), 1 - oracle.inputs[numbered("service-heartbeat", i)]);
+            else if (what < 12)
+                give(numbered(below(2) ? "function-switch" : "service-ready", i), below(4) != 0);
+            else if (what < 14)
+                give("cycle-running", below(2));
+            else if (what < 16)
+                give(below(2) ? "motion-enabled" : "all-homed", below(5) != 0);
+            else if (what == 16)
+                give("motion-type", one_of({0, 1, 2, 5, 5, -5}));
+            else if (what == 17)
+                give(numbered("service-timeout", i), one_of({0, 0, 0.0111, 0.05, nan, -1, infinity}));
+            else if (what == 18)
+                give(numbered("function-services", i), one_of({0, 1, 2, 4, 8, 15, 15, 16, -1}));
+            else
+                give(std::vector<std::string>{"operation-key", "uncompensated-delay", "probing-refused-time",
+                                              "feed-held-delay"}[static_cast<std::size_t>(i)],
+                     one_of({0, 0.0111, 0.05, 10, nan, infinity}));
+        }
+        const int periods = static_cast<int>(one_of({1, 1, 1, 1, 2, 3, 20, 100}));
+        machine.step(periods);
+        for (int i = 0; i < periods; ++i) oracle.step();
+        for (const auto& [pin, expected] : oracle.outputs)
+            ASSERT_EQ(machine.get(pin), expected) << pin << ", step " << n;
+    }
+}
+
+#ifdef PLUMB_SANITIZED
+INSTANTIATE_TEST_SUITE_P(Seed, InterlockSequence, testing::Range(1u, 2u));
+#else
+INSTANTIATE_TEST_SUITE_P(Seed, InterlockSequence, testing::Range(1u, 4u));
+#endif
+
+}  // namespace
+}  // namespace plumb
