@@ -2,12 +2,12 @@
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/soft_limit_taper.hpp"
+#include "components/math/blocks/source_sum.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -162,11 +162,11 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
-        const bool good_sources = read_sources();
+        const bool good_sources = sources_.read(offset, largest);
         const bool is_homed = homed;
         watch_origin(is_homed, knows_place_ && within(command, farthest));
         const bool active = enable && is_homed && !shifted_ && limits_.valid();
-        const double wanted = active ? sum() : 0;
+        const double wanted = active ? sources_.value() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
 
         const bool holding = is_homed && !motion_enabled;
@@ -241,18 +241,6 @@ private:
         position_ = usable(place, farthest, position_);
         return knew && knows_place_;
     }
-
-    bool read_sources() noexcept {
-        bool good = true;
-        for (std::size_t i = 0; i < sources_.size(); ++i) {
-            const double given = offset[i];
-            good = good && within(given, largest);
-            sources_[i] = usable(given, largest, sources_[i]);
-        }
-        return good;
-    }
-
-    double sum() const noexcept { return sources_[0] + sources_[1] + sources_[2] + sources_[3]; }
 
     // Homing moves the origin of motion at the switch, long before the joint is homed.  The feedback by which
     // it does so is without the offset; the drive's place, once the offset is released, is off by it.
@@ -337,9 +325,9 @@ private:
 
     double lag(double possible) const noexcept { return std::abs(possible - applied_.value()); }
 
-    Settings settings_{};                               // the last good ones
-    Limits limits_{};                                   // likewise
-    std::array<double, 4> sources_{};                   // likewise
+    Settings settings_{};  // the last good ones
+    Limits limits_{};      // likewise
+    SourceSum<4> sources_;
     double position_ = 0, command_ = 0, feedback_ = 0;  // likewise
     double last_position_ = 0;
     AccelerationLimit source_;   // the sum, bounded and ramped
