@@ -22,10 +22,7 @@ public:
     };
 
     // LinuxCNC has forgotten all offsets: the machine was turned on.
-    void forget() noexcept {
-        request_ = 0;
-        clears_ = false;
-    }
+    void forget() noexcept { request_ = 0; }
 
     // What LinuxCNC turns out to be asked for.
     void correct(double request) noexcept { request_ = request; }
@@ -39,18 +36,15 @@ public:
         const double asked = request_ + steps * given.scale;
         const bool moves = takes && given.enable && !given.clear && steps != 0;
         good_ = !moves || (given.scale != 0 && std::abs(asked) <= largest);
-        if (given.enable && given.clear) clears_ = true;  // LinuxCNC clears an unhomed axis, too
         held_ = !given.enable;
         if (!good_) return;  // the step is not lost: it can be taken back, or waits for a good scale
         counts_ = given.counts;
-        if (!takes) return;
         if (held_)
             request_ = applied;
-        else if (clears_)
+        else if (given.clear)  // LinuxCNC clears an unhomed axis, too
             request_ = 0;
         else if (moves)
             request_ = asked;
-        if (!held_) clears_ = false;
     }
 
     double request() const noexcept { return request_; }
@@ -67,7 +61,7 @@ private:
 
     double request_ = 0;
     std::int32_t counts_ = 0;
-    bool known_ = false, clears_ = false, held_ = false, good_ = true;
+    bool known_ = false, held_ = false, good_ = true;
 };
 
 }  // namespace plumb

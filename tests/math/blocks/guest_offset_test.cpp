@@ -49,12 +49,12 @@ TEST(GuestOffset, DisabledItIsWhereItStands) {
     EXPECT_EQ(guest.request(), 4);
 }
 
-TEST(GuestOffset, ClearOfAnUnhomedMachineComesLater) {
+TEST(GuestOffset, AnUnhomedMachineIsCleared) {
     GuestOffset guest;
     guest.listen({0, 1}, true, 0);
     guest.listen({10, 1}, true, 0);
     guest.listen({10, 1, true, true}, false, 10);
-    EXPECT_EQ(guest.request(), 10);
+    EXPECT_EQ(guest.request(), 0);
     guest.listen({10, 1}, true, 10);
     EXPECT_EQ(guest.request(), 0);
 }
