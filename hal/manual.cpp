@@ -45,9 +45,9 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
     for (const OffsetInfo& offset : declared.offsets) {
         out << ".TP\n.BI NAME ." << escaped(offset.counts.empty() ? offset.value : offset.counts) << '\n';
         if (!offset.counts.empty()) out << "Counts of " << escaped(offset.scale) << " each. ";
-        out << "The offset never grows beyond " << escaped(offset.bound)
-            << " either way, and changes by at most " << escaped(offset.rate)
-            << (offset.motion.empty() ? "" : " apart from motion");
+        out << "The offset" << (offset.guest.empty() ? "" : ", without " + escaped(offset.guest) + ',')
+            << " never grows beyond " << escaped(offset.bound) << " either way, and changes by at most "
+            << escaped(offset.rate) << (offset.motion.empty() ? "" : " apart from motion");
         if (!offset.acceleration.empty()) out << ", its speed by at most " << escaped(offset.acceleration);
         out << ". While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
     }

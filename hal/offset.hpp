@@ -42,6 +42,10 @@ public:
         return *this;
     }
 
+    // This output shows the part of the offset that is another user's of the axis: bound and rate hold for
+    // the rest. Optional.
+    MovingPin& guest(const Out<double>& part) { return set(info_.guest, part.name()); }
+
     const OffsetInfo& info() const { return info_; }
 
 private:

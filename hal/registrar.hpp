@@ -38,6 +38,7 @@ struct OffsetInfo {
     std::string value;          // the offset
     std::string counts, scale;  // where it is brought in by counts
     std::string bound, rate, limited, acceleration;
+    std::string guest;                // the part of it for which bound and rate do not hold
     std::vector<std::string> motion;  // positions that it depends on,
     double slope = 0;                 // by so much at most
 };

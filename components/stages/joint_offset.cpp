@@ -3,12 +3,12 @@
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/soft_limits.hpp"
+#include "components/math/blocks/source_sum.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -170,13 +170,13 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
-        const bool good_sources = read_sources();
+        const bool good_sources = sources_.read(offset, largest);
         const bool is_homed = homed;
         watch_origin(is_homed, knows_place_ && within(command, farthest));
         interlock_.step(heartbeat);
         const bool permitted = interlock_.alive();
         const bool active = enable && is_homed && !shifted_ && limits_.valid();
-        const double wanted = !permitted ? source_.value() : active ? sum() : 0;
+        const double wanted = !permitted ? source_.value() : active ? sources_.value() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
 
         const bool holding = is_homed && !motion_enabled;
@@ -230,18 +230,6 @@ private:
         position_ = usable(place, farthest, position_);
         return knew && knows_place_;
     }
-
-    bool read_sources() noexcept {
-        bool good = true;
-        for (std::size_t i = 0; i < sources_.size(); ++i) {
-            const double given = offset[i];
-            good = good && within(given, largest);
-            sources_[i] = usable(given, largest, sources_[i]);
-        }
-        return good;
-    }
-
-    double sum() const noexcept { return sources_[0] + sources_[1] + sources_[2] + sources_[3]; }
 
     // Homing moves the origin of motion at the switch, long before the joint is homed, and by a feedback
     // without the offset. Once the offset is released, the origin would be wrong by it.
@@ -303,7 +291,7 @@ private:
 
     Settings settings_{};  // these are the last good values
     SoftLimits limits_{};
-    std::array<double, 4> sources_{};
+    SourceSum<4> sources_;
     double position_ = 0, command_ = 0, feedback_ = 0;
 
     double last_position_ = 0;

@@ -58,7 +58,7 @@ class Shift(Scenario):
         )
 
     def turn_on(self):
-        self.set("offset", 0.05)
+        self.set("offset-0", 0.05)
         self.machine.turn_on()
         self.machine.home()
 
@@ -77,7 +77,7 @@ class Shift(Scenario):
     def run_a_program(self):
         self.machine.start("axis_offset_part.ngc")
         self.await_pin("motion.digital-out-01", True)  # while it cuts
-        self.set("offset", 0.08)
+        self.set("offset-0", 0.08)
         self.machine.wait_until_idle()
 
     def pause(self):
@@ -86,7 +86,7 @@ class Shift(Scenario):
         self.machine.pause()
         self.rest()
         self.begin("paused")
-        self.set("offset", 0.02)
+        self.set("offset-0", 0.02)
         self.await_offset(0.02)
         self.rest()
         self.begin("resumed")
@@ -104,7 +104,7 @@ class Shift(Scenario):
         self.await_pin("z-stage.limited", True)
         self.rest()
         self.begin("at_the_limit")
-        self.set("offset", 0.05)
+        self.set("offset-0", 0.05)
         self.machine.wait(0.5)
         self.begin("behind_the_limit")
         self.machine.mdi("G0 Z40")
@@ -141,7 +141,7 @@ class Shift(Scenario):
         self.set("allow-probing", True)
         self.machine.mdi("G38.2 Z-40 F300", wait=False)
         self.await_pin("motion.motion-type", 5)
-        self.set("offset", 0.09)
+        self.set("offset-0", 0.09)
         self.machine.wait_until_idle()
         self.facts["probed_with_offset"] = self.machine.poll().probed_position[2]
         self.machine.mdi("G0 Z0")
@@ -153,7 +153,7 @@ class Shift(Scenario):
         self.machine.joint_mode()
         self.rest()
         self.begin("in_joint_mode")
-        self.set("offset", 0.03)
+        self.set("offset-0", 0.03)
         self.machine.wait(1)
         self.begin("out_of_joint_mode")
         self.machine.axis_mode()
@@ -171,7 +171,7 @@ class Shift(Scenario):
         self.await_offset(0.03)
 
     def emergency_stop(self):
-        self.set("offset", 0.08)
+        self.set("offset-0", 0.08)
         self.machine.start("axis_offset_part.ngc")
         self.await_pin("motion.digital-out-01", True)
         self.machine.emergency_stop()

@@ -274,7 +274,7 @@ void axis_offset_beside_pid(benchmark::State& state) {
     beside_pid(state, {"axis_offset",
                        "update",
                        {{"motion-enabled", "1"}, {"all-homed", "1"}, {"clear", "1"}},
-                       {{"offset", "steps"}},
+                       {{"offset-0", "steps"}},
                        "uncompensated"});
 }
 

@@ -89,6 +89,7 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
     watched.value = offset.counts.empty() ? full(offset.value) : signal_of(offset.value);
     watched.counts = full(offset.counts);
     watched.scale = full(offset.scale);
+    watched.guest = full(offset.guest);
     for (const std::string& position : offset.motion) watched.motion.push_back(full(position));
     watched.slope = offset.slope;
     watched.bound = full(offset.bound);
@@ -114,16 +115,24 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
 void Attack::expect(const Watched& its) {
     std::map<std::string, std::string> variables{{"x", its.value}};
     std::string quantum = "0";
+    std::string own = "x", own_rate = "x_rate", counted = "c_rate * s";
+    if (!its.guest.empty()) {
+        variables["g"] = its.guest;
+        own = "(x - (g - g_rate * 0.001))";  // LinuxCNC answers a period later
+        own_rate = "(x_rate - g_rate)";
+        counted = "(c_rate == 0 ? 0 : c_rate * s - g_rate)";  // LinuxCNC forgets without a step
+    }
     if (!its.counts.empty()) {
         variables["c"] = its.counts;
         variables["s"] = its.scale;
         quantum = "s";
     }
     bench_.client().expect("bound of " + its.name,
-                           "abs(x) <= " + text(its.bound_in_force * (1 + 1e-9) + 1e-12) + " + " + quantum +
-                               " || abs(x) <= abs(x - x_rate * 0.001) + 1e-12",
+                           "abs(" + own + ") <= " + text(its.bound_in_force * (1 + 1e-9) + 1e-12) + " + " +
+                               quantum + " || abs(" + own + ") <= abs(" + own + " - " + own_rate +
+                               " * 0.001) + 1e-12",
                            variables);
-    std::string rate = its.counts.empty() ? "abs(x_rate)" : "(abs(c_rate) - 1000) * s";
+    std::string rate = its.counts.empty() ? "abs(x_rate)" : "abs(" + counted + ") - 1000 * s";
     rate += " <= " + text(its.rate_in_force * (1 + 1e-6) + 1e-9);
     for (std::size_t i = 0; i < its.motion.size(); ++i) {
         const std::string name = "p" + std::to_string(i);

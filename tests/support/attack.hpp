@@ -50,7 +50,7 @@ public:
 
 private:
     struct Watched {
-        std::string name, value, counts, scale;  // pins
+        std::string name, value, counts, scale, guest;  // pins
         std::vector<std::string> motion;
         std::string bound, rate, limited, acceleration;  // pins, "" for none
         double slope, bound_in_force, rate_in_force;

@@ -66,7 +66,7 @@ components/compensation/thermal_displacement/README.md of the sources.)",
   net cycle-running  motion.digital-out-00     => thermal.cycle-running
   net cycle-complete motion.digital-out-01     => thermal.cycle-complete
   net learn          motion.digital-out-02     => thermal.learn
-  net z-offset       thermal.z-offset          => z-stage.offset
+  net z-offset       thermal.z-offset          => z-stage.offset-0
   net applied-offset z-stage.applied-offset    => thermal.applied-offset
 
   addf motion-command-handler servo-thread

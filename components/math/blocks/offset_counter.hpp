@@ -21,13 +21,19 @@ public:
     void start(double request) noexcept {
         expected_ = request;
         silence_ = 0;
+        under_way_ = false;
     }
 
-    // Whether the request shows the last step. Call it once in each period: it counts periods without an
-    // answer.
+    // Whether the request shows the last step.
+    bool agrees(double request, double scale) const noexcept {
+        return std::abs(request - expected_) <= scale / 2;
+    }
+
+    // The same. Call it once in each period: it counts periods without an answer.
     bool answered(double request, double scale) noexcept {
-        const bool heard = std::abs(request - expected_) <= scale / 2;
+        const bool heard = agrees(request, scale);
         silence_ = heard ? 0 : silence_ + 1;
+        under_way_ = under_way_ && !heard;
         return heard;
     }
 
@@ -40,9 +46,11 @@ public:
         if (used_up_) return;
         counts_ = static_cast<std::int32_t>(counts);
         expected_ = request + step * scale;
+        under_way_ = step != 0;
     }
 
     std::int32_t counts() const noexcept { return counts_; }
+    bool under_way() const noexcept { return under_way_; }        // a step has no answer yet
     bool silent() const noexcept { return silence_ > patience; }  // LinuxCNC does not take the steps
     bool used_up() const noexcept { return used_up_; }            // the step does not fit into 32 bits
 
@@ -52,7 +60,7 @@ private:
     std::int32_t counts_ = 0;
     double expected_ = 0;
     int silence_ = 0;
-    bool used_up_ = false;
+    bool used_up_ = false, under_way_ = false;
 };
 
 }  // namespace plumb

@@ -199,5 +199,104 @@ class Shift(unittest.TestCase):
             self.assertIn("G38.2", error)
 
 
+class Guest(unittest.TestCase):
+    """Another user of the external offsets of Z, through the stage; and at X, with LinuxCNC's external offsets to itself.
+
+    programs/axis_offset_guest_scenario.py works through the scenes.
+    """
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("three_axis", folder)
+        ini = os.path.join(machine, "three_axis.ini")
+        linuxcnc_runs.use_scenario(ini, "axis_offset_guest_scenario.py")
+        change(ini, "x_axis.inc\n", "x_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
+        change(ini, "z_axis.inc\n", "z_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
+        change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
+        guest = ["newsig guest-scale float", "newsig guest-counts s32", "newsig guest-enable bit", "newsig guest-clear bit"]
+        guest += ["net guest-%s z-stage.guest-%s axis.x.eoffset-%s" % ((pin,) * 3) for pin in ("scale", "counts")]
+        guest += ["net guest-%s z-stage.guest-%s axis.x.eoffset-%s" % ((pin,) * 3) for pin in ("enable", "clear")]
+        with open(os.path.join(machine, "stage.hal"), "w") as file:
+            stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
+            file.write("\n".join(["newsig scene s32", *stage, *guest]) + "\n")
+        told, _ = linuxcnc_runs.work(folder, ini)
+        cls.errors = told["errors"]
+        cls.shift = read_recording(os.path.join(machine, "guest.csv"))
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, told["scenes"])
+
+    def column(self, scene, name):
+        return self.shift[name][self.rows[scene]]
+
+    def assert_ends(self, scene, own, guest, tolerance=COUNT):
+        """Own part, guest's part, their sum in force, and the guest as it is alone."""
+        self.assertAlmostEqual(self.column(scene, "z-stage.applied-offset")[-1], own, delta=1.01 * COUNT)
+        self.assertAlmostEqual(self.column(scene, "z-stage.guest-applied")[-1], guest, delta=tolerance)
+        self.assertAlmostEqual(self.column(scene, "axis.z.eoffset")[-1], own + guest, delta=tolerance + COUNT)
+        self.assertAlmostEqual(self.column(scene, "axis.x.eoffset")[-1], guest, delta=tolerance)
+
+    def test_both_parts_together_are_in_force_in_every_servo_cycle(self):
+        parts = self.shift["z-stage.applied-offset"] + self.shift["z-stage.guest-applied"]
+        np.testing.assert_allclose(parts, self.shift["axis.z.eoffset"], rtol=0, atol=1e-3 * nm)
+
+    def test_own_part_moves_by_max_rate_at_most_beside_the_guest(self):
+        on = self.shift["motion.motion-enabled"] == 1
+        steps = abs(np.diff(self.shift["z-stage.applied-offset"]))[on[1:] & on[:-1]]
+        self.assertLess(steps.max(), 2 * um)  # where the parts are told apart anew
+        windows = np.convolve(np.diff(self.shift["z-stage.applied-offset"]), np.ones(200), "valid")
+        self.assertLess(np.sort(abs(windows))[: -200 * 3].max(), 0.2 * MAX_RATE + 2 * um)  # but when it is turned on
+
+    def test_guest_moves_before_a_cycle_starts_and_nothing_else_does(self):
+        self.assertEqual(np.ptp(self.column("turn_on", "joint.2.motor-pos-cmd")), 0)  # its counts changed while off
+        self.assert_ends("turn_on", 0, 0)
+        self.assert_ends("guest_alone", 0, 1)
+        self.assertTrue(self.column("guest_alone", "z-stage.guest-active")[-1])
+        self.assertFalse(self.column("guest_alone", "z-stage.armed").any())
+        self.assertTrue(self.column("guest_alone", "z-stage.uncompensated").all())
+
+    def test_cycle_start_adds_the_own_part(self):
+        self.assert_ends("both", 50 * um, 1)
+        self.assertFalse(self.column("both", "z-stage.uncompensated")[-1])
+
+    def test_steps_of_fractions_of_a_count_add_up(self):
+        self.assert_ends("fractions", 50 * um, 1 + 700 * 0.000037)
+
+    def test_own_part_changes_beside_a_guest_that_moves(self):
+        self.assert_ends("guest_beside_a_change", 70 * um, 1 + 700 * 0.000037 + (1000 - 2000) * um)
+
+    def test_counts_of_a_machine_that_is_off_are_lost(self):
+        self.assertEqual(np.ptp(self.column("off_and_on", "joint.2.motor-pos-cmd")), 0)
+        self.assert_ends("off_and_on", 0, 0)
+        self.assertTrue(self.column("off_and_on", "z-stage.uncompensated")[-1])
+        self.assertEqual(self.column("off_and_on", "z-stage.guest-request")[-1], 0)
+        self.assert_ends("guest_before_the_cycle", 0, 0.5)
+        self.assert_ends("cycle_after_it", 70 * um, 0.5)
+
+    def test_each_is_cleared_without_the_other(self):
+        self.assert_ends("guest_cleared", 70 * um, 0)
+        self.assertFalse(self.column("guest_cleared", "z-stage.guest-active")[-1])
+        self.assertFalse(self.column("guest_cleared", "z-stage.uncompensated").any())
+        self.assert_ends("own_cleared", 0, -0.5)
+        self.assertFalse(self.column("own_cleared", "z-stage.offset-clear").any())
+        self.assert_ends("guest_beside_clear", 0, 0.5)
+
+    def test_disabled_the_guest_stops_in_mid_move_and_loses_counts(self):
+        held = self.column("guest_held", "z-stage.guest-applied")[-1]
+        self.assertTrue(1 < held < 9)
+        self.assertAlmostEqual(self.column("guest_held", "axis.x.eoffset")[-1], held, delta=0.2)  # some cycles later
+        self.assertAlmostEqual(self.column("guest_held", "z-stage.applied-offset")[-1], 70 * um, delta=1.01 * COUNT)
+        self.assertAlmostEqual(self.column("guest_again", "z-stage.guest-applied")[-1], held - 1, delta=COUNT)
+        self.assertAlmostEqual(self.column("guest_again", "z-stage.applied-offset")[-1], 70 * um, delta=1.01 * COUNT)
+
+    def test_emergency_stop_amid_its_move_leaves_nothing(self):
+        self.assertGreater(np.ptp(self.column("emergency_stop", "joint.2.motor-pos-cmd")), 0.1)
+        self.assert_ends("after_emergency_stop", 0, 0)
+        self.assertLess(np.ptp(self.column("after_emergency_stop", "joint.2.motor-pos-cmd")[-400:]), nm)
+
+    def test_nobody_is_told_of_a_fault(self):
+        self.assertEqual(self.shift["z-stage.fault-code"].max(), 0)
+        self.assertEqual(self.errors, [])
+
+
 if __name__ == "__main__":
     linuxcnc_runs.main(Shift, __doc__)

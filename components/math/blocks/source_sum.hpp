@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/usable.hpp"
+
+#include <array>
+#include <cstddef>
+#include <numeric>
+
+namespace plumb {
+
+// The sum of N sources.  An invalid source keeps its last good value.
+template <std::size_t N>
+class SourceSum {
+public:
+    // Reads each of given[0] to given[N - 1] once.  Whether all lie within ±limit.
+    template <class Row>
+    bool read(Row& given, double limit) noexcept {
+        bool good = true;
+        for (std::size_t i = 0; i < N; ++i) {
+            const double source = given[i];
+            sources_[i] = usable(source, limit, sources_[i]);
+            good = good && sources_[i] == source;
+        }
+        return good;
+    }
+
+    double value() const noexcept { return std::accumulate(sources_.begin(), sources_.end(), 0.0); }
+
+private:
+    std::array<double, N> sources_{};
+};
+
+}  // namespace plumb
