@@ -127,7 +127,7 @@ def operation():
 
 
 def retain(folder):
-    """retain, and `kept`: the values are restored, and it still runs."""
+    """retain, which wants an absolute path, and `kept`: the values are restored, and it still runs."""
     part = Part(
         "What a restart must not lose; kept is true while it is restored and retain runs",
         {"lut5": ["kept", "not-restored", "retain-troubled", "retain-lost"], "watchdog": ["watchdog"]},

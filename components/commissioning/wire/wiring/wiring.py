@@ -92,9 +92,10 @@ class Wiring:
 
     def _parts(self):
         """What stages.hal has."""
-        parts = [stages.link(self.folder)]
+        here = ("$::env(CONFIG_DIR)/" if self.machine.twopass else "$(CONFIG_DIR)/") + self.folder  # TWOPASS makes Tcl of it
+        parts = [stages.link(here)]
         if any(function.records for function in self.functions):
-            parts += [stages.retain(self.folder), stages.identity()]
+            parts += [stages.retain(here), stages.identity()]
         for service in sorted({name for function in self.functions for name in function.services}):
             parts.append(getattr(stages, service)())
         ramping, corrected = [], []
@@ -154,7 +155,8 @@ class Wiring:
                 for name, pin in pins.items():
                     signal = "%s-%s" % (prefix, name)
                     if signal in used and signal not in given:
-                        part.nets.append([signal, "joint.%d.%s" % (joint, pin)])
+                        arrow = ["=>"] if pin == "motor-pos-fb" else []
+                        part.nets.append([signal, *arrow, "joint.%d.%s" % (joint, pin)])
         return part
 
     def _signals(self, function):
@@ -272,10 +274,10 @@ class Wiring:
                 "%s is in use: your signal %s joins it to %s%s, and %s needs it for %s. Use another one for yours."
                 % (pin, theirs, others, self.machine.at(pin, theirs), who, signal)
             )
-        elif not is_source and other.writer and other.writer != writer:
+        elif not is_source and writer and other.writer and other.writer != writer:
             self.problems.append(
-                "%s is in use: your signal %s brings it %s%s, and %s needs it for %s%s. Only one can have it."
-                % (pin, theirs, other.writer, self.machine.at(pin, theirs), who, signal, " from " + writer if writer else "")
+                "%s is in use: your signal %s brings it %s%s, and %s needs it for %s from %s. Only one can have it."
+                % (pin, theirs, other.writer, self.machine.at(pin, theirs), who, signal, writer)
             )
         elif self.names.setdefault(signal, theirs) != theirs:
             self.problems.append(
