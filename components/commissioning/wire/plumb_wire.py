@@ -31,6 +31,9 @@ FUNCTIONS = os.path.join(PREFIX, "share", "plumb", "functions")
 MANIFEST = ".written.json"  # what was written here, to know a user's hand
 OFFSET_RATIO = "0.2"
 ABORT = "plumb_abort"
+# Modules that pass a number on, with its pin and settings: the first that the user does not load.
+FOLLOWERS = (("sum2", "in0", ()), ("scale", "in", (("gain", 1),)), ("mult2", "in0", (("in1", 1),)), ("lowpass", "in", (("gain", 1),)))
+ATTEMPTS = 30  # to find what the pins of a driver are
 
 
 class Impossible(RuntimeError):
@@ -91,6 +94,8 @@ class Wire:
         earlier = [known[name] for name in self.manifest.get("functions", []) if name in known and known[name] not in functions]
         self.functions = sorted([*earlier, *functions], key=lambda function: function.name)
         self.given_joints = parse_joints(arguments.joints)
+        self.learnt, self.motmod, self.drives = {}, None, []
+        self.needs_halui = any(function.axis_offset for function in self.functions)
 
     # --- reading ---
 
@@ -159,20 +164,29 @@ class Wire:
     def look(self, ini, joints, folder, name="look"):
         files = list(hal_text.halfiles(ini, self.home))
         os.makedirs(os.path.join(folder, name))
-        self.trial = Trial(ini, os.path.join(folder, name), plumb_program())
-        self.stand_ins = StandIns(self.trial, ini, files)
-        marker = self.snapshot(self.trial, ini)
+        if self.needs_halui and not ini.get("HAL", "HALUI"):
+            ini.set("HAL", "HALUI", "halui")
         postgui = [os.path.join(self.home, value.split()[0]) for value in ini.all("HAL", "POSTGUI_HALFILE")]
         postgui = [path for path in postgui if os.path.isfile(path) and not path.endswith(".tcl")]
-        try:
-            found = self.trial.run("look", postgui=postgui)
-        except NotStarted as error:
-            raise Impossible("Your configuration does not start here, without anything of Plumb:\n%s" % error) from None
+        written = ini.copy()
+        for turn in range(ATTEMPTS):
+            ini = written.copy()
+            self.trial = Trial(ini, os.path.join(folder, name, str(turn)), plumb_program())
+            self.stand_ins = StandIns(self.trial, ini, files, self.learnt)
+            marker = self.snapshot(self.trial, ini)
+            try:
+                found = self.trial.run("look", postgui=postgui)
+                break
+            except NotStarted as error:
+                if not self.stand_ins.learn(str(error)):
+                    raise Impossible("Your configuration does not start here, without anything of Plumb:\n%s" % error) from None
+        else:
+            raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
         texts = {}
         for what in found["started"]:
             with open(os.path.join(self.trial.copy, marker + what), encoding="utf-8") as file:
                 texts[what] = file.read()
-        machine = Machine(State(texts), State(found["postgui"]), joints, ini, files)
+        machine = Machine(State(texts), State(found["postgui"]), joints, written, files)
         if machine.thread is None:
             raise Impossible("No thread of this configuration runs motion-controller.")
         return machine, found
@@ -201,8 +215,6 @@ class Wire:
                 wrapped("motmod has too few outputs: add %s to the line that loads it%s." % (wanted, machine.at("motmod")), "- ")
             )
         return machine, again
-
-    motmod = None
 
     def add_outputs(self, ini):
         """Into [EMCMOT]EMCMOT, which the line that loads motmod names in most configurations."""
@@ -286,7 +298,7 @@ class Wire:
                 self.added.append((section, "%s = %s" % (name, value)))
 
         note("HAL", "HALFILE", self.halfile, add=True)
-        if any(function.axis_offset for function in self.functions) and not ini.get("HAL", "HALUI"):
+        if self.needs_halui and not ini.get("HAL", "HALUI"):
             note("HAL", "HALUI", "halui")
         for function in self.functions:
             for letter in function.axis_offset:
@@ -311,7 +323,8 @@ class Wire:
         os.makedirs(os.path.join(folder, "try"))
         ini = self.changed_ini(wiring)
         trial = Trial(ini, os.path.join(folder, "try"), plumb_program())
-        StandIns(trial, ini, machine.files)
+        self.release(machine)
+        stand_ins = StandIns(trial, ini, machine.files, self.learnt)
         for name, text in files.items():
             trial.write(os.path.join(self.folder, name), self.kept_text(name) or text)
         checks = {function.name: function.check for function in self.functions if function.check}
@@ -321,12 +334,45 @@ class Wire:
                 with open(function.check_hal, encoding="utf-8") as file:
                     trial.write(name, renamed(file.read(), wiring, machine))
                 ini.add("HAL", "HALFILE", name)
+        self.drive(trial, ini, wiring, machine, stand_ins)
         axes = {}
         for letter, numbers in machine.joints.items():
             low, high = (ini.get("AXIS_" + letter, name) or ini.get("JOINT_%d" % numbers[0], name) for name in ("MIN_LIMIT", "MAX_LIMIT"))
             axes[letter] = {"joints": numbers, "limits": [float(low or -100), float(high or 100)]}
         found = trial.run("check", unit=1 / 25.4 if machine.inch else 1, names=wiring.names, axes=axes, checks=checks)
         return found["seen"], found["messages"]
+
+    def release(self, machine):
+        """What the hardware must say for the machine to turn on, and for the spindle to be at speed."""
+        outputs = self.stand_ins.outputs()
+        wanted = [name for name in machine.complete.pins if name.endswith(("emc-enable-in", ".ok-in", ".at-speed"))]
+        for name in wanted:
+            signal = machine.complete.signals.get(machine.complete.signal_of(name))
+            if signal and signal.writer in outputs:
+                self.learnt.setdefault("true", []).append(signal.writer)
+
+    def drive(self, trial, ini, wiring, machine, stand_ins):
+        """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
+        outputs, lines = stand_ins.outputs(), []
+        if not outputs:
+            return
+        module, pin, settings = next(follower for follower in FOLLOWERS if follower[0] not in machine.complete.components)
+        for joint in sorted({joint for numbers in machine.joints.values() for joint in numbers}):
+            if ini.get("JOINT_%d" % joint, "HOME_SEARCH_VEL"):
+                for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_USE_INDEX"):
+                    ini.set("JOINT_%d" % joint, name, "0")
+            command, feedback = (machine.halfiles.signal_of("joint.%d.%s" % (joint, name)) for name in ("motor-pos-cmd", "motor-pos-fb"))
+            writer = feedback and machine.halfiles.signals[feedback].writer
+            if writer in outputs and command:
+                name = "plumb-drive-%d" % joint
+                lines += ["unlinkp " + writer, "net %s => %s.%s" % (command, name, pin), "net %s %s.out" % (feedback, name)]
+                lines += ["setp %s.%s %g" % (name, *setting) for setting in settings]
+                lines += ["addf %s %s" % (name, machine.thread)]
+                self.drives.append(name)
+        if lines:
+            lines.insert(0, "loadrt %s names=%s" % (module, ",".join(self.drives)))
+            trial.write(".plumb-wire/drives.hal", "\n".join(lines) + "\n")
+            ini.add("HAL", "HALFILE", ".plumb-wire/drives.hal")
 
     # --- the folder ---
 

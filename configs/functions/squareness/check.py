@@ -17,7 +17,8 @@ def check(machinery):
         return [("no fault; all axes carry the work, so that no single tilt is tried", not machinery.get("square.fault"))]
     moving, corrected, tilt = possible[0]
     joint = machinery.axes[corrected]["joints"][0]
-    begin = machinery.position(moving)
+    begin = machinery.inside(moving)
+    machinery.move(**{moving: begin})
     end = machinery.room(moving, LENGTH)
     before = machinery.get("square." + tilt)
 

@@ -3,8 +3,8 @@
 
 import os
 
-GROWTH = 0.02  # mm
-TOLERANCE = 0.006  # mm
+GROWTH = 0.012 # mm
+TOLERANCE = 0.005  # mm
 PLUNGES = 3
 FEED = 120  # mm/min
 APPROACH = 2.5  # mm above the work, in which the tool feeds
@@ -27,7 +27,7 @@ M2
 
 def check(machinery):
     mm = machinery.unit
-    begin = machinery.position("Z")
+    begin = machinery.inside("Z")
     safe = begin - (begin - machinery.room("Z", 8)) / 4
     work = min(safe, begin) - APPROACH * mm
     low = machinery.axes["Z"]["limits"][0]

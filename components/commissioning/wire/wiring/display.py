@@ -96,9 +96,15 @@ class Machinery:
         self.machine.poll()
         return self.machine.status.position["XYZABCUVW".index(letter)]
 
+    def inside(self, letter):
+        """The place where the axis stands, or one beside it that is clear of the soft limits."""
+        low, high = limits(self.axes[letter])
+        edge = min(0.5 * self.unit, 0.02 * (high - low))
+        return min(max(self.position(letter), low + edge), high - edge)
+
     def room(self, letter, length):
         """A move of at most this length, in mm, from here: its end, well within the soft limits."""
-        here = self.position(letter)
+        here = self.inside(letter)
         low, high = limits(self.axes[letter])
         length = min(length * self.unit, MARGIN * (high - low))
         return here + length if high - here > here - low else here - length
@@ -114,7 +120,7 @@ def run_program(machine, task):
     machinery = Machinery(machine, task)
     lines = ["%s G90 G94 G40 G49 G80" % ("G21" if task["unit"] == 1 else "G20")]
     for letter in task["axes"]:
-        here, there = machinery.position(letter), machinery.room(letter, LONGEST_MOVE)
+        here, there = machinery.inside(letter), machinery.room(letter, LONGEST_MOVE)
         feed = 300 * task["unit"]
         lines += ["G53 G0 %s%.6f" % (letter, there), "G53 G1 %s%.6f F%g" % (letter, (here + there) / 2, feed)]
         lines += ["G53 G0 %s%.6f" % (letter, here)]

@@ -2,6 +2,7 @@
 """An INI file with the files that it includes: LinuxCNC reads the values; lines are added where they belong."""
 
 import collections
+import copy
 import difflib
 import os
 import re
@@ -21,6 +22,12 @@ class IniFile:
         self.texts = {}  # of the files, by path, as they are to be
         self.original = {}
         self._include(path)
+
+    def copy(self):
+        """The same text, to be changed apart."""
+        other = copy.copy(self)
+        other.texts = {path: list(lines) for path, lines in self.texts.items()}
+        return other
 
     def _include(self, path):
         with open(path, encoding="utf-8", errors="surrogateescape") as file:
@@ -44,7 +51,7 @@ class IniFile:
         """All lines in the order in which LinuxCNC reads them."""
         for number, text in enumerate(self.texts[self.path]):
             included = self._included(text)
-            if included:
+            if included in self.texts:
                 yield from (Place(included, line, words) for line, words in enumerate(self.texts[included]))
             else:
                 yield Place(self.path, number, text)

@@ -72,10 +72,10 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     return part
 
 
-def axis_stage(letter, source, arm, clear):
-    """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets."""
+def axis_stage(letter, source, arm, clear, delays):
+    """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets. `delays` puts off two messages."""
     stage, axis = letter + "-axis-stage", "axis." + letter
-    part = Part("%s: into the axis %s" % (stage, letter.upper()), {"axis_offset": [stage], "timedelay": [letter + "-lacks-long", letter + "-probing-long"]})
+    part = Part("%s: into the axis %s" % (stage, letter.upper()), {"axis_offset": [stage]})
     part.setp = [
         (letter + "-lacks-long.on-delay", "2"),
         (letter + "-probing-long.on-delay", "0"),
@@ -104,7 +104,13 @@ def axis_stage(letter, source, arm, clear):
         [letter + "-axis-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-axis-fault-code" % letter],
     ]
     part.after = [stage + ".update"]
-    part.last = [letter + "-lacks-long", letter + "-probing-long"]
+    if delays:
+        part.modules["timedelay"] = part.last = [letter + "-lacks-long", letter + "-probing-long"]
+    else:
+        part.setp = []
+        part.nets = [[word for word in net if not word.endswith("-long.in")] for net in part.nets if "-long.out" not in net[1]]
+        part.nets.append([letter + "-uncompensated", "=>", "linuxcnc-link.%s-lacks-offset" % letter])
+        part.nets.append([letter + "-probing", "=>", "linuxcnc-link.%s-probing-refused" % letter])
     axis_name = letter.upper()
     part.messages = _message(letter + "-axis-fault", "Offset of %s: {code}" % axis_name, "axis_offset fault-code")
     part.messages += _message(

@@ -16,7 +16,17 @@ DRIVERS = re.compile(
     r"hal_stg|hal_tiro|hal_vti|hal_ax5214h|hal_evoreg|pcl720|pluto_servo|pluto_step|serport|opto_ac5|mesa_7i65|"
     r"mesa_uart|setsserial|uparport|sserial|hal_gpio)$"
 )
-PREFIXES = {"hal_parport": "parport", "lcec": "lcec", "hostmot2": "hm2", "pluto_servo": "pluto-servo", "pluto_step": "pluto-step"}
+PREFIXES = {
+    "hal_parport": "parport",
+    "hostmot2": r"hm2_\w+",  # of all cards
+    "pluto_servo": "pluto-servo",
+    "pluto_step": "pluto-step",
+    "hal_gm": "gm",
+    "hal_ppmc": "ppmc",
+    "hal_stg": "stg",
+    "hal_vti": "vti",
+    "hal_motenc": "motenc",
+}
 
 # Programs for devices; those that open a window are found by what they import.
 DEVICES = re.compile(
@@ -61,6 +71,10 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"hm2_.*\.(step_type|output-type|dirsetup|dirhold|steplen|stepspace|pwm_frequency|pdm_frequency|timeout_ns)", U32, "IN"),
     (r"hm2_.*", FLOAT, "IN"),
 ]
+LIKE_A_BIT = re.compile(
+    r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|change|probe|brake",
+    re.I,
+)
 SPECIAL = {
     "hal_manualtoolchange": {
         "pins": {"number": [S32, "IN"], "change": [BIT, "IN"], "changed": [BIT, "OUT"], "change_button": [BIT, "IN"]},
@@ -73,9 +87,10 @@ CARRIERS = ("xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose in
 class StandIns:
     """What stands in: `drivers` and `programs` name them, `feedback` are drives that the trial lets follow their command."""
 
-    def __init__(self, trial, ini, files):
+    def __init__(self, trial, ini, files, learnt=None):
         self.drivers, self.programs = [], []
-        self.trial, self.ini = trial, ini
+        self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
+        self.trial, self.ini, self.described = trial, ini, {}
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
         self.all = self._values("\n".join([*self.texts.values(), commands]))
@@ -115,6 +130,10 @@ class StandIns:
         return found
 
     def _kind(self, name):
+        kind, direction = self._guess(name)
+        return [self.learnt.get(name, kind), self.learnt.get("direction of " + name, direction)]
+
+    def _guess(self, name):
         known = _known(name)
         if known:
             return known
@@ -123,7 +142,13 @@ class StandIns:
             if name in pins:
                 others += [kind for kind in map(_known, pins) if kind]
                 is_source = is_source or name in sources
-        kind = others[0][0] if others else (FLOAT if re.search(r"pos|vel|speed|load|scale|value|torque|temp", name) else BIT)
+        value = re.search(r"^\s*(?:HALCMD\s*=\s*)?setp\s+%s\s+(\S+)" % re.escape(name), self.all, re.M)
+        if others:
+            kind = others[0][0]
+        elif value:
+            kind = BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT
+        else:
+            kind = BIT if LIKE_A_BIT.search(name) else FLOAT
         has_writer = any(direction == "OUT" for _, direction in others)
         reads = any(direction == "IN" for _, direction in others)
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
@@ -136,19 +161,19 @@ class StandIns:
             self.drivers.append(module)
         if not self.drivers:
             return
+        if any(module.startswith("hm2_") for module in self.drivers) and "hostmot2" not in self.drivers:
+            self.drivers.append("hostmot2")
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
-        functions = []
+        functions, described = [], []
         for module in self.drivers:
-            prefix = PREFIXES.get(module, module)
-            heads = sorted(set(re.findall(r"(?<![\w.-])(%s(?:_\w+)?\.\d+)\." % re.escape(prefix), self.all)))
-            if module == "hostmot2":
-                heads = []
+            heads = sorted(set(re.findall(r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=[a-z])" % PREFIXES.get(module, module), self.all)))
+            heads = [head for head in heads if head not in described]
+            described += heads
             pins = {}
             for head in heads:
                 pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
                 functions += sorted(set(re.findall(r"^\s*addf\s+(%s\.\S+)" % re.escape(head), self.all, re.M)))
             self._describe(module, pins, {}, prefix=False)
-        functions = [name for name in functions if not any(DRIVERS.match(name) for _ in ())]
         first = True
         for path, text in self.texts.items():
             changed = text
@@ -169,7 +194,7 @@ class StandIns:
     def _stand_in_for_programs(self):
         for line in self.all.splitlines():
             words = line.split("#")[0].split()
-            if len(words) < 2 or words[0] != "loadusr" or ".plumb-wire" in line:
+            if len(words) < 2 or words[0] != "loadusr":
                 continue
             name, program = _program(words[1:])
             if not program or name in self.programs or not self._needs_what_is_not_here(program):
@@ -180,6 +205,10 @@ class StandIns:
             inside = program if "/" in program else os.path.join("bin", program)
             if not os.path.isabs(inside):
                 self.trial.program(inside, os.path.join(HERE, "stand_in.py"), self._description(name))
+        for name, special in SPECIAL.items():  # which Tcl libraries load without naming it in a file of the user's
+            if name not in self.programs:
+                self._describe(name, special["pins"], special["follow"])
+                self.trial.program(os.path.join("bin", name), os.path.join(HERE, "stand_in.py"), self._description(name))
 
     def _needs_what_is_not_here(self, program):
         base = os.path.basename(program)
@@ -200,18 +229,48 @@ class StandIns:
         return self.trial.program(".plumb-wire/stand-in-" + name, os.path.join(HERE, "stand_in.py"), self._description(name))
 
     def _describe(self, name, pins, follow, prefix=True):
+        self.described[name] = [name + "." + pin if prefix else pin for pin in pins]
+        values = [pin for pin in pins if pin in self.learnt.get("true", [])]
         self.trial.write(
             ".plumb-wire/%s.json" % name,
-            json.dumps({"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow}),
+            json.dumps({"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}),
         )
 
-    def pins(self):
-        """All pins of the drivers' stand-ins that are outputs."""
-        found = []
-        for module in self.drivers:
-            with open(os.path.join(self.trial.own, module + ".json"), encoding="utf-8") as file:
-                found += [name for name, (_, direction) in json.load(file)["pins"].items() if direction == "OUT"]
-        return found
+    def learn(self, words):
+        """Takes from LinuxCNC's complaint what a pin of a stand-in should be. Returns whether there was something."""
+        found = re.search(r"type mismatch '([^']+)' <- '([^']+)'", words)
+        if found:
+            return self._try_next(found[1])
+        found = re.search(r"([\w./-]+\.hal):(\d+): value '\S+' invalid for (\w+)", words)
+        if found:
+            path = next((path for path in self.texts if path.endswith(os.path.basename(found[1]))), None)
+            line = self._values(self.texts[path].splitlines()[int(found[2]) - 1]) if path else ""
+            return len(line.split()) > 1 and self._try_next(line.split()[1])
+        found = re.search(r"signal '([^']+)' already has (?:output or I/O|OUT|output).*", words)
+        if found and found[1] in self.nets:
+            for pin in self.nets[found[1]][0]:
+                if not _known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):
+                    self.learnt["direction of " + pin] = "IN"
+                    return True
+        return False
+
+    def _is_stand_in(self, pin):
+        return any(pin.startswith(name + ".") for name in self.programs) or any(pin in pins for pins in self.described.values())
+
+    def _try_next(self, pin):
+        if not self._is_stand_in(pin):
+            return False
+        order = [FLOAT, BIT, S32, U32]
+        tried = self.learnt.setdefault("tried " + pin, [self._kind(pin)[0]])
+        rest = [kind for kind in order if kind not in tried]
+        if rest:
+            tried.append(rest[0])
+            self.learnt[pin] = rest[0]
+        return bool(rest)
+
+    def outputs(self):
+        """The pins of drivers that are outputs here: what the hardware would tell."""
+        return {pin for module in self.drivers for pin in self.described[module] if self._kind(pin)[1] == "OUT"}
 
 
 def _known(name):

@@ -25,6 +25,7 @@ class Trial:
 
     def __init__(self, ini, folder, plumb):
         self.ini, self.plumb = ini, plumb
+        os.makedirs(folder, exist_ok=True)
         self.copy = os.path.join(folder, "copy")
         copy_folder(ini.folder, self.copy)
         self.own = os.path.join(self.copy, ".plumb-wire")

@@ -114,7 +114,7 @@ class Wiring:
                 names = [function.name for function in self.functions if letter in function.axis_offset]
                 self.problems.append("%s and %s both offset the axis %s." % (*names[:2], letter))
             elif arguments and self.machine.joints.get(letter):
-                parts.append(stages.axis_stage(letter.lower(), *arguments[0]))
+                parts.append(stages.axis_stage(letter.lower(), *arguments[0], self._may_load("timedelay", letter.lower() + "-lacks-long")))
         if ramping:
             parts.append(stages.any_of("stages-ramping", ramping, "stages-ramping"))
             gate = stages.any_of("no-homing", corrected, "no-homing")
@@ -122,6 +122,11 @@ class Wiring:
             parts.append(gate)
         parts.append(self._bindings(parts))
         return parts
+
+    def _may_load(self, module, instance):
+        """Whether a stock module is free, or has the instance already."""
+        state = self.machine.halfiles
+        return module not in state.components or self.machine.twopass or state.owner_of_prefix(instance) == module
 
     def _free(self, prefix, joint):
         """Takes the two pins of a joint from their signals, which become those of the drive."""
