@@ -27,7 +27,7 @@ MACHINES = [
     ("sim/axis/ini_with_includes/includes_demo.ini", BOTH, (), "all sections by #INCLUDE"),
     ("sim/axis/vismach/5axis/table-rotary-tilting/xyzac-trt.ini", BOTH, ("--joints", "X=0,Y=1,Z=2"), "5 axes, switchable kinematics"),
     ("sim/axis/vismach/5axis/bridgemill/5axis.ini", BOTH, ("--joints", "X=0,Y=1,Z=2"), "5 axes, tool tip kinematics"),
-    ("sim/axis/vismach/VMC_toolchange/vmc_index.ini", BOTH, (), "tool changer by classicladder and vismach"),
+    ("sim/axis/vismach/VMC_toolchange/vmc_index.ini", SQUARE, (), "tool changer by classicladder and vismach"),
     ("sim/axis/corexy/corexy_by_hal.ini", GROWTH, (), "CoreXY by HAL"),
     ("sim/axis/corexy/corexy_by_kins.ini", GROWTH, ("--joints", "Z=2"), "CoreXY by kinematics"),
     ("sim/axis/axis_9axis.ini", BOTH, (), "9 axes"),
@@ -54,7 +54,7 @@ def main():
     arguments = parser.parse_args()
     chosen = [machine for machine in MACHINES if re.search(arguments.R, machine[0])]
     works = 0
-    with tempfile.TemporaryDirectory(prefix="plumb-samples-") as folder:
+    with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as folder:
         samples = os.path.join(folder, "sample-configs")
         shutil.copytree(arguments.samples, samples, symlinks=True)
         print("| Configuration | Function | starts | homes | runs | seen |\n| --- | --- | --- | --- | --- | --- |")

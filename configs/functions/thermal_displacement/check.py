@@ -50,6 +50,7 @@ def check(machinery):
     machinery.machine.run(program)
     accepted = machinery.get("growth.contacts-accepted") - before
     displacement = machinery.get("growth.displacement") / mm
+    machinery.machine.run(program)  # the offset takes several contacts
     offset = machinery.get("axis.z.eoffset") / mm
     follows = abs(offset - machinery.get("growth.z-offset") / mm)
     faults = [name for name in ("growth", "z-axis-stage") if machinery.get(name + ".fault")]
@@ -59,13 +60,13 @@ def check(machinery):
             "a spindle that is %.0f um longer is measured as %.1f um" % (GROWTH * 1e3, displacement * 1e3),
             abs(displacement - GROWTH) < TOLERANCE,
         ),
-        ("Z is raised by %.1f um, the rest follows with later contacts" % (offset * 1e3), rises(offset) and follows < 1e-3),
+        ("after another cycle Z is raised by %.1f um" % (offset * 1e3), rises(offset) and follows < 1e-3),
         ("no fault" if not faults else "fault of " + ", ".join(faults), not faults),
     ]
 
 
 def rises(offset):
-    return GROWTH / 2 < offset < GROWTH + TOLERANCE
+    return 0.6 * GROWTH < offset < GROWTH + TOLERANCE
 
 
 def grow(machinery, work, growth):

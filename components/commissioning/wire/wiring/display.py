@@ -116,10 +116,10 @@ def limits(axis):
 
 
 def run_program(machine, task):
-    """A program with a rapid and a feed of each axis, away from the nearer soft limit and back."""
+    """A program with a rapid and a feed of X, Y and Z, away from the nearer soft limit and back."""
     machinery = Machinery(machine, task)
     lines = ["%s G90 G94 G40 G49 G80" % ("G21" if task["unit"] == 1 else "G20")]
-    for letter in task["axes"]:
+    for letter in sorted(set("XYZ") & set(task["axes"])):
         here, there = machinery.inside(letter), machinery.room(letter, LONGEST_MOVE)
         feed = 300 * task["unit"]
         lines += ["G53 G0 %s%.6f" % (letter, there), "G53 G1 %s%.6f F%g" % (letter, (here + there) / 2, feed)]

@@ -18,7 +18,7 @@ def main():
     pins = {}
     for name, (kind, direction) in given["pins"].items():
         if given["prefix"] is None:
-            head, _, tail = name.rpartition(".")
+            head, _, tail = name.partition(".")  # a component has each tail once
             component.setprefix(head)
         else:
             tail = name

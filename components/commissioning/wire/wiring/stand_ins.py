@@ -64,7 +64,7 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"parport\.\d+\.", BIT, "IN"),
     (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)", FLOAT, "OUT"),
     (r"hm2_.*\.encoder\.\d+\.index-enable", BIT, "IO"),
-    (r"hm2_.*\.(encoder|resolver)\.\d+\.count", S32, "OUT"),
+    (r"hm2_.*\.(encoder|resolver)\.\d+\.count$", S32, "OUT"),
     (r"hm2_.*\.gpio\.\d+\.in(_not)?|hm2_.*\.input.*|hm2_.*\.(in|input)-\d+(-not)?", BIT, "OUT"),
     (r"hm2_.*\.(enable|is_output|is_opendrain|invert_output|index-invert|index-mask|index-mask-invert|counter-mode|filter|"
      r"has_bit|clear|reset|out|invert_.*|output-\d+|spinena|spindir|control-type|has_bitten)", BIT, "IN"),
@@ -202,13 +202,19 @@ class StandIns:
             self.programs.append(name)
             special = SPECIAL.get(os.path.basename(program), {})
             self._describe(name, {**self._pins(name), **special.get("pins", {})}, special.get("follow", {}))
-            inside = program if "/" in program else os.path.join("bin", program)
-            if not os.path.isabs(inside):
-                self.trial.program(inside, os.path.join(HERE, "stand_in.py"), self._description(name))
+            self._cover(name, program)
         for name, special in SPECIAL.items():  # which Tcl libraries load without naming it in a file of the user's
             if name not in self.programs:
                 self._describe(name, special["pins"], special["follow"])
-                self.trial.program(os.path.join("bin", name), os.path.join(HERE, "stand_in.py"), self._description(name))
+                self._cover(name, name)
+
+    def _cover(self, name, program):
+        """Puts the stand-in where LinuxCNC will look for the program."""
+        installed = shutil.which(program)
+        inside = program if "/" in program and not os.path.isabs(program) else os.path.join("bin", os.path.basename(program))
+        self.trial.program(inside, os.path.join(HERE, "stand_in.py"), self._description(name))
+        if installed and "/" not in program or os.path.isabs(program) and os.path.exists(program):
+            self.trial.cover(inside, os.path.realpath(installed or program))
 
     def _needs_what_is_not_here(self, program):
         base = os.path.basename(program)

@@ -13,7 +13,22 @@ PATIENCE = 300  # s of this computer's time
 NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: main loop took", "task: ", "link (updating", "Found file")
 
 # As the root of new namespaces: the copy takes the place of the folder, so that ../ and absolute paths lead where they did.
-_PLACE = 'mount --no-canonicalize --bind "$1" "$2" && cd "$2" && shift 2 && exec "$@"'
+# Programs that cannot run here are covered likewise: pairs of paths up to --.
+_PLACE = """
+set -e
+home=$2
+while [ "$1" != -- ]; do
+  mount --no-canonicalize --bind "$1" "$2"
+  shift 2
+done
+shift
+case $home in
+/tmp | /tmp/*) ;;
+*) mount -t tmpfs -o mode=1777 tmpfs /tmp ;;  # what the trial leaves there is gone with it
+esac
+cd "$home"
+exec "$@"
+"""
 
 
 class NotStarted(RuntimeError):
@@ -31,7 +46,10 @@ class Trial:
         self.own = os.path.join(self.copy, ".plumb-wire")
         os.mkdir(self.own)
         os.makedirs(os.path.join(self.copy, "bin"), exist_ok=True)
-        self.settings = {}
+        self.covers = []  # a file of the copy, and what it is seen in the place of
+
+    def cover(self, name, path):
+        self.covers += [os.path.join(self.copy, name), path]
 
     def write(self, name, text):
         path = os.path.join(self.copy, name)
@@ -69,7 +87,7 @@ class Trial:
     def _linuxcnc(self):
         environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
         command = [self.plumb, "run", "--speed", str(SPEED), "--", "linuxcnc", "-r", self.ini.path]
-        place = ["/bin/sh", "-c", _PLACE, "sh", self.copy, self.ini.folder]
+        place = ["/bin/sh", "-c", _PLACE, "sh", self.copy, self.ini.folder, *self.covers, "--"]
         if os.geteuid() == 0:
             spaces = ["unshare", "--mount", "--propagation", "private", "--", *place]
         else:
@@ -126,4 +144,4 @@ def _is_special(path):
 
 def last_words(output):
     lines = [line for line in output.splitlines() if line.strip() and not line.startswith(NOISE)]
-    return "\n".join("  " + line for line in lines[-12:])
+    return "\n".join("  " + line for line in lines[-40:])
