@@ -28,8 +28,6 @@ MACHINES = [
     ("sim/axis/vismach/5axis/table-rotary-tilting/xyzac-trt.ini", BOTH, ("--joints", "X=0,Y=1,Z=2"), "5 axes, switchable kinematics"),
     ("sim/axis/vismach/5axis/bridgemill/5axis.ini", BOTH, ("--joints", "X=0,Y=1,Z=2"), "5 axes, tool tip kinematics"),
     ("sim/axis/vismach/VMC_toolchange/vmc_index.ini", SQUARE, (), "tool changer by classicladder and vismach"),
-    ("sim/axis/corexy/corexy_by_hal.ini", GROWTH, (), "CoreXY by HAL"),
-    ("sim/axis/corexy/corexy_by_kins.ini", GROWTH, ("--joints", "Z=2"), "CoreXY by kinematics"),
     ("sim/axis/axis_9axis.ini", BOTH, (), "9 axes"),
     ("sim/axis/external_offsets/dynamic_offsets.ini", SQUARE, (), "external offsets by another component"),
     ("sim/gmoccapy/gmoccapy.ini", BOTH, (), "gmoccapy"),
@@ -57,6 +55,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as folder:
         samples = os.path.join(folder, "sample-configs")
         shutil.copytree(arguments.samples, samples, symlinks=True)
+        programs = os.path.join(os.path.dirname(os.path.realpath(arguments.samples)), "nc_files")  # ../nc_files of the samples
+        os.symlink(programs, os.path.join(folder, "nc_files"))
         print("| Configuration | Function | starts | homes | runs | seen |\n| --- | --- | --- | --- | --- | --- |")
         for path, functions, options, purpose in chosen:
             ini = os.path.join(samples, path)

@@ -33,6 +33,7 @@ OFFSET_RATIO = "0.2"
 ABORT = "plumb_abort"
 # Modules that pass a number on, with its pin and settings: the first that the user does not load.
 FOLLOWERS = (("sum2", "in0", ()), ("scale", "in", (("gain", 1),)), ("mult2", "in0", (("in1", 1),)), ("lowpass", "in", (("gain", 1),)))
+BASIC_STEPS = 3  # of a trial: on, home, program
 ATTEMPTS = 30  # to find what the pins of a driver are
 
 
@@ -94,7 +95,7 @@ class Wire:
         earlier = [known[name] for name in self.manifest.get("functions", []) if name in known and known[name] not in functions]
         self.functions = sorted([*earlier, *functions], key=lambda function: function.name)
         self.given_joints = parse_joints(arguments.joints)
-        self.learnt, self.motmod, self.drives = {}, None, []
+        self.learnt, self.motmod = {}, None
         self.needs_halui = any(function.axis_offset for function in self.functions)
 
     # --- reading ---
@@ -131,12 +132,12 @@ class Wire:
             self.forbid_strangers(files)
             print("Trying it on a copy", flush=True)
             seen, messages = self.try_it(wiring, machine, files, folder)
-        for statement, holds in seen:
-            print("  %-4s %s" % ("ok" if holds else "NO", statement))
-        if not all(holds for _, holds in seen):
-            for message in messages:
-                print("  LinuxCNC: " + message)
-            raise Impossible("It does not work on the copy, as shown above.")
+            for statement, holds in seen:
+                print("  %-4s %s" % ("ok" if holds else "NO", statement))
+            if not all(holds for _, holds in seen):
+                for message in messages:
+                    print("  LinuxCNC: " + message)
+                raise Impossible("It does not work on the copy, as shown above." + self.without_plumb(machine, len(seen), folder))
         self.write(files)
         self.tell(wiring, files)
         return 0
@@ -334,13 +335,24 @@ class Wire:
                 with open(function.check_hal, encoding="utf-8") as file:
                     trial.write(name, renamed(file.read(), wiring, machine))
                 ini.add("HAL", "HALFILE", name)
-        self.drive(trial, ini, wiring, machine, stand_ins)
-        axes = {}
-        for letter, numbers in machine.joints.items():
-            low, high = (ini.get("AXIS_" + letter, name) or ini.get("JOINT_%d" % numbers[0], name) for name in ("MIN_LIMIT", "MAX_LIMIT"))
-            axes[letter] = {"joints": numbers, "limits": [float(low or -100), float(high or 100)]}
-        found = trial.run("check", unit=1 / 25.4 if machine.inch else 1, names=wiring.names, axes=axes, checks=checks)
+        self.drive(trial, ini, machine, stand_ins)
+        found = trial.run("check", unit=machine.unit, names=wiring.names, axes=machine.axes, checks=checks)
         return found["seen"], found["messages"]
+
+    def without_plumb(self, machine, steps, folder):
+        """Whether the machine fails by itself, where it did not come through the first steps."""
+        if steps > BASIC_STEPS:
+            return ""
+        ini = self.fresh_ini()
+        trial = Trial(ini, os.path.join(folder, "bare"), plumb_program())
+        stand_ins = StandIns(trial, ini, machine.files, self.learnt)
+        self.drive(trial, ini, machine, stand_ins)
+        try:
+            seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={})["seen"]
+        except NotStarted:
+            return " Your configuration does not start either when Plumb is left out."
+        failed = [statement for statement, holds in seen if not holds]
+        return " The same machine without Plumb fails too: %s." % failed[0] if failed else " Without Plumb it works."
 
     def release(self, machine):
         """What the hardware must say for the machine to turn on, and for the spindle to be at speed."""
@@ -351,9 +363,9 @@ class Wire:
             if signal and signal.writer in outputs:
                 self.learnt.setdefault("true", []).append(signal.writer)
 
-    def drive(self, trial, ini, wiring, machine, stand_ins):
+    def drive(self, trial, ini, machine, stand_ins):
         """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
-        outputs, lines = stand_ins.outputs(), []
+        outputs, lines, drives = stand_ins.outputs(), [], []
         if not outputs:
             return
         module, pin, settings = next(follower for follower in FOLLOWERS if follower[0] not in machine.complete.components)
@@ -368,9 +380,9 @@ class Wire:
                 lines += ["unlinkp " + writer, "net %s => %s.%s" % (command, name, pin), "net %s %s.out" % (feedback, name)]
                 lines += ["setp %s.%s %g" % (name, *setting) for setting in settings]
                 lines += ["addf %s %s" % (name, machine.thread)]
-                self.drives.append(name)
+                drives.append(name)
         if lines:
-            lines.insert(0, "loadrt %s names=%s" % (module, ",".join(self.drives)))
+            lines.insert(0, "loadrt %s names=%s" % (module, ",".join(drives)))
             trial.write(".plumb-wire/drives.hal", "\n".join(lines) + "\n")
             ini.add("HAL", "HALFILE", ".plumb-wire/drives.hal")
 
@@ -380,7 +392,10 @@ class Wire:
         path = os.path.join(self.output, MANIFEST)
         with contextlib.suppress(OSError, ValueError):
             with open(path, encoding="utf-8") as file:
-                return json.load(file)
+                manifest = json.load(file)
+            if manifest["ini"] != os.path.basename(self.ini_path):
+                raise Impossible("%s belongs to %s. Name another folder by --output." % (self.output, manifest["ini"]))
+            return manifest
         if os.path.isdir(self.output) and os.listdir(self.output):
             raise Impossible(
                 wrapped("%s exists, and plumb wire did not write it: it has %s. Name another folder by --output."
@@ -428,7 +443,7 @@ class Wire:
             else:
                 write_whole(os.path.join(self.output, name), text)
                 written[name] = digest(text)
-        manifest = {"functions": [function.name for function in self.functions], "files": written}
+        manifest = {"ini": os.path.basename(self.ini_path), "functions": [function.name for function in self.functions], "files": written}
         write_whole(os.path.join(self.output, MANIFEST), json.dumps(manifest, indent=1) + "\n")
 
     # --- telling ---

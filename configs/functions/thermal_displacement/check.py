@@ -66,7 +66,7 @@ def check(machinery):
 
 
 def rises(offset):
-    return 0.6 * GROWTH < offset < GROWTH + TOLERANCE
+    return 0.4 * GROWTH < offset < GROWTH + TOLERANCE
 
 
 def grow(machinery, work, growth):

@@ -62,7 +62,7 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"(stepgen|pwmgen)\.\d+\.(step|dir|pwm|up|down|phase-.)", BIT, "OUT"),
     (r"parport\.\d+\.pin-\d+-in(-not)?", BIT, "OUT"),
     (r"parport\.\d+\.", BIT, "IN"),
-    (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)", FLOAT, "OUT"),
+    (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)$", FLOAT, "OUT"),
     (r"hm2_.*\.encoder\.\d+\.index-enable", BIT, "IO"),
     (r"hm2_.*\.(encoder|resolver)\.\d+\.count$", S32, "OUT"),
     (r"hm2_.*\.gpio\.\d+\.in(_not)?|hm2_.*\.input.*|hm2_.*\.(in|input)-\d+(-not)?", BIT, "OUT"),
@@ -252,7 +252,7 @@ class StandIns:
             path = next((path for path in self.texts if path.endswith(os.path.basename(found[1]))), None)
             line = self._values(self.texts[path].splitlines()[int(found[2]) - 1]) if path else ""
             return len(line.split()) > 1 and self._try_next(line.split()[1])
-        found = re.search(r"signal '([^']+)' already has (?:output or I/O|OUT|output).*", words)
+        found = re.search(r"Signal '([^']+)' can not add OUT pin", words)
         if found and found[1] in self.nets:
             for pin in self.nets[found[1]][0]:
                 if not _known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):

@@ -27,6 +27,8 @@ class Machine:
         self.halfiles, self.complete, self.joints, self.ini, self.files = halfiles, complete, joints, ini, files
         self.twopass = bool(ini.get("HAL", "TWOPASS"))
         self.inch = is_inch(ini.get("TRAJ", "LINEAR_UNITS"))
+        self.unit = 1 / INCH if self.inch else 1  # machine units in a millimetre
+        self.axes = {letter: {"joints": joints, "limits": self._travel(letter, joints)} for letter, joints in self.joints.items()}
         self.thread = halfiles.thread_with(MOTION)
 
     def at(self, *names):
@@ -36,6 +38,13 @@ class Machine:
             if found:
                 return " (%s)" % found
         return ""
+
+    def _travel(self, letter, joints):
+        """Of an axis, by its own limits or by those of its joint."""
+        given = [
+            self.ini.get("AXIS_" + letter, name) or self.ini.get("JOINT_%d" % joints[0], name) for name in ("MIN_LIMIT", "MAX_LIMIT")
+        ]
+        return [float(given[0] or -100), float(given[1] or 100)]
 
     def limits(self, joint):
         """Of a joint, as text for setp; the file names the INI values where they are given."""
