@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of a trial: looks at the HAL, or homes the machine, runs it and lets each function show that it lives."""
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import traceback
+
+import linuxcnc
+import plumb
+from hal_state import SHOWN
+from plumb_linuxcnc import Machine, OperatorError, Overdue
+
+MARGIN = 0.3  # of the travel, that the trial stays away from soft limits
+LONGEST_MOVE = 40  # mm
+
+
+def main():
+    with open(sys.argv[1], encoding="utf-8") as file:
+        task = json.load(file)
+    found = {"look": look, "check": check}[task["task"]](task)
+    path = os.path.join(task["folder"], "result.json")
+    with open(path + ".new", "w", encoding="utf-8") as file:
+        json.dump(found, file)
+    os.rename(path + ".new", path)
+
+
+def show():
+    texts = {}
+    for what in SHOWN:
+        texts[what] = subprocess.run(["halcmd", "-s", "show", what], stdout=subprocess.PIPE, text=True, check=False).stdout
+    return texts
+
+
+def look(task):
+    """The HAL now, and after the files that a screen would load."""
+    started = show()
+    said = ""
+    for name in task["postgui"]:
+        done = subprocess.run(
+            ["halcmd", "-k", "-i", task["ini"], "-f", name], capture_output=True, text=True, check=False
+        )
+        said += done.stdout + done.stderr
+    return {"started": started, "postgui": show(), "said": said}
+
+
+def check(task):
+    """What was seen: a list of (statement, whether it holds)."""
+    seen = []
+    with Machine() as machine:
+        try:
+            machine.turn_on()
+            seen.append(("the machine turns on", True))
+            machine.home(timeout=600)
+            seen.append(("it homes", True))
+            run_program(machine, task)
+            seen.append(("it runs a program", True))
+            for name, path in task["checks"].items():
+                seen += [("%s: %s" % (name, text), bool(holds)) for text, holds in load(path).check(Machinery(machine, task))]
+        except (OperatorError, Overdue, plumb.Refused, plumb.HostDied, linuxcnc.error, RuntimeError) as error:
+            seen.append((str(error), False))
+        except Exception:  # of a function's check
+            seen.append((traceback.format_exc(), False))
+        messages = machine.messages + machine.errors
+    return {"seen": seen, "messages": messages}
+
+
+class Machinery:
+    """What the check of a function works with: the machine, its axes, and pins by name.
+
+    unit    machine units in a millimetre
+    names   the signals of this machine by the names that the function's files use
+    """
+
+    def __init__(self, machine, task):
+        self.machine, self.unit, self.names, self.axes = machine, task["unit"], task["names"], task["axes"]
+        self.folder = os.path.dirname(task["folder"])
+
+    def get(self, name):
+        return self.machine.host.get(self.names.get(name, name))
+
+    def set(self, name, value):
+        self.machine.host.set(name, value)
+
+    def ini(self, section, name):
+        return linuxcnc.ini(self.machine.status.ini_filename).find(section, name)
+
+    def move(self, **positions):
+        """A straight move in machine coordinates."""
+        self.machine.mdi("G53 G0 " + " ".join("%s%.6f" % item for item in positions.items()))
+        self.machine.wait(0.3)
+
+    def position(self, letter):
+        self.machine.poll()
+        return self.machine.status.position["XYZABCUVW".index(letter)]
+
+    def inside(self, letter):
+        """The place where the axis stands, or one beside it that is clear of the soft limits."""
+        low, high = limits(self.axes[letter])
+        edge = min(0.5 * self.unit, 0.02 * (high - low))
+        return min(max(self.position(letter), low + edge), high - edge)
+
+    def room(self, letter, length):
+        """A move of at most this length, in mm, from here: its end, well within the soft limits."""
+        here = self.inside(letter)
+        low, high = limits(self.axes[letter])
+        length = min(length * self.unit, MARGIN * (high - low))
+        return here + length if high - here > here - low else here - length
+
+
+def limits(axis):
+    low, high = axis["limits"]
+    return max(low, -1e4), min(high, 1e4)
+
+
+def run_program(machine, task):
+    """A program with a rapid and a feed of X, Y and Z, away from the nearer soft limit and back."""
+    machinery = Machinery(machine, task)
+    lines = ["%s G90 G94 G40 G49 G80" % ("G21" if task["unit"] == 1 else "G20")]
+    for letter in sorted(set("XYZ") & set(task["axes"])):
+        here, there = machinery.inside(letter), machinery.room(letter, LONGEST_MOVE)
+        feed = 300 * task["unit"]
+        lines += ["G53 G0 %s%.6f" % (letter, there), "G53 G1 %s%.6f F%g" % (letter, (here + there) / 2, feed)]
+        lines += ["G53 G0 %s%.6f" % (letter, here)]
+    path = os.path.join(task["folder"], "trial.ngc")
+    with open(path, "w", encoding="ascii") as file:
+        file.write("\n".join(lines + ["M2"]) + "\n")
+    machine.run(path)
+
+
+def load(path):
+    specification = importlib.util.spec_from_file_location("check", path)
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+if __name__ == "__main__":
+    main()

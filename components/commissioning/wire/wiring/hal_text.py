@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Files of HAL commands: what they load, set, net and add to a thread."""
+
+import collections
+import os
+import re
+
+Command = collections.namedtuple("Command", "name words comment")  # comment: the lines before it
+ARROWS = ("=>", "<=", "<=>")
+VALUE = re.compile(r"\[(\w+)\](?:\((\w+)\)|(\w+))")  # [SECTION]NAME or [SECTION](NAME)
+
+
+def read(path):
+    """The commands of a file of ours, which has one on each line."""
+    with open(path, encoding="utf-8") as file:
+        return parse(file.read())
+
+
+def parse(text):
+    commands, comment = [], []
+    for line in text.splitlines():
+        stripped = line.strip()
+        if not stripped or stripped.startswith("#"):
+            comment.append(stripped)
+            continue
+        words = re.split(r"\s+#", stripped)[0].split()
+        commands.append(Command(words[0], words[1:], comment))
+        comment = []
+    return commands
+
+
+def pins_of_net(words):
+    """The signal, the pin that writes it or None, and the other pins of `net` in a file of ours."""
+    signal, rest = words[0], words[1:]
+    if "=>" not in rest:
+        return signal, rest[0] if rest else None, []
+    arrow = rest.index("=>")
+    return signal, rest[0] if arrow else None, rest[arrow + 1 :]
+
+
+def halfiles(ini, folder):
+    """The HAL files that the INI file names, found as LinuxCNC finds them."""
+    library = os.environ.get("HALLIB_DIR", "/usr/share/linuxcnc/hallib")
+    for value in ini.all("HAL", "HALFILE") + ini.all("HAL", "POSTGUI_HALFILE"):
+        name = value.split()[0]
+        places = [os.path.join(library, name[4:])] if name.startswith("LIB:") else [
+            os.path.join(folder, name),
+            os.path.join(library, name),
+        ]
+        found = next(filter(os.path.isfile, places), None)
+        if found:
+            yield found
+
+
+def where(pattern, files):
+    """FILE:LINE of the first line that has a word, or None. A name that Tcl computes is not found."""
+    word = re.compile(r"(?<![\w.:-])%s(?![\w.:-])" % re.escape(pattern))
+    for path in files:
+        try:
+            with open(path, encoding="utf-8", errors="replace") as file:
+                for number, line in enumerate(file, start=1):
+                    if word.search(line.split("#")[0]):
+                        return "%s:%d" % (os.path.basename(path), number)
+        except OSError:
+            continue
+    return None

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""An INI file with the files that it includes: LinuxCNC reads the values; lines are added where they belong."""
+
+import collections
+import copy
+import difflib
+import os
+import re
+import tempfile
+
+import linuxcnc
+
+Place = collections.namedtuple("Place", "path line text")  # line counts from 0
+
+
+class IniFile:
+    """The sections as LinuxCNC sees them: the first one of a name counts, and an included file includes nothing."""
+
+    def __init__(self, path):
+        self.path = path
+        self.folder = os.path.dirname(path)
+        self.texts = {}  # of the files, by path, as they are to be
+        self.original = {}
+        self._include(path)
+
+    def copy(self):
+        """The same text, to be changed apart."""
+        other = copy.copy(self)
+        other.texts = {path: list(lines) for path, lines in self.texts.items()}
+        return other
+
+    def _include(self, path):
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            self.texts[path] = file.read().splitlines()
+        self.original[path] = list(self.texts[path])
+        if path != self.path:
+            return
+        for line in self.texts[path]:
+            included = self._included(line)
+            if included and included not in self.texts:
+                self._include(included)
+
+    def _included(self, line):
+        words = line.split(None, 1)
+        if len(words) < 2 or words[0] != "#INCLUDE":
+            return None
+        path = os.path.join(self.folder, os.path.expanduser(os.path.expandvars(words[1].strip())))
+        return path if os.path.isfile(path) else None
+
+    def lines(self):
+        """All lines in the order in which LinuxCNC reads them."""
+        for number, text in enumerate(self.texts[self.path]):
+            included = self._included(text)
+            if included in self.texts:
+                yield from (Place(included, line, words) for line, words in enumerate(self.texts[included]))
+            else:
+                yield Place(self.path, number, text)
+
+    def get(self, section, name):
+        found = self.all(section, name)
+        return found[0] if found else None
+
+    def all(self, section, name):
+        with tempfile.NamedTemporaryFile("w", suffix=".ini", encoding="utf-8", errors="surrogateescape") as file:
+            file.write("\n".join(place.text for place in self.lines()) + "\n")
+            file.flush()
+            return list(linuxcnc.ini(file.name).findall(section, name))
+
+    def has_section(self, section):
+        return bool(self._section(section))
+
+    def _section(self, section):
+        """Its header and the lines behind it."""
+        found = []
+        for place in self.lines():
+            text = place.text.strip()
+            if found and text.startswith("["):
+                break
+            if found or text.startswith("[%s]" % section):
+                found.append(place)
+        return found
+
+    def _named(self, section, name):
+        return [place for place in self._section(section) if re.match(r"\s*%s\s*=" % re.escape(name), place.text)]
+
+    def set(self, section, name, value):
+        """Gives a value another text; adds it where there is none."""
+        found = self._named(section, name)
+        if found:
+            self.texts[found[0].path][found[0].line] = "%s = %s" % (name, value)
+        else:
+            self.add(section, name, value)
+
+    def add(self, section, name, value):
+        """Adds a line behind the last one of this name, or behind the last one of the section."""
+        line = "%s = %s" % (name, value)
+        inside = self._section(section)
+        if not inside:
+            self.texts[self.path] += ["", "[%s]" % section, line]
+            return
+        written = [place for place in inside if place.text.strip() and not place.text.strip().startswith(("#", ";"))]
+        after = (self._named(section, name) or written)[-1]
+        self.texts[after.path].insert(after.line + 1, line)
+
+    def include(self, name):
+        """Adds an included file behind all others."""
+        self.texts[self.path] += ["#INCLUDE " + name]
+
+    def drop(self, section, name, matches=lambda value: True):
+        for place in reversed(self._named(section, name)):
+            if matches(place.text.split("=", 1)[1].strip()):
+                del self.texts[place.path][place.line]
+
+    def drop_include(self, name):
+        pattern = re.compile(r"#INCLUDE\s+(\./)?%s\s*$" % re.escape(name))
+        self.texts[self.path] = [line for line in self.texts[self.path] if not pattern.match(line)]
+
+    def write(self, folder):
+        """Writes what was changed into the same files of a copy of the folder."""
+        for path, lines in self.texts.items():
+            if lines != self.original[path]:
+                copy = os.path.join(folder, os.path.relpath(path, self.folder))
+                with open(copy, "w", encoding="utf-8", errors="surrogateescape") as file:
+                    file.write("\n".join(lines) + "\n")
+
+    def patch(self):
+        """The changes, for patch(1)."""
+        text = ""
+        for path, lines in self.texts.items():
+            name = os.path.relpath(path, self.folder)
+            before, after = self.original[path], lines
+            text += "".join(
+                line + "\n" for line in difflib.unified_diff(before, after, "a/" + name, "b/" + name, lineterm="")
+            )
+        return text

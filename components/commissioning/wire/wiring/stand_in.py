@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A HAL component with the pins of a driver or a screen that cannot be here; some outputs follow an input."""
+
+import json
+import sys
+import time
+
+import hal
+
+TYPES = {"bit": hal.HAL_BIT, "float": hal.HAL_FLOAT, "s32": hal.HAL_S32, "u32": hal.HAL_U32}
+DIRECTIONS = {"IN": hal.HAL_IN, "OUT": hal.HAL_OUT, "IO": hal.HAL_IO}
+
+
+def main():
+    with open(sys.argv[1], encoding="utf-8") as file:
+        given = json.load(file)
+    component = hal.component(given["name"])
+    pins = {}
+    for name, (kind, direction) in given["pins"].items():
+        if given["prefix"] is None:
+            head, _, tail = name.partition(".")  # a component has each tail once
+            component.setprefix(head)
+        else:
+            tail = name
+        pins[name] = component.newpin(tail, TYPES[kind], DIRECTIONS[direction])
+        if name in given["true"] or direction == "OUT" and kind == "bit" and name.endswith(("-not", "_not")):
+            pins[name].set(True)
+    component.ready()
+    while True:
+        time.sleep(0.02)
+        for follower, leader in given["follow"].items():
+            pins[follower].set(pins[leader].get())
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        pass

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Drivers that need hardware and programs that need a screen: who they are, and pins in their place for a trial."""
+
+import json
+import os
+import re
+import shutil
+
+import hal_text
+
+HERE = os.path.dirname(os.path.realpath(__file__))
+
+# Realtime drivers, the prefix of their pins, and the functions they add to threads.
+DRIVERS = re.compile(
+    r"^(hal_parport|probe_parport|hm2_\w+|hostmot2|lcec|hal_pi_gpio|hal_bb_gpio|hal_gm|hal_motenc|hal_ppmc|hal_speaker|"
+    r"hal_stg|hal_tiro|hal_vti|hal_ax5214h|hal_evoreg|pcl720|pluto_servo|pluto_step|serport|opto_ac5|mesa_7i65|"
+    r"mesa_uart|setsserial|uparport|sserial|hal_gpio)$"
+)
+PREFIXES = {
+    "hal_parport": "parport",
+    "hostmot2": r"hm2_\w+",  # of all cards
+    "pluto_servo": "pluto-servo",
+    "pluto_step": "pluto-step",
+    "hal_gm": "gm",
+    "hal_ppmc": "ppmc",
+    "hal_stg": "stg",
+    "hal_vti": "vti",
+    "hal_motenc": "motenc",
+}
+
+# Programs for devices; those that open a window are found by what they import.
+DEVICES = re.compile(
+    r"^(lcec_conf|mb2hal|\w*_vfd|vfdb|gs2_vfd|hy_gt_vfd|xhc-hb04|xhc-whb04b-6|shuttle|hal_input|thermistor|"
+    r"mesambccc|pmx485|modbus\w*|hidcomp|joyhandle|hy_vfd|vfs11_vfd|hal_gpio_mcp23017|sim_pin|halscope|halmeter|halshow)$"
+)
+WINDOWS = re.compile(r"^\s*(from|import)\s+(tkinter|Tkinter|gi|gtk|PyQt5|vismach|qtvcp|gladevcp|rs274\.OpenGLTk)\b", re.M)
+SCREENS = ("pyvcp", "gladevcp", "qtvcp", "halui_screen", "hal_manualtoolchange", "panelui")
+
+FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
+KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits
+    (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|free-.*)", FLOAT, "OUT"),
+    (r"joint\.\d+\.(motor-pos-fb|jog-scale)", FLOAT, "IN"),
+    (r"joint\.\d+\.jog-counts", S32, "IN"),
+    (r"joint\.\d+\.(amp-enable-out|homed|homing|active|in-position)", BIT, "OUT"),
+    (r"joint\.\d+\.", BIT, "IN"),
+    (r"axis\.\w\.jog-counts", S32, "IN"),
+    (r"axis\.\w\.jog-scale", FLOAT, "IN"),
+    (r"axis\.\w\.jog-", BIT, "IN"),
+    (r"spindle\.\d+\.(speed-out.*|speed-cmd.*)", FLOAT, "OUT"),
+    (r"spindle\.\d+\.(speed-in|revs)", FLOAT, "IN"),
+    (r"spindle\.\d+\.(on|forward|reverse|brake|orient|locked)", BIT, "OUT"),
+    (r"spindle\.\d+\.", BIT, "IN"),
+    (r"motion\.(analog-out-\d+|current-vel|distance-to-go|tooloffset\..*)", FLOAT, "OUT"),
+    (r"motion\.(analog-in-\d+|adaptive-feed)", FLOAT, "IN"),
+    (r"motion\.(digital-out-\d+|motion-enabled|in-position|coord-mode|is-all-homed)", BIT, "OUT"),
+    (r"motion\.", BIT, "IN"),
+    (r"iocontrol\.\d+\.(tool-number|tool-prep-number|tool-prep-pocket)", S32, "OUT"),
+    (r"iocontrol\.\d+\.(user-enable-out|user-request-enable|coolant-.*|lube|tool-change|tool-prepare)", BIT, "OUT"),
+    (r"iocontrol\.\d+\.", BIT, "IN"),
+    (r"pid\.\w+\.(enable|index-enable)|.*_pid\.enable", BIT, "IN"),
+    (r"pid\.\w+\.output|.*pid.*\.output", FLOAT, "OUT"),
+    (r"(stepgen|pwmgen)\.\d+\.(step|dir|pwm|up|down|phase-.)", BIT, "OUT"),
+    (r"parport\.\d+\.pin-\d+-in(-not)?", BIT, "OUT"),
+    (r"parport\.\d+\.", BIT, "IN"),
+    (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)$", FLOAT, "OUT"),
+    (r"hm2_.*\.encoder\.\d+\.index-enable", BIT, "IO"),
+    (r"hm2_.*\.(encoder|resolver)\.\d+\.count$", S32, "OUT"),
+    (r"hm2_.*\.gpio\.\d+\.in(_not)?|hm2_.*\.input.*|hm2_.*\.(in|input)-\d+(-not)?", BIT, "OUT"),
+    (r"hm2_.*\.(enable|is_output|is_opendrain|invert_output|index-invert|index-mask|index-mask-invert|counter-mode|filter|"
+     r"has_bit|clear|reset|out|invert_.*|output-\d+|spinena|spindir|control-type|has_bitten)", BIT, "IN"),
+    (r"hm2_.*\.(step_type|output-type|dirsetup|dirhold|steplen|stepspace|pwm_frequency|pdm_frequency|timeout_ns)", U32, "IN"),
+    (r"hm2_.*", FLOAT, "IN"),
+]
+LIKE_A_BIT = re.compile(
+    r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|change|probe|brake",
+    re.I,
+)
+SPECIAL = {
+    "hal_manualtoolchange": {
+        "pins": {"number": [S32, "IN"], "change": [BIT, "IN"], "changed": [BIT, "OUT"], "change_button": [BIT, "IN"]},
+        "follow": {"changed": "change"},
+    }
+}
+CARRIERS = ("xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose instances stand in for functions
+
+
+class StandIns:
+    """What stands in: `drivers` and `programs` name them, `feedback` are drives that the trial lets follow their command."""
+
+    def __init__(self, trial, ini, files, learnt=None):
+        self.drivers, self.programs = [], []
+        self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
+        self.trial, self.ini, self.described = trial, ini, {}
+        self.texts = {path: self._read(path) for path in files}
+        commands = "\n".join(ini.all("HAL", "HALCMD"))
+        self.all = self._values("\n".join([*self.texts.values(), commands]))
+        self.nets = self._signals()
+        self._stand_in_for_drivers()
+        self._stand_in_for_programs()
+
+    def _read(self, path):
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            return file.read()
+
+    def _values(self, text):
+        def value(found):
+            return self.ini.get(found[1], found[2] or found[3]) or found[0]
+
+        return hal_text.VALUE.sub(value, re.sub(r"\\\n", " ", text))
+
+    def _signals(self):
+        """All pins of each signal, and those that an arrow calls its source."""
+        found = {}
+        for line in self.all.splitlines():
+            words = line.split("#")[0].split()
+            if len(words) > 2 and words[0] in ("net", "linksp", "linkps"):
+                pins = [word for word in words[2:] if word not in hal_text.ARROWS]
+                signal = found.setdefault(words[1], ([], set()))
+                signal[0].extend(pins)
+                if "=>" in words:
+                    signal[1].update(words[2 : words.index("=>")])
+        return found
+
+    def _pins(self, prefix):
+        """Type and direction of what the HAL files name behind a prefix."""
+        found = {}
+        for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.-]+" % re.escape(prefix), self.all))):
+            if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(name), self.all, re.M):
+                found[name[len(prefix) + 1 :]] = self._kind(name)
+        return found
+
+    def _kind(self, name):
+        kind, direction = self._guess(name)
+        return [self.learnt.get(name, kind), self.learnt.get("direction of " + name, direction)]
+
+    def _guess(self, name):
+        known = _known(name)
+        if known:
+            return known
+        others, is_source = [], False
+        for pins, sources in self.nets.values():
+            if name in pins:
+                others += [kind for kind in map(_known, pins) if kind]
+                is_source = is_source or name in sources
+        value = re.search(r"^\s*(?:HALCMD\s*=\s*)?setp\s+%s\s+(\S+)" % re.escape(name), self.all, re.M)
+        if others:
+            kind = others[0][0]
+        elif value:
+            kind = BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT
+        else:
+            kind = BIT if LIKE_A_BIT.search(name) else FLOAT
+        has_writer = any(direction == "OUT" for _, direction in others)
+        reads = any(direction == "IN" for _, direction in others)
+        return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
+
+    def _stand_in_for_drivers(self):
+        for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+)(.*)$", self.all, re.M):
+            module = found[1]
+            if not DRIVERS.match(module) or module in self.drivers:
+                continue
+            self.drivers.append(module)
+        if not self.drivers:
+            return
+        if any(module.startswith("hm2_") for module in self.drivers) and "hostmot2" not in self.drivers:
+            self.drivers.append("hostmot2")
+        carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
+        functions, described = [], []
+        for module in self.drivers:
+            heads = sorted(set(re.findall(r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=[a-z])" % PREFIXES.get(module, module), self.all)))
+            heads = [head for head in heads if head not in described]
+            described += heads
+            pins = {}
+            for head in heads:
+                pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
+                functions += sorted(set(re.findall(r"^\s*addf\s+(%s\.\S+)" % re.escape(head), self.all, re.M)))
+            self._describe(module, pins, {}, prefix=False)
+        first = True
+        for path, text in self.texts.items():
+            changed = text
+            for module in self.drivers:
+                line = "loadusr -Wn %s %s" % (module, self._program(module))
+                if first and functions and re.search(r"^[ \t]*loadrt[ \t]+%s\b" % re.escape(module), changed, re.M):
+                    line += "\nloadrt %s names=%s" % (carrier, ",".join(functions))
+                    first = False
+                changed = re.sub(r"^[ \t]*loadrt[ \t]+%s\b.*$" % re.escape(module), line, changed, flags=re.M)
+                changed = re.sub(r"^[ \t]*loadrt[ \t]+\[.*$", lambda found: self._expanded(found[0], line, module), changed, flags=re.M)
+            if changed != text:
+                self.texts[path] = changed
+                self.trial.write(os.path.relpath(path, self.ini.folder), changed)
+
+    def _expanded(self, written, line, module):
+        return line if self._values(written).split()[1] == module else written
+
+    def _stand_in_for_programs(self):
+        for line in self.all.splitlines():
+            words = line.split("#")[0].split()
+            if len(words) < 2 or words[0] != "loadusr":
+                continue
+            name, program = _program(words[1:])
+            if not program or name in self.programs or not self._needs_what_is_not_here(program):
+                continue
+            self.programs.append(name)
+            special = SPECIAL.get(os.path.basename(program), {})
+            self._describe(name, {**self._pins(name), **special.get("pins", {})}, special.get("follow", {}))
+            self._cover(name, program)
+        for name, special in SPECIAL.items():  # which Tcl libraries load without naming it in a file of the user's
+            if name not in self.programs:
+                self._describe(name, special["pins"], special["follow"])
+                self._cover(name, name)
+
+    def _cover(self, name, program):
+        """Puts the stand-in where LinuxCNC will look for the program."""
+        installed = shutil.which(program)
+        inside = program if "/" in program and not os.path.isabs(program) else os.path.join("bin", os.path.basename(program))
+        self.trial.program(inside, os.path.join(HERE, "stand_in.py"), self._description(name))
+        if installed and "/" not in program or os.path.isabs(program) and os.path.exists(program):
+            self.trial.cover(inside, os.path.realpath(installed or program))
+
+    def _needs_what_is_not_here(self, program):
+        base = os.path.basename(program)
+        if base in SCREENS or DEVICES.match(base):
+            return True
+        path = os.path.join(self.ini.folder, program) if "/" in program else shutil.which(program)
+        try:
+            with open(path, "rb") as file:
+                text = file.read(200000)
+        except (OSError, TypeError):
+            return True  # it is not installed here
+        return text.startswith(b"#!") and bool(WINDOWS.search(text.decode(errors="replace")))
+
+    def _description(self, name):
+        return os.path.join(self.ini.folder, ".plumb-wire", name + ".json")
+
+    def _program(self, name):
+        return self.trial.program(".plumb-wire/stand-in-" + name, os.path.join(HERE, "stand_in.py"), self._description(name))
+
+    def _describe(self, name, pins, follow, prefix=True):
+        self.described[name] = [name + "." + pin if prefix else pin for pin in pins]
+        values = [pin for pin in pins if pin in self.learnt.get("true", [])]
+        self.trial.write(
+            ".plumb-wire/%s.json" % name,
+            json.dumps({"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}),
+        )
+
+    def learn(self, words):
+        """Takes from LinuxCNC's complaint what a pin of a stand-in should be. Returns whether there was something."""
+        found = re.search(r"type mismatch '([^']+)' <- '([^']+)'", words)
+        if found:
+            return self._try_next(found[1])
+        found = re.search(r"([\w./-]+\.hal):(\d+): value '\S+' invalid for (\w+)", words)
+        if found:
+            path = next((path for path in self.texts if path.endswith(os.path.basename(found[1]))), None)
+            line = self._values(self.texts[path].splitlines()[int(found[2]) - 1]) if path else ""
+            return len(line.split()) > 1 and self._try_next(line.split()[1])
+        found = re.search(r"Signal '([^']+)' can not add OUT pin", words)
+        if found and found[1] in self.nets:
+            for pin in self.nets[found[1]][0]:
+                if not _known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):
+                    self.learnt["direction of " + pin] = "IN"
+                    return True
+        return False
+
+    def _is_stand_in(self, pin):
+        return any(pin.startswith(name + ".") for name in self.programs) or any(pin in pins for pins in self.described.values())
+
+    def _try_next(self, pin):
+        if not self._is_stand_in(pin):
+            return False
+        order = [FLOAT, BIT, S32, U32]
+        tried = self.learnt.setdefault("tried " + pin, [self._kind(pin)[0]])
+        rest = [kind for kind in order if kind not in tried]
+        if rest:
+            tried.append(rest[0])
+            self.learnt[pin] = rest[0]
+        return bool(rest)
+
+    def outputs(self):
+        """The pins of drivers that are outputs here: what the hardware would tell."""
+        return {pin for module in self.drivers for pin in self.described[module] if self._kind(pin)[1] == "OUT"}
+
+
+def _known(name):
+    return next(([kind, direction] for pattern, kind, direction in KNOWN if re.match(pattern, name)), None)
+
+
+def _program(words):
+    """Component and program of the words of loadusr."""
+    name, options = None, iter(words)
+    for word in options:
+        if word == "-Wn":
+            name = next(options, None)
+        elif word.startswith("-"):
+            continue
+        else:
+            return name or os.path.basename(word), word
+    return name, None

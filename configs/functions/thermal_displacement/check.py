@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What plumb wire sees of thermal_displacement on a copy: growth that a simulated load shows raises the axis Z."""
+
+import os
+
+GROWTH = 0.012 # mm
+TOLERANCE = 0.005  # mm
+PLUNGES = 3
+FEED = 120  # mm/min
+APPROACH = 2.5  # mm above the work, in which the tool feeds
+DEPTH = 1.2  # mm
+
+CYCLE = """G90 G94 G49 G64
+M64 P4
+M66 P4 L3 Q30
+o<cycle_start> call
+S1000 M3
+G4 P4
+M68 E0 Q10
+%s
+M68 E0 Q0
+M5
+o<cycle_end> call
+M2
+"""
+
+
+def check(machinery):
+    mm = machinery.unit
+    begin = machinery.inside("Z")
+    safe = begin - (begin - machinery.room("Z", 8)) / 4
+    work = min(safe, begin) - APPROACH * mm
+    low = machinery.axes["Z"]["limits"][0]
+    if work - DEPTH * mm < low:  # home is at the bottom
+        safe = begin + (APPROACH + DEPTH + 1) * mm
+        work = safe - APPROACH * mm
+    plunge = "G53 G0 Z%.5f\nG53 G1 Z%.5f F%g\nG4 P0.3\nG53 G0 Z%.5f" % (safe, work - DEPTH * mm, FEED * mm, safe)
+    program = os.path.join(machinery.folder, ".plumb-wire", "cycle.ngc")
+    with open(program, "w", encoding="ascii") as file:
+        file.write(("G21\n" if mm == 1 else "G20\n") + CYCLE % "\n".join([plunge] * PLUNGES))
+
+    machinery.set("growth.dry-run", False)
+    grow(machinery, work, 0)
+    machinery.machine.mdi("M64 P2")
+    machinery.machine.run(program)
+    learnt = machinery.get("growth.rows")
+    seen = [("the first cycle learns %d contacts of %d" % (learnt, PLUNGES), learnt == PLUNGES)]
+    grow(machinery, work, GROWTH * mm)
+    before = machinery.get("growth.contacts-accepted")
+    machinery.machine.run(program)
+    accepted = machinery.get("growth.contacts-accepted") - before
+    displacement = machinery.get("growth.displacement") / mm
+    machinery.machine.run(program)  # the offset takes several contacts
+    offset = machinery.get("axis.z.eoffset") / mm
+    follows = abs(offset - machinery.get("growth.z-offset") / mm)
+    faults = [name for name in ("growth", "z-axis-stage") if machinery.get(name + ".fault")]
+    return seen + [
+        ("%d contacts of the next cycle are compared" % accepted, accepted >= 2),
+        (
+            "a spindle that is %.0f um longer is measured as %.1f um" % (GROWTH * 1e3, displacement * 1e3),
+            abs(displacement - GROWTH) < TOLERANCE,
+        ),
+        ("after another cycle Z is raised by %.1f um" % (offset * 1e3), rises(offset) and follows < 1e-3),
+        ("no fault" if not faults else "fault of " + ", ".join(faults), not faults),
+    ]
+
+
+def rises(offset):
+    return 0.4 * GROWTH < offset < GROWTH + TOLERANCE
+
+
+def grow(machinery, work, growth):
+    """The tool meets the work while Z is higher by this growth."""
+    joint = "joint.%d." % machinery.axes["Z"]["joints"][0]
+    height = work + growth + machinery.get(joint + "motor-pos-fb") - machinery.get(joint + "pos-fb")
+    machinery.set("check-cut.x-val-00", height - 1e-6)
+    machinery.set("check-cut.x-val-01", height)
