@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/guest_offset.hpp"
+#include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/offset_counter.hpp"
 #include "components/math/blocks/offset_shares.hpp"
 #include "components/math/blocks/source_sum.hpp"
@@ -91,6 +92,8 @@ second time.
 stays and the stage cannot be armed (see FAULTS).
 - Soft limit: LinuxCNC holds the axis there, and limited is true. The offset comes back when the axis leaves the limit.
 While the guest is at rest the own part is the one that is missing.
+- Interlock unloaded or not called (heartbeat stands still): The offset holds and the stage is disarmed. clear still
+takes the offset back. When interlock is called again, the next cycle start arms the stage.
 - Joint mode: The output waits until LinuxCNC applies offsets again.
 - Invalid source: The last good value stays.
 - Invalid guest-scale, or a guest beyond 1000: The guest's part holds. The change follows when the input is good again.)"},
@@ -103,7 +106,8 @@ LinuxCNC shows the sum of both parts alone. While the guest is under way, applie
 for, and guest-applied the rest. There is one guest; add the counts of several, as scaled_s32_sums does.
 
 joint_offset(9) works in every mode and costs no speed, but you must wire it between motion and drive.)"},
-        hal::SeeAlso{"thermal_displacement(9), joint_offset(9), eoffset_per_angle(9), motion(9)"}};
+        hal::SeeAlso{
+            "thermal_displacement(9), interlock(9), joint_offset(9), eoffset_per_angle(9), motion(9)"}};
 
     using Component::Component;
 
@@ -116,6 +120,8 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "As in LinuxCNC: 5 is probing."};
     hal::In<double> offset_request{this, "offset-request", 0, "mu", "Offset that LinuxCNC is asked for."};
     hal::In<double> offset_in_force{this, "offset-in-force", 0, "mu", "Offset that LinuxCNC applies."};
+    hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
+                                    "Of interlock, which permits changes of the offset; -1 without one."};
     hal::In<bool> offset_limited{this, "offset-limited", false, "LinuxCNC holds an axis at a soft limit."};
     hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset."};
     hal::In<double> scale{this, "scale", 0.0001, "mu", "Offset of one count."};
@@ -130,6 +136,8 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
     hal::Out<double> applied_offset{this, "applied-offset", "mu",
                                     "Own offset that the axis has, without the guest's."};
     hal::Out<bool> armed{this, "armed", "The offset follows its sources."};
+    hal::Out<bool> in_force{this, "in-force", "LinuxCNC applies an offset, the own one or the guest's."};
+    hal::Out<bool> ramping{this, "ramping", "The own offset changes towards its sources."};
     hal::Out<bool> limited{this, "limited",
                            "A soft limit or max-offset keeps the offset from what it is to be."};
     hal::Out<bool> uncompensated{this, "uncompensated", "An offset that is to be applied is not in force."};
@@ -159,22 +167,28 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
 
         watch_homing();
         watch_probing();
+        interlock_.step(heartbeat);
         judge_readiness(taking_back);
         guest_.listen(guest.read(), passing_, shares_.guest());
-        if (passing_ && hears) follow(taking_back ? 0 : possible, dt);
+        const double target = taking_back ? 0 : possible;
+        if (passing_ && hears) follow(target, dt);
 
         counts = counter_.counts();
         counts_scale = settings_.scale;
         offset_enable = true;
-        offset_clear = taking_back && !in_force() && std::abs(guest_.request()) <= nothing &&
+        offset_clear = taking_back && !own_in_force() && std::abs(guest_.request()) <= nothing &&
                        std::abs(request_) <= settings_.scale / 2;
         applied_offset = shares_.own();
         guest.show(guest_.request(), shares_.guest(), settings_.scale);
         armed = armed_;
+        in_force = any_in_force();
+        ramping =
+            working_ && hears && !probing_ && !offset_limited && std::abs(target - shares_.own()) > slack();
         limited = offset_limited || wanted != possible;
         uncompensated = std::abs(wanted - (on ? shares_.own() : 0)) > slack();
         probing_refused = refused_;
-        fault = hal::first<Fault>({{!good_sources, Fault::source},
+        fault = hal::first<Fault>({{!interlock_.alive(), Fault::interlock},
+                                   {!good_sources, Fault::source},
                                    {!hears, Fault::report},
                                    {!given.valid(), Fault::settings},
                                    {lost_, Fault::lost},
@@ -201,7 +215,9 @@ private:
     };
 
     // Whether the own part is.  Beside a guest's fractions of a count it is rounded to half a count.
-    bool in_force() const noexcept { return std::abs(shares_.own()) > 0.75 * settings_.scale; }
+    bool own_in_force() const noexcept { return std::abs(shares_.own()) > 0.75 * settings_.scale; }
+
+    bool any_in_force() const noexcept { return std::abs(force_) > settings_.scale / 2; }
 
     // What the offset in force may be off without meaning anything: LinuxCNC takes some periods to follow.
     double slack() const noexcept { return 10 * settings_.scale; }
@@ -231,13 +247,13 @@ private:
     // A joint that homes where it stands takes the offset with it, also the guest's.
     void watch_homing() noexcept {
         const bool homed = all_homed;
-        if (homed && !homed_) shifted_ = std::abs(force_) > settings_.scale / 2;
+        if (homed && !homed_) shifted_ = any_in_force();
         homed_ = homed;
     }
 
     void watch_probing() noexcept {
         const bool probing = motion_type == probe;
-        refused_ = probing && (probing_ ? refused_ : in_force() && !allow_probing);
+        refused_ = probing && (probing_ ? refused_ : own_in_force() && !allow_probing);
         probing_ = probing;
     }
 
@@ -246,7 +262,7 @@ private:
         arming_ = arming;
         taking_back_ = taking_back;
         const bool able = on_ && homed_;
-        const bool ready = able && !taking_back && !shifted_;
+        const bool ready = able && !taking_back && !shifted_ && interlock_.alive();
         if (clears || (ready && begins)) lost_ = false;
         armed_ = ready && !lost_ && (armed_ || begins);
 
@@ -300,6 +316,7 @@ private:
     OffsetShares shares_;
     double y_ = 0;  // the own offset that is asked for
     OffsetCounter counter_;
+    LiveCounter interlock_;
     bool armed_ = false, working_ = false;  // working: armed, or taking the offset back
     bool on_ = false, passing_ = false;     // passing: LinuxCNC takes counts, the guest's, too
     bool lost_ = false, shifted_ = false;   // faults lost and homed

@@ -5,7 +5,7 @@
 
 namespace plumb {
 
-enum class Fault : std::int32_t { none, source, report, settings, lost, counts, homed, guest };
+enum class Fault : std::int32_t { none, source, report, settings, lost, counts, homed, guest, interlock };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::source:
@@ -25,8 +25,9 @@ constexpr const char* sentence(Fault fault) {
                    "again.";
         case Fault::guest:
             return "A change of guest-counts has no valid guest-scale, or asks for an offset beyond 1000; "
-                   "the "
-                   "guest's offset is held.";
+                   "the guest's offset is held.";
+        case Fault::interlock:
+            return "The heartbeat stands still: interlock is not loaded or not called; the offset is held.";
         default: return nullptr;
     }
 }

@@ -3,10 +3,12 @@
 
 import concurrent.futures
 import contextlib
+import functools
 import glob
 import hashlib
 import logging
 import os
+import pickle
 import platform
 import re
 import subprocess
@@ -14,6 +16,7 @@ import subprocess
 import numpy as np
 
 from support.simulations import BENCHES, BUILD, ROOT
+
 
 def digest(folder, *patterns):
     """The digest of the names and bytes of files."""
@@ -77,6 +80,11 @@ def simulate_there(expected, simulate, task):
     return simulate(*task, lambda seconds: True)
 
 
+def unpacked_by_worker(function, *arguments):
+    """A function and its argument for a worker. The scheduler, which lacks the benches, sees bytes only."""
+    return lambda packed: pickle.loads(packed)(), pickle.dumps(functools.partial(function, *arguments))
+
+
 class Cluster:
     """The workers of the Dask scheduler at an address. One that is lost has its simulations done by another."""
 
@@ -97,7 +105,7 @@ class Cluster:
             here = identity()
             self._refuse_others(client, here)
             executor = client.get_executor(pure=False)
-            futures = [executor.submit(simulate_there, here, simulate, task) for task in tasks]
+            futures = [executor.submit(*unpacked_by_worker(simulate_there, here, simulate, task)) for task in tasks]
             try:
                 while concurrent.futures.wait(futures, 0.2, concurrent.futures.FIRST_EXCEPTION).not_done:
                     if any(future.done() and future.exception() for future in futures):

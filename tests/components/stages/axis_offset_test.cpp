@@ -148,6 +148,65 @@ TEST(AxisOffset, OffsetFollowsItsSourceByMaxRateAndToACount) {
     EXPECT_EQ(machine.bench.get("y-stage.counts"), 0);
 }
 
+// The heartbeat of an interlock that is called, or, if `still`, is not any more.
+void beat(Machine& machine, double seconds, bool still = false) {
+    const int periods = static_cast<int>(std::lround(seconds / 0.001));
+    double count = machine.get("heartbeat");
+    for (int i = 0; i < periods; ++i) {
+        if (!still) machine.set("heartbeat", ++count);
+        machine.run(0.001);
+    }
+}
+
+TEST(AxisOffset, HeartbeatThatStandsStillHoldsTheOffsetAndArmsNothing) {
+    Machine machine;
+    machine.apply(0);
+    machine.set("heartbeat", 7);
+    beat(machine, 0.05);
+    EXPECT_FALSE(machine.get("armed"));  // by a heartbeat that stood still at first
+    machine.pulse("arm");
+    EXPECT_FALSE(machine.get("armed"));  // it stood still during the pulse
+    machine.set("arm", 0);
+    beat(machine, 0.05);
+    machine.set("arm", 1);
+    machine.set("offset-0", 50 * um);
+    beat(machine, 0.2);
+    EXPECT_TRUE(machine.get("armed"));
+    EXPECT_TRUE(machine.get("ramping"));
+    EXPECT_TRUE(machine.get("in-force"));
+    const double before = machine.in_force();
+    beat(machine, 1, true);
+    EXPECT_EQ(machine.get("fault-code"), 8);
+    EXPECT_FALSE(machine.get("armed"));
+    EXPECT_FALSE(machine.get("ramping"));
+    EXPECT_NEAR(machine.in_force(), before, 2 * um);  // ten periods, and LinuxCNC's lag
+    const double held = machine.in_force();
+    machine.set("arm", 0);
+    beat(machine, 0.1, true);
+    machine.set("arm", 1);
+    beat(machine, 1, true);
+    EXPECT_EQ(machine.in_force(), held);
+    machine.set("arm", 0);
+    beat(machine, 0.5);
+    EXPECT_EQ(machine.in_force(), held);
+    EXPECT_EQ(machine.get("fault-code"), 0);
+    machine.set("arm", 1);
+    beat(machine, 1);
+    EXPECT_NEAR(machine.in_force(), 50 * um, count);
+    EXPECT_FALSE(machine.get("ramping"));
+}
+
+TEST(AxisOffset, ClearTakesTheOffsetBackWithoutAnInterlock) {
+    Machine machine;
+    machine.apply(30 * um);
+    machine.set("heartbeat", 7);
+    machine.run(0.1);
+    machine.set("clear", 1);
+    machine.run(1);
+    EXPECT_NEAR(machine.in_force(), 0, count);
+    EXPECT_FALSE(machine.get("in-force"));
+}
+
 TEST(AxisOffset, SumsItsSourcesEachWithItsLastGoodValue) {
     Machine machine;
     machine.apply(0);

@@ -42,6 +42,9 @@ struct Machine {
             net("on", axis + "on");
             net("thermal-on", stage + "enable");
             net("arm", stage + "arm");
+            net("heartbeat", stage + "heartbeat");
+            net(letter + "-in-force", stage + "in-force");
+            net(letter + "-ramping", stage + "ramping");
         }
         for (const std::string letter : {"x", "u"}) {
             const std::string stage = letter + "-stage.", joint = letter + "-joint.";
@@ -82,6 +85,10 @@ struct Machine {
              std::vector<std::pair<std::string, std::string>>{{"on", "motion-enabled"},
                                                               {"homed", "all-homed"},
                                                               {"cycle", "cycle-running"},
+                                                              {"z-in-force", "stage-in-force-0"},
+                                                              {"y-in-force", "stage-in-force-1"},
+                                                              {"z-ramping", "stage-ramping-0"},
+                                                              {"y-ramping", "stage-ramping-1"},
                                                               {"x-in-force", "stage-in-force-2"},
                                                               {"u-in-force", "stage-in-force-3"},
                                                               {"x-ramping", "stage-ramping-2"},
@@ -105,7 +112,7 @@ struct Machine {
         bench.run(0.1);
         bench.set("homed", 1);
         bench.run(0.1);
-        bench.set("z-stage.offset", 50 * um);
+        bench.set("z-stage.offset-0", 50 * um);
         bench.set("x-stage.offset-0", 30 * um);
         start_cycle();
         bench.set("y-stage.clear", 1);
@@ -114,7 +121,7 @@ struct Machine {
         bench.run(1);
         expect_held();
         EXPECT_TRUE(bench.get("no-homing"));
-        bench.set("y-stage.offset", 40 * um);  // from now on wanted, and not permitted
+        bench.set("y-stage.offset-0", 40 * um);  // from now on wanted, and not permitted
         for (const char* letter : {"x", "u"})
             bench.expect("abs(x_rate) <= " + std::to_string(ramp_rate + 1e-6),
                          {{"x", std::string(letter) + "-stage.applied-offset"}});
@@ -169,6 +176,8 @@ TEST_P(InterlockGone, NothingIsArmedAndOffsetsHold) {
     }
     EXPECT_EQ(bench.get("x-stage.fault-code"), 7);
     EXPECT_EQ(bench.get("u-stage.fault-code"), 7);
+    EXPECT_EQ(bench.get("z-stage.fault-code"), 8);
+    EXPECT_FALSE(bench.get("z-stage.armed"));
     EXPECT_TRUE(bench.get("no-homing"));  // which is right: X still has its offset
 }
 
@@ -232,7 +241,7 @@ TEST(InterlockNeverCalled, NothingIsApplied) {
     bench.set("on", 1);
     bench.set("x-joint.home", 1);
     bench.set("homed", 1);
-    bench.set("z-stage.offset", 50 * um);
+    bench.set("z-stage.offset-0", 50 * um);
     bench.set("x-stage.offset-0", 30 * um);
     bench.command("unlinkp x-stage.enable");
     bench.set("x-stage.enable", 1);
