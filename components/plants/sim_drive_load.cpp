@@ -50,8 +50,7 @@ configs/mill/bench.hal has all lines.)"},
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 is the typical one."};
     hal::In<double> cutting_power{this, "cutting-power", 0, "W", "Power of the cut with a sharp tool."};
-    hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm",
-                                      "Speed that the spindle is to have."};
+    hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
     hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle; a change orients it."};
     hal::In<std::int32_t> teeth{this, "teeth", 4, "Teeth of the tool."};
     hal::In<double> tool_wear{this, "tool-wear", 0, "1", "Wear of the tool, 0 to 1."};

@@ -123,7 +123,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
     using Component::Component;
 
     hal::Option<std::string> chain{this, "chain", "w-X-Y.b-Z-C-t",
-                                   "Which axes carry the work, before b, and the tool, after it."};
+                                   "Axes that carry the work, before b, and the tool, after it."};
     hal::Option<std::string> table{this, "table", "",
                                    "CSV files of error tables, absolute paths, with : between."};
     hal::Option<std::string> unit{this, "unit", "mm", "Machine unit, mm or inch."};
@@ -138,7 +138,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
                               "Programs and MDI move the axes, not jogs: motion.coord-mode."};
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "Kind of motion: motion.motion-type."};
     hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
-                                  "How fast they do it: motion.current-vel."};
+                                  "Speed along the path: motion.current-vel."};
     hal::In<bool> reload{this, "reload", false, "A rising edge reads the tables again."};
 
     hal::Axes<hal::Out<double>, 3> correction{this, "%-correction", "mu", "Correction of %, for its stage."};

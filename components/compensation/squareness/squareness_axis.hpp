@@ -11,7 +11,7 @@
 
 namespace plumb {
 
-// The pins of one axis: its motion, its settings, and the tilt of it that is corrected for.
+// The pins of one axis: its motion, its settings, and its tilt in force.
 struct SquarenessAxis final : hal::Group {
     using Group::Group;
 
@@ -25,9 +25,9 @@ struct SquarenessAxis final : hal::Group {
     hal::In<double> ea0{this, "ea0%", 0, "rad", "EA0%: tilt of % about X."};
     hal::In<double> eb0{this, "eb0%", 0, "rad", "EB0%: tilt of % about Y."};
     hal::In<double> ec0{this, "ec0%", 0, "rad", "EC0%: tilt of % about Z."};
-    hal::Out<double> ea0_in_use{this, "ea0%-in-use", "rad", "EA0% that is corrected for."};
-    hal::Out<double> eb0_in_use{this, "eb0%-in-use", "rad", "EB0% that is corrected for."};
-    hal::Out<double> ec0_in_use{this, "ec0%-in-use", "rad", "EC0% that is corrected for."};
+    hal::Out<double> ea0_in_use{this, "ea0%-in-use", "rad", "EA0% in force."};
+    hal::Out<double> eb0_in_use{this, "eb0%-in-use", "rad", "EB0% in force."};
+    hal::Out<double> ec0_in_use{this, "ec0%-in-use", "rad", "EC0% in force."};
 
     struct Settings {
         double pivot = 0;                                  // mu

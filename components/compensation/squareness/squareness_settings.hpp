@@ -34,7 +34,7 @@ struct SquarenessSettings final : hal::Group {
     hal::In<double> radial_offset{this, "radial-offset", 0, "mu",
                                   "Distance of the tip from the tool's axis."};
     hal::In<double> radial_direction{this, "radial-direction", 0, "deg",
-                                     "Where the tip is, from +X towards +Y."};
+                                     "Direction of the tip, from +X towards +Y."};
     hal::In<bool> radial_is_diameter{this, "radial-is-diameter", false,
                                      "The radial offset is given as a diameter."};
     hal::Axes<hal::In<double>, 3> reference_tool_offset{

@@ -52,7 +52,7 @@ struct ContactReport : hal::Group {
     hal::Out<std::int32_t> unexpected{this, "contacts-unexpected",
                                       "Number of contacts that the reference does not have."};
     hal::Out<std::int32_t> missed{this, "contacts-missed",
-                                  "Number of contacts of the reference that complete cycles did not have."};
+                                  "Number of contacts of the reference that complete cycles missed."};
     hal::Code<Rejection> rejection_code{this, "rejection-code",
                                         "Reason of the last rejected or unexpected contact."};
     hal::Out<double> gate{this, "gate", "mu", "Largest change that is accepted now."};

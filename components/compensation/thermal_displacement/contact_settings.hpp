@@ -44,21 +44,21 @@ struct ContactSettings : hal::Group {
     hal::In<double> threshold{this, "threshold", 1, "%", "Rise of the load that is a contact."};
     hal::In<double> release{this, "release", 0.5, "%", "Rise below which the tool has left the work."};
     hal::In<double> smoothing{this, "smoothing", 0.01, "s", "Time constant of a filter on the load."};
-    hal::In<double> debounce{this, "debounce", 0.02, "s", "How long a rise must last to be a contact."};
+    hal::In<double> debounce{this, "debounce", 0.02, "s", "Time that a rise must last to be a contact."};
     hal::In<double> baseline_time{this, "baseline-time", 0.5, "s", "Time constant of the running baseline."};
     hal::In<double> blanking_time{this, "blanking-time", 2.5, "s",
-                                  "How long the load is disturbed by a change of spindle speed."};
+                                  "Time for which a change of spindle speed disturbs the load."};
     hal::In<double> load_latency{this, "load-latency", 0, "s", "Age of the load, as of a serial line."};
     hal::In<std::int32_t> reference_cycles{this, "reference-cycles", 1,
                                            "Number of cycles of which a reference is the mean."};
     hal::In<double> window{this, "window", 0.5, "mu",
-                           "Farthest that a contact may lie from its reference, in this operation."};
+                           "Largest distance of a contact from its reference, in this operation."};
     hal::In<double> feed_tolerance{this, "feed-tolerance", 0.02, "1",
-                                   "Part by which feed and override may differ from the reference."};
+                                   "Largest difference of feed and override from the reference, as a part."};
     hal::In<double> lost_time_tolerance{this, "lost-time-tolerance", 0.002, "s",
-                                        "By time: how much longer than in the reference Z may have stood."};
+                                        "By time: largest difference of the lost time from the reference."};
     hal::In<double> steady_time{this, "steady-time", 0.2, "s",
-                                "How long Z must feed steadily before a contact after a hold."};
+                                "Time of steady feed that a contact needs after a hold."};
     hal::In<double> max_growth_rate{this, "max-growth-rate", 0.0002, "mu/s",
                                     "Fastest growth to expect; the gate opens with it."};
     hal::In<double> gate_floor{this, "gate-floor", 0.015, "mu", "Narrowest gate."};

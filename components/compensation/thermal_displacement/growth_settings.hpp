@@ -33,7 +33,7 @@ struct GrowthSettings : hal::Group {
     hal::In<bool> follow_speed{this, "follow-speed", true,
                                "Between contacts the growth follows the speed; else the last contact holds."};
     hal::In<double> expected_growth{this, "expected-growth", 0.015, "mu",
-                                    "Growth of the spindle to expect at 5000 rpm, about."};
+                                    "Growth of the spindle to expect at 5000 rpm, roughly."};
     hal::In<double> unexplained_growth{this, "unexplained-growth", 0.006, "mu",
                                        "Growth in an hour that the speed does not explain."};
     hal::In<double> contact_repeatability{this, "contact-repeatability", 0.001, "mu",
@@ -44,7 +44,7 @@ struct GrowthSettings : hal::Group {
     hal::In<double> max_temperature_age{this, "max-temperature-age", 60, "s",
                                         "Age from which a temperature counts as lost."};
     hal::In<double> temperature_growth{this, "temperature-growth", 0.003, "mu/K",
-                                       "Growth with temperature to expect, about, either way."};
+                                       "Growth with temperature to expect either way, roughly."};
     hal::Out<double> growth_estimate{this, "growth-estimate", "mu",
                                      "Growth now: by the model, or by the last accepted contact."};
     hal::Out<double> growth_sigma{this, "growth-sigma", "mu",

@@ -23,7 +23,7 @@ struct ReferenceRow : hal::Group {
     hal::Field<std::int32_t> operation{this, "operation", "", "Operation of the contact."};
     hal::Field<std::int32_t> tool{this, "tool", "", "Tool of the contact."};
     hal::Field<std::int32_t> occurrence{this, "occurrence", "",
-                                        "Which approach of that tool in that operation, from 1."};
+                                        "Approach of that tool in that operation, from 1."};
     hal::Field<double> coordinate{this, "coordinate", "mu", "Coordinate of the contact."};
     hal::Field<double> time{this, "time", "s", "Time of the contact by the clock."};
     hal::Field<double> lost_time{this, "lost-time", "s", "Part of this time that Z did not feed."};
@@ -36,7 +36,7 @@ struct ReferenceRow : hal::Group {
     hal::Field<double> speed_history{this, "speed-history", "rpm",
                                      "Spindle speed over the ten minutes before."};
     hal::Field<std::int32_t> program{this, "program-id", "", "Program that the contact belongs to."};
-    hal::Field<std::int32_t> tool_set{this, "tool-set-id", "", "Set of tools that it was made with."};
+    hal::Field<std::int32_t> tool_set{this, "tool-set-id", "", "Set of tools at the contact."};
     hal::Field<double> temperature{this, "temperature", "degC", "Temperature at the contact."};
     hal::Field<std::int32_t> date{this, "date", "", "YYYYMMDD of the contact; 0 when not known."};
     hal::Field<std::int32_t> cycles{this, "cycles", "", "Number of cycles that this is the mean of."};

@@ -134,7 +134,7 @@ The reference holds at most 64 contacts.)"},
     using Component::Component;
 
     hal::In<bool> enable{this, "enable", false, "Compare contacts and apply the offset."};
-    hal::In<bool> learn{this, "learn", false, "The next cycle is one to learn from."};
+    hal::In<bool> learn{this, "learn", false, "Learn from the next cycle."};
     hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};
@@ -158,7 +158,7 @@ The reference holds at most 64 contacts.)"},
     hal::In<double> time_tolerance{this, "time-tolerance", 0, "s",
                                    "Smallest change that is applied by the time method, as a time."};
     hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way."};
-    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset, 1 at most."};
+    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset, at most 1."};
 
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};

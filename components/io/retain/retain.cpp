@@ -85,10 +85,10 @@ row-shown agrees, and must be brief.)"},
     using Component::Component;
 
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for watchdog."};
-    hal::Out<bool> restored{this, "restored", "All that was kept is in force."};
+    hal::Out<bool> restored{this, "restored", "All kept values are in force."};
     hal::Out<bool> waiting{this, "waiting", "Waits for the realtime threads."};
     hal::Codes<Fault> fault{this, "fault"};
-    hal::Out<std::int32_t> saves{this, "saves", "How often the store was written."};
+    hal::Out<std::int32_t> saves{this, "saves", "Number of times that the store was written."};
     hal::Out<std::int32_t> date{this, "date", "Local date, as a number YYYYMMDD."};
     hal::Out<std::int32_t> program_id{this, "program-id",
                                       "Identifies the program and its version; 0 for none."};

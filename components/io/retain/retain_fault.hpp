@@ -17,7 +17,7 @@ constexpr const char* sentence(Fault fault) {
         case Fault::version:
             return "The store is of another version; it is left as it is. Correct that, and start again.";
         case Fault::inaccessible:
-            return "The store cannot be read, or not be written. At the start nothing is restored: correct "
+            return "The store cannot be read or written. At the start nothing is restored: correct "
                    "that, and start again. Later retain tries again once a second, and restored stays true.";
         case Fault::unfit:
             return "A named pin or component does not exist, has another type, is an output, or is netted; "

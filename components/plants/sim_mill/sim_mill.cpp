@@ -51,24 +51,24 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 is the typical one."};
-    hal::In<double> z_position_cmd{this, "z-position-cmd", 0, "mu", "Where the part program wants Z."};
+    hal::In<double> z_position_cmd{this, "z-position-cmd", 0, "mu",
+                                   "Position of Z commanded by the part program."};
     hal::In<double> z_offset{this, "z-offset", 0, "mu", "Offset to add to the Z origin."};
     hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Speed of the spindle."};
     hal::In<std::int32_t> operation{this, "operation", 0,
                                     "Operation under way; 0 for none that counts as a cut."};
-    hal::In<std::int32_t> occurrence{this, "occurrence", 0,
-                                     "Which run of this operation in the cycle, from 1."};
+    hal::In<std::int32_t> occurrence{this, "occurrence", 0, "Run of this operation in the cycle, from 1."};
     hal::In<std::int32_t> event{this, "event", 0, "Event under way, as sim_part_program numbers them."};
     hal::In<std::int32_t> tool_number{
         this, "tool-number", 0, "Tool in the spindle; a change seats it again, and replaces a worn-out one."};
     hal::In<std::int32_t> tool_kind{this, "tool-kind", 0, "0 end mill, 1 drill."};
     hal::In<double> tool_diameter{this, "tool-diameter", 10, "mu", "Diameter of the tool."};
     hal::In<double> tool_deviation{this, "tool-deviation", 0, "mu",
-                                   "How much longer the tool is than measured."};
+                                   "Excess of the tool's length over the measured one."};
     hal::In<bool> work_present{this, "work-present", true, "There is work under the tool."};
     hal::In<double> work_top{this, "work-top", 0, "mu", "Top of the work, as drawn."};
     hal::In<double> stock_deviation{this, "stock-deviation", 0, "mu",
-                                    "How much higher the work is than drawn."};
+                                    "Height of the work above the drawn one."};
     hal::In<double> chip_height{this, "chip-height", 0, "mu", "Height of a chip on the work; 0 for none."};
     hal::In<bool> from_side{this, "from-side", false,
                             "The tool comes down beside the work and cuts sideways."};
@@ -94,7 +94,8 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
     hal::Out<double> tool_wear{this, "tool-wear", "1",
                                "Wear of the tool in the spindle, 0 to 1 when worn out."};
     hal::Out<double> truth_growth{this, "truth-growth", "mu", "Growth of the machine."};
-    hal::Out<double> truth_tip_error{this, "truth-tip-error", "mu", "How much too high the tip is."};
+    hal::Out<double> truth_tip_error{this, "truth-tip-error", "mu",
+                                     "Error of the tip, positive when it is too high."};
     hal::Out<bool> truth_contact{this, "truth-contact",
                                  "The tip is below the top of the work it plunges into."};
     CutTruth truth{this};

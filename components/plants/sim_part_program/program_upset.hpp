@@ -113,7 +113,7 @@ private:
     const hal::In<double> rate_{this, "event-rate", 0, "1",
                                 "Probability that an event upsets a cycle, 0 to 1."};
     const hal::In<std::int32_t> event_{this, "event", 0,
-                                       "Number of an event to have; 0 leaves it to event-rate."};
+                                       "Number of an event to cause; 0 leaves it to event-rate."};
     const hal::In<std::int32_t> cycle_{this, "event-cycle", 0,
                                        "Cycle that event upsets, from 1; 0 for every one."};
     const hal::In<std::int32_t> operation_{this, "event-operation", 0,

@@ -54,25 +54,25 @@ program (1 mm), either way except for a chip.
                       "Begin cycles; when false the machine stands after the present one."};
     hal::In<std::int32_t> learning_cycles{this, "learning-cycles", 1,
                                           "Number of cycles to learn from, the first ones."};
-    hal::In<bool> relearn{this, "relearn", false, "The operator has the next cycle learnt from as well."};
+    hal::In<bool> relearn{this, "relearn", false, "Learn from the next cycle too."};
     hal::In<double> cycle_interval{this, "cycle-interval", 300, "s",
                                    "Time from the start of a cycle to that of the next."};
     hal::In<double> sides_speed{
         this, "sides-speed", -1, "rpm",
         "Speed for milling the sides; 0 for none of it, negative for that of the last cut."};
     Upsets upsets{this};
-    Drawn contact_feed{this, "contact-feed", 1.6667, 1.3, 2, "mu/s", "Feed on the way down"};
+    Drawn contact_feed{this, "contact-feed", 1.6667, 1.3, 2, "mu/s", "Feed of the descent"};
     Drawn blank_repeatability{
         this, "blank-repeatability", 0.0005, 0, 0.002, "mu", "Standard deviation of the work's top"};
 
     hal::Out<bool> cycle_running{this, "cycle-running", "A part is being made."};
     hal::Out<bool> cycle_complete{this, "cycle-complete",
                                   "The last part was made to its end; false from the start of the next."};
-    hal::Out<bool> learn{this, "learn", "This cycle is one to learn from."};
+    hal::Out<bool> learn{this, "learn", "This cycle is learnt from."};
     hal::Out<std::int32_t> cycle{this, "cycle", "Number of the cycle, from 1."};
-    hal::Out<double> z_position_cmd{this, "z-position-cmd", "mu", "Where Z is to be."};
+    hal::Out<double> z_position_cmd{this, "z-position-cmd", "mu", "Commanded position of Z."};
     hal::Out<double> z_velocity_cmd{this, "z-velocity-cmd", "mu/s",
-                                    "How fast that moves; negative to the work."};
+                                    "Commanded speed of Z, negative to the work."};
     hal::Out<std::int32_t> motion_type{this, "motion-type", "0 none, 1 rapid, 2 feed, as in LinuxCNC."};
     hal::Out<double> spindle_speed_cmd{this, "spindle-speed-cmd", "rpm", "Speed of the spindle."};
     hal::Out<double> feed_override{this, "feed-override", "1",
@@ -80,11 +80,11 @@ program (1 mm), either way except for a chip.
     hal::Out<bool> coolant{this, "coolant", "Coolant is on."};
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation; 0 between parts."};
     hal::Out<std::int32_t> program_id{this, "program-id", "Changes when the program is edited."};
-    hal::Out<double> start_height{this, "start-height", "mu", "Z from which the way down is timed."};
+    hal::Out<double> start_height{this, "start-height", "mu", "Z from which the descent is timed."};
     hal::Out<double> work_top{this, "work-top", "mu", "Top of the work of this operation, as drawn."};
     hal::Out<bool> work_present{this, "work-present", "There is work under the tool."};
     hal::Out<double> stock_deviation{this, "stock-deviation", "mu",
-                                     "How much higher the work is than drawn."};
+                                     "Height of the work above the drawn one."};
     hal::Out<double> chip_height{this, "chip-height", "mu", "Height of a chip on the work; 0 for none."};
     hal::Out<bool> from_side{this, "from-side", "The tool comes down beside the work and cuts sideways."};
     hal::Out<double> side_entry{this, "side-entry", "mu",
@@ -94,10 +94,10 @@ program (1 mm), either way except for a chip.
     hal::Out<std::int32_t> tool_kind{this, "tool-kind", "0 end mill, 1 drill."};
     hal::Out<double> tool_diameter{this, "tool-diameter", "mu", "Diameter of the tool."};
     hal::Out<double> tool_deviation{this, "tool-deviation", "mu",
-                                    "How much longer the tool is than measured."};
+                                    "Excess of the tool's length over the measured one."};
     hal::Out<std::int32_t> teeth{this, "teeth", "Teeth of the tool."};
     hal::Out<std::int32_t> truth_occurrence{this, "truth-occurrence",
-                                            "Which run of the operation in its cycle, from 1."};
+                                            "Run of the operation in its cycle, from 1."};
     hal::Code<Event> truth_event{this, "truth-event", "Event under way; 0 for none."};
     hal::Function update_{this, "update", &SimPartProgram::update, "Before the mill."};
 

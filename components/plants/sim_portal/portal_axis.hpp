@@ -89,13 +89,13 @@ private:
     }
 
     const hal::In<double> command_{this, "%-position-cmd", 0, "mu",
-                                   "Where the drive is sent: motor position plus correction."};
+                                   "Command of the drive: motor position plus correction."};
     const hal::In<double> nominal_{this, "%-nominal", 0, "mu",
-                                   "Where the program wants the axis: joint position."};
+                                   "Commanded position of the axis without correction: joint position."};
     const hal::In<double> pivot_{this, "%-pivot", 0, "mu",
                                  "Position at which the axis has no error but its tilt."};
-    const hal::In<double> lowest_{this, "%-min-limit", 0, "mu", "Where the travel begins."};
-    const hal::In<double> highest_{this, "%-max-limit", 1000, "mu", "Where the travel ends."};
+    const hal::In<double> lowest_{this, "%-min-limit", 0, "mu", "Begin of the travel."};
+    const hal::In<double> highest_{this, "%-max-limit", 1000, "mu", "End of the travel."};
     const hal::In<double> ea0_{this, "ea0%", 0, "rad", "Tilt of the axis about X at the start."};
     const hal::In<double> eb0_{this, "eb0%", 0, "rad", "Tilt of the axis about Y at the start."};
     const hal::In<double> ec0_{this, "ec0%", 0, "rad", "Tilt of the axis about Z at the start."};

@@ -56,7 +56,7 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
 
     using Component::Component;
 
-    hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 has nothing wrong but its tilts."};
+    hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 has no error but its tilts."};
     hal::In<bool> portal{this, "portal", false, "The machine is the portal, not the column."};
     hal::In<bool> axis_direction{this, "axis-direction", false,
                                  "Guides that cross a tilted one below them were shimmed true."};
@@ -78,7 +78,7 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
     Drawn servo_gain{this, "servo-gain", 30, 17, 60, "1/s", "Gain of the position loops"};
     Drawn ram_sag{
         this, "ram-sag", 0, 0.01, 0.03, "mu", "Bend of the portal's ram, all of Z's travel outside"};
-    Drawn tilt_drift{this, "tilt-drift", 0, 2e-6, 10e-6, "rad", "Change of each tilt in an hour, at most"};
+    Drawn tilt_drift{this, "tilt-drift", 0, 2e-6, 10e-6, "rad", "Largest change of each tilt in an hour"};
 
     hal::Axes<hal::Out<double>, 3> truth_tip{this, "truth-%-tip", "mu", "% of the tip in the work."};
     hal::Axes<hal::Out<double>, 3> truth_nominal{this, "truth-%-nominal", "mu",
