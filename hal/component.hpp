@@ -19,6 +19,7 @@
 #include "hal/codes.hpp"
 #include "hal/function.hpp"
 #include "hal/group.hpp"
+#include "hal/length_unit.hpp"
 #include "hal/option.hpp"
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"

@@ -35,7 +35,10 @@ class HalRegistrar final : public Registrar {
 public:
     // options: text by name for this instance; an option that is not in it keeps its initial value.
     HalRegistrar(int component, std::string instance, std::map<std::string, std::string> options)
-        : component_(component), instance_(std::move(instance)), options_(std::move(options)) {}
+        : component_(component), instance_(std::move(instance)), options_(std::move(options)) {
+        const auto unit = options_.find(length_option);
+        if (unit != options_.end()) millimetres_ = millimetres_of_option(unit->second);
+    }
 
     Slot add(const PinInfo& pin) override {
         const std::string name = full(pin.name);
@@ -68,6 +71,10 @@ public:
         return given == options_.end() ? option.initial : given->second;
     }
 
+    double millimetres() const noexcept override {
+        return millimetres_;
+    }
+
 private:
     std::string full(const std::string& name) const {
         const std::string result = instance_ + "." + name;
@@ -81,6 +88,7 @@ private:
     int component_;
     std::string instance_;
     std::map<std::string, std::string> options_;
+    double millimetres_ = 1;
 #ifndef RTAPI
     std::vector<const Function*> functions_;
 #endif

@@ -15,6 +15,7 @@ std::string initial(const PinInfo& pin) {
     if (pin.type == Type::bit) return pin.initial != 0 ? "true" : "false";
     std::ostringstream text;
     text << pin.initial;
+    if (pin.initial != 0 && is_length(pin.unit)) text << ' ' << default_unit(pin.unit);
     return text.str();
 }
 
@@ -94,11 +95,21 @@ void write_functions(std::ostream& out, const Declarations& declared) {
         out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
 }
 
+// A sentence, where a default is a length.
+std::string unit_of_defaults(const Declarations& declared) {
+    const bool converts = std::any_of(declared.options.begin(), declared.options.end(),
+                                      [](const OptionInfo& option) { return option.name == length_option; });
+    if (!std::any_of(declared.pins.begin(), declared.pins.end(), has_length_default)) return "";
+    return converts ? "With the option unit a default in mm is converted to the machine unit.\n"
+                    : "Use it on a machine in mm only: the defaults of lengths are not converted.\n";
+}
+
 void write_all_pins(std::ostream& out, const Declarations& declared) {
     const auto& pins = declared.pins;
     out << ".SH PINS\n";
     if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {
-        out << "Inputs, each with its default. The unit mu is the machine unit of length.\n";
+        out << "Inputs, each with its default. The unit mu is the machine unit of length.\n"
+            << unit_of_defaults(declared);
         write_pins(out, declared, false);
         out << ".PP\n";
     }
@@ -149,12 +160,15 @@ std::string manual(const Model& model, int section) {
 std::string declarations(const Model& model) {
     const Declarations declared(model);
     nlohmann::ordered_json result{{"name", model.about.name}, {"summary", model.about.summary}};
-    for (const auto& pin : declared.pins)
-        result["pins"][pin.name] = {{"type", type_name(pin.type)},
-                                    {"output", pin.output},
-                                    {"unit", pin.unit},
-                                    {"default", pin.initial},
-                                    {"sentence", pin.doc}};
+    for (const auto& pin : declared.pins) {
+        nlohmann::ordered_json& entry = result["pins"][pin.name];
+        entry = {{"type", type_name(pin.type)},
+                 {"output", pin.output},
+                 {"unit", pin.unit},
+                 {"default", pin.initial},
+                 {"sentence", pin.doc}};
+        if (!pin.output && is_length(pin.unit)) entry["default_unit"] = default_unit(pin.unit);
+    }
     for (const auto& code : declared.codes)
         for (const auto& [number, sentence] : code.sentences)
             result["codes"][code.pin][std::to_string(number)] = sentence;

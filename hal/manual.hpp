@@ -41,6 +41,11 @@ private:
     std::unique_ptr<Component> instance_;
 };
 
+// Whether a pin has a default that depends on the unit of the machine.
+inline bool has_length_default(const PinInfo& pin) {
+    return !pin.output && pin.initial != 0 && is_length(pin.unit);
+}
+
 // A manual page in man(7) markup: section 9 for a realtime module, 1 for a program, which has no functions,
 // and a load line under SYNOPSIS.
 std::string manual(const Model& model, int section);

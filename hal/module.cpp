@@ -6,6 +6,7 @@
 #include "hal/background.hpp"
 #include "hal/hal_registrar.hpp"
 #include "hal/identity.hpp"
+#include "hal/linuxcnc_unit.hpp"
 #include "hal/message.hpp"
 #include "hal/module_options.hpp"
 
@@ -98,6 +99,8 @@ std::map<std::string, Texts> option_values(std::size_t instances) {
         const char* const list = *option->values;
         if (!list) continue;
         Texts values = split(list);
+        if (values.size() == 1 && option->name == std::string(length_option))
+            values.assign(instances, values.front());
         if (values.size() != instances)
             throw std::invalid_argument(std::string(option->name) + "=" + list + " gives " +
                                         std::to_string(values.size()) + " values for " +
@@ -105,6 +108,16 @@ std::map<std::string, Texts> option_values(std::size_t instances) {
         result[option->name] = std::move(values);
     }
     return result;
+}
+
+// Before a millimetre of a default becomes an inch.
+void check_unit(const std::map<std::string, Texts>& options) {
+    for (const ModuleOption* option = module_options; option->name; ++option) {
+        if (option->name != std::string(length_option)) continue;
+        const auto given = options.find(length_option);
+        for (const std::string& unit : given == options.end() ? Texts{""} : given->second)
+            compare_with_linuxcnc(unit);
+    }
 }
 
 int component_id = -1;
@@ -120,6 +133,7 @@ Loaded* loaded = nullptr;
 void load() {
     const Texts instance = instance_names();
     const auto options = option_values(instance.size());
+    check_unit(options);
     component_id = check(hal_init(model().about.name), "hal_init");
     loaded = new Loaded;
     for (std::size_t i = 0; i < instance.size(); ++i) {

@@ -2,11 +2,13 @@
 // A pin is a value with a public name, a unit and one sentence of documentation.
 #pragma once
 
+#include "hal/length_unit.hpp"
 #include "hal/owner.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace plumb::hal {
@@ -25,12 +27,19 @@ protected:
         : slot_(owner.registrar().add(PinInfo{type_of<T>, output, owner.name(name), unit,
                                               static_cast<double>(initial), owner.sentence(doc)})),
           name_(owner.name(name)) {
-        slot_.template write<T>(initial);
+        slot_.template write<T>(converted(owner, initial, unit));
     }
 
     const Slot slot_;
 
 private:
+    // A default in the unit of the machine.
+    static T converted(Owner owner, T initial, const std::string& unit) {
+        if constexpr (std::is_same_v<T, double>)
+            if (is_length(unit)) return initial / owner.registrar().millimetres();
+        return initial;
+    }
+
     const std::string name_;
 };
 

@@ -21,8 +21,8 @@ struct PinInfo {
     bool output;
     std::string name;  // without the instance's name
     std::string unit;  // "" for bits and codes
-    double initial;
-    std::string doc;  // one sentence
+    double initial;    // of a length in mm, also on an inch machine
+    std::string doc;   // one sentence
 };
 
 // ... and about a load-time option.
@@ -56,6 +56,7 @@ public:
     virtual std::string add(const OptionInfo& option) = 0;  // returns the text given for this instance
     virtual void add(const OffsetInfo&) {}
     virtual void add(const CodesInfo&) {}
+    virtual double millimetres() const noexcept { return 1; }  // in a machine unit: hal/length_unit.hpp
 
 protected:
     ~Registrar() = default;

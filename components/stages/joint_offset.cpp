@@ -52,7 +52,7 @@ works in every mode and costs no speed of the axis. LinuxCNC does not see the of
 
 Use one instance for each joint. The two joints of a gantry get a stage each, with the same offsets.)",
                                       hal::Wiring{R"(
-  loadrt joint_offset names=x-stage
+  loadrt joint_offset names=x-stage unit=[TRAJ]LINEAR_UNITS
 
   setp x-stage.min-limit [JOINT_0]MIN_LIMIT
   setp x-stage.max-limit [JOINT_0]MAX_LIMIT
@@ -85,7 +85,7 @@ that needs the position of the encoder takes the signal at drive-feedback, here 
 1. Set min-limit, max-limit, joint-acceleration and offset-acceleration as above. Before that no offset is applied.
 2. Check that the drive can follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.
 3. Check the order of the functions with halcmd show thread.
-4. On an inch machine divide max-offset, ramp-rate and max-rate by 25.4.)"},
+4. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults.)"},
                                       hal::Behaviour{R"(
 - Not homed: No offset. A present one is released at ramp-rate.
 - Homed, machine turned on, enable: The offset comes at ramp-rate. ramping is true meanwhile.
@@ -110,6 +110,8 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                                       hal::SeeAlso{"squareness(9), interlock(9), axis_offset(9), motion(9)"}};
 
     using Component::Component;
+
+    hal::LengthUnit unit{this};
 
     hal::In<bool> enable{this, "enable", true, "Apply the offset; else 0."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};

@@ -190,8 +190,8 @@ TEST_F(Binding, CodesAreListedOnTheManualPage) {
 TEST_F(Binding, DeclarationsArePrintedForPrograms) {
     const auto found =
         nlohmann::json::parse(output_of(BUILD_DIR "/hal/manual --json " BUILD_DIR "/specimens/specimen.so"));
-    const nlohmann::json y_offset{
-        {"type", "float"}, {"output", false}, {"unit", "mu"}, {"default", 0.5}, {"sentence", "Offset of Y."}};
+    const nlohmann::json y_offset{{"type", "float"}, {"output", false},      {"unit", "mu"},
+                                  {"default", 0.5},  {"default_unit", "mm"}, {"sentence", "Offset of Y."}};
     EXPECT_EQ(found.at("name"), "specimen");
     EXPECT_EQ(found.at("pins").at("y-offset"), y_offset);
     EXPECT_EQ(found.at("pins").at("fault-code").at("type"), "s32");

@@ -281,6 +281,25 @@ TEST_P(Conformance, LoadsTwoInstancesUnloadsAndReloads) {
     }
 }
 
+// Only a simulated machine may be in millimetres alone, and its page says so.
+TEST_P(Conformance, DefaultsOfLengthsAreThoseOfTheMachinesUnit) {
+    const hal::Declarations declared(module.model());
+    const std::vector<hal::PinInfo>& pins = declared.pins;
+    if (std::none_of(pins.begin(), pins.end(), hal::has_length_default)) return;
+    if (module.options().find("unit,") == std::string::npos) {
+        EXPECT_THAT(declared.offsets, IsEmpty()) << "moves an axis, has defaults of lengths, and no unit=";
+        EXPECT_THAT(hal::manual(module.model(), 9), testing::HasSubstr("on a machine in mm only"));
+        return;
+    }
+    Bench bench;
+    bench.command("loadrt " + name + " names=a unit=inch");
+    for (const hal::PinInfo& pin : pins) {
+        if (pin.output) continue;
+        const bool length = pin.unit == "mu" || pin.unit.rfind("mu/", 0) == 0;
+        EXPECT_DOUBLE_EQ(bench.get("a." + pin.name), length ? pin.initial / 25.4 : pin.initial) << pin.name;
+    }
+}
+
 #ifndef PLUMB_SANITIZED
 TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
     host::Start guarded;

@@ -183,11 +183,10 @@ TEST(PlumbSquareness, LinesForTheHalFileMakeTheComponentSeeWhatTheTestMoveShows)
 }
 
 TEST(PlumbSquareness, LinesForAnInchMachineBoundByTheSameLengths) {
-    const std::string output = output_of({"--iso", "EC0Y=50urad", "--unit", "inch"});
-    EXPECT_THAT(output, HasSubstr("\n  setp square.max-correction 0.03937 "));
-    EXPECT_THAT(output, HasSubstr("\n  setp square.max-rate 0.003937 "));
-    EXPECT_THAT(output_of({"--iso", "EC0Y=50urad"}),
-                testing::AllOf(Not(HasSubstr("max-correction")), Not(HasSubstr("max-rate"))));
+    Bench bench;
+    set_up(bench, output_of({"--iso", "EC0Y=50urad", "--unit", "inch"}));
+    EXPECT_DOUBLE_EQ(bench.get("square.max-correction"), 1 / 25.4);
+    EXPECT_DOUBLE_EQ(bench.get("square.max-rate"), 0.1 / 25.4);
 }
 
 // No other number suits each machine; a setting that is left out would be a fault.

@@ -88,7 +88,7 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3
         with tempfile.TemporaryDirectory() as folder:
             for name, text in (
                 ("wiring.hal", self.MOTION + lines + "\nstart\n"),
-                ("wiring.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n" + "".join(self.LIMITS % i for i in range(3))),
+                ("wiring.ini", "[TRAJ]\nLINEAR_UNITS = mm\nMAX_LINEAR_VELOCITY = 1000\n" + "".join(self.LIMITS % i for i in range(3))),
             ):
                 with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                     file.write(text)
@@ -154,6 +154,7 @@ net spindle-load siggen.0.cosine
                 command = ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", name)]
                 text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
                 section = re.search(r"^WIRING\n((?: .*\n|\n)+)", re.sub(".\b", "", text), re.M)[1]
+                section = re.sub(r"\\\n +", "", section)
                 found = re.findall(r"^ {7,}((?:loadrt|setp|net|addf) .*)$", section, re.M)
                 self.assertGreater(len([line for line in found if line.startswith("net")]), 1)
                 lines = self.without_programs("\n".join(found))

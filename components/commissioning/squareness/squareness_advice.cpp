@@ -15,7 +15,6 @@ namespace {
 
 using Quantities = std::vector<SquarenessQuantity>;
 
-constexpr double inch = 25.4;                  // mm
 constexpr double largest_angle = 0.1;          // rad, settings and measurements together
 constexpr double usual_largest_angle = 0.002;  // rad, the component's default of max-angle
 
@@ -52,10 +51,6 @@ std::vector<SquarenessAdvice::Setting> settings_of(const TiltedMachine& machine,
     const auto add = [&](const std::string& pin, const std::string& value, const std::string& comment) {
         settings.push_back({pin, value, comment, true});
     };
-    if (machine.inch) {  // the defaults are numbers of millimetres
-        add("max-correction", formatted("%.4g", 1 / inch), "in, which is 1 mm");
-        add("max-rate", formatted("%.4g", 0.1 / inch), "in/s, which is 0.1 mm/s");
-    }
     add("max-speed", "[TRAJ]MAX_LINEAR_VELOCITY", "of the INI file: no axis is faster");
     double largest = 0;
     for (const SquarenessQuantity& q : quantities) largest = std::max(largest, std::abs(q.angle));

@@ -10,7 +10,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 
 namespace plumb {
@@ -28,8 +27,10 @@ The theory and the figures are in components/compensation/squareness/README.md o
                                       hal::Wiring{R"(
 For X. Wire Y and Z in the same way.
 
-  loadrt squareness   names=square chain=w-Z.b-X-Y-C-t
-  loadrt joint_offset names=x-stage,y-stage,z-stage
+  loadrt squareness names=square chain=w-Z.b-X-Y-C-t \
+         unit=[TRAJ]LINEAR_UNITS
+  loadrt joint_offset names=x-stage,y-stage,z-stage \
+         unit=[TRAJ]LINEAR_UNITS
 
   setp square.enable    true
   setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY
@@ -89,7 +90,7 @@ The first column is the machine position. The last line counts the rows of all t
 refused. The lines in front are optional. The checksum is the CRC-32, as in zip, of all lines that do not begin with #,
 without blanks at their ends, each with a line feed. Tables add to the tilts: do not give one squareness in both.
 plumb squareness --table FILE checks a file. A rising edge of reload reads the tables again.
-7. On an inch machine load with unit=inch, and divide max-correction and max-rate by 25.4.)"},
+7. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.)"},
                                       hal::Behaviour{R"(
 - Start, not homed: No correction, and nothing moves.
 - All joints homed, enable, edited angle, new table: The correction changes at max-rate, at most. ramping is true meanwhile.
@@ -126,7 +127,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
                                    "Axes that carry the work, before b, and the tool, after it."};
     hal::Option<std::string> table{this, "table", "",
                                    "CSV files of error tables, absolute paths, with : between."};
-    hal::Option<std::string> unit{this, "unit", "mm", "Machine unit, mm or inch."};
+    hal::LengthUnit unit{this};
 
     hal::In<bool> enable{this, "enable", false, "Apply the correction; else 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
@@ -167,12 +168,10 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
                       "After motion-controller and before the stages of the joints."};
 
     void prepare() override {
-        if (unit.get() != "mm" && unit.get() != "inch")
-            throw std::invalid_argument("unit=" + unit.get() + ": mm and inch are possible");
         axes_ = AxisChainReader::read(chain);
         tables_.load(table, axes_);
         for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
-        model_ = SquarenessModel(axes_, unit.get() == "inch" ? 25.4 : 1);
+        model_ = SquarenessModel(axes_, unit.millimetres());
         settings.judge(axes_);
         model_.set(settings.values(), tool_, false);
     }

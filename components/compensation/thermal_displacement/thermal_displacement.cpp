@@ -52,8 +52,8 @@ this contact with the contact that it learned on a cold machine. It outputs the 
 Use it for repeated parts with plunging end mills. It corrects Z only. The theory, the symbols and the figures are in
 components/compensation/thermal_displacement/README.md of the sources.)",
         hal::Wiring{R"(
-  loadrt thermal_displacement names=thermal
-  loadrt axis_offset          names=z-stage
+  loadrt thermal_displacement names=thermal unit=[TRAJ]LINEAR_UNITS
+  loadrt axis_offset          names=z-stage unit=[TRAJ]LINEAR_UNITS
 
   net z-motor-fb                               => thermal.z-position
   net spindle-load                             => thermal.load
@@ -93,9 +93,8 @@ becomes true. To learn again, repeat this step.
 5. Run parts as usual. displacement follows the spindle; displacement-sigma is its uncertainty.
 6. Set dry-run false when the growth is at least three times displacement-sigma.
 
-plumb-contacts(1) finds the settings from a recording. On an inch machine divide these defaults by 25.4: window,
-tolerance, max-growth-rate, gate-floor, gate-cap, max-correction, max-offset, max-rate, expected-growth,
-unexplained-growth, contact-repeatability and temperature-growth.)"},
+plumb-contacts(1) finds the settings from a recording. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch
+machine it converts the defaults.)"},
         hal::Behaviour{R"(
 - Start of LinuxCNC: z-offset is 0. It follows the growth again after the first accepted contact. retain(1) keeps the
 reference over a restart.
@@ -132,6 +131,8 @@ The reference holds at most 64 contacts.)"},
         hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), plumb-contacts(1)"}};
 
     using Component::Component;
+
+    hal::LengthUnit unit{this};
 
     hal::In<bool> enable{this, "enable", false, "Compare contacts and apply the offset."};
     hal::In<bool> learn{this, "learn", false, "Learn from the next cycle."};

@@ -30,7 +30,7 @@ axis is the guest. Its part moves as LinuxCNC would move it without the stage:
 
     counts += round((own + guest-request - offset-request) / scale))",
         hal::Wiring{R"(
-  loadrt axis_offset names=z-stage
+  loadrt axis_offset names=z-stage unit=[TRAJ]LINEAR_UNITS
 
   net z-offset        thermal.z-offset        => z-stage.offset-0
   net motion-enabled  motion.motion-enabled   => z-stage.motion-enabled
@@ -71,7 +71,7 @@ guest. In its HAL files replace the left pins by the right ones:
 2. Let the program set M64 P0 when a cycle starts. This arms the stage.
 3. Let a program that needs the offset wait with M66 until uncompensated is false, after it has armed the stage.
 4. Keep programs away from the soft limits by max-offset.
-5. On an inch machine divide scale, max-offset and max-rate by 25.4.)"},
+5. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults.)"},
         hal::Behaviour{R"(
 - Start: No offset. The first rising edge of arm, with the machine on and homed, arms the stage.
 - Machine off, emergency stop: The stage is disarmed. Nothing moves. When the machine is turned on, LinuxCNC forgets the
@@ -110,6 +110,8 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
             "thermal_displacement(9), interlock(9), joint_offset(9), eoffset_per_angle(9), motion(9)"}};
 
     using Component::Component;
+
+    hal::LengthUnit unit{this};
 
     hal::In<bool> enable{this, "enable", true, "Apply the own offset; else 0."};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};

@@ -257,7 +257,8 @@ TEST(Squareness, RefusesToLoadWithoutSense) {
         refusal("chain=w-X-Y.b-Q-t"),
         HasSubstr("squareness: chain \"w-X-Y.b-Q-t\", character 9: expected one of X Y Z U V W C, not"));
     EXPECT_THAT(refusal("chain=w-X.b-W-Y-Z-V-t"), HasSubstr("only one of U, V and W is possible"));
-    EXPECT_THAT(refusal("unit=cm"), HasSubstr("squareness: unit=cm: mm and inch are possible"));
+    EXPECT_THAT(refusal("unit=cm"),
+                HasSubstr("squareness: unit=cm: give mm, metric, in, inch, imperial, or the number"));
     EXPECT_THAT(refusal("table=errors.csv"), HasSubstr("table=errors.csv: give an absolute path"));
     EXPECT_THAT(refusal("table=/nowhere/errors.csv"), HasSubstr("/nowhere/errors.csv: No such file"));
 }

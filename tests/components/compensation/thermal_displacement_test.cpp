@@ -30,13 +30,9 @@ struct Mill {
         milling.unit = unit;
         milling.dt = 0.004;  // of the rows that are replayed
         bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period));
-        bench.command("loadrt thermal_displacement names=z");
+        bench.command(std::string("loadrt thermal_displacement names=z") + (unit != 1 ? " unit=inch" : ""));
         bench.command("addf z.update servo-thread");
         bench.command("start");
-        if (unit != 1)
-            for (const char* pin : {"window", "tolerance", "max-growth-rate", "gate-floor", "gate-cap",
-                                    "max-correction", "max-offset", "max-rate"})
-                set(pin, unit * get(pin));
         set("enable", 1);
         set("follow-speed", 0);  // it grows in steps, which do not depend on its speed
     }

@@ -81,12 +81,12 @@ const Live live{
 struct Machine {
     explicit Machine(double unit = 1, long nanoseconds = 1000000) : period(static_cast<double>(nanoseconds)) {
         bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(nanoseconds));
-        bench.command("loadrt axis_offset names=z-stage,y-stage");
+        bench.command(std::string("loadrt axis_offset names=z-stage,y-stage") +
+                      (unit != 1 ? " unit=inch" : ""));
         bench.command("loadrt external_offset names=z-axis,y-axis");
         wire(bench, "z");
         wire(bench, "y");
-        for (const char* pin : {"z-stage.scale", "z-stage.max-offset", "z-stage.max-rate",
-                                "z-axis.max-velocity", "z-axis.max-acceleration"})
+        for (const char* pin : {"z-axis.max-velocity", "z-axis.max-acceleration"})
             bench.set(pin, unit * bench.get(pin));
         bench.command("start");
     }
