@@ -194,7 +194,7 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         ramping = ramping_;
         inhibit_homing = std::abs(applied_.value()) > slack;
         limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
-        fault = hal::first<Fault>({{!permitted, Fault::interlock},
+        fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
                                    {!hears_, Fault::feedback},

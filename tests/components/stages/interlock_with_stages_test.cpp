@@ -247,6 +247,13 @@ TEST(InterlockNeverCalled, NothingIsApplied) {
     }
 }
 
+TEST(InterlockWithStages, StartIsNoFault) {
+    Machine machine;
+    for (const char* stage : {"x", "u"})
+        machine.bench.expect("fault == 0", {{"fault", std::string(stage) + "-stage.fault-code"}});
+    machine.bench.run(1);
+}
+
 TEST(InterlockWithStages, ServiceThatDiesTakesItsOffsetBackAndNoOther) {
     Machine machine;
     Bench& bench = machine.bench;
