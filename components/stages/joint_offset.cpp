@@ -195,9 +195,8 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         applied_offset = applied_.value();
         ramping = ramping_;
         inhibit_homing = std::abs(applied_.value()) > slack;
-        limited =
-            !holding && (wanted != possible || tapered_ || (permitted && !ramping_ && lag(possible) > slack));
-        fault = hal::first<Fault>({{!permitted, Fault::interlock},
+        limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
+        fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
                                    {!good_feedback_, Fault::feedback},

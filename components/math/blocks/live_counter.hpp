@@ -15,14 +15,16 @@ public:
         if (count < 0 || (last_ >= 0 && count != last_))
             silence_ = 0;
         else
-            silence_ = last_ < 0 ? dead : std::min(silence_ + 1, dead);
+            silence_ = last_ < 0 ? dead : std::min(silence_ + 1, missed_after);
         last_ = count;
     }
 
     bool alive() const noexcept { return silence_ < dead; }
+    // Dead for so long that it is a fault, and not the first periods.
+    bool missed() const noexcept { return silence_ >= missed_after; }
 
 private:
-    static constexpr int dead = 10;  // periods without a change
+    static constexpr int dead = 10, missed_after = 20;  // periods without a change
 
     std::int32_t last_ = -1;
     int silence_ = dead;

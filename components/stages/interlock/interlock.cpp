@@ -35,44 +35,57 @@ waits, or aborts. It gives the operator's messages their delays. One interlock t
 timedelay, watchdog and conv_float_s32.
 
 It serves up to four services, four functions and eight stages, numbered from 0. An input without a signal hinders
-nothing, but for function-switch: a function that is not switched on stays off.)",
+nothing, except function-switch: a function is off until it is switched on.)",
         hal::Wiring{R"(
-For one service, retain, one function, thermal, and one stage.
+Service 0 is retain. Function 0 is thermal, with stage 0, z-stage. Function 1 is square, with stage 1, x-stage.
 
   loadrt interlock names=interlock
 
-  setp interlock.service-timeout-0 30
-  setp interlock.function-switch-0 true
+  setp interlock.service-timeout-0   30
+  setp interlock.function-services-1  0
+  setp interlock.function-switch-0    1
+  setp interlock.function-switch-1    1
 
-  net motion-enabled motion.motion-enabled  => interlock.motion-enabled
-  net all-homed      motion.is-all-homed    => interlock.all-homed
-  net motion-type    motion.motion-type     => interlock.motion-type
-  net cycle-running  motion.digital-out-00  => interlock.cycle-running
-  net retain-beat    retain.heartbeat => interlock.service-heartbeat-0
-  net restored       retain.restored  => interlock.service-ready-0
-  net retain-fault   retain.fault     => interlock.service-fault-0
-  net thermal-on  interlock.function-enable-0 => thermal.enable
-  net z-in-force  z-stage.in-force  => interlock.stage-in-force-0
-  net z-ramping   z-stage.ramping   => interlock.stage-ramping-0
-  net z-fault     z-stage.fault     => interlock.stage-fault-0
-  net heartbeat   interlock.heartbeat      => z-stage.heartbeat
-  net arm         interlock.arm            => z-stage.arm
-  net no-homing   interlock.homing-inhibit => motion.homing-inhibit
-  net wait        interlock.feed-inhibit   => motion.feed-inhibit
-  net wait                                 => motion.feed-hold
-  net abort       interlock.abort          => halui.abort
+  net motion-enabled motion.motion-enabled => interlock.motion-enabled
+  net all-homed      motion.is-all-homed   => interlock.all-homed
+  net motion-type    motion.motion-type    => interlock.motion-type
+  net cycle-running  motion.digital-out-00 => interlock.cycle-running
+
+  net retain-beat  retain.heartbeat => interlock.service-heartbeat-0
+  net restored     retain.restored  => interlock.service-ready-0
+  net retain-fault retain.fault     => interlock.service-fault-0
+
+  net thermal-on   interlock.function-enable-0 => thermal.enable
+  net square-on    interlock.function-enable-1 => square.enable
+  net square-ramp  square.ramping   => interlock.function-ramping-1
+  net settling     square.settling  => interlock.function-settling-1
+
+  net z-lacks  z-stage.uncompensated => interlock.stage-uncompensated-0
+  net z-fault  z-stage.fault         => interlock.stage-fault-0
+  net z-refuses z-stage.probing-refused
+  net z-refuses                    => interlock.stage-probing-refused-0
+  net x-corrected x-stage.inhibit-homing => interlock.stage-in-force-1
+  net x-ramping   x-stage.ramping        => interlock.stage-ramping-1
+  net x-fault     x-stage.fault          => interlock.stage-fault-1
+
+  net arm        interlock.arm            => z-stage.arm
+  net heartbeat  interlock.heartbeat      => x-stage.heartbeat
+  net no-homing  interlock.homing-inhibit => motion.homing-inhibit
+  net feed-wait  interlock.feed-inhibit   => motion.feed-inhibit
+  net feed-wait                           => motion.feed-hold
+  net abort      interlock.abort          => halui.abort
 
   addf motion-command-handler servo-thread
   addf motion-controller      servo-thread
   addf thermal.update         servo-thread
+  addf square.update          servo-thread
   addf z-stage.update         servo-thread
+  addf x-stage.update         servo-thread
   addf interlock.update       servo-thread
 
-Add interlock after all functions and stages, so that LinuxCNC sees a request before it begins the next move. Net
-heartbeat to each stage: without it a stage does not notice that interlock has gone. Net both pins of the feed:
-LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.
-
-joint_offset(9) has stage-in-force at its pin inhibit-homing.)"},
+Add interlock to the thread of the stages, after all functions and stages: LinuxCNC must see a request before it begins
+the next move. Net heartbeat to each stage: without it a stage does not notice that interlock has gone. Net both pins of the feed:
+LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.)"},
         hal::SettingUp{R"(
 1. Set service-timeout-N to three times the longest pause of the heartbeat, at least. 30 s suit retain: it waits for
 the disk.
@@ -179,7 +192,7 @@ A dead interlock does not stop the program. The message of the stage's fault tel
 A stage that holds its offset for a probing move must not be ramping meanwhile: the move would wait for it. feed-held
 shows this.
 
-LinuxCNC never holds threads and rigid taps (G33, G33.1), nor jogs.)"},
+LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
         hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), halui(1), motion(9)"}};
 
     using Component::Component;

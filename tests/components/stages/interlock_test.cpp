@@ -303,7 +303,8 @@ TEST_P(InterlockArm, RisesAndFallsAsItsRowSays) {
     const std::string cycle = GetParam().inputs.at("cycle-running");
     const bool before = GetParam().inputs.at("before") == "1";
     const bool runs_already = !before && cycle == "1";
-    machine.load({{"cycle-running", runs_already}});
+    machine.load(
+        {{"cycle-running", runs_already}, {"motion-enabled", 1}, {"all-homed", 1}, {"function-switch-2", 1}});
     for (const Words& words : cases_of(GetParam()))
         for (const bool suspended : {false, true}) {
             SCOPED_TRACE(testing::PrintToString(words));
@@ -798,7 +799,7 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
         machine.set(pin, value);
         oracle.inputs[pin] = value;
     };
-    for (int n = 0; n < 1500; ++n) {
+    for (int n = 0; n < 700; ++n) {
         for (int changes = 1 + below(3); changes-- > 0;) {
             const int i = below(4), what = below(20);
             if (what < 8)

@@ -28,8 +28,11 @@ struct Machine {
         bench.command("loadrt external_offset names=z-axis,y-axis");
         bench.command("loadrt joint_offset names=x-stage,u-stage");
         bench.command("loadrt motion_joint names=x-joint,u-joint");
-        for (const char* signal : {"homed", "cycle", "on"})
-            bench.command("newsig " + std::string(signal) + " bit");
+        bench.command("loadrt or2 names=program,power,homing");
+        net("cycle", "program.out");
+        net("on", "power.out");
+        net("homed", "homing.out");
+        for (const char* function : {"program", "power", "homing"}) call(function);
         for (const std::string letter : {"z", "y"}) {
             const std::string stage = letter + "-stage.", axis = letter + "-axis.";
             net(letter + "-request", axis + "request " + stage + "offset-request");
@@ -106,11 +109,11 @@ struct Machine {
     // On and homed, Z armed with 50 um, and X with 30 um in force. Y was cleared, and waits for the next
     // cycle.
     void hold_offsets() {
-        bench.set("on", 1);
+        bench.set("power.in0", 1);
         bench.set("x-joint.home", 1);
         bench.set("u-joint.home", 1);
         bench.run(0.1);
-        bench.set("homed", 1);
+        bench.set("homing.in0", 1);
         bench.run(0.1);
         bench.set("z-stage.offset-0", 50 * um);
         bench.set("x-stage.offset-0", 30 * um);
@@ -138,7 +141,7 @@ struct Machine {
 
     void start_cycle() {
         for (const double running : {0, 1}) {
-            bench.set("cycle", running);
+            bench.set("program.in0", running);
             bench.run(0.05);
         }
     }
@@ -185,10 +188,10 @@ TEST_P(InterlockGone, OffAndOnMovesNothingAndArmsNothing) {
     machine.hold_offsets();
     machine.lose(GetParam());
     bench.set("x-stage.offset-0", -80 * um);
-    bench.set("on", 0);
+    bench.set("power.in0", 0);
     bench.run(0.1);
     const double z = bench.get("z-axis.position");
-    bench.set("on", 1);
+    bench.set("power.in0", 1);
     for (int n = 0; n < 3; ++n) {
         machine.start_cycle();
         bench.run(1);
@@ -203,7 +206,7 @@ TEST_P(InterlockGone, HomedAnewTheOffsetsHold) {
     machine.hold_offsets();
     machine.lose(GetParam());
     for (const double homed : {0, 1}) {
-        bench.set("homed", homed);
+        bench.set("homing.in0", homed);
         bench.set("x-joint.home", homed);
         bench.run(1);
         EXPECT_NEAR(bench.get("x-stage.applied-offset"), 30 * um, 1e-12);
@@ -238,9 +241,9 @@ TEST(InterlockNeverCalled, NothingIsApplied) {
     Machine machine;
     Bench& bench = machine.bench;
     bench.command("delf interlock.update servo-thread");
-    bench.set("on", 1);
+    bench.set("power.in0", 1);
     bench.set("x-joint.home", 1);
-    bench.set("homed", 1);
+    bench.set("homing.in0", 1);
     bench.set("z-stage.offset-0", 50 * um);
     bench.set("x-stage.offset-0", 30 * um);
     bench.command("unlinkp x-stage.enable");
@@ -251,6 +254,13 @@ TEST(InterlockNeverCalled, NothingIsApplied) {
         EXPECT_EQ(bench.get("z-offset"), 0);
         EXPECT_EQ(bench.get("x-stage.applied-offset"), 0);
     }
+}
+
+TEST(InterlockWithStages, StartIsNoFault) {
+    Machine machine;
+    for (const char* stage : {"x", "u"})
+        machine.bench.expect("fault == 0", {{"fault", std::string(stage) + "-stage.fault-code"}});
+    machine.bench.run(1);
 }
 
 TEST(InterlockWithStages, ServiceThatDiesTakesItsOffsetBackAndNoOther) {

@@ -40,5 +40,11 @@ TEST(DelayedBit, ABreakStartsTheDelayAnew) {
     }
 }
 
+TEST(DelayedBit, ARestDoesNotCountForTheDelay) {
+    DelayedBit bit;
+    for (int n = 0; n < 6; ++n) bit.step(false, 1, 5, dt);
+    EXPECT_EQ(periods_until(bit, true, 1, 5), 9);
+}
+
 }  // namespace
 }  // namespace plumb

@@ -40,6 +40,22 @@ TEST(LiveCounter, AValueThatWasLeftBehindIsDeadFromTheFirstPeriodOn) {
     }
 }
 
+TEST(LiveCounter, IsMissedTenPeriodsAfterItsDeath) {
+    LiveCounter counter;
+    counter.step(0);  // it has not counted yet
+    EXPECT_FALSE(counter.alive());
+    EXPECT_FALSE(counter.missed());
+    alive_after(counter, 1, 20);
+    EXPECT_FALSE(counter.missed());
+    alive_after(counter, 1, 1);
+    EXPECT_TRUE(counter.missed());
+    alive_after(counter, 2, 1);
+    EXPECT_FALSE(counter.missed());
+    LiveCounter left_behind;
+    alive_after(left_behind, 7, 11);
+    EXPECT_TRUE(left_behind.missed());
+}
+
 TEST(LiveCounter, BelowZeroNobodyCountsAndItIsAlive) {
     LiveCounter counter;
     EXPECT_TRUE(alive_after(counter, -1, 1));
