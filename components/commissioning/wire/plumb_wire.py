@@ -80,7 +80,7 @@ def unknown(wrong, known):
     if not wrong:
         return "name the functions to wire. There are" + listed
     close = difflib.get_close_matches(wrong[0], known, 1)
-    return "there is no function '%s'%s. There are%s" % (wrong[0], "; is it %s" % close[0] if close else "", listed)
+    return "there is no function '%s'%s There are%s" % (wrong[0], "; is it %s?" % close[0] if close else ".", listed)
 
 
 class Wire:
