@@ -44,7 +44,7 @@ time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND
 lists them all.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
         ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n"
-        ".BR plumb\\-squareness (1),\n.BR halcmd (1)"};
+        ".BR plumb\\-squareness (1),\n.BR plumb\\-wire (1),\n.BR halcmd (1)"};
 }
 
 fs::path own_folder() {
