@@ -77,12 +77,17 @@ static int carry_out(int argc, char** argv) try {
     bool show_manual = false;
     bool show_declarations = false;
     std::map<std::string, std::string> options;
-    app.add_option("name", name, "Name of the HAL component")->capture_default_str();
-    app.add_option("--period", period, "Seconds between two calls")->check(CLI::Range(0.001, 3600.0));
-    app.add_flag("--man", show_manual, "Print the manual page");
-    app.add_flag("--declarations", show_declarations, "Print pins and codes as JSON");
+    app.set_help_flag("-h,--help", "Prints the options.");
+    app.add_option("name", name, "Name of the HAL component. The default is " + name + ".")
+        ->type_name("NAME");
+    app.add_option("--period", period, "Time between two calls, 0.001 to 3600 s. The default is 0.1.")
+        ->check(CLI::Range(0.001, 3600.0).description(""))
+        ->type_name("S");
+    app.add_flag("--man", show_manual, "Prints the manual page.");
+    app.add_flag("--declarations", show_declarations, "Prints pins and codes as JSON.");
     for (const OptionInfo& option : declared.options)
-        app.add_option("--" + option.name, options[option.name] = option.initial, option.doc);
+        app.add_option("--" + option.name, options[option.name] = option.initial, option.doc)
+            ->type_name("VALUE");
     CLI11_PARSE(app, argc, argv);
     if (show_manual) {
         std::cout << manual(component, 1);

@@ -53,10 +53,7 @@ def main():
     chosen = [machine for machine in MACHINES if re.search(arguments.R, machine[0])]
     works = 0
     with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as folder:
-        samples = os.path.join(folder, "sample-configs")
-        shutil.copytree(arguments.samples, samples, symlinks=True)
-        programs = os.path.join(os.path.dirname(os.path.realpath(arguments.samples)), "nc_files")  # ../nc_files of the samples
-        os.symlink(programs, os.path.join(folder, "nc_files"))
+        samples = copy_samples(arguments.samples, folder)
         print("| Configuration | Function | starts | homes | runs | seen |\n| --- | --- | --- | --- | --- | --- |")
         for path, functions, options, purpose in chosen:
             ini = os.path.join(samples, path)
@@ -76,6 +73,14 @@ def main():
             works += status == 0 and not changed
     print("\n%d of %d configurations" % (works, len(chosen)))
     return 0 if works == len(chosen) else 1
+
+
+def copy_samples(samples, folder):
+    """With what ../nc_files of the samples leads to."""
+    copy = os.path.join(folder, "sample-configs")
+    shutil.copytree(samples, copy, symlinks=True)
+    os.symlink(os.path.join(os.path.dirname(os.path.realpath(samples)), "nc_files"), os.path.join(folder, "nc_files"))
+    return copy
 
 
 def wire(ini, functions, options=()):
@@ -118,7 +123,7 @@ def contents(folder):
     """All files of a folder but those of plumb wire."""
     found = {}
     for path in glob.glob(os.path.join(folder, "**"), recursive=True, include_hidden=True):
-        if os.path.isfile(path) and not os.path.relpath(path, folder).startswith("plumb-"):
+        if os.path.isfile(path) and not os.path.relpath(path, folder).startswith("plumb"):
             with open(path, "rb") as file:
                 found[os.path.relpath(path, folder)] = file.read()
     return found

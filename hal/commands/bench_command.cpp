@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <iostream>
 #include <iterator>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -27,6 +26,7 @@
 #include "hal/host/arguments.hpp"
 #include "hal/host/decimal.hpp"
 #include "hal/host/statement.hpp"
+#include "hal/spelling.hpp"
 
 namespace plumb::host {
 namespace {
@@ -102,35 +102,14 @@ std::string joined(const std::vector<std::string>& words) {
     return result;
 }
 
-// How many letters must be put in, left out or exchanged to make one word of the other.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t exchanged = diagonal + (a[i] != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({exchanged, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
-}
-
-// "; did you mean 'x'?", or nothing when no name is near.
+// Of all pins, parameters and signals.
 std::string suggestion(Client& host, const std::string& name) {
-    std::string nearest;
-    std::size_t least = std::max<std::size_t>(3, name.size() / 3);
+    std::vector<std::string> candidates;
     for (const char* kind : {"pin", "param", "sig"}) {
         std::istringstream names(host.halcmd({"list", kind}).output);
-        for (std::string candidate; names >> candidate;) {
-            const std::size_t distance = edit_distance(name, candidate);
-            if (distance >= least) continue;
-            least = distance;
-            nearest = candidate;
-        }
+        for (std::string candidate; names >> candidate;) candidates.push_back(candidate);
     }
-    return nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
+    return hal::suggestion(name, candidates);
 }
 
 void require_known(Client& host, const std::string& name, const char* option) try {

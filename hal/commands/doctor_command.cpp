@@ -384,7 +384,9 @@ Findings installation(const Trial& trial) {
 
 Findings python() {
     const auto prints = [](const fs::path& python3, const std::string& line) {
-        return output_of("'" + python3.string() + "' -c '" + line + "'");
+        // Not what lies in the present folder: such as a folder plumb, or hal.
+        return output_of("'" + python3.string() +
+                         "' -c 'import sys; sys.path = [p for p in sys.path if p]; " + line + "'");
     };
     const char* const import = "import linuxcnc, hal; hal.component";
     const fs::path first = program_in_path("python3");

@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,8 +13,10 @@
 #include <map>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "hal/command_line.hpp"
+#include "hal/spelling.hpp"
 
 namespace plumb::host {
 
@@ -44,7 +47,7 @@ time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND
 lists them all.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
         ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n"
-        ".BR plumb\\-squareness (1),\n.BR halcmd (1)"};
+        ".BR plumb\\-squareness (1),\n.BR plumb\\-wire (1),\n.BR halcmd (1)"};
 }
 
 fs::path own_folder() {
@@ -81,6 +84,18 @@ void list_commands(CLI::App& app, bool with_programs) {
     for (const auto& [name, program] : programs()) app.add_subcommand(name, summary_of(program));
 }
 
+// With the commands that there are.
+std::string unknown_command(const std::string& name) {
+    std::vector<std::string> names;
+    for (const auto& command : Command::all()) names.push_back(command.first);
+    for (const auto& program : programs()) names.push_back(program.first);
+    std::sort(names.begin(), names.end());
+    const std::string near = hal::suggestion(name, names);
+    std::string sentence = "there is no command '" + name + "'" + (near.empty() ? "." : near) + " There are";
+    for (const std::string& each : names) sentence += (&each == &names.front() ? " " : ", ") + each;
+    return sentence + ". plumb --help describes them.";
+}
+
 int run(int argc, char** argv) {
     const std::string name = argc > 1 ? argv[1] : "";
     const auto built_in = Command::all().find(name);
@@ -91,7 +106,7 @@ int run(int argc, char** argv) {
             execv(program.c_str(), argv + 1);
             const int why = errno;
             if (why == ENOENT)
-                std::cerr << "plumb: there is no command '" << name << "'. plumb --help lists them all.\n";
+                std::cerr << "plumb: " << unknown_command(name) << '\n';
             else
                 std::cerr << "plumb: cannot start " << program.string() << ": " << std::strerror(why) << '\n';
             return why == ENOENT ? 2 : 1;

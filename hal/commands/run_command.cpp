@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -73,6 +74,13 @@ void show_what_is_built(const std::filesystem::path& host) {
     append_to_list("PATH", programs);
 }
 
+// The program and its arguments are no options of the command, and so CLI11 does not know of them.
+struct RunFormatter : CLI::Formatter {
+    std::string make_usage(const CLI::App*, std::string) const override {
+        return "Usage: plumb run [OPTIONS] [--] PROGRAM [argument ...]\n";
+    }
+};
+
 // Declares the arguments of the command, which are parsed into `options`; the program follows them.
 void declare_run(CLI::App& command, RunOptions& options) {
     CLI::Option* const speed =
@@ -112,6 +120,7 @@ void declare_run(CLI::App& command, RunOptions& options) {
         ->check(option_problem)
         ->type_name("MODULE.NAME=VALUE");
     command.prefix_command();
+    command.formatter(std::make_shared<RunFormatter>());
 }
 
 hal::CommandPage run_page() {

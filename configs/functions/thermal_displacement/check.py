@@ -6,6 +6,7 @@ import os
 GROWTH = 0.012 # mm
 TOLERANCE = 0.005  # mm
 PLUNGES = 3
+LONGEST = 300  # s, for a cycle
 FEED = 120  # mm/min
 APPROACH = 2.5  # mm above the work, in which the tool feeds
 DEPTH = 1.2  # mm
@@ -42,15 +43,15 @@ def check(machinery):
     machinery.set("growth.dry-run", False)
     grow(machinery, work, 0)
     machinery.machine.mdi("M64 P2")
-    machinery.machine.run(program)
+    machinery.machine.run(program, LONGEST)
     learnt = machinery.get("growth.rows")
     seen = [("the first cycle learns %d contacts of %d" % (learnt, PLUNGES), learnt == PLUNGES)]
     grow(machinery, work, GROWTH * mm)
     before = machinery.get("growth.contacts-accepted")
-    machinery.machine.run(program)
+    machinery.machine.run(program, LONGEST)
     accepted = machinery.get("growth.contacts-accepted") - before
     displacement = machinery.get("growth.displacement") / mm
-    machinery.machine.run(program)  # the offset takes several contacts
+    machinery.machine.run(program, LONGEST)  # the offset takes several contacts
     offset = machinery.get("axis.z.eoffset") / mm
     follows = abs(offset - machinery.get("growth.z-offset") / mm)
     faults = [name for name in ("growth", "z-axis-stage") if machinery.get(name + ".fault")]

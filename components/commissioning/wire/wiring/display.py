@@ -15,6 +15,7 @@ from plumb_linuxcnc import Machine, OperatorError, Overdue
 
 MARGIN = 0.3  # of the travel, that the trial stays away from soft limits
 LONGEST_MOVE = 40  # mm
+LONGEST_PROGRAM = 300  # s of the machine's time
 
 
 def main():
@@ -48,7 +49,7 @@ def look(task):
 
 def check(task):
     """What was seen: a list of (statement, whether it holds)."""
-    seen = []
+    seen, overdue = [], False
     with Machine() as machine:
         try:
             machine.turn_on()
@@ -59,12 +60,15 @@ def check(task):
             seen.append(("it runs a program", True))
             for name, path in task["checks"].items():
                 seen += [("%s: %s" % (name, text), bool(holds)) for text, holds in load(path).check(Machinery(machine, task))]
-        except (OperatorError, Overdue, plumb.Refused, plumb.HostDied, linuxcnc.error, RuntimeError) as error:
+        except Overdue as error:
+            seen.append((str(error), False))
+            overdue = True
+        except (OperatorError, plumb.Refused, plumb.HostDied, linuxcnc.error, RuntimeError) as error:
             seen.append((str(error), False))
         except Exception:  # of a function's check
             seen.append((traceback.format_exc(), False))
         messages = machine.messages + machine.errors
-    return {"seen": seen, "messages": messages}
+    return {"seen": seen, "messages": messages, "overdue": overdue}
 
 
 class Machinery:
@@ -127,7 +131,7 @@ def run_program(machine, task):
     path = os.path.join(task["folder"], "trial.ngc")
     with open(path, "w", encoding="ascii") as file:
         file.write("\n".join(lines + ["M2"]) + "\n")
-    machine.run(path)
+    machine.run(path, LONGEST_PROGRAM)
 
 
 def load(path):

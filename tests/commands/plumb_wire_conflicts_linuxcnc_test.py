@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What plumb wire refuses, and that it names both sides of a conflict."""
+
+import os
+import unittest
+
+from tree import own_folder
+from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
+
+
+class Conflicts(Sample):
+    def refusal(self, hal, *functions, ini_change=("", "")):
+        """What is said of axis_mm with another HALFILE of these lines."""
+        home = os.path.dirname(self.ini(AXIS_MM))
+        write(os.path.join(home, "mine.hal"), hal)
+        text = read(self.ini(AXIS_MM)).replace("HALFILE = simulated_home.hal", "HALFILE = simulated_home.hal\nHALFILE = mine.hal")
+        write(self.ini(AXIS_MM), text.replace(*ini_change))
+        status, output, flat = self.wire(AXIS_MM, *functions)
+        self.assertEqual(status, 1, output)
+        self.assertFalse(os.path.exists(self.folder(AXIS_MM)))
+        return flat
+
+    def test_a_conflict_names_both_sides(self):
+        flat = self.refusal(
+            "loadrt xor2 names=square,mist\nloadrt lut5 names=mine\nnet mist motion.digital-out-00 => mist.in0\n"
+            "net weight motion.analog-in-01 <= motion.current-vel\n",
+            "squareness",
+            "thermal_displacement",
+        )
+        self.assertIn("The name square is in use: by xor2 in your configuration (mine.hal:1), and by squareness here.", flat)
+        self.assertIn("motion.digital-out-00 is in use: your signal mist joins it to mist.in0 (mine.hal:3)", flat)
+        self.assertRegex(flat, "thermal_displacement needs it for cycle-running")
+        self.assertIn("lut5 is loaded by your configuration (mine.hal:2) as mine", flat)
+        self.assertRegex(flat, "motion.analog-in-01 is in use: your signal weight joins it to motion.current-vel")
+
+    def test_a_later_line_that_takes_the_place_of_a_stage_is_named(self):
+        flat = self.refusal(
+            "unlinkp joint.0.motor-pos-cmd\n",
+            "squareness",
+            ini_change=("HALUI = halui", "HALUI = halui\nHALCMD = net Xpos joint.0.motor-pos-cmd"),
+        )
+        self.assertIn("joint.0.motor-pos-cmd is netted to the signal Xpos by a HALCMD line", flat)
+
+    def test_an_inhibit_of_the_user_is_joined(self):
+        home = os.path.dirname(self.ini(AXIS_MM))
+        write(os.path.join(home, "mine.hal"), "net door motion.feed-inhibit\n")
+        text = read(self.ini(AXIS_MM)).replace("HALFILE = simulated_home.hal", "HALFILE = simulated_home.hal\nHALFILE = mine.hal")
+        write(self.ini(AXIS_MM), text)
+        status, output, flat = self.wire(AXIS_MM, "squareness")
+        self.assertEqual(status, 0, output)
+        self.assertIn("motion.feed-inhibit keeps your signal door", flat)
+        stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
+        self.assertIn("unlinkp motion.feed-inhibit\n", stages)
+        self.assertIn("net door => feed-inhibit-of-all.in-1\n", stages)
+
+    def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
+        flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")
+        self.assertRegex(flat, "The same machine without Plumb fails too: joint 1 on limit switch error")
+
+
+class Refusals(unittest.TestCase):
+    """What is refused without a start of LinuxCNC."""
+
+    def setUp(self):
+        self.home = own_folder(self)
+        self.ini = os.path.join(self.home, "my.ini")
+
+    def machine(self, coordinates):
+        write(
+            self.ini,
+            "[EMC]\nVERSION = 1.1\n[KINS]\nKINEMATICS = trivkins coordinates=%s\nJOINTS = %d\n[TRAJ]\nCOORDINATES = %s\n"
+            % (coordinates, len(coordinates), coordinates),
+        )
+
+    def test_unknown_function(self):
+        status, output, flat = plumb_wire("squarenes", "--ini", self.ini)
+        self.assertEqual(status, 2)
+        self.assertIn("there is no function 'squarenes'; is it squareness?", flat)
+        self.assertRegex(output, r"\n  thermal_displacement +corrects")
+
+    def test_missing_file(self):
+        status, _, flat = plumb_wire("squareness", "--ini", "/nowhere/my.ini")
+        self.assertEqual((status, flat), (2, "plumb wire: cannot read /nowhere/my.ini: there is no such file"))
+
+    def test_machine_without_z(self):
+        self.machine("XY")
+        status, _, flat = plumb_wire("thermal_displacement", "--ini", self.ini)
+        self.assertEqual(status, 1)
+        self.assertIn("thermal_displacement needs the axis Z, and this machine has X Y", flat)
+
+    def test_folder_with_files_of_the_user(self):
+        self.machine("XYZ")
+        os.mkdir(os.path.join(self.home, "plumb"))
+        write(os.path.join(self.home, "plumb", "stages.hal"), "# mine\n")
+        status, _, flat = plumb_wire("squareness", "--ini", self.ini)
+        self.assertEqual(status, 1)
+        self.assertIn("plumb wire did not write it: it has stages.hal", flat)
+        self.assertEqual(read(os.path.join(self.home, "plumb", "stages.hal")), "# mine\n")
+
+    def test_folder_outside(self):
+        self.machine("XYZ")
+        status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--output", "/nowhere")
+        self.assertEqual(status, 1)
+        self.assertIn("must be a folder below that of the INI file", flat)
+
+    def test_wrong_joints(self):
+        self.machine("XYZ")
+        status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--joints", "X=0,Q=1")
+        self.assertEqual(status, 1)
+        self.assertIn("'Q=1' is not an axis and its joint, such as X=0", flat)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,99 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb wire on machines of LinuxCNC's own samples: what it writes works, changes nothing of the user's, and can be undone."""
+
+import os
+import re
+import shutil
+import subprocess
+import unittest
+
+import wire_samples
+from wire_sample import AXIS_MM, Sample, read, write
+
+LATHE = "sim/axis/lathe.ini"
+TWOPASS = "sim/axis/simtcl/twopass_basic.ini"
+FIVE_AXES = "sim/axis/vismach/5axis/table-rotary-tilting/xyzac-trt.ini"
+MESA = "by_interface/mesa/hm2-servo/5i20.ini"
+
+
+class Works(Sample):
+    def test_both_functions_show_their_effect_and_the_patch_can_be_undone(self):
+        status, output, flat = self.wire(AXIS_MM, "squareness", "thermal_displacement")
+        self.assertEqual(status, 0, output)
+        for function, effect in (("squareness", "moves the drive of X"), ("thermal_displacement", "measured as")):
+            seen = self.seen(output, function)
+            self.assertTrue(any(effect in text for text in seen), output)
+            self.assertTrue(all(seen.values()), output)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=5", flat)
+        self.assertRegex(flat, "Still missing.*chain of axes.*The load of the spindle")
+        hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
+        self.assertIn("unlinkp joint.0.motor-pos-cmd\n", hal)
+        self.assertIn("net Xpos x-stage.drive-command\n", hal)
+        self.assertRegex(hal, "=> motion.feed-inhibit\n")
+        order = re.findall("addf (\\S+) servo-thread (\\d+)", read(os.path.join(self.folder(AXIS_MM), "plumb.hal")))
+        places = {name: int(place) for name, place in order}
+        self.assertEqual(places["x-stage.update-feedback"], 2)  # where motion-controller was
+        self.assertLess(places["square.update"], places["x-stage.update"])
+        self.assertLess(places["growth.update"], places["z-axis-stage.update"])
+
+        if shutil.which("patch"):
+            home, original = os.path.dirname(self.ini(AXIS_MM)), read(self.ini(AXIS_MM))
+            for options, expected in ((["-p1"], None), (["-R", "-p1"], original)):
+                with open(os.path.join(home, "plumb", "ini.patch"), "rb") as patch:
+                    subprocess.run(["patch", *options], cwd=home, stdin=patch, check=True, stdout=subprocess.DEVNULL)
+                if expected is None:
+                    self.assertIn("HALFILE = plumb/plumb.hal\n", read(self.ini(AXIS_MM)))
+                    self.assertIn("OFFSET_AV_RATIO = 0.2\n", read(self.ini(AXIS_MM)))
+                else:
+                    self.assertEqual(read(self.ini(AXIS_MM)), expected)
+
+    def test_a_second_function_joins_the_first_and_settings_of_the_user_stay(self):
+        self.assertEqual(self.wire(LATHE, "squareness")[0], 0)
+        settings = os.path.join(self.folder(LATHE), "squareness_settings.hal")
+        values = os.path.join(self.folder(LATHE), "plumb.inc")
+        write(settings, "setp square.enable 1\nsetp square.eb0z 0.0001\n")
+        write(values, "[SQUARENESS]\nCHAIN = w-Y.b-Z-X-C-t\n")
+        status, output, flat = self.wire(LATHE, "thermal_displacement")
+        self.assertEqual(status, 0, output)
+        self.assertIn("squareness_settings.hal (yours, not written)", flat)
+        self.assertEqual(read(settings), "setp square.enable 1\nsetp square.eb0z 0.0001\n")
+        self.assertIn("CHAIN = w-Y.b-Z-X-C-t\n", read(values))
+        stages = read(os.path.join(self.folder(LATHE), "stages.hal"))
+        self.assertIn("joint_offset names=x-stage,z-stage\n", stages)  # a lathe has no Y
+        self.assertIn("axis_offset names=z-axis-stage\n", stages)
+        # On an inch machine the lengths are inches.
+        self.assertIn("setp growth.gate-floor        0.000787402\n", read(os.path.join(self.folder(LATHE), "thermal_displacement_settings.hal")))
+        self.assertIn("setp x-stage.max-offset 0.0393701\n", stages)
+
+        write(os.path.join(self.folder(LATHE), "stages.hal"), stages + "# mine\n")
+        status, _, flat = self.wire(LATHE, "squareness")
+        self.assertEqual(status, 1)
+        self.assertIn("Somebody changed stages.hal", flat)
+        self.assertTrue(read(os.path.join(self.folder(LATHE), "stages.hal")).endswith("# mine\n"))
+
+    def test_twopass_with_tcl_files_and_includes(self):
+        status, output, _ = self.wire(TWOPASS, "squareness", "thermal_displacement")
+        self.assertEqual(status, 0, output)
+        self.assertTrue(all(holds for holds, _ in wire_samples.statements(output)), output)
+
+    def test_drivers_are_named_and_stood_in_for(self):
+        status, output, flat = self.wire(MESA, "squareness")
+        self.assertEqual(status, 0, output)
+        self.assertIn("These drivers need hardware. Pins stand in for them here: hostmot2, hm2_pci.", flat)
+        order = read(os.path.join(self.folder(MESA), "plumb.hal"))
+        self.assertIn("addf x-stage.update-feedback servo-thread 3\n", order)  # after hm2_5i20.0.read
+
+    def test_kinematics_need_the_joints_to_be_named(self):
+        status, _, flat = self.wire(FIVE_AXES, "squareness")
+        self.assertEqual(status, 1)
+        self.assertIn("No joint is known for the axis X and Y and Z", flat)
+        self.assertIn("--joints X=0,Y=1,Z=2", flat)
+        status, output, _ = self.wire(FIVE_AXES, "squareness", "--joints", "X=0,Y=1,Z=2")
+        self.assertEqual(status, 0, output)
+        # A HALCMD line of this machine gives the tool offset a signal later: ours is the same.
+        self.assertIn("net :tool-offset motion.tooloffset.z => square.z-tool-offset\n", read(os.path.join(self.folder(FIVE_AXES), "squareness.hal")))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb wire on copies of LinuxCNC's own sample configurations."""
+
+import os
+import subprocess
+import unittest
+
+import wire_samples
+from tree import BUILD, own_folder
+
+AXIS_MM = "sim/axis/axis_mm.ini"
+
+
+def plumb_wire(*arguments):
+    done = subprocess.run(
+        [os.path.join(BUILD, "bin", "plumb"), "wire", *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    return done.returncode, done.stdout, " ".join(done.stdout.split())
+
+
+def write(path, text):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
+@unittest.skipUnless(os.path.isdir(wire_samples.SAMPLES), "this LinuxCNC has no samples")
+class Sample(unittest.TestCase):
+    """A copy of the samples, in a folder that the run does not keep in memory."""
+
+    def setUp(self):
+        self.samples = wire_samples.copy_samples(wire_samples.SAMPLES, own_folder(self))
+
+    def ini(self, name):
+        return os.path.join(self.samples, name)
+
+    def wire(self, name, *arguments):
+        before = wire_samples.contents(os.path.dirname(self.ini(name)))
+        status, output, flat = plumb_wire(*arguments, "--ini", self.ini(name))
+        after = wire_samples.contents(os.path.dirname(self.ini(name)))
+        self.assertEqual(wire_samples.changes(before, after), [], "changed files of the user")
+        return status, output, flat
+
+    def seen(self, output, function):
+        return {text[len(function) + 2 :]: holds for holds, text in wire_samples.statements(output) if text.startswith(function)}
+
+    def folder(self, name):
+        return os.path.join(os.path.dirname(self.ini(name)), "plumb")
