@@ -54,10 +54,10 @@ inline std::string default_unit(const std::string& unit) {
 class LengthUnit {
 public:
     explicit LengthUnit(Component* owner)
-        : millimetres_(millimetres_of_option(registrar(owner).add(
-              OptionInfo{length_option, "mm",
-                         "Machine unit of length: mm or inch, or as [TRAJ]LINEAR_UNITS has it. One for all "
-                         "instances is enough."}))) {}
+        : millimetres_(millimetres_of_option(registrar(owner).add(OptionInfo{
+              length_option, "mm",
+              "Machine unit of length: mm or inch, or as [TRAJ]LINEAR_UNITS has it. One for all "
+              "instances is enough. Another unit than that of LinuxCNC's INI file is refused."}))) {}
     LengthUnit(const LengthUnit&) = delete;
     LengthUnit& operator=(const LengthUnit&) = delete;
 

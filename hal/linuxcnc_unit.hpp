@@ -42,7 +42,7 @@ inline void compare_with_linuxcnc(const std::string& unit) {
     if (unit.empty())
         throw std::invalid_argument(fact +
                                     ", and the defaults are in mm: add unit=[TRAJ]LINEAR_UNITS to the loadrt "
-                                    "line, and remove what you divided by 25.4 yourself");
+                                    "line");
     throw std::invalid_argument("unit=" + unit + ", but " + fact);
 }
 

@@ -14,6 +14,7 @@
 #include "hal/host/faster_clock.hpp"
 #include "hal/host/guard.hpp"
 #include "hal/host/hal_memory.hpp"
+#include "hal/host/ini_file_of.hpp"
 #include "hal/host/line_buffer.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/names.hpp"
@@ -255,6 +256,7 @@ int Control::rtapi_command(const std::vector<std::string>& words, pid_t process)
         return 0;
     }
     if (command == "load" && words.size() >= 2) {
+        take_over_ini_file(process);
         const int result = modules_.load(words[1], {words.begin() + 2, words.end()});
         let_unloaded_go();
         return result;

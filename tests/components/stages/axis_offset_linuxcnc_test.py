@@ -298,5 +298,30 @@ class Guest(unittest.TestCase):
         self.assertEqual(self.errors, [])
 
 
+class InchMachine(unittest.TestCase):
+    """LinuxCNC of a machine in inches, which loads the stage and ends."""
+
+    def started_with(self, loading):
+        folder = own_folder(self)
+        machine = linuxcnc_runs.copy_configuration("three_axis", folder)
+        change(os.path.join(machine, "common", "xyz.inc"), "LINEAR_UNITS = mm", "LINEAR_UNITS = inch")
+        ini = os.path.join(machine, "three_axis.ini")
+        change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
+        with open(os.path.join(machine, "stage.hal"), "w") as file:
+            file.write(loading + "\nloadusr -w halcmd getp z-stage.max-offset\nloadusr -w false\n")
+        status, output = linuxcnc_runs.finish(linuxcnc_runs.start(folder, ini))
+        self.assertNotEqual(status, 0)
+        return output
+
+    def test_defaults_in_millimetres_are_refused_and_the_message_tells_what_to_write(self):
+        output = self.started_with("loadrt axis_offset names=z-stage")
+        self.assertRegex(output, r"axis_offset: \[TRAJ\]LINEAR_UNITS is inch in .*, and the defaults are in mm")
+        self.assertIn("add unit=[TRAJ]LINEAR_UNITS to the loadrt line", output)
+
+    def test_defaults_are_converted_by_the_unit_of_the_ini_file(self):
+        output = self.started_with("loadrt axis_offset names=z-stage unit=[TRAJ](LINEAR_UNITS)")
+        self.assertIn("\n%.9f\n" % (0.15 / 25.4), output)
+
+
 if __name__ == "__main__":
     linuxcnc_runs.main(Shift, __doc__)
