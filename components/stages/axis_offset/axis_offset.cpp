@@ -189,7 +189,7 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
         limited = offset_limited || wanted != possible;
         uncompensated = std::abs(wanted - (on ? shares_.own() : 0)) > slack();
         probing_refused = refused_;
-        fault = hal::first<Fault>({{!interlock_.alive(), Fault::interlock},
+        fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!hears, Fault::report},
                                    {!given.valid(), Fault::settings},

@@ -151,9 +151,9 @@ TEST(AxisOffset, OffsetFollowsItsSourceByMaxRateAndToACount) {
 // The heartbeat of an interlock that is called, or, if `still`, is not any more.
 void beat(Machine& machine, double seconds, bool still = false) {
     const int periods = static_cast<int>(std::lround(seconds / 0.001));
-    double count = machine.get("heartbeat");
+    double beats = machine.get("heartbeat");
     for (int i = 0; i < periods; ++i) {
-        if (!still) machine.set("heartbeat", ++count);
+        if (!still) machine.set("heartbeat", ++beats);
         machine.run(0.001);
     }
 }

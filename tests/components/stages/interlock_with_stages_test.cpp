@@ -170,6 +170,7 @@ TEST_P(InterlockGone, NothingIsArmedAndOffsetsHold) {
     machine.lose(GetParam());
     bench.set("x-stage.offset-0", -80 * um);  // the function behind X goes on
     bench.set("u-stage.offset-0", 60 * um);   // and that of U begins
+    bench.set("z-stage.offset-0", -20 * um);
     bench.run(2);
     machine.expect_held();
     for (int n = 0; n < 3; ++n) {
@@ -216,10 +217,11 @@ TEST_P(InterlockGone, HomedAnewTheOffsetsHold) {
     }
 }
 
-TEST_P(InterlockGone, WhenItReturnsXGoesOnByItsRampAndYWithTheNextCycle) {
+TEST_P(InterlockGone, WhenItReturnsXGoesOnByItsRampAndYAndZWithTheNextCycle) {
     machine.hold_offsets();
     machine.lose(GetParam());
     bench.set("x-stage.offset-0", -80 * um);
+    bench.set("z-stage.offset-0", -20 * um);
     bench.run(1);
     machine.return_from(GetParam());
     bench.run(0.5);
@@ -230,10 +232,11 @@ TEST_P(InterlockGone, WhenItReturnsXGoesOnByItsRampAndYWithTheNextCycle) {
     EXPECT_EQ(bench.get("x-stage.fault-code"), 0);
     EXPECT_FALSE(bench.get("y-stage.armed"));  // the cycle that runs is not a start
     EXPECT_EQ(bench.get("y-offset"), 0);
+    EXPECT_NEAR(bench.get("z-offset"), 50 * um, count);
     machine.start_cycle();
     bench.run(1);
     EXPECT_NEAR(bench.get("y-offset"), 40 * um, count);
-    EXPECT_NEAR(bench.get("z-offset"), 50 * um, count);
+    EXPECT_NEAR(bench.get("z-offset"), -20 * um, count);
 }
 
 // Its function was never added to the thread.
@@ -258,7 +261,7 @@ TEST(InterlockNeverCalled, NothingIsApplied) {
 
 TEST(InterlockWithStages, StartIsNoFault) {
     Machine machine;
-    for (const char* stage : {"x", "u"})
+    for (const char* stage : {"x", "u", "z", "y"})
         machine.bench.expect("fault == 0", {{"fault", std::string(stage) + "-stage.fault-code"}});
     machine.bench.run(1);
 }
