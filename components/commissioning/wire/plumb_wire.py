@@ -50,7 +50,7 @@ def main():
     parser.add_argument(
         "--joints", metavar="X=0,...", default="", help="joints that drive the axes, where the kinematics do not show it"
     )
-    parser.add_argument("--version", action="version", version="@PROJECT_VERSION@")
+    parser.add_argument("--version", action="version", version="plumb @PROJECT_VERSION@")
     arguments = parser.parse_args()
     if arguments.summary:
         print(SUMMARY)
@@ -296,7 +296,7 @@ class Wire:
         def note(section, name, value, add=False):
             if add or ini.get(section, name) != value:
                 (ini.add if add else ini.set)(section, name, value)
-                self.added.append((section, "%s = %s" % (name, value)))
+                self.added.append((section, name, value))
 
         note("HAL", "HALFILE", self.halfile, add=True)
         if self.needs_halui and not ini.get("HAL", "HALUI"):
@@ -313,7 +313,7 @@ class Wire:
             note("RS274NGC", "ON_ABORT_COMMAND", "O <%s> call" % ABORT)
         if self.motmod:
             self.add_outputs(ini)
-            self.added.append(("EMCMOT", "EMCMOT = %s" % ini.get("EMCMOT", "EMCMOT")))
+            self.added.append(("EMCMOT", "EMCMOT", ini.get("EMCMOT", "EMCMOT")))
         if any(function.ini for function in self.functions):
             ini.include(self.include)
         return ini
@@ -456,12 +456,17 @@ class Wire:
         print("\nWritten into %s" % self.output)
         for name in files:
             print("  %s%s" % (name, "  (yours, not written)" if name in self.kept else ""))
-        print("\nAdd to %s, each line in its section%s" % (ini_name, ", or run this in %s" % self.home))
-        print("  patch -p1 < %s/ini.patch       # patch -R -p1 < %s/ini.patch undoes it\n" % (self.folder, self.folder))
-        for section, line in self.added:
-            print("  [%s]  %s" % (section, line))
-        if any(function.ini for function in self.functions):
-            print("  last line   #INCLUDE %s" % self.include)
+        if files["ini.patch"]:
+            print("\nAdd to %s, each line in its section, or run this in %s" % (ini_name, self.home))
+            print("  patch -p1 < %s/ini.patch       # patch -R -p1 < %s/ini.patch undoes it\n" % (self.folder, self.folder))
+            present = IniFile(self.ini_path)
+            for section, name, value in self.added:
+                if value not in present.all(section, name):
+                    print("  [%s]  %s = %s" % (section, name, value))
+            if any(function.ini for function in self.functions) and not present.includes(self.include):
+                print("  last line   #INCLUDE %s" % self.include)
+        else:
+            print("\n%s has the lines that put them in." % ini_name)
         for note in wiring.notes:
             print(wrapped(note, "  "))
         missing = self.missing(wiring)
