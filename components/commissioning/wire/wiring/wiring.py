@@ -72,9 +72,9 @@ def _number(text):
 class Wiring:
     """The functions joined to the machine. `problems` has what keeps them apart, a sentence each."""
 
-    def __init__(self, functions, machine, folder, values):
-        self.functions, self.machine, self.folder, self.values = functions, machine, folder, values
-        self.problems, self.notes, self.ini_lines = [], [], []
+    def __init__(self, functions, machine, folder):
+        self.functions, self.machine, self.folder = functions, machine, folder
+        self.problems, self.notes = [], []
         self.freed = {}  # pins of joints that stages take over, and their signals
         self.names = {}  # the machine's signals by ours
         self.unlinked = []
