@@ -10,11 +10,13 @@ import subprocess
 import sys
 import tempfile
 
-BUILD = os.environ.get("PLUMB_BUILD", os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "build"))
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
 SAMPLES = "/usr/share/doc/linuxcnc/examples/sample-configs"
 
 BOTH = ("squareness", "thermal_displacement")
-SQUARE, GROWTH = BOTH[:1], BOTH[1:]
+SQUARE = BOTH[:1]
+XYZ = ("--joints", "X=0,Y=1,Z=2")
 
 # INI file, functions, other arguments, and what it is for.
 MACHINES = [
@@ -25,8 +27,8 @@ MACHINES = [
     ("sim/axis/twopass/twopass.ini", BOTH, (), "TWOPASS, inches"),
     ("sim/axis/simtcl/twopass_basic.ini", BOTH, (), "TWOPASS with Tcl and #INCLUDE"),
     ("sim/axis/ini_with_includes/includes_demo.ini", BOTH, (), "all sections by #INCLUDE"),
-    ("sim/axis/vismach/5axis/table-rotary-tilting/xyzac-trt.ini", BOTH, ("--joints", "X=0,Y=1,Z=2"), "5 axes, switchable kinematics"),
-    ("sim/axis/vismach/5axis/bridgemill/5axis.ini", BOTH, ("--joints", "X=0,Y=1,Z=2"), "5 axes, tool tip kinematics"),
+    ("sim/axis/vismach/5axis/table-rotary-tilting/xyzac-trt.ini", BOTH, XYZ, "5 axes, switchable kinematics"),
+    ("sim/axis/vismach/5axis/bridgemill/5axis.ini", BOTH, XYZ, "5 axes, tool tip kinematics"),
     ("sim/axis/vismach/VMC_toolchange/vmc_index.ini", SQUARE, (), "tool changer by classicladder and vismach"),
     ("sim/axis/axis_9axis.ini", BOTH, (), "9 axes"),
     ("sim/axis/external_offsets/dynamic_offsets.ini", SQUARE, (), "external offsets by another component"),
@@ -115,7 +117,8 @@ def rows(name, functions, status, output):
         if failed:
             effect = "NO: " + "; ".join(failed)
         elif not own:
-            effect = "; ".join(text for text, holds in seen.items() if not holds) or " ".join(output.split("nothing was written.")[-1].split())[:300]
+            effect = "; ".join(text for text, holds in seen.items() if not holds)
+            effect = effect or " ".join(output.split("nothing was written.")[-1].split())[:300]
         yield "| %s | %s | %s | %s |" % (name, function, " | ".join(steps), effect)
 
 

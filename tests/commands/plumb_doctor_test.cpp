@@ -470,6 +470,15 @@ TEST_F(PlumbDoctor, AnotherPlumbForPythonIsWrong) {
     });
 }
 
+TEST_F(PlumbDoctor, AFolderThatIsCalledPlumbIsNoPythonModule) {
+    on_computer([] {
+        unsetenv("PYTHONPATH");
+        fs::create_directories("/tmp/plumb");
+        EXPECT_THAT(doctor().output,
+                    Finds("note", "Python does not find plumb.py.", "export PYTHONPATH=/tmp/python"));
+    });
+}
+
 TEST(PlumbDoctorCommand, TakesNoArguments) {
     const Outcome outcome = run_program({BUILD_DIR "/bin/plumb", "doctor", "now"}, "/");
     EXPECT_EQ(outcome.status, 2);

@@ -10,12 +10,16 @@ from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
 
 class Conflicts(Sample):
+    def add_halfile(self, hal):
+        """mine.hal, the last HALFILE of axis_mm."""
+        write(os.path.join(os.path.dirname(self.ini(AXIS_MM)), "mine.hal"), hal)
+        last = "HALFILE = simulated_home.hal"
+        write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(last, last + "\nHALFILE = mine.hal"))
+
     def refusal(self, hal, *functions, ini_change=("", "")):
         """What is said of axis_mm with another HALFILE of these lines."""
-        home = os.path.dirname(self.ini(AXIS_MM))
-        write(os.path.join(home, "mine.hal"), hal)
-        text = read(self.ini(AXIS_MM)).replace("HALFILE = simulated_home.hal", "HALFILE = simulated_home.hal\nHALFILE = mine.hal")
-        write(self.ini(AXIS_MM), text.replace(*ini_change))
+        self.add_halfile(hal)
+        write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(*ini_change))
         status, output, flat = self.wire(AXIS_MM, *functions)
         self.assertEqual(status, 1, output)
         self.assertFalse(os.path.exists(self.folder(AXIS_MM)))
@@ -28,7 +32,7 @@ class Conflicts(Sample):
             "squareness",
             "thermal_displacement",
         )
-        self.assertIn("The name square is in use: by xor2 in your configuration (mine.hal:1), and by squareness here.", flat)
+        self.assertIn("The name square is in use: by xor2 in your configuration (mine.hal:1), and by squareness", flat)
         self.assertIn("motion.digital-out-00 is in use: your signal mist joins it to mist.in0 (mine.hal:3)", flat)
         self.assertRegex(flat, "thermal_displacement needs it for cycle-running")
         self.assertIn("lut5 is loaded by your configuration (mine.hal:2) as mine", flat)
@@ -43,10 +47,7 @@ class Conflicts(Sample):
         self.assertIn("joint.0.motor-pos-cmd is netted to the signal Xpos by a HALCMD line", flat)
 
     def test_an_inhibit_of_the_user_is_joined(self):
-        home = os.path.dirname(self.ini(AXIS_MM))
-        write(os.path.join(home, "mine.hal"), "net door motion.feed-inhibit\n")
-        text = read(self.ini(AXIS_MM)).replace("HALFILE = simulated_home.hal", "HALFILE = simulated_home.hal\nHALFILE = mine.hal")
-        write(self.ini(AXIS_MM), text)
+        self.add_halfile("net door motion.feed-inhibit\n")
         status, output, flat = self.wire(AXIS_MM, "squareness")
         self.assertEqual(status, 0, output)
         self.assertIn("motion.feed-inhibit keeps your signal door", flat)

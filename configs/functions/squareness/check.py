@@ -6,7 +6,14 @@ LENGTH = 50  # mm
 TOLERANCE = 2e-3  # of the correction
 
 # The axis that leans, the one that is corrected, and the tilt: for an axis that carries the tool.
-LEANS = (("Z", "X", "eb0z"), ("Z", "Y", "ea0z"), ("Y", "X", "ec0y"), ("X", "Y", "ec0x"), ("X", "Z", "eb0x"), ("Y", "Z", "ea0y"))
+LEANS = (
+    ("Z", "X", "eb0z"),
+    ("Z", "Y", "ea0z"),
+    ("Y", "X", "ec0y"),
+    ("X", "Y", "ec0x"),
+    ("X", "Z", "eb0x"),
+    ("Y", "Z", "ea0y"),
+)
 
 
 def check(machinery):

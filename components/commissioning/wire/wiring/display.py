@@ -31,7 +31,8 @@ def main():
 def show():
     texts = {}
     for what in SHOWN:
-        texts[what] = subprocess.run(["halcmd", "-s", "show", what], stdout=subprocess.PIPE, text=True, check=False).stdout
+        command = ["halcmd", "-s", "show", what]
+        texts[what] = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout
     return texts
 
 
@@ -59,7 +60,8 @@ def check(task):
             run_program(machine, task)
             seen.append(("it runs a program", True))
             for name, path in task["checks"].items():
-                seen += [("%s: %s" % (name, text), bool(holds)) for text, holds in load(path).check(Machinery(machine, task))]
+                shown = load(path).check(Machinery(machine, task))
+                seen += [("%s: %s" % (name, text), bool(holds)) for text, holds in shown]
         except Overdue as error:
             seen.append((str(error), False))
             overdue = True

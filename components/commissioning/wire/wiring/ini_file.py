@@ -111,9 +111,11 @@ class IniFile:
             if matches(place.text.split("=", 1)[1].strip()):
                 del self.texts[place.path][place.line]
 
+    def includes(self, name):
+        return any(_includes(line, name) for line in self.texts[self.path])
+
     def drop_include(self, name):
-        pattern = re.compile(r"#INCLUDE\s+(\./)?%s\s*$" % re.escape(name))
-        self.texts[self.path] = [line for line in self.texts[self.path] if not pattern.match(line)]
+        self.texts[self.path] = [line for line in self.texts[self.path] if not _includes(line, name)]
 
     def write(self, folder):
         """Writes what was changed into the same files of a copy of the folder."""
@@ -133,3 +135,7 @@ class IniFile:
                 line + "\n" for line in difflib.unified_diff(before, after, "a/" + name, "b/" + name, lineterm="")
             )
         return text
+
+
+def _includes(line, name):
+    return re.match(r"#INCLUDE\s+(\./)?%s\s*$" % re.escape(name), line)

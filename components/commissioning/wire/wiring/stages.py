@@ -47,7 +47,8 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     stage = prefix + "-stage"
     part = Part("%s: between joint %d and its drive" % (stage, joint), {"joint_offset": [stage]})
     part.setp = [(stage + ".min-limit", limits[0]), (stage + ".max-limit", limits[1])]
-    part.setp += [(stage + ".joint-acceleration", "%g" % acceleration), (stage + ".offset-acceleration", "%g" % (acceleration / 4))]
+    part.setp.append((stage + ".joint-acceleration", "%g" % acceleration))
+    part.setp.append((stage + ".offset-acceleration", "%g" % (acceleration / 4)))
     part.nets = [
         [prefix + "-position", "joint.%d.pos-cmd" % joint, "=>", stage + ".position"],
         [prefix + "-homed", "joint.%d.homed" % joint, "=>", stage + ".homed"],
@@ -65,15 +66,13 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     ]
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
     part.messages = _message(prefix + "-fault", "Correction of %s: {code}" % prefix.upper(), "joint_offset fault-code")
-    part.messages += _message(
-        prefix + "-limited",
-        "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage." % prefix.upper(),
-    )
+    sentence = "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage."
+    part.messages += _message(prefix + "-limited", sentence % prefix.upper())
     return part
 
 
 def axis_stage(letter, source, arm, clear, delays):
-    """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets. `delays` puts off two messages."""
+    """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets. `delays`: by timedelay."""
     stage, axis = letter + "-axis-stage", "axis." + letter
     part = Part("%s: into the axis %s" % (stage, letter.upper()), {"axis_offset": [stage]})
     part.setp = [
@@ -97,7 +96,8 @@ def axis_stage(letter, source, arm, clear, delays):
         ["offset-limited", "motion.eoffset-limited", "=>", stage + ".offset-limited"],
         [letter + "-applied-offset", stage + ".applied-offset"],
         [letter + "-uncompensated", stage + ".uncompensated", "=>", letter + "-lacks-long.in"],
-        [letter + "-probing", stage + ".probing-refused", "=>", "motion.feed-inhibit", "halui.abort", letter + "-probing-long.in"],
+        [letter + "-probing", stage + ".probing-refused", "=>", "motion.feed-inhibit", "halui.abort"],
+        [letter + "-probing", "=>", letter + "-probing-long.in"],
         [letter + "-lacks", letter + "-lacks-long.out", "=>", "linuxcnc-link.%s-lacks-offset" % letter],
         [letter + "-probing-told", letter + "-probing-long.out", "=>", "linuxcnc-link.%s-probing-refused" % letter],
         [letter + "-axis-fault", stage + ".fault", "=>", "linuxcnc-link.%s-axis-fault" % letter],
@@ -108,19 +108,16 @@ def axis_stage(letter, source, arm, clear, delays):
         part.modules["timedelay"] = part.last = [letter + "-lacks-long", letter + "-probing-long"]
     else:
         part.setp = []
-        part.nets = [[word for word in net if not word.endswith("-long.in")] for net in part.nets if "-long.out" not in net[1]]
+        direct = [net for net in part.nets if "-long.out" not in net[1]]
+        part.nets = [[word for word in net if not word.endswith("-long.in")] for net in direct]
         part.nets.append([letter + "-uncompensated", "=>", "linuxcnc-link.%s-lacks-offset" % letter])
         part.nets.append([letter + "-probing", "=>", "linuxcnc-link.%s-probing-refused" % letter])
     axis_name = letter.upper()
     part.messages = _message(letter + "-axis-fault", "Offset of %s: {code}" % axis_name, "axis_offset fault-code")
-    part.messages += _message(
-        letter + "-probing-refused",
-        "Probing is aborted: its result would contain the offset of %s. Take it back first, or probe by o<probe_work> call." % axis_name,
-        kind="error",
-    )
-    part.messages += _message(
-        letter + "-lacks-offset", "%s lacks its offset until the next cycle starts: touch off by o<touch_off> call." % axis_name
-    )
+    sentence = "Probing is aborted: its result would contain the offset of %s. Take it back, or use o<probe_work> call."
+    part.messages += _message(letter + "-probing-refused", sentence % axis_name, kind="error")
+    sentence = "%s lacks its offset until the next cycle starts: touch off by o<touch_off> call."
+    part.messages += _message(letter + "-lacks-offset", sentence % axis_name)
     return part
 
 
@@ -154,16 +151,19 @@ def retain(folder):
         ["kept", "kept.out"],
         ["date", "retain.date"],
         ["retain-fault", "retain.fault", "=>", "not-restored.in-0", "retain-troubled.in-0"],
-        ["retain-code", "retain.fault-code", "=>", "linuxcnc-link.not-restored-code", "linuxcnc-link.retain-fault-code"],
+        ["retain-code", "retain.fault-code", "=>", "linuxcnc-link.not-restored-code"],
+        ["retain-code", "=>", "linuxcnc-link.retain-fault-code"],
         ["not-restored", "not-restored.out", "=>", "linuxcnc-link.not-restored"],
         ["retain-troubled", "retain-troubled.out", "=>", "linuxcnc-link.retain-fault"],
         ["retain-lost", "retain-lost.out", "=>", "linuxcnc-link.retain-lost"],
     ]
     part.after = ["watchdog.set-timeouts", "watchdog.process", "kept"]
     part.last = ["not-restored", "retain-troubled", "retain-lost"]
-    part.messages = _message("not-restored", "Nothing is compensated: {code} The terminal has more.", "retain fault-code")
-    part.messages += _message("retain-fault", "Compensation continues. {code} The terminal has more.", "retain fault-code")
-    part.messages += _message("retain-lost", "Nothing is compensated: retain has ended. Start LinuxCNC again.", kind="error")
+    codes = "retain fault-code"
+    part.messages = _message("not-restored", "Nothing is compensated: {code} The terminal has more.", codes)
+    part.messages += _message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
+    sentence = "Nothing is compensated: retain has ended. Start LinuxCNC again."
+    part.messages += _message("retain-lost", sentence, kind="error")
     return part
 
 

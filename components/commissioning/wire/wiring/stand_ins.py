@@ -72,7 +72,8 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"hm2_.*", FLOAT, "IN"),
 ]
 LIKE_A_BIT = re.compile(
-    r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|change|probe|brake",
+    r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|"
+    r"change|probe|brake",
     re.I,
 )
 SPECIAL = {
@@ -85,7 +86,7 @@ CARRIERS = ("xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose in
 
 
 class StandIns:
-    """What stands in: `drivers` and `programs` name them, `feedback` are drives that the trial lets follow their command."""
+    """What stands in for the `drivers` and `programs` of a machine. `learnt` goes from one trial to the next."""
 
     def __init__(self, trial, ini, files, learnt=None):
         self.drivers, self.programs = [], []
@@ -166,7 +167,8 @@ class StandIns:
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
         functions, described = [], []
         for module in self.drivers:
-            heads = sorted(set(re.findall(r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=[a-z])" % PREFIXES.get(module, module), self.all)))
+            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=[a-z])" % PREFIXES.get(module, module)
+            heads = sorted(set(re.findall(prefix, self.all)))
             heads = [head for head in heads if head not in described]
             described += heads
             pins = {}
@@ -183,7 +185,12 @@ class StandIns:
                     line += "\nloadrt %s names=%s" % (carrier, ",".join(functions))
                     first = False
                 changed = re.sub(r"^[ \t]*loadrt[ \t]+%s\b.*$" % re.escape(module), line, changed, flags=re.M)
-                changed = re.sub(r"^[ \t]*loadrt[ \t]+\[.*$", lambda found: self._expanded(found[0], line, module), changed, flags=re.M)
+                changed = re.sub(
+                    r"^[ \t]*loadrt[ \t]+\[.*$",
+                    lambda found, line=line, module=module: self._expanded(found[0], line, module),
+                    changed,
+                    flags=re.M,
+                )
             if changed != text:
                 self.texts[path] = changed
                 self.trial.write(os.path.relpath(path, self.ini.folder), changed)
@@ -211,7 +218,8 @@ class StandIns:
     def _cover(self, name, program):
         """Puts the stand-in where LinuxCNC will look for the program."""
         installed = shutil.which(program)
-        inside = program if "/" in program and not os.path.isabs(program) else os.path.join("bin", os.path.basename(program))
+        in_folder = "/" in program and not os.path.isabs(program)
+        inside = program if in_folder else os.path.join("bin", os.path.basename(program))
         self.trial.program(inside, os.path.join(HERE, "stand_in.py"), self._description(name))
         if installed and "/" not in program or os.path.isabs(program) and os.path.exists(program):
             self.trial.cover(inside, os.path.realpath(installed or program))
@@ -232,15 +240,14 @@ class StandIns:
         return os.path.join(self.ini.folder, ".plumb-wire", name + ".json")
 
     def _program(self, name):
-        return self.trial.program(".plumb-wire/stand-in-" + name, os.path.join(HERE, "stand_in.py"), self._description(name))
+        program = os.path.join(HERE, "stand_in.py")
+        return self.trial.program(".plumb-wire/stand-in-" + name, program, self._description(name))
 
     def _describe(self, name, pins, follow, prefix=True):
         self.described[name] = [name + "." + pin if prefix else pin for pin in pins]
         values = [pin for pin in pins if pin in self.learnt.get("true", [])]
-        self.trial.write(
-            ".plumb-wire/%s.json" % name,
-            json.dumps({"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}),
-        )
+        described = {"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}
+        self.trial.write(".plumb-wire/%s.json" % name, json.dumps(described))
 
     def learn(self, words):
         """Takes from LinuxCNC's complaint what a pin of a stand-in should be. Returns whether there was something."""
@@ -261,7 +268,7 @@ class StandIns:
         return False
 
     def _is_stand_in(self, pin):
-        return any(pin.startswith(name + ".") for name in self.programs) or any(pin in pins for pins in self.described.values())
+        return any(pin in pins for pins in self.described.values())
 
     def _try_next(self, pin):
         if not self._is_stand_in(pin):

@@ -10,9 +10,9 @@ import sys
 HERE = os.path.dirname(os.path.realpath(__file__))
 SPEED = 10  # times real time
 PATIENCE = 300  # s of this computer's time
-NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: main loop took", "task: ", "link (updating", "Found file")
+NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file")
 
-# As the root of new namespaces: the copy takes the place of the folder, so that ../ and absolute paths lead where they did.
+# As the root of new namespaces: the copy takes the place of the folder, so that ../ and absolute paths lead there.
 # Programs that cannot run here are covered likewise: pairs of paths up to --.
 _PLACE = """
 set -e

@@ -28,7 +28,9 @@ class Machine:
         self.twopass = bool(ini.get("HAL", "TWOPASS"))
         self.inch = is_inch(ini.get("TRAJ", "LINEAR_UNITS"))
         self.unit = 1 / INCH if self.inch else 1  # machine units in a millimetre
-        self.axes = {letter: {"joints": joints, "limits": self._travel(letter, joints)} for letter, joints in self.joints.items()}
+        self.axes = {
+            letter: {"joints": numbers, "limits": self._travel(letter, numbers)} for letter, numbers in joints.items()
+        }
         self.thread = halfiles.thread_with(MOTION)
 
     def at(self, *names):
@@ -42,7 +44,8 @@ class Machine:
     def _travel(self, letter, joints):
         """Of an axis, by its own limits or by those of its joint."""
         given = [
-            self.ini.get("AXIS_" + letter, name) or self.ini.get("JOINT_%d" % joints[0], name) for name in ("MIN_LIMIT", "MAX_LIMIT")
+            self.ini.get("AXIS_" + letter, name) or self.ini.get("JOINT_%d" % joints[0], name)
+            for name in ("MIN_LIMIT", "MAX_LIMIT")
         ]
         return [float(given[0] or -100), float(given[1] or 100)]
 
@@ -59,22 +62,25 @@ class Machine:
 
 
 def is_inch(units):
-    return (units or "mm").strip().lower() in ("in", "inch", "imperial") or _number(units) == 1 / INCH
-
-
-def _number(text):
+    """Of [TRAJ]LINEAR_UNITS, which is a word, or the number of units in a millimetre."""
+    units = (units or "mm").strip().lower()
     try:
-        return round(float(text), 6)
-    except (TypeError, ValueError):
-        return None
+        return abs(float(units) - 1 / INCH) < 1e-4
+    except ValueError:
+        return units in ("in", "inch", "imperial")
+
+
+def _has_unit(module):
+    """Whether a module scales its lengths itself."""
+    return "unit" in plumb.declarations(module)["options"]
 
 
 class Wiring:
     """The functions joined to the machine. `problems` has what keeps them apart, a sentence each."""
 
-    def __init__(self, functions, machine, folder, values):
-        self.functions, self.machine, self.folder, self.values = functions, machine, folder, values
-        self.problems, self.notes, self.ini_lines = [], [], []
+    def __init__(self, functions, machine, folder):
+        self.functions, self.machine, self.folder = functions, machine, folder
+        self.problems, self.notes = [], []
         self.freed = {}  # pins of joints that stages take over, and their signals
         self.names = {}  # the machine's signals by ours
         self.unlinked = []
@@ -101,7 +107,8 @@ class Wiring:
 
     def _parts(self):
         """What stages.hal has."""
-        here = ("$::env(CONFIG_DIR)/" if self.machine.twopass else "$(CONFIG_DIR)/") + self.folder  # TWOPASS makes Tcl of it
+        here = "$::env(CONFIG_DIR)/" if self.machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
+        here += self.folder
         parts = [stages.link(here)]
         if any(function.records for function in self.functions):
             parts += [stages.retain(here), stages.identity()]
@@ -113,9 +120,8 @@ class Wiring:
             for number, joint in enumerate(self.machine.joints.get(letter, [])):
                 prefix = letter.lower() + ("" if number == 0 else str(number + 1))
                 if sources and self._free(prefix, joint):
-                    parts.append(
-                        stages.joint_stage(prefix, joint, sources, self.machine.limits(joint), self.machine.acceleration(joint))
-                    )
+                    limits, acceleration = self.machine.limits(joint), self.machine.acceleration(joint)
+                    parts.append(stages.joint_stage(prefix, joint, sources, limits, acceleration))
                     ramping.append(prefix + "-ramping")
                     corrected.append(prefix + "-corrected")
             arguments = [function.axis_offset[letter] for function in self.functions if letter in function.axis_offset]
@@ -123,7 +129,8 @@ class Wiring:
                 names = [function.name for function in self.functions if letter in function.axis_offset]
                 self.problems.append("%s and %s both offset the axis %s." % (*names[:2], letter))
             elif arguments and self.machine.joints.get(letter):
-                parts.append(stages.axis_stage(letter.lower(), *arguments[0], self._may_load("timedelay", letter.lower() + "-lacks-long")))
+                delays = self._may_load("timedelay", letter.lower() + "-lacks-long")
+                parts.append(stages.axis_stage(letter.lower(), *arguments[0], delays))
         if ramping:
             parts.append(stages.any_of("stages-ramping", ramping, "stages-ramping"))
             gate = stages.any_of("no-homing", corrected, "no-homing")
@@ -203,7 +210,8 @@ class Wiring:
                     )
         for program in ("linuxcnc-link", "retain"):
             if state.owner_of_prefix(program):
-                self.problems.append("Your configuration loads %s itself%s. Leave that out." % (program, self.machine.at(program)))
+                where = self.machine.at(program)
+                self.problems.append("Your configuration loads %s itself%s. Leave that out." % (program, where))
 
     def is_loaded(self, module):
         """Whether the user loads it, with all instances that are wanted; else the problem is noted."""
@@ -313,7 +321,8 @@ class Wiring:
             self.unlinked.append(pin)
             self.names["your-" + theirs] = theirs
             signals = signals + ["your-" + theirs]
-            self.notes.append("%s keeps your signal %s; `or` joins it with %s." % (pin, theirs, ", ".join(signals[:-1])))
+            ours = ", ".join(signals[:-1])
+            self.notes.append("%s keeps your signal %s; `or` joins it with %s." % (pin, theirs, ours))
         self.joined_pins.add(pin)
         if len(signals) == 1:
             gate = stages.Part("To " + pin)
@@ -395,7 +404,7 @@ class Wiring:
                 line = self.net(command.words)
             else:
                 line = " ".join([command.name, *map(self._value, command.words)])
-                if command.name == "loadrt" and self.machine.inch and "unit" in plumb.declarations(command.words[0])["options"]:
+                if command.name == "loadrt" and self.machine.inch and _has_unit(command.words[0]):
                     line += " unit=inch"
             comment = [text for text in command.comment if "SPDX" not in text]
             if lines[-1].startswith("# Written"):
@@ -419,9 +428,9 @@ class Wiring:
         for command in function.commands():
             if command.name != "loadrt":
                 continue
-            declared = plumb.declarations(command.words[0])
-            if "unit" in declared["options"]:
+            if _has_unit(command.words[0]):
                 continue
+            declared = plumb.declarations(command.words[0])
             names = next(word[6:] for word in command.words if word.startswith("names=")).split(",")
             for name, pin in declared["pins"].items():
                 if pin["unit"].startswith("mu") and pin["default"] and not pin["output"]:

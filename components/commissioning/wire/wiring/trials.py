@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What copies of a machine are started for: to read its HAL, and to try what was wired."""
+
+import os
+
+import hal_text
+from hal_state import SHOWN, State
+from stand_ins import StandIns
+from texts import Impossible
+from trial import NotStarted, Trial
+from wiring import Machine
+
+# Modules that pass a number on, with its pin and settings: the first that the user does not load.
+FOLLOWERS = (
+    ("sum2", "in0", ()),
+    ("scale", "in", (("gain", 1),)),
+    ("mult2", "in0", (("in1", 1),)),
+    ("lowpass", "in", (("gain", 1),)),
+)
+BASIC_STEPS = 3  # of a trial: on, home, program
+ATTEMPTS = 30  # to find what the pins of a driver are
+
+
+class Trials:
+    """The trials of one machine, in a folder of their own. `plumb` is the program plumb."""
+
+    def __init__(self, home, folder, plumb):
+        self.home, self.folder, self.plumb = home, folder, plumb
+        self.learnt = {}  # of the pins that stand in
+        self.stand_ins = self.trial = None
+
+    def look(self, ini, joints, name):
+        """The Machine, as LinuxCNC makes it of an INI file without ours."""
+        files = list(hal_text.halfiles(ini, self.home))
+        postgui = [os.path.join(self.home, value.split()[0]) for value in ini.all("HAL", "POSTGUI_HALFILE")]
+        postgui = [path for path in postgui if os.path.isfile(path) and not path.endswith(".tcl")]
+        written = ini.copy()
+        for turn in range(ATTEMPTS):
+            ini = written.copy()
+            self.trial = Trial(ini, os.path.join(self.folder, name, str(turn)), self.plumb)
+            self.stand_ins = StandIns(self.trial, ini, files, self.learnt)
+            marker = self.snapshot(self.trial, ini)
+            try:
+                found = self.trial.run("look", postgui=postgui)
+                break
+            except NotStarted as error:
+                if not self.stand_ins.learn(str(error)):
+                    sentence = "Your configuration does not start here, without anything of Plumb:\n%s"
+                    raise Impossible(sentence % error) from None
+        else:
+            raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
+        texts = {}
+        for what in found["started"]:
+            with open(os.path.join(self.trial.copy, marker + what), encoding="utf-8") as file:
+                texts[what] = file.read()
+        machine = Machine(State(texts), State(found["postgui"]), joints, written, files)
+        if machine.thread is None:
+            raise Impossible("No thread of this configuration runs motion-controller.")
+        return machine
+
+    def snapshot(self, trial, ini):
+        """A last HALFILE that notes the HAL. Returns where, in the copy."""
+        lines = ['if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return']
+        for what in SHOWN:
+            lines.append("exec halcmd -s show %s > %s" % (what, os.path.join(self.home, ".plumb-wire", "show-" + what)))
+        ini.add("HAL", "HALFILE", trial.write(".plumb-wire/show.tcl", "\n".join(lines) + "\n"))
+        return ".plumb-wire/show-"
+
+    def run(self, ini, files, wiring, functions):
+        """What is seen of the result, and what LinuxCNC said. `ini` has the lines that put it in; files are by their paths."""
+        machine = wiring.machine
+        trial = Trial(ini, os.path.join(self.folder, "try"), self.plumb)
+        self.release(machine)
+        stand_ins = StandIns(trial, ini, machine.files, self.learnt)
+        for name, text in files.items():
+            trial.write(name, text)
+        for function in functions:
+            if function.check_hal:
+                with open(function.check_hal, encoding="utf-8") as file:
+                    text = renamed(file.read(), wiring, machine)
+                trial.write(".plumb-wire/%s.hal" % function.name, text)
+                ini.add("HAL", "HALFILE", ".plumb-wire/%s.hal" % function.name)
+        self.drive(trial, ini, machine, stand_ins)
+        checks = {function.name: function.check for function in functions if function.check}
+        settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}
+        found = trial.run("check", **settings)
+        if found["overdue"]:  # a busy computer can upset LinuxCNC's programs on the faster clock
+            found = trial.run("check", **settings)
+        return found["seen"], found["messages"]
+
+    def without_plumb(self, ini, machine, steps):
+        """Whether the machine fails by itself, where it did not come through the first steps."""
+        if steps > BASIC_STEPS:
+            return ""
+        trial = Trial(ini, os.path.join(self.folder, "bare"), self.plumb)
+        stand_ins = StandIns(trial, ini, machine.files, self.learnt)
+        self.drive(trial, ini, machine, stand_ins)
+        try:
+            seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={})["seen"]
+        except NotStarted:
+            return " Your configuration does not start either when Plumb is left out."
+        failed = [statement for statement, holds in seen if not holds]
+        return " The same machine without Plumb fails too: %s." % failed[0] if failed else " Without Plumb it works."
+
+    def release(self, machine):
+        """What the hardware must say for the machine to turn on, and for the spindle to be at speed."""
+        outputs = self.stand_ins.outputs()
+        wanted = [name for name in machine.complete.pins if name.endswith(("emc-enable-in", ".ok-in", ".at-speed"))]
+        for name in wanted:
+            signal = machine.complete.signals.get(machine.complete.signal_of(name))
+            if signal and signal.writer in outputs:
+                self.learnt.setdefault("true", []).append(signal.writer)
+
+    def drive(self, trial, ini, machine, stand_ins):
+        """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
+        outputs, lines, drives = stand_ins.outputs(), [], []
+        if not outputs:
+            return
+        loaded = machine.complete.components
+        module, pin, settings = next(follower for follower in FOLLOWERS if follower[0] not in loaded)
+        for joint in sorted({joint for numbers in machine.joints.values() for joint in numbers}):
+            if ini.get("JOINT_%d" % joint, "HOME_SEARCH_VEL"):
+                for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_USE_INDEX"):
+                    ini.set("JOINT_%d" % joint, name, "0")
+            command = machine.halfiles.signal_of("joint.%d.motor-pos-cmd" % joint)
+            feedback = machine.halfiles.signal_of("joint.%d.motor-pos-fb" % joint)
+            writer = feedback and machine.halfiles.signals[feedback].writer
+            if writer in outputs and command:
+                name = "plumb-drive-%d" % joint
+                lines += ["unlinkp " + writer]
+                lines += ["net %s => %s.%s" % (command, name, pin), "net %s %s.out" % (feedback, name)]
+                lines += ["setp %s.%s %g" % (name, *setting) for setting in settings]
+                lines += ["addf %s %s" % (name, machine.thread)]
+                drives.append(name)
+        if lines:
+            lines.insert(0, "loadrt %s names=%s" % (module, ",".join(drives)))
+            trial.write(".plumb-wire/drives.hal", "\n".join(lines) + "\n")
+            ini.add("HAL", "HALFILE", ".plumb-wire/drives.hal")
+
+
+def renamed(text, wiring, machine):
+    """The HAL of a check with the signals of this machine."""
+    lines = []
+    for line in text.splitlines():
+        words = line.split()
+        if words and words[0] == "net":
+            line = " ".join(["net", wiring.name(words[1]), *words[2:]])
+        if words and words[0] == "addf":
+            line = "addf %s %s %d" % (words[1], machine.thread, wiring.thread_order.index("motion-controller") + 2)
+        lines.append(line)
+    return "\n".join(lines) + "\n"
