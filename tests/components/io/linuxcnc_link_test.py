@@ -26,7 +26,7 @@ PATIENCE = 100  # s, for an event that takes a few
 HAL = """\
 loadrt thermal_displacement names=growth
 addf growth.update servo-thread
-loadusr -Wn linuxcnc-link {build}/bin/linuxcnc_link --messages $(CONFIG_DIR)/messages.toml
+loadusr -Wn linuxcnc-link {build}/bin/linuxcnc_link --messages $(CONFIG_DIR)/messages.toml --messages $(CONFIG_DIR)/door.toml
 loadusr -W {build}/bin/retain --file $(CONFIG_DIR)/mill.toml
 """
 
@@ -52,7 +52,9 @@ text = "Let it warm up"
 pin = "shown"
 kind = "display"
 text = "Look here"
+"""
 
+DOOR = """\
 [[message]]
 pin = "door"
 text = "Close the door {code}."
@@ -76,7 +78,7 @@ class Days(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = copy_configuration("three_axis", folder)
-        files = dict(PROGRAMS, **{"link.hal": HAL.format(build=BUILD), "messages.toml": MESSAGES, "mill.toml": RETAIN})
+        files = dict(PROGRAMS, **{"link.hal": HAL.format(build=BUILD), "messages.toml": MESSAGES, "door.toml": DOOR, "mill.toml": RETAIN})
         for name, text in files.items():
             with open(os.path.join(machine, name), "w") as file:
                 file.write(text)
@@ -162,6 +164,20 @@ class Settings(unittest.TestCase):
         ):
             with self.subTest(words):
                 self.refused(text, words)
+
+    def test_pin_that_two_files_have_is_reported_with_both(self):
+        folder = own_folder(self)
+        command = ["/usr/bin/python3", LINK]
+        for name in ("one.toml", "two.toml"):
+            with open(os.path.join(folder, name), "w") as file:
+                file.write('[[message]]\npin = "%s"\ntext = "b"\n[[message]]\npin = "a"\ntext = "b"\n' % name[:3])
+            command += ["--messages", os.path.join(folder, name)]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(ended.returncode, 1)
+        self.assertEqual(
+            ended.stderr,
+            "linuxcnc_link: %s/two.toml: there are two pins a; the other one is in %s/one.toml\n" % (folder, folder),
+        )
 
     def test_a_file_that_cannot_be_read_is_reported_with_its_line(self):
         self.refused('[[message]]\npin = \n', "Invalid value (at line 2, column 7)")
