@@ -11,8 +11,8 @@ COLUMNS = (
     ["motion.digital-out-%02d" % i for i in range(5)]
     + ["motion.analog-out-00", "motion.motion-type", "motion.analog-in-00", "axis.z.eoffset", "joint.2.motor-pos-cmd"]
     + ["mill.truth-growth", "mill.truth-contacts", "mill.engagement", "iocontrol.0.tool-number"]
-    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "thermal.z-offset", "z-stage.armed"]
-    + ["thermal.contacts", "thermal.contacts-accepted", "thermal.displacement", "thermal.contact-coordinate"]
+    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.z-offset", "z-stage.armed"]
+    + ["growth.contacts", "growth.contacts-accepted", "growth.displacement", "growth.contact-coordinate"]
 )
 
 
@@ -77,7 +77,7 @@ class Shift(Scenario):
             machine.wait(0.05)
         self.facts["probed"] = self.top()
         # Where the tip is now for a program that wants it at 3: with the offset in force, and without it.
-        offset = self.facts["wanted"] = machine.host.get("thermal.z-offset")
+        offset = self.facts["wanted"] = machine.host.get("growth.z-offset")
         machine.mdi("G0 Z[3 + %.6f]" % offset)
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off without the offset"] = self.top()

@@ -37,7 +37,7 @@ timedelay, watchdog and conv_float_s32.
 It serves up to four services, four functions and eight stages, numbered from 0. An input without a signal hinders
 nothing, but for function-switch: a function that is not switched on stays off.)",
         hal::Wiring{R"(
-For one service, retain, one function, thermal, and one stage.
+For one service, retain, one function, growth, and one stage.
 
   loadrt interlock names=interlock
 
@@ -51,7 +51,7 @@ For one service, retain, one function, thermal, and one stage.
   net retain-beat    retain.heartbeat => interlock.service-heartbeat-0
   net restored       retain.restored  => interlock.service-ready-0
   net retain-fault   retain.fault     => interlock.service-fault-0
-  net thermal-on  interlock.function-enable-0 => thermal.enable
+  net growth-on   interlock.function-enable-0 => growth.enable
   net z-in-force  z-stage.in-force  => interlock.stage-in-force-0
   net z-ramping   z-stage.ramping   => interlock.stage-ramping-0
   net z-fault     z-stage.fault     => interlock.stage-fault-0
@@ -64,7 +64,7 @@ For one service, retain, one function, thermal, and one stage.
 
   addf motion-command-handler servo-thread
   addf motion-controller      servo-thread
-  addf thermal.update         servo-thread
+  addf growth.update          servo-thread
   addf z-stage.update         servo-thread
   addf interlock.update       servo-thread
 
