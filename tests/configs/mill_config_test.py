@@ -147,7 +147,7 @@ class Shift(unittest.TestCase):
         self.assertLess(np.ptp(scene["joint.2.motor-pos-cmd"]), 10 * um)
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         self.assertIn("refusal", self.facts)
-        self.assertTrue(any("Probing is broken off" in error for error in self.errors), self.errors)
+        self.assertTrue(any("Probing is aborted" in error for error in self.errors), self.errors)
 
     def test_probing_takes_the_offset_back_and_finds_the_work_where_the_offset_will_be_right(self):
         self.assertAlmostEqual(self.facts["work"], -250, delta=2 * um)
@@ -273,8 +273,8 @@ class Shift(unittest.TestCase):
             rows = [line.split() for line in file.readlines()[:60000]]
         for column, name, source in (
             (1, "spindle-load", "the load of the drive"),
-            (2, "z-motor-fb", "joint.2.motor-pos-fb"),
-            (3, "z-velocity-cmd", "joint.2.vel-cmd"),
+            (2, "z-joint-fb", "joint.2.motor-pos-fb"),
+            (3, "z-velocity", "joint.2.vel-cmd"),
             (4, "spindle-speed-cmd", "spindle.0.speed-out"),
             (5, "feed-override", "halui.feed-override.value"),
             (8, "motion-type", "motion.motion-type"),

@@ -114,7 +114,7 @@ class Days(unittest.TestCase):
             with self.subTest(name):
                 moved = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) > STEP
                 programmed = self.recent(abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > STEP)
-                cycle = self.recent(day["motion.digital-out-00"] + day["z-stage.clear"])
+                cycle = self.recent(day["motion.digital-out-00"] + day["z-axis-stage.clear"])
                 taken_out = self.recent(day["growth.enable"] == 0)
                 on = day["motion.motion-enabled"] == 1
                 self.assertEqual(list(np.flatnonzero(moved & ~programmed & ~cycle & ~taken_out & on)), [])
@@ -142,12 +142,12 @@ class Days(unittest.TestCase):
             self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][on:until]), nm)
             self.assertGreater(day["axis.z.eoffset"][off], 15 * um)
             self.assertEqual(day["axis.z.eoffset"][until], 0)
-            self.assertTrue(day["z-stage.uncompensated"][until])
+            self.assertTrue(day["z-axis-stage.uncompensated"][until])
 
     def test_stage_is_armed_by_the_start_of_a_part_alone(self):
         for name, day in self.days.items():
             with self.subTest(name):
-                armed = np.flatnonzero(np.diff(day["z-stage.armed"], prepend=0) == 1)
+                armed = np.flatnonzero(np.diff(day["z-axis-stage.armed"], prepend=0) == 1)
                 scenes = [self.facts[name]["scenes"][int(day["scene"][row]) - 1] for row in armed]
                 first = ["learnt", "after_stop", "after_off_and_on", "after_homing"]
                 self.assertEqual(scenes, {"first": first, "second": ["rejected"]}.get(name, ["after_restart"]))
@@ -161,7 +161,7 @@ class Days(unittest.TestCase):
             day, rows = self.days[name], self.rows(name, "retain_killed")
             self.assertEqual(list(day["growth.enable"][rows[[0, -1]]]), [1, 0])
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
-            self.assertIn("retain does not run any more", self.facts[name]["errors"][-1])
+            self.assertIn("retain has ended", self.facts[name]["errors"][-1])
 
     def test_touch_off_is_refused_as_long_as_no_contact_was_accepted(self):
         day, rows = self.days["second"], self.rows("second", "rejected")
@@ -205,7 +205,7 @@ class Days(unittest.TestCase):
         self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][probing]), 0.1)
         errors = self.facts["first"]["errors"]
         self.assertEqual(len(errors), 2)
-        self.assertTrue(any("Probing is broken off" in error for error in errors), errors)
+        self.assertTrue(any("Probing is aborted" in error for error in errors), errors)
 
 
 if __name__ == "__main__":

@@ -25,10 +25,10 @@ COLUMNS = [
     "motion.motion-enabled",
     "motion.motion-type",
     "motion.digital-out-00",
-    "z-stage.armed",
-    "z-stage.clear",
-    "z-stage.uncompensated",
-    "z-stage.counts",
+    "z-axis-stage.armed",
+    "z-axis-stage.clear",
+    "z-axis-stage.uncompensated",
+    "z-axis-stage.counts",
     "growth.enable",
     "mill.z-position",
     "mill.truth-growth",
@@ -69,9 +69,9 @@ class Day(Scenario):
         self.part("learnt")
 
         self.have_grown(10 * um)
-        self.host.set("compensate.in1", False)
+        self.host.set("interlock.function-switch-0", False)
         self.part("uncompensated")
-        self.host.set("compensate.in1", True)
+        self.host.set("interlock.function-switch-0", True)
         self.part("compensated")
         self.grow()
         self.part("compensated_again")

@@ -11,7 +11,7 @@ COLUMNS = (
     ["motion.digital-out-%02d" % i for i in range(5)]
     + ["motion.analog-out-00", "motion.motion-type", "motion.analog-in-00", "axis.z.eoffset", "joint.2.motor-pos-cmd"]
     + ["mill.truth-growth", "mill.truth-contacts", "mill.engagement", "iocontrol.0.tool-number"]
-    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.z-offset", "z-stage.armed"]
+    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.z-offset", "z-axis-stage.armed"]
     + ["growth.contacts", "growth.contacts-accepted", "growth.displacement", "growth.contact-coordinate"]
 )
 
@@ -33,9 +33,9 @@ class Shift(Scenario):
         machine.run("learn.ngc")
         self.part("learnt")
         machine.run("grow.ngc")
-        machine.host.set("compensate.in1", False)
+        machine.host.set("interlock.function-switch-0", False)
         self.part("uncompensated")
-        machine.host.set("compensate.in1", True)
+        machine.host.set("interlock.function-switch-0", True)
         self.part("compensated")
         machine.run("grow.ngc")
         self.part("grown")

@@ -68,9 +68,9 @@ def unwired(recording):
 
     moves, feeds = bool(recording.velocity.any()), bool(recording.approaches)
     if constant("z") and moves:
-        yield "Z is %g all the time although its command moves: net z-motor-fb to joint.2.motor-pos-fb" % recording.z[0]
+        yield "Z is %g all the time although its command moves: net z-joint-fb to joint.2.motor-pos-fb" % recording.z[0]
     if not moves and not constant("z"):
-        yield "the velocity of Z is 0 although Z moves: net z-velocity-cmd to joint.2.vel-cmd"
+        yield "the velocity of Z is 0 although Z moves: net z-velocity to joint.2.vel-cmd"
     if constant("motion") and moves:
         yield "the type of motion is %d although Z moves: net motion-type to motion.motion-type" % recording.motion[0]
     if not feeds:

@@ -82,7 +82,7 @@ spindle-load is the load of the spindle motor or of the Z motor, 0 to 100 percen
 your signal at joint.2.motor-pos-fb. Through joint_offset it is the feedback of the drive, at z-stage.drive-feedback.
 
 operation identifies a cut. It is the program line, or a number that the program sets with M68. axis_offset(9) has the
-other lines of the stage, and configs/mill/compensation.hal has all of them.)"},
+other lines of the stage, and configs/mill/stages.hal has all of them.)"},
         hal::SettingUp{R"(
 1. Keep dry-run true. Let the program begin a cycle with M65 P1 and M64 P0, and end it with M64 P1 and M65 P0.
 2. Run a part and watch contacts: it counts every plunge. If it misses some, reduce threshold. Four to five times

@@ -39,7 +39,7 @@ names the pins and the records. All of it is restored, or nothing.)",
   addf kept                  servo-thread
 
 Load retain after all components that the TOML file names, and after the lines that set their pins. $(CONFIG_DIR) is
-the folder of the INI file. configs/mill/compensation.hal is a complete example.)"},
+the folder of the INI file. configs/mill/stages.hal is a complete example.)"},
                                       hal::SettingUp{R"(
 1. Write the TOML file. Only machine is required; paths are absolute.
 

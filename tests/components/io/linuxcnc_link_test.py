@@ -186,16 +186,18 @@ class Settings(unittest.TestCase):
 
 
 class Shipped(unittest.TestCase):
-    """The messages of the configurations."""
+    """The messages of the configurations and of the functions."""
 
     def test_codes_are_those_of_the_pin_that_is_netted_to_the_message(self):
-        for config in ("mill", "portal"):
-            folder = os.path.join(ROOT, "configs", config)
-            path = os.path.join(folder, "messages.toml")
-            linuxcnc_link.read_messages(path)
-            with open(path, "rb") as file:
-                messages = tomllib.load(file)["message"]
-            hal = ""
+        folders = [os.path.join(ROOT, "configs", name) for name in ("mill", "portal")]
+        folders += glob.glob(os.path.join(ROOT, "configs", "functions", "*"))
+        self.assertGreaterEqual(len(folders), 4)
+        for folder in folders:
+            hal, messages = "", []
+            for path in glob.glob(os.path.join(folder, "*messages.toml")):
+                linuxcnc_link.read_messages(path)
+                with open(path, "rb") as file:
+                    messages += tomllib.load(file)["message"]
             for path in glob.glob(os.path.join(folder, "*.hal")):
                 with open(path) as file:
                     hal += file.read()
@@ -204,14 +206,21 @@ class Shipped(unittest.TestCase):
                 for module, instances in re.findall(r"^loadrt (\w+) +names=(\S+)", hal, re.M)
                 for instance in instances.split(",")
             )
+            self.assertTrue(messages, folder)
             for message in messages:
-                if "{code}" not in message["text"]:
-                    continue
-                with self.subTest(config=config, pin=message["pin"]):
+                with self.subTest(config=os.path.basename(folder), pin=message["pin"]):
+                    self.assertRegex(hal, r"(?m)^net .* linuxcnc-link\.%s( |$)" % message["pin"])
+                    if "{code}" not in message["text"]:
+                        continue
                     net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*linuxcnc-link\.%s-code\b" % message["pin"], hal, re.M)
                     module, pin = message["codes"].split()
                     self.assertEqual((modules.get(net[1], net[1]), net[2]), (module, pin))
                     self.assertTrue(plumb.declarations(module)["codes"][pin])
+
+    def test_functions_of_one_machine_share_no_pin(self):
+        files = glob.glob(os.path.join(ROOT, "configs", "functions", "*", "*_messages.toml"))
+        self.assertGreaterEqual(len(files), 2)
+        linuxcnc_link.read_messages(*files, os.path.join(ROOT, "configs", "mill", "messages.toml"))
 
 
 if __name__ == "__main__":
