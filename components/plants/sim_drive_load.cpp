@@ -31,7 +31,7 @@ w rises to 1 with warm-tau while the spindle turns.)",
   net cutting-power     mill.cutting-power        => drive.cutting-power
   net speed program.spindle-speed-cmd => drive.spindle-speed-cmd
   net tool-number       program.tool-number       => drive.tool-number
-  net load              drive.load                => thermal.load
+  net load              drive.load                => growth.load
 
   addf drive.update servo-thread
 

@@ -31,8 +31,8 @@ PART = 100  # s
 PARTS_PER_CONTACT = 3
 GAUGE = 40  # operation
 CONTACT_NOISE = 0.001  # mm, of each contact; that of the reference has it too
-WAYS = {"hold": "hold", "by speed": "thermal"}  # and the instance that goes it
-OPTIONS = {"threads.period1": round(PERIOD * 1e9), "thermal_displacement.names": "thermal,hold"}
+WAYS = {"hold": "hold", "by speed": "growth"}  # and the instance that goes it
+OPTIONS = {"threads.period1": round(PERIOD * 1e9), "thermal_displacement.names": "growth,hold"}
 KINDS = ("constant speed", "speed steps")
 
 IDEAL = {  # of the machine: nothing but the blank blurs a contact, and no tool gets shorter
@@ -50,14 +50,14 @@ IDEAL = {  # of the machine: nothing but the blank blurs a contact, and no tool 
     "drive.runout-ripple": 0,
 }
 COLUMNS = ["program.learn", "mill.truth-cuts", "mill.truth-cut-growth", "mill.truth-contacts", "mill.truth-contact-operation"]
-COLUMNS += ["mill.truth-contact-growth", "thermal.displacement"]
+COLUMNS += ["mill.truth-contact-growth", "growth.displacement"]
 COLUMNS += [f"{instance}.{pin}" for instance in WAYS.values() for pin in ("z-offset", "contacts-accepted")]
 
 
 def add_hold(host):
     """A second thermal_displacement, hold, that sees the same signals as the first one; nothing applies its offset."""
-    for line in host.halcmd("-s", "show", "pin", "thermal.*").output.splitlines():
-        netted = re.search(r" thermal\.(\S+) <== (\S+)", line)
+    for line in host.halcmd("-s", "show", "pin", "growth.*").output.splitlines():
+        netted = re.search(r" growth\.(\S+) <== (\S+)", line)
         if netted:
             host.command(f"net {netted[2]} hold.{netted[1]}")
     host.command("addf hold.update servo-thread")
@@ -119,9 +119,9 @@ def judge(column):
         counted = cuts[column[instance + ".contacts-accepted"][cuts - 1] >= 2]
         growth = column["mill.truth-cut-growth"][counted] - reference
         errors[way] = 1000 * (column[instance + ".z-offset"][counted - 1] - growth)  # as it was in the work
-    accepted = np.flatnonzero(np.diff(column["thermal.contacts-accepted"])) + 1
+    accepted = np.flatnonzero(np.diff(column["growth.contacts-accepted"])) + 1
     growth = column["mill.truth-contact-growth"][accepted] - reference
-    return errors, 1000 * (column["thermal.displacement"][accepted] - growth)
+    return errors, 1000 * (column["growth.displacement"][accepted] - growth)
 
 
 def table(outcomes):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Simulates hours of milling and compares the errors of the cuts without and with thermal_displacement.
 
-configs/mill/bench.hal runs in the virtual-time host, once with thermal.enable false and once with it true. Each cut
+configs/mill/bench.hal runs in the virtual-time host, once with growth.enable false and once with it true. Each cut
 is judged by its error: the tip error at its bottom minus that of the reference cut, which the same operation made in
 the learning cycle. From the second warm contact on, thermal_displacement can know something; the cuts before it are
 counted in a line of their own.
@@ -43,11 +43,11 @@ NUMBERS = {
     "cycle": "program.cycle",
     "learning": "program.learn",
     "speed": "program.spindle-speed-cmd",
-    "accepted": "thermal.contacts-accepted",
-    "missed": "thermal.contacts-missed",
-    "unexpected": "thermal.contacts-unexpected",
-    "rejected": "thermal.contacts-rejected",
-    "rejection": "thermal.rejection-code",
+    "accepted": "growth.contacts-accepted",
+    "missed": "growth.contacts-missed",
+    "unexpected": "growth.contacts-unexpected",
+    "rejected": "growth.contacts-rejected",
+    "rejection": "growth.rejection-code",
 }
 VERDICTS = ("accepted", "missed", "unexpected", "rejected")  # of thermal_displacement on a contact
 
@@ -136,7 +136,7 @@ def simulate(seed, compensated, duration, progress):
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
-        host.set("thermal.enable", compensated)
+        host.set("growth.enable", compensated)
         host.record(path, [*LENGTHS.values(), *NUMBERS.values()], EVERY)
         host.run(duration, progress)
         return judge(read_recording(path))

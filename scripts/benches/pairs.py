@@ -34,7 +34,7 @@ APPROACH = 0.8  # s that Z feeds before the contact, and then in the work
 IN_WORK = 0.4
 ABOVE = 0.4  # s between two contacts that Z is clear of the work; the fit ends in it
 CYCLE = APPROACH + IN_WORK + ABOVE
-RESULTS = ("thermal.contacts", "thermal.displacement", "thermal.displacement-sigma")
+RESULTS = ("growth.contacts", "growth.displacement", "growth.displacement-sigma")
 RESULTS_EVERY = 0.05  # s
 WINDOW = 0.3  # s before and after the contact that are fitted
 
@@ -62,10 +62,10 @@ def setup(host, case):
     for line in (
         "loadrt threads name1=servo-thread period1=1000000",
         "loadrt sim_drive_load names=drive",
-        "loadrt thermal_displacement names=thermal",
-        "net load drive.load => thermal.load",
+        "loadrt thermal_displacement names=growth",
+        "net load drive.load => growth.load",
         "addf drive.update servo-thread",
-        "addf thermal.update servo-thread",
+        "addf growth.update servo-thread",
         "start",
     ):
         host.command(line)
@@ -88,9 +88,9 @@ def setup(host, case):
     }
     for pin, value in settings.items():
         host.set("drive." + pin, value)
-    host.set("thermal.spindle-speed-cmd", SPEED)
+    host.set("growth.spindle-speed-cmd", SPEED)
     for pin in ("enable", "dry-run", "operation", "tool-number"):
-        host.set("thermal." + pin, 1)
+        host.set("growth." + pin, 1)
 
 
 def write_signals(path, pairs, ripple):
@@ -99,7 +99,7 @@ def write_signals(path, pairs, ripple):
     # The chip of an end mill grows over its first revolution; a step takes the period in which it comes.
     grows = REVOLUTION if ripple else PERIOD
     pins = ["drive.cutting-power", "drive.idle"]
-    pins += ["thermal." + pin for pin in ("cycle-running", "cycle-complete", "learn", "motion-type", "z-velocity-cmd", "z-position")]
+    pins += ["growth." + pin for pin in ("cycle-running", "cycle-complete", "learn", "motion-type", "z-velocity-cmd", "z-position")]
     rapid, feed = 1, 2
     contacts = []
     begin = 3.0  # when the load of the start is forgotten

@@ -31,7 +31,7 @@ void bring_all_to_life(Bench& bench) {
     bench.run(71);
 }
 
-const Live all_live{{{"thermal_displacement", "thermal"},
+const Live all_live{{{"thermal_displacement", "growth"},
                      {"axis_offset", "z-offset-stage"},
                      {"squareness", "square"},
                      {"joint_offset", "x-stage"},

@@ -115,10 +115,10 @@ class Shift(unittest.TestCase):
 
     def test_contacts_are_those_of_the_feeding_end_mills(self):
         scene = self.scenes["compensated"]
-        contacts = changes(scene["thermal.contacts"])
+        contacts = changes(scene["growth.contacts"])
         self.assertEqual(len(contacts), 5)  # and not the drill's
         self.assertTrue((scene["motion.motion-type"][contacts] == FEED).all())
-        self.assertEqual(np.ptp(scene["thermal.contacts-accepted"]), 5)
+        self.assertEqual(np.ptp(scene["growth.contacts-accepted"]), 5)
 
     def test_program_reads_the_offset_in_force(self):
         for scene in self.scenes.values():
@@ -147,7 +147,7 @@ class Shift(unittest.TestCase):
         self.assertLess(np.ptp(scene["joint.2.motor-pos-cmd"]), 10 * um)
         self.assertEqual(np.ptp(scene["axis.z.eoffset"]), 0)
         self.assertIn("refusal", self.facts)
-        self.assertTrue(any("Probing is broken off" in error for error in self.errors), self.errors)
+        self.assertTrue(any("Probing is aborted" in error for error in self.errors), self.errors)
 
     def test_probing_takes_the_offset_back_and_finds_the_work_where_the_offset_will_be_right(self):
         self.assertAlmostEqual(self.facts["work"], -250, delta=2 * um)
@@ -186,14 +186,14 @@ class Shift(unittest.TestCase):
         for cycle, name in ((3, "compensated"), (4, "grown")):
             with self.subTest(name):
                 scene = self.scenes[name]
-                rows = changes(scene["thermal.contacts"])
+                rows = changes(scene["growth.contacts"])
                 reported = [c for c in contacts if c["cycle"] == cycle]
                 self.assertEqual(
                     [c["key"] for c in reported], [(10, 1, 1), (10, 1, 2), (10, 1, 3), (20, 2, 1), (20, 2, 2)]
                 )
                 self.assertEqual({c["verdict"] for c in reported}, {"accepted"})
                 for pin, value in (("contact-coordinate", "coordinate"), ("displacement", "growth")):
-                    said = scene["thermal." + pin][rows]
+                    said = scene["growth." + pin][rows]
                     np.testing.assert_allclose([c[value] for c in reported], said, atol=0.2 * um, err_msg=pin)
         self.assertGreater(os.path.getsize(os.path.join(self.machine, "chart.png")), 10000)
         self.assertIn("Not complete: cycle 5,", output)
@@ -239,7 +239,7 @@ class Shift(unittest.TestCase):
         status, output, _ = self.report("fraction.txt")
         self.assertEqual(status, 1, output)
         self.assertIn("is the load in percent of the rating?", output)
-        self.assertNotIn("setp thermal", output)
+        self.assertNotIn("setp growth", output)
 
     def write(self, name, rows):
         with open(os.path.join(self.machine, name), "w") as file:
@@ -273,8 +273,8 @@ class Shift(unittest.TestCase):
             rows = [line.split() for line in file.readlines()[:60000]]
         for column, name, source in (
             (1, "spindle-load", "the load of the drive"),
-            (2, "z-motor-fb", "joint.2.motor-pos-fb"),
-            (3, "z-velocity-cmd", "joint.2.vel-cmd"),
+            (2, "z-joint-fb", "joint.2.motor-pos-fb"),
+            (3, "z-velocity", "joint.2.vel-cmd"),
             (4, "spindle-speed-cmd", "spindle.0.speed-out"),
             (5, "feed-override", "halui.feed-override.value"),
             (8, "motion-type", "motion.motion-type"),
@@ -389,7 +389,7 @@ class Readme(unittest.TestCase):
         status, output = self.follow(self.command("plumb bench"))
         self.assertEqual(status, 0, output)
         offsets = read_recording(os.path.join(self.machine, "offset.csv"))
-        self.assertGreater(offsets["thermal.z-offset"].max(), GROWTH)
+        self.assertGreater(offsets["growth.z-offset"].max(), GROWTH)
 
     def test_load_comes_by_what_it_shows(self):
         """As far as it goes without the interface cards."""

@@ -32,11 +32,11 @@ newsig scene s32
 setp drive.white-noise   0.1
 setp drive.flicker-noise 0.05
 setp drive.quantum       0.1
-loadrt limit3 names=growth
-setp growth.maxv 0.0001
+loadrt limit3 names=warming
+setp warming.maxv 0.0001
 unlinkp mill.growth-replay
-net grown growth.out => mill.growth-replay
-addf growth servo-thread
+net grown warming.out => mill.growth-replay
+addf warming servo-thread
 """
 
 
@@ -114,8 +114,8 @@ class Days(unittest.TestCase):
             with self.subTest(name):
                 moved = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) > STEP
                 programmed = self.recent(abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > STEP)
-                cycle = self.recent(day["motion.digital-out-00"] + day["z-stage.clear"])
-                taken_out = self.recent(day["thermal.enable"] == 0)
+                cycle = self.recent(day["motion.digital-out-00"] + day["z-axis-stage.clear"])
+                taken_out = self.recent(day["growth.enable"] == 0)
                 on = day["motion.motion-enabled"] == 1
                 self.assertEqual(list(np.flatnonzero(moved & ~programmed & ~cycle & ~taken_out & on)), [])
                 rate = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) / PERIOD
@@ -142,12 +142,12 @@ class Days(unittest.TestCase):
             self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][on:until]), nm)
             self.assertGreater(day["axis.z.eoffset"][off], 15 * um)
             self.assertEqual(day["axis.z.eoffset"][until], 0)
-            self.assertTrue(day["z-stage.uncompensated"][until])
+            self.assertTrue(day["z-axis-stage.uncompensated"][until])
 
     def test_stage_is_armed_by_the_start_of_a_part_alone(self):
         for name, day in self.days.items():
             with self.subTest(name):
-                armed = np.flatnonzero(np.diff(day["z-stage.armed"], prepend=0) == 1)
+                armed = np.flatnonzero(np.diff(day["z-axis-stage.armed"], prepend=0) == 1)
                 scenes = [self.facts[name]["scenes"][int(day["scene"][row]) - 1] for row in armed]
                 first = ["learnt", "after_stop", "after_off_and_on", "after_homing"]
                 self.assertEqual(scenes, {"first": first, "second": ["rejected"]}.get(name, ["after_restart"]))
@@ -159,14 +159,14 @@ class Days(unittest.TestCase):
     def test_without_retain_compensation_ends_and_the_operator_knows(self):
         for name in ("second", "forgotten"):
             day, rows = self.days[name], self.rows(name, "retain_killed")
-            self.assertEqual(list(day["thermal.enable"][rows[[0, -1]]]), [1, 0])
+            self.assertEqual(list(day["growth.enable"][rows[[0, -1]]]), [1, 0])
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
-            self.assertIn("retain does not run any more", self.facts[name]["errors"][-1])
+            self.assertIn("retain has ended", self.facts[name]["errors"][-1])
 
     def test_touch_off_is_refused_as_long_as_no_contact_was_accepted(self):
         day, rows = self.days["second"], self.rows("second", "rejected")
-        self.assertEqual(np.ptp(day["thermal.contacts"][rows]), 1)
-        self.assertEqual(np.ptp(day["thermal.contacts-accepted"][rows]), 0)
+        self.assertEqual(np.ptp(day["growth.contacts"][rows]), 1)
+        self.assertEqual(np.ptp(day["growth.contacts-accepted"][rows]), 0)
         self.assertIn("no contact was accepted yet", self.facts["second"]["errors"][1])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
@@ -205,7 +205,7 @@ class Days(unittest.TestCase):
         self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][probing]), 0.1)
         errors = self.facts["first"]["errors"]
         self.assertEqual(len(errors), 2)
-        self.assertTrue(any("Probing is broken off" in error for error in errors), errors)
+        self.assertTrue(any("Probing is aborted" in error for error in errors), errors)
 
 
 if __name__ == "__main__":

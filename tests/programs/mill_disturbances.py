@@ -25,19 +25,19 @@ COLUMNS = [
     "motion.motion-enabled",
     "motion.motion-type",
     "motion.digital-out-00",
-    "z-stage.armed",
-    "z-stage.clear",
-    "z-stage.uncompensated",
-    "z-stage.counts",
-    "thermal.enable",
+    "z-axis-stage.armed",
+    "z-axis-stage.clear",
+    "z-axis-stage.uncompensated",
+    "z-axis-stage.counts",
+    "growth.enable",
     "mill.z-position",
     "mill.truth-growth",
     "mill.engagement",
     "mill.truth-cuts",
     "mill.truth-cut-error",
     "mill.truth-cut-operation",
-    "thermal.contacts",
-    "thermal.contacts-accepted",
+    "growth.contacts",
+    "growth.contacts-accepted",
 ]
 NAME = sys.argv[-1]  # of the day
 WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine
@@ -69,9 +69,9 @@ class Day(Scenario):
         self.part("learnt")
 
         self.have_grown(10 * um)
-        self.host.set("compensate.in1", False)
+        self.host.set("interlock.function-switch-0", False)
         self.part("uncompensated")
-        self.host.set("compensate.in1", True)
+        self.host.set("interlock.function-switch-0", True)
         self.part("compensated")
         self.grow()
         self.part("compensated_again")
@@ -125,7 +125,7 @@ class Day(Scenario):
         with open("unidentified.ngc", "w") as file:
             file.write("M66 E0 L0\no<cycle_start> call\nM2\n")
         self.refused(lambda: machine.run("unidentified.ngc"))
-        if self.host.get("thermal.rows") > 0:
+        if self.host.get("growth.rows") > 0:
             self.reject_a_contact()
         self.part("after_restart")
         self.begin("retain_killed")
@@ -164,10 +164,10 @@ class Day(Scenario):
     def have_grown(self, growth):
         """Since the last part."""
         self.growth = growth
-        self.host.set("growth.in", growth)
-        self.host.set("growth.load", True)
+        self.host.set("warming.in", growth)
+        self.host.set("warming.load", True)
         self.machine.wait(0.01)
-        self.host.set("growth.load", False)
+        self.host.set("warming.load", False)
 
     def refused(self, work):
         with contextlib.suppress(OperatorError):
@@ -177,7 +177,7 @@ class Day(Scenario):
     def grow(self):
         """Slowly, while the next parts are made."""
         self.growth += 8 * um
-        self.host.set("growth.in", self.growth)
+        self.host.set("warming.in", self.growth)
 
     def amid_a_cut(self):
         """In the second cut of a part."""

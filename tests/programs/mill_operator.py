@@ -23,10 +23,10 @@ with Machine() as machine:
     machine.wait_for(lambda _: value(host, "pyvcp.compensate"), "its checkbutton")
     machine.turn_on()
     machine.home()
-    seen = {"compensates": host.get("thermal.enable")}
+    seen = {"compensates": host.get("growth.enable")}
     host.halcmd("unlinkp", "halui.mdi-command-00")  # from the button, which this program presses
     host.set("halui.mdi-command-00", True)
-    machine.wait_for(lambda _: host.get("thermal.learn"), "the request to learn")
+    machine.wait_for(lambda _: host.get("growth.learn"), "the request to learn")
 with open("panel.json", "w") as file:
     json.dump(seen, file)
 subprocess.run(["axis-remote", "--quit"], check=True)

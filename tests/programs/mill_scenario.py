@@ -11,8 +11,8 @@ COLUMNS = (
     ["motion.digital-out-%02d" % i for i in range(5)]
     + ["motion.analog-out-00", "motion.motion-type", "motion.analog-in-00", "axis.z.eoffset", "joint.2.motor-pos-cmd"]
     + ["mill.truth-growth", "mill.truth-contacts", "mill.engagement", "iocontrol.0.tool-number"]
-    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "thermal.z-offset", "z-stage.armed"]
-    + ["thermal.contacts", "thermal.contacts-accepted", "thermal.displacement", "thermal.contact-coordinate"]
+    + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.z-offset", "z-axis-stage.armed"]
+    + ["growth.contacts", "growth.contacts-accepted", "growth.displacement", "growth.contact-coordinate"]
 )
 
 
@@ -33,9 +33,9 @@ class Shift(Scenario):
         machine.run("learn.ngc")
         self.part("learnt")
         machine.run("grow.ngc")
-        machine.host.set("compensate.in1", False)
+        machine.host.set("interlock.function-switch-0", False)
         self.part("uncompensated")
-        machine.host.set("compensate.in1", True)
+        machine.host.set("interlock.function-switch-0", True)
         self.part("compensated")
         machine.run("grow.ngc")
         self.part("grown")
@@ -77,7 +77,7 @@ class Shift(Scenario):
             machine.wait(0.05)
         self.facts["probed"] = self.top()
         # Where the tip is now for a program that wants it at 3: with the offset in force, and without it.
-        offset = self.facts["wanted"] = machine.host.get("thermal.z-offset")
+        offset = self.facts["wanted"] = machine.host.get("growth.z-offset")
         machine.mdi("G0 Z[3 + %.6f]" % offset)
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off without the offset"] = self.top()

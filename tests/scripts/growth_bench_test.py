@@ -23,10 +23,10 @@ class Judged(unittest.TestCase):
         self.column["mill.truth-contact-growth"] = np.array([0, 1, 1, 5, 8, 8, 8, 8]) / 1000
         self.column["mill.truth-cuts"] = np.array([0, 0, 1, 1, 1, 2, 2, 3])
         self.column["mill.truth-cut-growth"] = np.array([0, 0, 1, 1, 1, 9, 9, 11]) / 1000
-        for instance in ("thermal", "hold"):
+        for instance in ("growth", "hold"):
             self.column[instance + ".contacts-accepted"] = np.array([0, 0, 0, 1, 2, 2, 2, 2])
-        self.column["thermal.displacement"] = np.array([0, 0, 0, 4.5, 7, 7, 7, 7]) / 1000
-        self.column["thermal.z-offset"] = np.array([0, 0, 0, 4, 7, 8, 9.5, 99]) / 1000
+        self.column["growth.displacement"] = np.array([0, 0, 0, 4.5, 7, 7, 7, 7]) / 1000
+        self.column["growth.z-offset"] = np.array([0, 0, 0, 4, 7, 8, 9.5, 99]) / 1000
         self.column["hold.z-offset"] = np.array([0, 0, 0, 4, 7, 7, 7, 99]) / 1000
 
     def test_error_is_the_offset_in_the_work_less_the_growth_since_the_reference(self):
@@ -36,7 +36,7 @@ class Judged(unittest.TestCase):
         np.testing.assert_allclose(contacts, [0.5, 0])
 
     def test_cuts_before_the_second_accepted_contact_are_not_reported(self):
-        self.column["thermal.contacts-accepted"][4:6] = 1
+        self.column["growth.contacts-accepted"][4:6] = 1
         errors, _ = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-0.5])
 

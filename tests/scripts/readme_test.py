@@ -68,7 +68,7 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3
     LIMITS = "[JOINT_%d]\nMIN_LIMIT = -400\nMAX_LIMIT = 400\nMAX_ACCELERATION = 2000\n"
     # Instances that a page names, and does not load.
     OTHERS = {
-        "thermal": "loadrt thermal_displacement names=thermal",
+        "growth": "loadrt thermal_displacement names=growth",
         "z-stage": "loadrt axis_offset names=z-stage",
         "x-stage": "loadrt joint_offset names=x-stage",
         "square": "loadrt squareness names=square",
@@ -142,9 +142,9 @@ net spindle-load siggen.0.cosine
 """
         host = self.load(machine + self.without_programs(lines))
         host.run(1)
-        self.assertTrue(host.get("thermal.enable") and host.get("thermal.dry-run"))
-        self.assertGreater(host.get("thermal.load-noise"), 0)  # it runs, and receives the load
-        self.assertEqual(host.get("thermal.fault-code"), 0)
+        self.assertTrue(host.get("growth.enable") and host.get("growth.dry-run"))
+        self.assertGreater(host.get("growth.load-noise"), 0)  # it runs, and receives the load
+        self.assertEqual(host.get("growth.fault-code"), 0)
 
     def test_wiring_of_every_manual_page_loads(self):
         names = sorted(name for name in os.listdir(os.path.join(BUILD, "man")) if name.endswith(".9"))

@@ -17,17 +17,17 @@ SUMMARY = "reports the contacts of a recording, and whether to compensate"
 
 # The columns of record.hal, and where replay.hal takes them.
 COLUMNS = {
-    "load": "thermal.load",
-    "z": "thermal.z-position",
-    "velocity": "thermal.z-velocity-cmd",
-    "speed": "thermal.spindle-speed-cmd",
-    "override": "thermal.feed-override",
-    "applied": "thermal.applied-offset",
-    "operation": "thermal.operation",
-    "motion": "thermal.motion-type",
-    "tool": "thermal.tool-number",
-    "running": "thermal.cycle-running",
-    "complete": "thermal.cycle-complete",
+    "load": "growth.load",
+    "z": "growth.z-position",
+    "velocity": "growth.z-velocity-cmd",
+    "speed": "growth.spindle-speed-cmd",
+    "override": "growth.feed-override",
+    "applied": "growth.applied-offset",
+    "operation": "growth.operation",
+    "motion": "growth.motion-type",
+    "tool": "growth.tool-number",
+    "running": "growth.cycle-running",
+    "complete": "growth.cycle-complete",
     "learn": "learn.in0",
 }
 LEARN_TOO = "learn.in1"  # of replay.hal: learn from this cycle, whatever was recorded
@@ -68,9 +68,9 @@ def unwired(recording):
 
     moves, feeds = bool(recording.velocity.any()), bool(recording.approaches)
     if constant("z") and moves:
-        yield "Z is %g all the time although its command moves: net z-motor-fb to joint.2.motor-pos-fb" % recording.z[0]
+        yield "Z is %g all the time although its command moves: net z-joint-fb to joint.2.motor-pos-fb" % recording.z[0]
     if not moves and not constant("z"):
-        yield "the velocity of Z is 0 although Z moves: net z-velocity-cmd to joint.2.vel-cmd"
+        yield "the velocity of Z is 0 although Z moves: net z-velocity to joint.2.vel-cmd"
     if constant("motion") and moves:
         yield "the type of motion is %d although Z moves: net motion-type to motion.motion-type" % recording.motion[0]
     if not feeds:
@@ -339,12 +339,12 @@ class Replay:
                 host.load(file)
             host.command("start")
             for name, value in list(settings) + [("dry-run", False), ("enable", True)]:
-                host.set("thermal." + name, value)
-            self.settings = {name: host.get("thermal." + name) for name in SETTINGS}
-            self.excluded = [host.get("thermal.exclude-operation-%d" % i) for i in range(8)]
+                host.set("growth." + name, value)
+            self.settings = {name: host.get("growth." + name) for name in SETTINGS}
+            self.excluded = [host.get("growth.exclude-operation-%d" % i) for i in range(8)]
             host.replay(recording.file, list(COLUMNS.values()), recording.period)
             outputs = os.path.join(folder, "outputs.csv")
-            host.record(outputs, ["thermal." + name for name in OUTPUTS], LOOK)
+            host.record(outputs, ["growth." + name for name in OUTPUTS], LOOK)
             done = 0
             if self.chosen:
                 for row, value in ((self.chosen.begin - 1, True), (self.chosen.end + 2, False)):
@@ -441,7 +441,7 @@ def show_suggestions(load, replay, tried):
     print("\nOther settings, tried as well")
     for name, value, reason in load.suggestions():
         now = replay.settings[name]
-        print("  setp thermal.%-14s %-6.4g # %s; now %.4g" % (name, value, reason, now))
+        print("  setp growth.%-14s %-6.4g # %s; now %.4g" % (name, value, reason, now))
     print()
     rows = [[name, str(r.believed()), "%.1f" % r.sigma()] for name, r in (("now", replay), ("these", tried))]
     for row in [["settings", "accepted", "median sigma, um"]] + rows:

@@ -52,37 +52,37 @@ this contact with the contact that it learned on a cold machine. It outputs the 
 Use it for repeated parts with plunging end mills. It corrects Z only. The theory, the symbols and the figures are in
 components/compensation/thermal_displacement/README.md of the sources.)",
         hal::Wiring{R"(
-  loadrt thermal_displacement names=thermal unit=[TRAJ]LINEAR_UNITS
+  loadrt thermal_displacement names=growth unit=[TRAJ]LINEAR_UNITS
   loadrt axis_offset          names=z-stage unit=[TRAJ]LINEAR_UNITS
 
-  net z-motor-fb                               => thermal.z-position
-  net spindle-load                             => thermal.load
-  net z-velocity-cmd joint.2.vel-cmd           => thermal.z-velocity-cmd
-  net motion-type    motion.motion-type        => thermal.motion-type
-  net operation      motion.program-line       => thermal.operation
-  net spindle-speed spindle.0.speed-out => thermal.spindle-speed-cmd
-  net tool-number    iocontrol.0.tool-number   => thermal.tool-number
-  net feed-override  halui.feed-override.value => thermal.feed-override
-  net cycle-running  motion.digital-out-00     => thermal.cycle-running
-  net cycle-complete motion.digital-out-01     => thermal.cycle-complete
-  net learn          motion.digital-out-02     => thermal.learn
-  net z-offset       thermal.z-offset          => z-stage.offset-0
-  net applied-offset z-stage.applied-offset    => thermal.applied-offset
+  net z-motor-fb                               => growth.z-position
+  net spindle-load                             => growth.load
+  net z-velocity-cmd joint.2.vel-cmd           => growth.z-velocity-cmd
+  net motion-type    motion.motion-type        => growth.motion-type
+  net operation      motion.program-line       => growth.operation
+  net spindle-speed spindle.0.speed-out => growth.spindle-speed-cmd
+  net tool-number    iocontrol.0.tool-number   => growth.tool-number
+  net feed-override  halui.feed-override.value => growth.feed-override
+  net cycle-running  motion.digital-out-00     => growth.cycle-running
+  net cycle-complete motion.digital-out-01     => growth.cycle-complete
+  net learn          motion.digital-out-02     => growth.learn
+  net z-offset       growth.z-offset           => z-stage.offset-0
+  net applied-offset z-stage.applied-offset    => growth.applied-offset
 
   addf motion-command-handler servo-thread
   addf motion-controller      servo-thread
-  addf thermal.update         servo-thread
+  addf growth.update          servo-thread
   addf z-stage.update         servo-thread
 
-  setp thermal.enable  1
-  setp thermal.dry-run 1
+  setp growth.enable  1
+  setp growth.dry-run 1
 
 spindle-load is the load of the spindle motor or of the Z motor, 0 to 100 percent of its rating. Give a new value every
 10 ms or faster. z-motor-fb is the position of the encoder, and it must contain the offset. Through axis_offset this is
 your signal at joint.2.motor-pos-fb. Through joint_offset it is the feedback of the drive, at z-stage.drive-feedback.
 
 operation identifies a cut. It is the program line, or a number that the program sets with M68. axis_offset(9) has the
-other lines of the stage, and configs/mill/compensation.hal has all of them.)"},
+other lines of the stage, and configs/mill/stages.hal has all of them.)"},
         hal::SettingUp{R"(
 1. Keep dry-run true. Let the program begin a cycle with M65 P1 and M64 P0, and end it with M64 P1 and M65 P0.
 2. Run a part and watch contacts: it counts every plunge. If it misses some, reduce threshold. Four to five times

@@ -23,6 +23,7 @@ import plumb  # noqa: E402
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts longer texts
+OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified")
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
@@ -163,10 +164,13 @@ class Message:
                 fail("longer than %d characters: '%s'" % (LONGEST, text))
         self.seen = None  # the code of the last message, None while the pin is false
 
+    @property
+    def pins(self):
+        return [self.pin] if self.codes is None else [self.pin, self.pin + "-code"]
+
     def make_pins(self, component):
-        component.newpin(self.pin, hal.HAL_BIT, hal.HAL_IN)
-        if self.codes is not None:
-            component.newpin(self.pin + "-code", hal.HAL_S32, hal.HAL_IN)
+        for name, kind in zip(self.pins, (hal.HAL_BIT, hal.HAL_S32)):
+            component.newpin(name, kind, hal.HAL_IN)
 
     def new_text(self, component):
         """The text to show now, if any."""
@@ -182,8 +186,22 @@ class Message:
         return self.text.replace("{code}", self.codes.get(code, "code %d" % code))
 
 
-def read_messages(path):
-    """Raises SettingsError, which names the file and the message."""
+def read_messages(*paths):
+    """The messages of all these files. Raises SettingsError, which names the file and the message."""
+    messages, places = [], dict.fromkeys(OWN_PINS)  # places: the files of pins
+    for path in paths:
+        for message in read_file(path):
+            for pin in message.pins:
+                if pin in places:
+                    other = places[pin]
+                    where = "; the other one is in %s" % other if other not in (None, path) else ""
+                    raise SettingsError("%s: there are two pins %s%s" % (path, pin, where))
+                places[pin] = path
+            messages.append(message)
+    return messages
+
+
+def read_file(path):
     try:
         with open(path, "rb") as file:
             table = tomllib.load(file)
@@ -195,12 +213,7 @@ def read_messages(path):
     tables = table.get("message", [])
     if not isinstance(tables, list):
         raise SettingsError("%s: message is no list of tables: write [[message]]" % path)
-    messages = [Message(entry, "%s: message %d" % (path, number)) for number, entry in enumerate(tables, 1)]
-    pins = [message.pin for message in messages] + [m.pin + "-code" for m in messages if m.codes is not None]
-    for pin in pins:
-        if pins.count(pin) > 1 or pin in ("program-id", "tool-set-id", "connected", "identify", "identified"):
-            raise SettingsError("%s: there are two pins %s" % (path, pin))
-    return messages
+    return [Message(entry, "%s: message %d" % (path, number)) for number, entry in enumerate(tables, 1)]
 
 
 class Link:
@@ -258,10 +271,16 @@ class Link:
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--name", default="linuxcnc-link", help="of the HAL component, as in loadusr -Wn")
-    parser.add_argument("--messages", metavar="FILE", help="TOML file of messages to the operator")
+    parser.add_argument(
+        "--messages",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="TOML file of messages to the operator; give it again for another file",
+    )
     arguments = parser.parse_args()
     try:
-        messages = read_messages(arguments.messages) if arguments.messages else []
+        messages = read_messages(*arguments.messages)
     except SettingsError as error:
         sys.exit("linuxcnc_link: %s" % error)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):

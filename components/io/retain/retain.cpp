@@ -31,25 +31,25 @@ names the pins and the records. All of it is restored, or nothing.)",
   net restored         retain.restored  => kept.in0
   net retain-heartbeat retain.heartbeat => watchdog.input-0
   net retain-lives     watchdog.ok-out  => kept.in1
-  net compensated      kept.out         => thermal.enable
-  net date             retain.date      => thermal.date
+  net compensated      kept.out         => growth.enable
+  net date             retain.date      => growth.date
 
   addf watchdog.set-timeouts servo-thread
   addf watchdog.process      servo-thread
   addf kept                  servo-thread
 
 Load retain after all components that the TOML file names, and after the lines that set their pins. $(CONFIG_DIR) is
-the folder of the INI file. configs/mill/compensation.hal is a complete example.)"},
+the folder of the INI file. configs/mill/stages.hal is a complete example.)"},
                                       hal::SettingUp{R"(
 1. Write the TOML file. Only machine is required; paths are absolute.
 
     machine = "mill 3"            # values go into no other machine
-    pins    = ["thermal.window", "thermal.gate-floor"]
-    records = ["thermal"]         # components with the pins row, rows, ...
+    pins    = ["growth.window", "growth.gate-floor"]
+    records = ["growth"]          # components with the pins row, rows, ...
     program = ["/home/mill/nc/part.ngc"]    # files of program-id
     every   = 2                   # s between two writes, default 5
     store   = "/home/mill/mill.retained"    # default: beside this file
-    formerly = { "z-growth" = "thermal" }   # z-growth takes over the values stored for thermal
+    formerly = { "growth" = "thermal" }     # growth takes over the values stored for thermal
 
 2. List pins only that are inputs without a signal, of type bit, s32, u32 or float.
 3. Let the components work only while restored is true and heartbeat is alive, as above.

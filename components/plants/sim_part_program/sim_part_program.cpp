@@ -25,11 +25,11 @@ These are of machine 0. Any other seed draws diameters, speeds, levels and depth
   loadrt sim_part_program names=program
 
   net z-position-cmd program.z-position-cmd => mill.z-position-cmd
-  net cycle-running  program.cycle-running  => thermal.cycle-running
-  net cycle-complete program.cycle-complete => thermal.cycle-complete
-  net learn          program.learn          => thermal.learn
+  net cycle-running  program.cycle-running  => growth.cycle-running
+  net cycle-complete program.cycle-complete => growth.cycle-complete
+  net learn          program.learn          => growth.learn
   net operation      program.operation      => mill.operation
-  net operation                             => thermal.operation
+  net operation                             => growth.operation
 
   addf program.update servo-thread
 

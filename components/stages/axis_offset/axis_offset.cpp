@@ -32,7 +32,7 @@ axis is the guest. Its part moves as LinuxCNC would move it without the stage:
         hal::Wiring{R"(
   loadrt axis_offset names=z-stage unit=[TRAJ]LINEAR_UNITS
 
-  net z-offset        thermal.z-offset        => z-stage.offset-0
+  net z-offset        growth.z-offset         => z-stage.offset-0
   net motion-enabled  motion.motion-enabled   => z-stage.motion-enabled
   net all-homed       motion.is-all-homed     => z-stage.all-homed
   net motion-type     motion.motion-type      => z-stage.motion-type
@@ -46,11 +46,11 @@ axis is the guest. Its part moves as LinuxCNC would move it without the stage:
   net cycle-start     motion.digital-out-00   => z-stage.arm
   net probing-refused z-stage.probing-refused => motion.feed-inhibit
   net probing-refused                         => halui.abort
-  net applied-offset  z-stage.applied-offset  => thermal.applied-offset
+  net applied-offset  z-stage.applied-offset  => growth.applied-offset
 
   addf motion-command-handler servo-thread
   addf motion-controller      servo-thread
-  addf thermal.update         servo-thread
+  addf growth.update          servo-thread
   addf z-stage.update         servo-thread
 
 Through this stage LinuxCNC's feedback contains the offset: joint.N.motor-pos-fb. A component that needs the

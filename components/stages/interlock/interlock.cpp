@@ -37,7 +37,7 @@ timedelay, watchdog and conv_float_s32.
 It serves up to four services, four functions and eight stages, numbered from 0. An input without a signal hinders
 nothing, except function-switch: a function is off until it is switched on.)",
         hal::Wiring{R"(
-Service 0 is retain. Function 0 is thermal, with stage 0, z-stage. Function 1 is square, with stage 1, x-stage.
+Service 0 is retain. Function 0 is growth, with stage 0, z-stage. Function 1 is square, with stage 1, x-stage.
 
   loadrt interlock names=interlock
 
@@ -55,12 +55,14 @@ Service 0 is retain. Function 0 is thermal, with stage 0, z-stage. Function 1 is
   net restored     retain.restored  => interlock.service-ready-0
   net retain-fault retain.fault     => interlock.service-fault-0
 
-  net thermal-on   interlock.function-enable-0 => thermal.enable
+  net growth-on    interlock.function-enable-0 => growth.enable
   net square-on    interlock.function-enable-1 => square.enable
   net square-ramp  square.ramping   => interlock.function-ramping-1
   net settling     square.settling  => interlock.function-settling-1
 
   net z-lacks  z-stage.uncompensated => interlock.stage-uncompensated-0
+  net z-in-force z-stage.in-force    => interlock.stage-in-force-0
+  net z-ramping  z-stage.ramping     => interlock.stage-ramping-0
   net z-fault  z-stage.fault         => interlock.stage-fault-0
   net z-refuses z-stage.probing-refused
   net z-refuses                    => interlock.stage-probing-refused-0
@@ -69,7 +71,7 @@ Service 0 is retain. Function 0 is thermal, with stage 0, z-stage. Function 1 is
   net x-fault     x-stage.fault          => interlock.stage-fault-1
 
   net arm        interlock.arm            => z-stage.arm
-  net heartbeat  interlock.heartbeat      => x-stage.heartbeat
+  net heartbeat  interlock.heartbeat      => x-stage.heartbeat z-stage.heartbeat
   net no-homing  interlock.homing-inhibit => motion.homing-inhibit
   net feed-wait  interlock.feed-inhibit   => motion.feed-inhibit
   net feed-wait                           => motion.feed-hold
@@ -77,15 +79,15 @@ Service 0 is retain. Function 0 is thermal, with stage 0, z-stage. Function 1 is
 
   addf motion-command-handler servo-thread
   addf motion-controller      servo-thread
-  addf thermal.update         servo-thread
+  addf growth.update          servo-thread
   addf square.update          servo-thread
   addf z-stage.update         servo-thread
   addf x-stage.update         servo-thread
   addf interlock.update       servo-thread
 
 Add interlock to the thread of the stages, after all functions and stages: LinuxCNC must see a request before it begins
-the next move. Net heartbeat to each stage: without it a stage does not notice that interlock has gone. Net both pins of the feed:
-LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.)"},
+the next move. Net heartbeat to each stage: without it a stage does not notice that interlock has gone. Net both pins of
+the feed: LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.)"},
         hal::SettingUp{R"(
 1. Set service-timeout-N to three times the longest pause of the heartbeat, at least. 30 s suit retain: it waits for
 the disk.

@@ -49,22 +49,22 @@ NUMBERS = {
     "chip": "program.chip-height",
     "from_side": "program.from-side",
     "met": "mill.truth-contacts",
-    "found": "thermal.contacts",
-    "accepted": "thermal.contacts-accepted",
-    "rejected": "thermal.contacts-rejected",
-    "unexpected": "thermal.contacts-unexpected",
-    "missed": "thermal.contacts-missed",
-    "code": "thermal.rejection-code",
-    "refused": "thermal.reference-refused",
-    "failed": "thermal.learning-failed",
-    "rows": "thermal.rows",
+    "found": "growth.contacts",
+    "accepted": "growth.contacts-accepted",
+    "rejected": "growth.contacts-rejected",
+    "unexpected": "growth.contacts-unexpected",
+    "missed": "growth.contacts-missed",
+    "code": "growth.rejection-code",
+    "refused": "growth.reference-refused",
+    "failed": "growth.learning-failed",
+    "rows": "growth.rows",
 }
 LENGTHS = {
     "growth": "mill.truth-growth",
     "offset": "mill.applied-offset",
-    "displacement": "thermal.displacement",
-    "sigma": "thermal.displacement-sigma",
-    "gate": "thermal.gate",
+    "displacement": "growth.displacement",
+    "sigma": "growth.displacement-sigma",
+    "gate": "growth.gate",
 }
 COUNTS = ("met", "found", "accepted", "rejected", "unexpected", "missed")
 
@@ -258,7 +258,7 @@ def simulate(seed, cycles, progress):
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
-        host.command("net refused thermal.reference-refused => program.relearn")
+        host.command("net refused growth.reference-refused => program.relearn")
         every_end_mill_is_a_gauge(host)
         host.set("program.cycle-interval", INTERVAL)
         host.set("program.event-rate", 1)

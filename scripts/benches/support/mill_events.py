@@ -33,11 +33,11 @@ COLUMNS = {
     "growth": "mill.truth-contact-growth",
     "happening": "program.truth-event",
     "offset": "mill.applied-offset",
-    "displacement": "thermal.displacement",
-    "sigma": "thermal.displacement-sigma",
-    "gate": "thermal.gate",
-    "found": "thermal.contacts",
-    "accepted": "thermal.contacts-accepted",
+    "displacement": "growth.displacement",
+    "sigma": "growth.displacement-sigma",
+    "gate": "growth.gate",
+    "found": "growth.contacts",
+    "accepted": "growth.contacts-accepted",
 }
 LENGTHS = ("growth", "offset", "displacement", "sigma", "gate")
 

@@ -17,4 +17,4 @@ def start_mill(host, seed):
 
 
 def every_end_mill_is_a_gauge(host):
-    host.set("thermal.exclude-operation-1", 0)
+    host.set("growth.exclude-operation-1", 0)

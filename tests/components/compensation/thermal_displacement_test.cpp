@@ -16,13 +16,13 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 void bring_to_life(Bench& bench) {
     bench.source(SOURCE_DIR "/configs/mill/bench.hal");
     bench.set("program.cycle-interval", 60);
-    bench.command("net refused thermal.reference-refused => thermal.acknowledge");  // as an operator does
+    bench.command("net refused growth.reference-refused => growth.acknowledge");  // as an operator does
     bench.command("start");
     bench.run(71);
 }
 
 // For as long as the rest of that part takes, and the start of the next; then that one, and another contact.
-const Live live{{{"thermal_displacement", "thermal"}}, bring_to_life, 50, 80};
+const Live live{{{"thermal_displacement", "growth"}}, bring_to_life, 50, 80};
 
 // A mill that is seen by thermal_displacement, through its pins. The offset is applied between two cycles.
 struct Mill {
@@ -540,15 +540,15 @@ TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
     for (const int learning_cycles : {1, 2}) {
         Bench bench(Bench::Thread::none);
         bench.source(SOURCE_DIR "/configs/mill/bench.hal");
-        bench.set("thermal.by-time", 1);
-        bench.set("thermal.clock-from-program", 1);
+        bench.set("growth.by-time", 1);
+        bench.set("growth.clock-from-program", 1);
         bench.set("program.cycle-interval", 60);
         bench.set("program.learning-cycles", learning_cycles);
         bench.command("start");
         bench.run(60 * (learning_cycles + 2));
-        EXPECT_EQ(bench.get("thermal.contacts-accepted"), learning_cycles == 1 ? 0 : 4);
-        EXPECT_EQ(bench.get("thermal.contacts-rejected"), learning_cycles == 1 ? 4 : 0);
-        EXPECT_EQ(bench.get("thermal.rejection-code"), learning_cycles == 1 ? 5 : 0);
+        EXPECT_EQ(bench.get("growth.contacts-accepted"), learning_cycles == 1 ? 0 : 4);
+        EXPECT_EQ(bench.get("growth.contacts-rejected"), learning_cycles == 1 ? 4 : 0);
+        EXPECT_EQ(bench.get("growth.rejection-code"), learning_cycles == 1 ? 5 : 0);
     }
 }
 

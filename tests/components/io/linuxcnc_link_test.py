@@ -26,7 +26,7 @@ PATIENCE = 100  # s, for an event that takes a few
 HAL = """\
 loadrt thermal_displacement names=growth
 addf growth.update servo-thread
-loadusr -Wn linuxcnc-link {build}/bin/linuxcnc_link --messages $(CONFIG_DIR)/messages.toml
+loadusr -Wn linuxcnc-link {build}/bin/linuxcnc_link --messages $(CONFIG_DIR)/messages.toml --messages $(CONFIG_DIR)/door.toml
 loadusr -W {build}/bin/retain --file $(CONFIG_DIR)/mill.toml
 """
 
@@ -52,7 +52,9 @@ text = "Let it warm up"
 pin = "shown"
 kind = "display"
 text = "Look here"
+"""
 
+DOOR = """\
 [[message]]
 pin = "door"
 text = "Close the door {code}."
@@ -76,7 +78,7 @@ class Days(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = copy_configuration("three_axis", folder)
-        files = dict(PROGRAMS, **{"link.hal": HAL.format(build=BUILD), "messages.toml": MESSAGES, "mill.toml": RETAIN})
+        files = dict(PROGRAMS, **{"link.hal": HAL.format(build=BUILD), "messages.toml": MESSAGES, "door.toml": DOOR, "mill.toml": RETAIN})
         for name, text in files.items():
             with open(os.path.join(machine, name), "w") as file:
                 file.write(text)
@@ -163,6 +165,20 @@ class Settings(unittest.TestCase):
             with self.subTest(words):
                 self.refused(text, words)
 
+    def test_pin_that_two_files_have_is_reported_with_both(self):
+        folder = own_folder(self)
+        command = ["/usr/bin/python3", LINK]
+        for name in ("one.toml", "two.toml"):
+            with open(os.path.join(folder, name), "w") as file:
+                file.write('[[message]]\npin = "%s"\ntext = "b"\n[[message]]\npin = "a"\ntext = "b"\n' % name[:3])
+            command += ["--messages", os.path.join(folder, name)]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(ended.returncode, 1)
+        self.assertEqual(
+            ended.stderr,
+            "linuxcnc_link: %s/two.toml: there are two pins a; the other one is in %s/one.toml\n" % (folder, folder),
+        )
+
     def test_a_file_that_cannot_be_read_is_reported_with_its_line(self):
         self.refused('[[message]]\npin = \n', "Invalid value (at line 2, column 7)")
         ended = subprocess.run(["/usr/bin/python3", LINK, "--messages", "/nowhere.toml"], capture_output=True, text=True)
@@ -170,16 +186,18 @@ class Settings(unittest.TestCase):
 
 
 class Shipped(unittest.TestCase):
-    """The messages of the configurations."""
+    """The messages of the configurations and of the functions."""
 
     def test_codes_are_those_of_the_pin_that_is_netted_to_the_message(self):
-        for config in ("mill", "portal"):
-            folder = os.path.join(ROOT, "configs", config)
-            path = os.path.join(folder, "messages.toml")
-            linuxcnc_link.read_messages(path)
-            with open(path, "rb") as file:
-                messages = tomllib.load(file)["message"]
-            hal = ""
+        folders = [os.path.join(ROOT, "configs", name) for name in ("mill", "portal")]
+        folders += glob.glob(os.path.join(ROOT, "configs", "functions", "*"))
+        self.assertGreaterEqual(len(folders), 4)
+        for folder in folders:
+            hal, messages = "", []
+            for path in glob.glob(os.path.join(folder, "*messages.toml")):
+                linuxcnc_link.read_messages(path)
+                with open(path, "rb") as file:
+                    messages += tomllib.load(file)["message"]
             for path in glob.glob(os.path.join(folder, "*.hal")):
                 with open(path) as file:
                     hal += file.read()
@@ -188,14 +206,21 @@ class Shipped(unittest.TestCase):
                 for module, instances in re.findall(r"^loadrt (\w+) +names=(\S+)", hal, re.M)
                 for instance in instances.split(",")
             )
+            self.assertTrue(messages, folder)
             for message in messages:
-                if "{code}" not in message["text"]:
-                    continue
-                with self.subTest(config=config, pin=message["pin"]):
+                with self.subTest(config=os.path.basename(folder), pin=message["pin"]):
+                    self.assertRegex(hal, r"(?m)^net .* linuxcnc-link\.%s( |$)" % message["pin"])
+                    if "{code}" not in message["text"]:
+                        continue
                     net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*linuxcnc-link\.%s-code\b" % message["pin"], hal, re.M)
                     module, pin = message["codes"].split()
                     self.assertEqual((modules.get(net[1], net[1]), net[2]), (module, pin))
                     self.assertTrue(plumb.declarations(module)["codes"][pin])
+
+    def test_functions_of_one_machine_share_no_pin(self):
+        files = glob.glob(os.path.join(ROOT, "configs", "functions", "*", "*_messages.toml"))
+        self.assertGreaterEqual(len(files), 2)
+        linuxcnc_link.read_messages(*files, os.path.join(ROOT, "configs", "mill", "messages.toml"))
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ struct Machine {
             net(letter + "-enable", stage + "offset-enable " + axis + "enable");
             net("homed", axis + "homed " + stage + "all-homed");
             net("on", axis + "on");
-            net("thermal-on", stage + "enable");
+            net("growth-on", stage + "enable");
             net("arm", stage + "arm");
             net("heartbeat", stage + "heartbeat");
             net(letter + "-in-force", stage + "in-force");
@@ -96,7 +96,7 @@ struct Machine {
                                                               {"u-in-force", "stage-in-force-3"},
                                                               {"x-ramping", "stage-ramping-2"},
                                                               {"u-ramping", "stage-ramping-3"},
-                                                              {"thermal-on", "function-enable-0"},
+                                                              {"growth-on", "function-enable-0"},
                                                               {"square-on", "function-enable-1"},
                                                               {"arm", "arm"},
                                                               {"heartbeat", "heartbeat"},
