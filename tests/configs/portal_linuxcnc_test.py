@@ -93,7 +93,7 @@ class Shift:
         ways = np.diff(np.vstack([self.position, self.rail]), axis=1, prepend=0)
         ways[:, self.moved() > 3] = 0  # homing sets positions
         nothing = np.zeros(len(self.rail))
-        active = (self.shift["square.enable"] == 1) & (self.shift["motion.is-all-homed"] == 1)
+        active = (np.roll(self.shift["square.enable"], 1) == 1) & (self.shift["motion.is-all-homed"] == 1)
         level = self.shift["square.axis-direction"] == 1
         beyond = []
         for before in (0, 1):  # where a setting changes amid a move, by the one behind or the one before
