@@ -105,6 +105,14 @@ class Refusals(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("must be a folder below that of the INI file", flat)
 
+    def test_system_without_namespaces(self):
+        self.machine("XYZ")
+        write(os.path.join(self.home, "unshare"), "#!/bin/sh\necho 'unshare: unshare failed' >&2\nexit 1\n")
+        os.chmod(os.path.join(self.home, "unshare"), 0o755)
+        status, _, flat = plumb_wire("squareness", "--ini", self.ini, programs=self.home)
+        self.assertEqual(status, 1)
+        self.assertIn("plumb wire needs namespaces, and this system gives none", flat)
+
     def test_wrong_joints(self):
         self.machine("XYZ")
         status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--joints", "X=0,Q=1")
