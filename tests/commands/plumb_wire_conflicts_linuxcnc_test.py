@@ -54,6 +54,7 @@ class Conflicts(Sample):
         stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp motion.feed-inhibit\n", stages)
         self.assertIn("net door => feed-inhibit-of-all.in-1\n", stages)
+        self.assertIn("net feed-inhibit-of-all => motion.feed-inhibit\n", stages)
 
     def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
         flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")
