@@ -54,6 +54,7 @@ class Conflicts(Sample):
         stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp motion.feed-inhibit\n", stages)
         self.assertIn("net door => feed-inhibit-of-all.in-1\n", stages)
+        self.assertIn("net feed-inhibit-of-all => motion.feed-inhibit\n", stages)
 
     def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
         flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")
@@ -104,6 +105,14 @@ class Refusals(unittest.TestCase):
         status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--output", "/nowhere")
         self.assertEqual(status, 1)
         self.assertIn("must be a folder below that of the INI file", flat)
+
+    def test_system_without_namespaces(self):
+        self.machine("XYZ")
+        write(os.path.join(self.home, "unshare"), "#!/bin/sh\necho 'unshare: unshare failed' >&2\nexit 1\n")
+        os.chmod(os.path.join(self.home, "unshare"), 0o755)
+        status, _, flat = plumb_wire("squareness", "--ini", self.ini, programs=self.home)
+        self.assertEqual(status, 1)
+        self.assertIn("plumb wire needs namespaces, and this system gives none", flat)
 
     def test_wrong_joints(self):
         self.machine("XYZ")

@@ -11,9 +11,12 @@ from tree import BUILD, own_folder
 AXIS_MM = "sim/axis/axis_mm.ini"
 
 
-def plumb_wire(*arguments):
+def plumb_wire(*arguments, programs=None):
+    """Exit status, output, and the output in one line. `programs` is a folder that is searched before PATH."""
+    path = os.environ["PATH"] if programs is None else programs + ":" + os.environ["PATH"]
     done = subprocess.run(
         [os.path.join(BUILD, "bin", "plumb"), "wire", *arguments],
+        env={**os.environ, "PATH": path},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -3,13 +3,13 @@
 
 import os
 
-GROWTH = 0.012 # mm
+GROWTH = 0.012  # mm
 TOLERANCE = 0.005  # mm
 PLUNGES = 3
 LONGEST = 300  # s, for a cycle
-FEED = 120  # mm/min
-APPROACH = 2.5  # mm above the work, in which the tool feeds
-DEPTH = 1.2  # mm
+FEED = 60  # mm/min
+APPROACH = 1.2  # mm above the work, in which the tool feeds
+DEPTH = 0.7  # mm
 
 CYCLE = """G90 G94 G49 G64
 M64 P4

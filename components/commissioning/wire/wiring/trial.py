@@ -7,6 +7,8 @@ import shutil
 import subprocess
 import sys
 
+from texts import Impossible
+
 HERE = os.path.dirname(os.path.realpath(__file__))
 SPEED = 10  # times real time
 PATIENCE = 300  # s of this computer's time
@@ -79,6 +81,8 @@ class Trial:
         self.ini.drop("APPLICATIONS", "APP")
         self.ini.write(self.copy)
         status, output = self._linuxcnc()
+        if "unshare:" in output or "gives the run no namespaces" in output:
+            raise Impossible("plumb wire needs namespaces, and this system gives none: plumb doctor says why.")
         if not os.path.exists(result):
             raise NotStarted(last_words(output) or "linuxcnc ended with %d" % status)
         with open(result, encoding="utf-8") as file:
