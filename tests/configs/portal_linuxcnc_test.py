@@ -48,7 +48,7 @@ class Shift:
         cls.prepare(machine)
         ini = os.path.join(machine, cls.name + ".ini")
         linuxcnc_runs.use_scenario(ini, "portal_scenario.py")
-        hal = os.path.join(machine, "compensation.hal")
+        hal = os.path.join(machine, "functions", "squareness", "squareness.hal")
         table = os.path.join(machine, "errors.csv")
         change(hal, "chain=[SQUARENESS]CHAIN", "chain=[SQUARENESS]CHAIN table=" + table)
         change(hal, "loadrt squareness", "newsig scene s32\nloadrt squareness")
@@ -93,7 +93,8 @@ class Shift:
         ways = np.diff(np.vstack([self.position, self.rail]), axis=1, prepend=0)
         ways[:, self.moved() > 3] = 0  # homing sets positions
         nothing = np.zeros(len(self.rail))
-        active = (np.roll(self.shift["square.enable"], 1) == 1) & (self.shift["motion.is-all-homed"] == 1)
+        enabled = np.roll(self.shift["square.enable"], 1)  # as square reads it: interlock writes it at the end of a cycle
+        active = (enabled == 1) & (self.shift["motion.is-all-homed"] == 1)
         level = self.shift["square.axis-direction"] == 1
         beyond = []
         for before in (0, 1):  # where a setting changes amid a move, by the one behind or the one before
@@ -344,7 +345,7 @@ class Configuration(unittest.TestCase):
             files = [self.read(file) for file in re.findall("^#INCLUDE (.*)$", self.read(ini), re.M)]
             return [float(value) for value in re.findall(r"^%s *= *(\S+)" % name, "\n".join(files), re.M)]
 
-        self.assertIn("setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY\n", self.read("compensation.hal"))
+        self.assertIn("setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY\n", self.read("functions/squareness/squareness.hal"))
         for ini, joints in (("column.ini", 3), ("portal.ini", 4)):
             speeds = values(ini, "MAX_VELOCITY")
             self.assertEqual(len(speeds), 2 * joints)
@@ -366,7 +367,8 @@ class Configuration(unittest.TestCase):
             self.assertGreater(len(tilts[0]), 1)
 
     def test_panel_is_wired_to_what_both_machines_have(self):
-        panel, common = self.read("panel.hal"), self.read("compensation.hal")
+        panel = self.read("panel.hal")
+        common = self.read("stages.hal") + self.read("functions/squareness/squareness.hal")
         pins = re.findall(r"pyvcp\.([a-z-]+)", panel)
         self.assertEqual(sorted(pins), sorted(re.findall(r'<halpin>"(.*?)"</halpin>', self.read("panel.xml"))))
         for signal, source in re.findall(r"^net (\S+) +(?:(\S+) +)?=>", panel, re.M):

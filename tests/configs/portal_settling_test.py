@@ -30,7 +30,7 @@ class Settling(unittest.TestCase):
         machine = linuxcnc_runs.copy_configuration("portal", folder)
         ini = os.path.join(machine, "column.ini")
         linuxcnc_runs.use_scenario(ini, "settling_scenario.py")
-        change(os.path.join(machine, "compensation.hal"), "loadrt squareness", "newsig scene s32\nloadrt squareness")
+        change(os.path.join(machine, "functions", "squareness", "squareness.hal"), "loadrt squareness", "newsig scene s32\nloadrt squareness")
         its, _ = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.messages = its["facts"], its["facts"]["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))

@@ -103,6 +103,10 @@ class Day(Scenario):
         self.begin("homed_again")
         machine.mdi("O <take_back> call")
         machine.mdi("G53 G0 X0 Y0 Z0")  # where this machine is at home
+        machine.mode(linuxcnc.MODE_MANUAL)
+        machine.joint_mode()
+        machine.command.unhome(-1)
+        self.await_pin("motion.homing-inhibit", False)  # the correction of squareness is gone, too
         machine.home()
         machine.wait(0.5)
         self.part("after_homing")

@@ -79,11 +79,11 @@ class Shift(Scenario):
         self.to_a_far_place()
 
     def disable(self):
-        self.host.set("interlock.function-switch-1", False)
+        self.host.set("interlock.function-switch-0", False)
         self.await_ramp()
 
     def enable(self):
-        self.host.set("interlock.function-switch-1", True)
+        self.host.set("interlock.function-switch-0", True)
         self.await_ramp()
 
     def edit_an_angle(self):
@@ -118,11 +118,11 @@ class Shift(Scenario):
         self.rest()
 
     def uncorrected_path(self):
-        self.host.set("interlock.function-switch-1", False)
+        self.host.set("interlock.function-switch-0", False)
         self.path()
 
     def corrected_path(self):
-        self.host.set("interlock.function-switch-1", True)
+        self.host.set("interlock.function-switch-0", True)
         self.path()
 
     def path(self):
@@ -140,7 +140,7 @@ class Shift(Scenario):
         """Enable, an angle and the readings, while it moves."""
         self.to_a_far_place()
         self.machine.mdi("G1 X-100 Y-100 Z0 F4500", wait=False)
-        for pin, value in (("interlock.function-switch-1", False), ("interlock.function-switch-1", True), ("square.axis-direction", True)):
+        for pin, value in (("interlock.function-switch-0", False), ("interlock.function-switch-0", True), ("square.axis-direction", True)):
             self.machine.wait(0.8)
             self.host.set(pin, value)
         angle = self.host.get("square.ec0y")
@@ -180,7 +180,7 @@ class Shift(Scenario):
     def change_while_off(self):
         self.machine.turn_off()
         self.rest()
-        self.host.set("interlock.function-switch-1", False)
+        self.host.set("interlock.function-switch-0", False)
         self.await_ramp()
         self.begin("on_again")
         self.set_ramps(0.04)  # so that the program comes before their end
@@ -189,7 +189,7 @@ class Shift(Scenario):
         self.facts["waited for the stages"] = not self.stages_ramp()
         self.set_ramps(0.1)
         self.await_stages()
-        self.host.set("interlock.function-switch-1", True)
+        self.host.set("interlock.function-switch-0", True)
         self.await_ramp()
 
     def emergency_stop(self):
@@ -250,7 +250,7 @@ class Shift(Scenario):
         self.set_ramps(1e-4)  # however long this program takes
         for inhibited in (True, False):
             if not inhibited:
-                self.host.command("unlinkp motion.homing-inhibit")
+                self.host.halcmd("unlinkp", "motion.homing-inhibit")
                 self.host.set("motion.homing-inhibit", False)
             with contextlib.suppress(OperatorError):
                 self.machine.home()
@@ -263,7 +263,7 @@ class Shift(Scenario):
         self.await_stages()
         with contextlib.suppress(OperatorError, Overdue):
             self.machine.wait_for(lambda status: False, "more messages", 0.5)
-        self.host.command("net no-homing motion.homing-inhibit")
+        self.host.halcmd("net", "no-homing", "motion.homing-inhibit")
 
     def home_once_more(self):
         self.machine.home()

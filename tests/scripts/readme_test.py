@@ -72,7 +72,7 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3
         "z-stage": "loadrt axis_offset names=z-stage",
         "x-stage": "loadrt joint_offset names=x-stage",
         "square": "loadrt squareness names=square",
-        "on-its-way": "loadrt lut5 names=on-its-way",
+        "interlock": "loadrt interlock names=interlock",
         "x-drive": "loadrt lowpass names=x-drive",
         "program": "loadrt sim_part_program names=program",
         "mill": "loadrt sim_mill names=mill",

@@ -42,7 +42,7 @@ For X. Wire Y and Z in the same way.
   net all-homed     motion.is-all-homed => square.all-homed
   net x-tool-offset motion.tooloffset.x => square.x-tool-offset
   net x-correction  square.x-correction => x-stage.offset-0
-  net ramping       on-its-way.out      => square.stages-ramping
+  net ramping       interlock.ramping   => square.stages-ramping
   net coordinated   motion.coord-mode   => square.coordinated
   net motion-type   motion.motion-type  => square.motion-type
   net path-velocity motion.current-vel  => square.path-velocity
@@ -56,9 +56,9 @@ For X. Wire Y and Z in the same way.
   addf x-stage.update          servo-thread
 
 The positions are those of joint.N.pos-cmd: they contain neither the correction nor screw compensation. Do not net
-joint.N.motor-pos-cmd. joint_offset(9) has the other lines of a stage. on-its-way is the or of ramping of all stages.
+joint.N.motor-pos-cmd. joint_offset(9) has the other lines of a stage. interlock(9) joins ramping of all stages.
 max-rate of a stage must be above the speed of the correction in a rapid, and max-offset at least max-correction.
-configs/portal/compensation.hal has all lines. For the feed-forward of a drive take x-corrected-velocity.)"},
+configs/portal/stages.hal has all lines. For the feed-forward of a drive take x-corrected-velocity.)"},
                                       hal::SettingUp{R"(
 1. Write the chain as in ISO 10791: the axes that carry the work before b, the bed; the axes that carry the tool after it.
 w-Z.b-X-Y-C-t is a column on X with the spindle head on Y and the work on Z. w-X.b-W-Y-Z-C-t is a portal with a cross

@@ -47,7 +47,7 @@ class Cuts:
         self.expect_no_fault()
         tilts = {name: self.host.get("square." + name) for name in LEANING[self.kind]}
         for run in RUNS:
-            self.host.set("correct.in0", run != "without")
+            self.host.set("interlock.function-switch-0", run != "without")
             if run == "by diagonals":
                 self.set_tilts(self.tilts_by_diagonals(tilts))
             elif run == "with tables":

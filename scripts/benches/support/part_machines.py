@@ -64,6 +64,7 @@ COMM_TIMEOUT = 300
 
 # The file of a run; the disk may keep LinuxCNC waiting.
 #INCLUDE common/interpreter.inc
+SUBROUTINE_PATH = .
 PARAMETER_FILE = /dev/shm/linuxcnc.var
 
 {axes}
