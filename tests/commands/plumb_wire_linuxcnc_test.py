@@ -61,12 +61,11 @@ class Works(Sample):
         self.assertEqual(read(settings), "setp square.enable 1\nsetp square.eb0z 0.0001\n")
         self.assertIn("CHAIN = w-Y.b-Z-X-C-t\n", read(values))
         stages = read(os.path.join(self.folder(LATHE), "stages.hal"))
-        self.assertIn("joint_offset names=x-stage,z-stage\n", stages)  # a lathe has no Y
-        self.assertIn("axis_offset names=z-axis-stage\n", stages)
-        # On an inch machine the lengths are inches.
+        self.assertIn("joint_offset names=x-stage,z-stage unit=[TRAJ]LINEAR_UNITS\n", stages)  # a lathe has no Y
+        self.assertIn("axis_offset names=z-axis-stage unit=[TRAJ]LINEAR_UNITS\n", stages)
+        # On an inch machine the settings are inches, and the modules convert their defaults.
         own = read(os.path.join(self.folder(LATHE), "thermal_displacement_settings.hal"))
         self.assertIn("setp growth.gate-floor        0.000787402\n", own)
-        self.assertIn("setp x-stage.max-offset 0.0393701\n", stages)
 
         write(os.path.join(self.folder(LATHE), "stages.hal"), stages + "# mine\n")
         status, _, flat = self.wire(LATHE, "squareness")

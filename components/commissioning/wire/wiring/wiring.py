@@ -10,6 +10,7 @@ import stages
 # Inputs of LinuxCNC that hold something back while true: a second source joins the first by `or`.
 JOINED = ("motion.feed-inhibit", "motion.feed-hold", "motion.homing-inhibit", "halui.abort")
 INCH = 25.4
+UNIT = "unit=[TRAJ]LINEAR_UNITS"
 MOTION = "motion-controller"
 
 
@@ -367,30 +368,18 @@ class Wiring:
             if module == "watchdog":
                 lines.append("loadrt watchdog num_inputs=1")
             elif module not in own and not (module in self.machine.halfiles.components and not self.machine.twopass):
-                lines.append("loadrt %s names=%s" % (module, ",".join(instances)))
+                unit = self._value(UNIT) if _has_unit(module) else ""
+                lines.append(("loadrt %s names=%s %s" % (module, ",".join(instances), unit)).rstrip())
         lines += [""] + [line for part in self.parts for line in part.loadusr]
         if self.freed or self.unlinked:
             lines += ["", "# Your signals of these pins go on between the stages and the drives."]
             lines += ["unlinkp " + pin for pin in [*self.freed, *self.unlinked]]
         for part in self.parts + self.gates:
             body = ["setp %s %s" % pair for pair in part.setp]
-            body += self._scaled_defaults(part)
             body += [line for line in (self.net(net, part in self.gates) for net in part.nets) if line]
             if body:
                 lines += [""] + (["# %s." % part.title] if part.title else []) + body
         return "\n".join(lines) + "\n"
-
-    def _scaled_defaults(self, part):
-        """On an inch machine, the lengths that are not 0 by default."""
-        if not self.machine.inch:
-            return []
-        lines = []
-        for module, instances in part.modules.items():
-            if module in ("joint_offset", "axis_offset"):
-                for name, pin in plumb.declarations(module)["pins"].items():
-                    if pin["unit"].startswith("mu") and pin["default"] and not pin["output"]:
-                        lines += ["setp %s.%s %.6g" % (instance, name, pin["default"] / INCH) for instance in instances]
-        return lines
 
     def function_hal(self, function):
         lines = [
@@ -403,39 +392,24 @@ class Wiring:
             if command.name == "net":
                 line = self.net(command.words)
             else:
-                line = " ".join([command.name, *map(self._value, command.words)])
-                if command.name == "loadrt" and self.machine.inch and _has_unit(command.words[0]):
-                    line += " unit=inch"
+                line = " ".join([command.name, *filter(None, map(self._value, command.words))])
             comment = [text for text in command.comment if "SPDX" not in text]
             if lines[-1].startswith("# Written"):
                 comment = [""]  # the sentence on top is about the file of the function
             lines += comment + ([line] if line else [])
-        if self.machine.inch:
-            lines += self._scaled_function(function)
         return "\n".join(lines) + "\n"
 
     def _value(self, word):
-        """[TRAJ]MAX_LINEAR_VELOCITY as a number, where it is not given or a joint is faster; anything else as it is."""
+        """A word of a function's HAL for this machine. [TRAJ]MAX_LINEAR_VELOCITY becomes a number where it is not given or
+        a joint is faster, and the unit is left out where it is not given."""
+        if word == UNIT:
+            return word if self.machine.ini.get("TRAJ", "LINEAR_UNITS") else ""
         if word != "[TRAJ]MAX_LINEAR_VELOCITY":
             return word
         ini, joints = self.machine.ini, [joint for numbers in self.machine.joints.values() for joint in numbers]
         fastest = max(float(ini.get("JOINT_%d" % joint, "MAX_VELOCITY") or 1) for joint in joints)
         given = ini.get("TRAJ", "MAX_LINEAR_VELOCITY")
         return word if given and float(given) >= fastest else "%g" % fastest
-
-    def _scaled_function(self, function):
-        lines = []
-        for command in function.commands():
-            if command.name != "loadrt":
-                continue
-            if _has_unit(command.words[0]):
-                continue
-            declared = plumb.declarations(command.words[0])
-            names = next(word[6:] for word in command.words if word.startswith("names=")).split(",")
-            for name, pin in declared["pins"].items():
-                if pin["unit"].startswith("mu") and pin["default"] and not pin["output"]:
-                    lines += ["setp %s.%s %.6g" % (instance, name, pin["default"] / INCH) for instance in names]
-        return ["", "# Lengths in inches, which are not 0 by default."] + lines if lines else []
 
     def settings_hal(self, function):
         text = function.text(function.name + "_settings.hal")
