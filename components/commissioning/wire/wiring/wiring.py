@@ -11,6 +11,7 @@ import stages
 JOINED = ("motion.feed-inhibit", "motion.feed-hold", "motion.homing-inhibit", "halui.abort")
 INCH = 25.4
 UNIT = "unit=[TRAJ]LINEAR_UNITS"
+STAGES = ("joint_offset", "axis_offset")
 MOTION = "motion-controller"
 
 
@@ -69,11 +70,6 @@ def is_inch(units):
         return abs(float(units) - 1 / INCH) < 1e-4
     except ValueError:
         return units in ("in", "inch", "imperial")
-
-
-def _has_unit(module):
-    """Whether a module scales its lengths itself."""
-    return "unit" in plumb.declarations(module)["options"]
 
 
 class Wiring:
@@ -368,7 +364,7 @@ class Wiring:
             if module == "watchdog":
                 lines.append("loadrt watchdog num_inputs=1")
             elif module not in own and not (module in self.machine.halfiles.components and not self.machine.twopass):
-                unit = self._value(UNIT) if _has_unit(module) else ""
+                unit = self._value(UNIT) if module in STAGES else ""
                 lines.append(("loadrt %s names=%s %s" % (module, ",".join(instances), unit)).rstrip())
         lines += [""] + [line for part in self.parts for line in part.loadusr]
         if self.freed or self.unlinked:
