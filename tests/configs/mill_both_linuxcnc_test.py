@@ -132,6 +132,11 @@ class Days(unittest.TestCase):
                 with self.subTest(scene=scene, axis=axis):
                     self.assertLess(abs(self.days["first"]["portal.truth-%s-error" % axis][feeding]).max(), SETTLED)
 
+    def test_machine_learns_again_when_squareness_is_switched_on(self):
+        self.assertFalse(self.facts["first"]["facts"]["learning failed"])
+        errors = self.errors("learnt")
+        self.assertLess(abs(errors[:, 2]).max(), 3 * um)
+
     def test_abort_moves_nothing(self):
         rows = self.rows("aborted")[-500:]
         for axis in "xyz":

@@ -156,10 +156,11 @@ class Days(unittest.TestCase):
         for day in ("second", "forgotten"):
             self.assertIn("which program is this?", self.facts[day]["errors"][0])
 
-    def test_without_retain_compensation_ends_and_the_operator_knows(self):
+    def test_without_retain_growth_is_not_compensated_and_the_operator_knows(self):
         for name in ("second", "forgotten"):
             day, rows = self.days[name], self.rows(name, "retain_killed")
             self.assertEqual(list(day["growth.enable"][rows[[0, -1]]]), [1, 0])
+            self.assertTrue(day["square.enable"][rows].all())  # which needs no retain
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
             self.assertIn("retain has ended", self.facts[name]["errors"][-1])
 

@@ -30,6 +30,7 @@ COLUMNS = [
     "z-axis-stage.uncompensated",
     "z-axis-stage.counts",
     "growth.enable",
+    "square.enable",
     "mill.z-position",
     "mill.truth-growth",
     "mill.engagement",

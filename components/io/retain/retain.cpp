@@ -13,34 +13,34 @@
 namespace plumb {
 
 struct Retain final : hal::Component {
-    static constexpr hal::About about{"retain",
-                                      "keeps values of pins, and records of components, over a restart",
-                                      R"(
+    static constexpr hal::About about{
+        "retain",
+        "keeps values of pins, and records of components, over a restart",
+        R"(
 retain saves pins and the records of components in a file, and restores them when LinuxCNC starts again. Use it for the
 reference that thermal_displacement has learned. It also outputs the date and the identity of a program. A TOML file
 names the pins and the records. All of it is restored, or nothing.)",
-                                      hal::Wiring{R"(
+        hal::Wiring{R"(
   loadusr -W retain --file $(CONFIG_DIR)/mill.toml
 
-  loadrt watchdog num_inputs=1
-  loadrt and2     names=kept
+  loadrt interlock names=interlock
 
-  setp watchdog.timeout-0 30
-  setp watchdog.enable-in  1
+  setp interlock.service-timeout-0 30
+  setp interlock.function-switch-0 true
 
-  net restored         retain.restored  => kept.in0
-  net retain-heartbeat retain.heartbeat => watchdog.input-0
-  net retain-lives     watchdog.ok-out  => kept.in1
-  net compensated      kept.out         => growth.enable
+  net restored         retain.restored  => interlock.service-ready-0
+  net retain-heartbeat retain.heartbeat => interlock.service-heartbeat-0
+  net retain-fault     retain.fault     => interlock.service-fault-0
+  net growth-on        interlock.function-enable-0 => growth.enable
   net date             retain.date      => growth.date
 
-  addf watchdog.set-timeouts servo-thread
-  addf watchdog.process      servo-thread
-  addf kept                  servo-thread
+  addf interlock.update servo-thread
+
+interlock(9) switches the function off when retain has died.
 
 Load retain after all components that the TOML file names, and after the lines that set their pins. $(CONFIG_DIR) is
 the folder of the INI file. configs/mill/stages.hal is a complete example.)"},
-                                      hal::SettingUp{R"(
+        hal::SettingUp{R"(
 1. Write the TOML file. Only machine is required; paths are absolute.
 
     machine = "mill 3"            # values go into no other machine
@@ -55,7 +55,7 @@ the folder of the INI file. configs/mill/stages.hal is a complete example.)"},
 3. Let the components work only while restored is true and heartbeat is alive, as above.
 4. For a second instance give it a name and a file: loadusr -Wn tools retain tools --file FILE. Two instances with the
 same store are refused.)"},
-                                      hal::Behaviour{R"(
+        hal::Behaviour{R"(
 - Start: retain reads the store when it is loaded. It restores when all named pins and components exist and the realtime
 threads run; waiting is true until then. Then restored becomes true. Without a store it becomes true at once.
 - Refused record: All components forget their records, and the pins get back their former values.
@@ -74,17 +74,17 @@ on after you correct it.
 
 stderr gives the details of a fault. program-id is the CRC-32 of the files of the program in order, as a signed number.
 It follows their changes within a second.)"},
-                                      hal::Limits{R"(
+        hal::Limits{R"(
 The store is text with a checksum: you can read it, but an edited store is refused. It keeps its owner and its rights. A
 file .lock stays beside it. Pipes, files with a hard link, and a link of another user in a folder for all are refused.
 
 Another program that walks the records takes turns with retain, which uses row once a second. It sets row again until
 row-shown agrees, and must be brief.)"},
-                                      hal::SeeAlso{"thermal_displacement(9), linuxcnc_link(1), watchdog(9)"}};
+        hal::SeeAlso{"thermal_displacement(9), interlock(9), linuxcnc_link(1)"}};
 
     using Component::Component;
 
-    hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for watchdog."};
+    hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
     hal::Out<bool> restored{this, "restored", "All kept values are in force."};
     hal::Out<bool> waiting{this, "waiting", "Waits for the realtime threads."};
     hal::Codes<Fault> fault{this, "fault"};

@@ -71,7 +71,8 @@ Service 0 is retain. Function 0 is growth, with stage 0, z-stage. Function 1 is 
   net x-fault     x-stage.fault          => interlock.stage-fault-1
 
   net arm        interlock.arm            => z-stage.arm
-  net heartbeat  interlock.heartbeat      => x-stage.heartbeat z-stage.heartbeat
+  net heartbeat  interlock.heartbeat      => x-stage.heartbeat
+  net heartbeat                           => z-stage.heartbeat
   net no-homing  interlock.homing-inhibit => motion.homing-inhibit
   net feed-wait  interlock.feed-inhibit   => motion.feed-inhibit
   net feed-wait                           => motion.feed-hold
