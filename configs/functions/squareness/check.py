@@ -46,10 +46,11 @@ def check(machinery):
     expected, seen = TILT * abs(end - begin), abs(at_end - at_begin)
     if before:  # a tilt of the machine's own adds to it
         expected = abs(before + TILT) * abs(end - begin)
+    length = "mm" if machinery.unit == 1 else "in"
     return [
         (
-            "as %s travels %.4g, a tilt of %g um/m moves the drive of %s by %.3f um, of %.3f um"
-            % (moving, abs(end - begin), TILT * 1e6, corrected, seen / micrometre, expected / micrometre),
+            "as %s travels %.4g %s, a tilt of %g um/m moves the drive of %s by %.3f um, of %.3f um"
+            % (moving, abs(end - begin), length, TILT * 1e6, corrected, seen / micrometre, expected / micrometre),
             abs(seen - expected) < TOLERANCE * expected + 0.01 * micrometre,
         ),
         ("the following error is %.3f um" % (following / micrometre), following < 10 * micrometre),
