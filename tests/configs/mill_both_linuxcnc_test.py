@@ -16,8 +16,6 @@ import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import changes, nm, own_folder, read_recording, um
 
-linuxcnc_runs.speed = 20
-
 GROWN = 15 * um
 PLACES = [(-200, -150), (200, -150), (200, 150), (-200, 150)]
 OPERATIONS = [10, 10, 10, 20]
