@@ -81,7 +81,7 @@ def axis_stage(letter, source, arm, clear, delays):
         (letter + "-probing-long.off-delay", "5"),
     ]
     part.nets = [
-        [source, "=>", stage + ".offset"],
+        [source, "=>", stage + ".offset-0"],
         [arm, "=>", stage + ".arm"],
         [clear, "=>", stage + ".clear"],
         ["motion-type", "motion.motion-type", "=>", stage + ".motion-type"],
