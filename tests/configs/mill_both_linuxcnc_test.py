@@ -21,11 +21,11 @@ PLACES = [(-200, -150), (200, -150), (200, 150), (-200, 150)]
 OPERATIONS = [10, 10, 10, 20]
 LEAN_X, LEAN_Z = 0.00016, 0.00012  # of the column, towards + as Y goes to +
 LENGTHS = [50, 50, 50, 62.5]  # of the tools
-TOLERANCE = 6 * um  # of the depth of cuts: the seat of the tools, and the noise of the load
+TOLERANCE = 7 * um  # of the depth of cuts: the seat of the tools, and the noise of the load
 SETTLED = 0.05 * um  # of the tip, by squareness
 TABLE = ("neither", "growth_alone", "square_alone", "both")
 COMPENSATED = ("both", "after_abort", "after_off_and_on", "after_homing")
-FEED = 2  # motion-type
+FEED, PROBE = 2, 5  # motion types
 
 # A load that is as good as a load can be.
 SCENE = """
@@ -162,6 +162,10 @@ class Days(unittest.TestCase):
         self.assertEqual(self.facts["first"]["facts"]["homed"], [False] * 4)
 
     def test_probing_with_the_offset_in_force_is_refused(self):
+        its, rows = self.days["first"], self.rows("probing")
+        probing = rows[its["motion.motion-type"][rows] == PROBE]
+        self.assertGreater(its["axis.z.eoffset"][probing[0]], GROWN / 2)
+        self.assertLess(np.ptp(its["z-stage.drive-command"][probing]), 0.1)
         self.assertTrue(any("Probing is aborted" in error for error in self.facts["first"]["errors"]))
         self.assertEqual(len(self.facts["first"]["errors"]), 3, self.facts["first"]["errors"])
 

@@ -66,7 +66,8 @@ class Day(Scenario):
         self.switch(GROWTH, False)
         self.part("neither")
         self.switch(GROWTH, True)
-        self.part("growth_comes")
+        self.part("growth_comes")  # as a step, which takes some contacts
+        self.part("growth_stays")
         self.part("growth_alone")
 
         self.switch(SQUARE, True)
@@ -80,6 +81,7 @@ class Day(Scenario):
         self.part("square_alone")
         self.switch(GROWTH, True)
         self.part("both_come")
+        self.part("both_stay")
         self.part("both")
 
         self.abort()
