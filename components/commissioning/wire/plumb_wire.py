@@ -178,7 +178,7 @@ class Wire:
             if names:
                 print(wrapped("These %s. Pins stand in for them here: %s." % (kind, ", ".join(names)), "  "))
 
-    # --- what is written ---
+    # --- the files ---
 
     def files(self, wiring):
         """Text by name, in the order in which the HAL files are loaded."""

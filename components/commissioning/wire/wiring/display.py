@@ -49,7 +49,7 @@ def look(task):
 
 
 def check(task):
-    """What was seen: a list of (statement, whether it holds)."""
+    """The results of the checks: a list of (statement, whether it holds)."""
     seen, overdue = [], False
     with Machine() as machine:
         try:
@@ -74,7 +74,7 @@ def check(task):
 
 
 class Machinery:
-    """What the check of a function works with: the machine, its axes, and pins by name.
+    """The machine, its axes, and pins by name, for the check of a function.
 
     unit    machine units in a millimetre
     names   the signals of this machine by the names that the function's files use

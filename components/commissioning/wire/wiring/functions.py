@@ -8,7 +8,7 @@ import hal_text
 
 
 class Function:
-    """What a folder of configs/functions says of its function; the keys of wire.toml are in README.md beside it."""
+    """A function, as its folder in configs/functions describes it; the keys of wire.toml are in README.md beside it."""
 
     def __init__(self, folder):
         self.folder, self.name = folder, os.path.basename(folder)

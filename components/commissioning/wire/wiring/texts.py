@@ -5,7 +5,7 @@ import textwrap
 
 
 class Impossible(RuntimeError):
-    """What keeps a function from being wired, in sentences."""
+    """A conflict that keeps a function from being wired, in sentences."""
 
 
 def wrapped(text, indent=""):

@@ -16,7 +16,7 @@ MOTION = "motion-controller"
 
 
 class Machine:
-    """What wiring must know of the user's machine.
+    """The user's machine, as wiring needs it.
 
     halfiles    State after the HALFILEs, behind which ours comes
     complete    State with all that comes later: HALCMD lines, files of the screen
@@ -73,7 +73,7 @@ def is_inch(units):
 
 
 class Wiring:
-    """The functions joined to the machine. `problems` has what keeps them apart, a sentence each."""
+    """The functions joined to the machine. `problems` has the conflicts, a sentence each."""
 
     def __init__(self, functions, machine, folder):
         self.functions, self.machine, self.folder = functions, machine, folder
@@ -88,7 +88,7 @@ class Wiring:
             self._join()
             self._count_outputs()
 
-    # --- what there is to wire ---
+    # --- the parts to wire ---
 
     def axes_of(self, function):
         return [letter for letter in function.axes if self.machine.joints.get(letter)]
@@ -103,7 +103,7 @@ class Wiring:
         ]
 
     def _parts(self):
-        """What stages.hal has."""
+        """The parts of stages.hal."""
         here = "$::env(CONFIG_DIR)/" if self.machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
         here += self.folder
         parts = [stages.link(here)]
@@ -338,7 +338,7 @@ class Wiring:
             counts[kind] = max(counts.get(kind, 0), int(pin.rsplit("-", 1)[1]) + 1)
         self.motmod = counts
 
-    # --- what is written ---
+    # --- the files ---
 
     def name(self, signal):
         """The signal of this machine."""
