@@ -124,7 +124,7 @@ class Shift(Scenario):
     def guest_held(self):
         self.arm()
         self.await_own(0.07)
-        self.guest(16500)
+        self.guest(40500)
         self.machine.wait(0.15)
         self.host.set("guest-enable", False)
         self.guest(9000)
