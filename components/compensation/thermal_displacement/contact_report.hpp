@@ -27,7 +27,7 @@ struct ContactReport : hal::Group {
         gate = measured.gate(settings);
         load_noise = measured.detector().noise();
         learning = measured.cycle().learning();
-        learning_failed = measured.learning_failed();
+        learning_failed = measured.learning_fault();
         cycles_learnt = measured.cycle().learnt();
         const Refusal refusal = measured.refusal().reason();
         reference_refused = refusal != Refusal::none;
@@ -59,7 +59,9 @@ struct ContactReport : hal::Group {
     hal::Out<double> load_noise{this, "load-noise", "%",
                                 "Standard deviation of the smoothed load about its baseline."};
     hal::Out<bool> learning{this, "learning", "This cycle is learnt from."};
-    hal::Out<bool> learning_failed{this, "learning-failed", "The last learning cycle left no reference."};
+    hal::Codes<LearningFault> learning_failed{
+        this, "learning-failed",
+        "Nothing was learnt from the last learning cycle; learning-failed-code gives the reason."};
     hal::Out<std::int32_t> cycles_learnt{this, "cycles-learnt",
                                          "Cycles learnt from for the reference that is being made."};
     hal::Out<bool> reference_valid{this, "reference-valid",

@@ -27,6 +27,7 @@ struct ContactSettings : hal::Group {
         s.contact.blanking_time = blanking_time;
         s.limits.window = window;
         s.limits.feed_tolerance = feed_tolerance;
+        s.limits.feed_range = feed_range;
         s.limits.lost_time_tolerance = lost_time_tolerance;
         s.limits.max_correction = max_correction;
         s.limits.steady_time = steady_time;
@@ -55,6 +56,8 @@ struct ContactSettings : hal::Group {
                            "Largest distance of a contact from its reference, in this operation."};
     hal::In<double> feed_tolerance{this, "feed-tolerance", 0.02, "1",
                                    "Largest difference of feed and override from the reference, as a part."};
+    hal::In<double> feed_range{this, "feed-range", 0.5, "1",
+                               "By coordinate: difference beyond it that is compared, with less certainty."};
     hal::In<double> lost_time_tolerance{this, "lost-time-tolerance", 0.002, "s",
                                         "By time: largest difference of the lost time from the reference."};
     hal::In<double> steady_time{this, "steady-time", 0.2, "s",

@@ -45,10 +45,11 @@ struct GrowthSettings : hal::Group {
                                         "Age from which a temperature counts as lost."};
     hal::In<double> temperature_growth{this, "temperature-growth", 0.003, "mu/K",
                                        "Growth with temperature to expect either way, roughly."};
+    hal::In<double> hold_time{this, "hold-time", 1800, "s",
+                              "Time without a contact that counts, after which the offset returns to 0."};
     hal::Out<double> growth_estimate{this, "growth-estimate", "mu",
                                      "Growth now: by the model, or by the last accepted contact."};
-    hal::Out<double> growth_sigma{this, "growth-sigma", "mu",
-                                  "Standard deviation of growth-estimate by the model; 0 without it."};
+    hal::Out<double> growth_sigma{this, "growth-sigma", "mu", "Standard deviation of growth-estimate."};
 };
 
 }  // namespace plumb

@@ -4,6 +4,7 @@
 #include "components/compensation/thermal_displacement/growth_settings.hpp"
 #include "components/compensation/thermal_displacement/reference_conditions.hpp"
 #include "components/compensation/thermal_displacement/reference_row.hpp"
+#include "components/compensation/thermal_displacement/trust_report.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/contact/growth_by_contact.hpp"
@@ -140,6 +141,7 @@ The reference holds at most 64 contacts.)"},
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};
     hal::In<double> load{this, "load", 0, "%", "Load of the spindle or Z motor, of its rating."};
+    hal::In<bool> load_valid{this, "load-valid", true, "load can be trusted, as its sensor reports."};
     hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
     hal::In<double> z_position{this, "z-position", 0, "mu", "Z by its encoder, offset included."};
     hal::In<double> z_velocity_cmd{this, "z-velocity-cmd", 0, "mu/s", "Speed of Z, negative to the work."};
@@ -155,6 +157,12 @@ The reference holds at most 64 contacts.)"},
     ReferenceConditions conditions{this};
     ContactSettings contact_settings{this};
     GrowthSettings growth{this};
+    hal::In<bool> verify{
+        this, "verify", false,
+        "Displace the offset by verify-step in the next cycle, never for a part that counts."};
+    hal::In<double> verify_step{
+        this, "verify-step", 0, "mu",
+        "Displacement that shows which contacts are of the work, at most gate-cap; 0: none."};
     hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied."};
     hal::In<double> time_tolerance{this, "time-tolerance", 0, "s",
                                    "Smallest change that is applied by the time method, as a time."};
@@ -165,6 +173,7 @@ The reference holds at most 64 contacts.)"},
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
     hal::Codes<Fault> fault{this, "fault"};
     ContactReport report{this};
+    TrustReport trust{this};
     hal::Records records{this};
     ReferenceRow row{this};
 
@@ -175,27 +184,35 @@ The reference holds at most 64 contacts.)"},
     void prepare() override { settings_ = settings(); }
 
     void update(double dt) noexcept {
-        const Sample now = sample();
+        Sample now = sample();
         const Lost lost = GrowthByContact::lost(now);
         const Settings wanted = settings();
         if (wanted.valid()) settings_ = wanted;
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
         const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
-        const bool frozen = applying && lost != Lost::nothing;
+        // A load that was lost before the cycle began holds nothing up: its authority decides.
+        const bool load_lost = lost == Lost::load || !now.load_valid;
+        if (now.cycle_running && !was_running_) load_gone_ = load_lost;
+        if (!load_lost) load_gone_ = false;
+        const bool frozen = applying && (load_lost ? !load_gone_ : lost != Lost::nothing);
 
+        if (now.cycle_running && !was_running_) step_ = verify && applying ? settings_.verify_step : 0;
+        was_running_ = now.cycle_running;
+        now.step = step_;
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
         if (conditions.acknowledges()) measured_.acknowledge();
-        const double estimate = measured_.estimate(settings_.contact);
+        const double estimate = measured_.authority().offset();
         following_ =
             applying && measured_.known() && (following_ || event == GrowthByContact::Event::accepted);
         if (following_ && differs(estimate)) target_ = estimate;
         if (!applying) target_ = 0;
-        const double offset = bounded(target_, settings_.max_offset);
+        const double asked = applying ? target_ + step_ : 0;
+        const double offset = bounded(asked, settings_.max_offset);
         const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
         if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
         z_offset = slew_.value();
-        limited = offset != target_;
+        limited = offset != asked;
         fault = hal::first<Fault>({{lost == Lost::load, Fault::load},
                                    {lost == Lost::position, Fault::position},
                                    {lost == Lost::speed, Fault::spindle_speed},
@@ -203,7 +220,9 @@ The reference holds at most 64 contacts.)"},
                                    {lost == Lost::approach, Fault::approach},
                                    {!wanted.valid(), Fault::settings},
                                    {measured_.lost_track(), Fault::lost_track}});
-        growth.show(estimate, measured_.estimate_sigma(settings_.contact));
+        const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
+        growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
+        trust.show(measured_, grown, slew_.value(), applying);
         report.show(measured_, event, now.setup, settings_.contact);
         walk();
     }
@@ -215,6 +234,7 @@ private:
     struct Settings {
         GrowthByContact::Settings contact;
         double tolerance = 0;       // mu
+        double verify_step = 0;     // mu
         double time_tolerance = 0;  // s
         double max_offset = 0;      // mu
         double max_rate = 0;        // mu/s
@@ -222,7 +242,8 @@ private:
         bool valid() const noexcept {
             const auto within = [](double x, double most) { return x >= 0 && x <= most; };
             return contact.valid() && within(tolerance, 1e3) && within(time_tolerance, 1e3) &&
-                   within(max_offset, 1e3) && within(max_rate, 1);
+                   within(max_offset, 1e3) && within(max_rate, 1) &&
+                   within(std::abs(verify_step), contact.gate.cap);
         }
     };
 
@@ -230,7 +251,9 @@ private:
         Settings s;
         s.contact = contact_settings.read();
         s.contact.between = growth.read();
+        s.contact.hold_time = growth.hold_time;
         s.tolerance = tolerance;
+        s.verify_step = verify_step;
         s.time_tolerance = time_tolerance;
         s.max_offset = max_offset;
         s.max_rate = max_rate;
@@ -248,6 +271,7 @@ private:
         s.tool = tool_number;
         s.operation = operation;
         s.load = load;
+        s.load_valid = load_valid;
         s.speed = spindle_speed_cmd;
         s.z = z_position;
         s.velocity = z_velocity_cmd;
@@ -279,6 +303,9 @@ private:
     double target_ = 0;       // mu
     bool following_ = false;  // the offset is applied, and a contact was accepted since
     SlewLimit slew_;
+    double step_ = 0;  // mu, in this cycle
+    bool was_running_ = false;
+    bool load_gone_ = false;  // it was lost before this cycle began, and still is
 };
 
 hal::Model hal::model() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/math/contact/contact_reference.hpp"
+#include "components/math/contact/learning_check.hpp"
 
 #include <array>
 #include <cstdint>
@@ -38,16 +39,17 @@ public:
     }
 
     struct Ended {
-        bool learnt;          // from this cycle
+        LearningFault fault;  // of a learning cycle
         std::int32_t missed;  // contacts with a partner that did not come
     };
 
     // The cycle has ended. Only a complete and unspoilt learning cycle with a contact is learnt from, and
     // the last of `wanted` such cycles gives a reference; until then the one before stays. The number of
-    // missed contacts is 0 for an incomplete cycle.
-    Ended end(bool complete, Method method, std::int32_t wanted) noexcept {
-        const bool learnt = learning() && complete && !spoilt_ && draft().size() > 0;
-        Ended ended{learnt, 0};
+    // missed contacts is 0 for an incomplete cycle. Contacts that LearningCheck refuses are not learnt, and
+    // another cycle is asked for; if they disagree there too, the others are learnt alone.
+    Ended end(bool complete, Method method, std::int32_t wanted, double largest_sigma) noexcept {
+        Ended ended{learning() ? judge_draft(complete, largest_sigma) : LearningFault::none, 0};
+        const bool learnt = learning() && ended.fault == LearningFault::none;
         if (complete)
             for (std::int32_t i = 0; i < partners().size(); ++i) ended.missed += !met_[i];
         running_ = false;
@@ -110,6 +112,21 @@ public:
     }
 
 private:
+    LearningFault judge_draft(bool complete, double largest_sigma) noexcept {
+        if (!complete) return LearningFault::aborted;
+        if (spoilt_) return LearningFault::disturbed;
+        if (draft().size() == 0) return LearningFault::no_contact;
+        const LearningCheck check(draft(), largest_sigma);
+        std::int32_t kept = 0;
+        for (std::int32_t i = 0; i < draft().size(); ++i)
+            if (!check.refuses(i)) agrees_[kept++] = agrees_[i];
+        draft().retain([&](std::int32_t i) { return !check.refuses(i); });
+        if (check.disagree() && !std::exchange(disagreed_, true)) return LearningFault::disagree;
+        if (kept == 0) return check.disagree() ? LearningFault::disagree : LearningFault::poor;
+        disagreed_ = false;
+        return LearningFault::none;
+    }
+
     static constexpr std::int32_t most_kinds = 4 * ContactReferences::capacity;  // not each meets the work
 
     ContactReferences& mean() noexcept { return lists_[mean_]; }
@@ -139,6 +156,7 @@ private:
     bool running_ = false;
     bool learning_ = false;
     bool spoilt_ = false;
+    bool disagreed_ = false;  // contacts of the last learning cycle, among each other
     std::int32_t number_ = 0;
     std::int32_t learnt_ = 0;
     std::int32_t kinds_ = 0;                                        // of approaches in this cycle

@@ -38,6 +38,7 @@ public:
         stage_ = Stage::waiting;
         waited_ = 0;
         time_constant_ = time_constant;
+        free_ = !(time_constant > 0);
     }
     void cancel() noexcept {
         if (!busy()) return;
@@ -59,6 +60,8 @@ private:
     static constexpr double shortest = 0.002, ratio = 1.5;  // s; of the time constants that are tried
     static constexpr int trials = 12;
     static constexpr double clear_rise = 5;  // standard deviations
+    // By simulation: the variance that a small rise adds when its time constant is not known.
+    static constexpr double free_noise = 600;
 
     enum class Stage { recording, waiting, hold, total, trial, fit, residuals };
 
@@ -204,7 +207,8 @@ private:
 
     void conclude() noexcept {
         const double tau = time_constant_, disturbance = variance();
-        const double noise = tau / fit_.gain() * std::sqrt(disturbance / fit_.information());
+        const double small = free_ ? free_noise * disturbance / fit_.explained() : 0;
+        const double noise = tau / fit_.gain() * std::sqrt((1 + small) * disturbance / fit_.information());
         sigma_ = std::hypot(noise, sampling());
         found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;
         if (found_) {
@@ -231,6 +235,7 @@ private:
     int k_ = 0;     // of the slot that comes next
     int hold_ = 1;  // slots for which the drive holds a sample
     double time_constant_ = 0;
+    bool free_ = false;  // it is fitted
     OnsetFit::Total total_;
     OnsetFit fit_;
     int trial_ = 0;

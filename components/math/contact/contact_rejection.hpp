@@ -3,6 +3,7 @@
 
 #include "components/math/contact/displacement_law.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -21,6 +22,8 @@ enum class Rejection : std::int32_t {
     beyond_gate,
     unsteady_feed,
     no_onset,
+    unconfirmed,
+    withdrawn,
 };
 
 constexpr const char* sentence(Rejection rejection) {
@@ -38,6 +41,10 @@ constexpr const char* sentence(Rejection rejection) {
         case Rejection::unsteady_feed:
             return "A feed hold, a stop or another override came less than steady-time before.";
         case Rejection::no_onset: return "The load has no clear rise.";
+        case Rejection::unconfirmed:
+            return "The growth differs from the expected one; the next contacts decide.";
+        case Rejection::withdrawn:
+            return "The contacts of this operation move with the offset, or contradict all others.";
         default: return nullptr;
     }
 }
@@ -48,11 +55,13 @@ struct ContactLimits {
     double lost_time_tolerance = 0;  // s
     double max_correction = 0;       // mu, from the last accepted growth
     double steady_time = 0;          // s of steady feed before the contact
+    double feed_range = 0.5;         // as feed_tolerance, by coordinate: beyond it costs certainty
 
     bool valid() const noexcept {
         return window >= 0 && window <= 1e3 && feed_tolerance >= 0 && feed_tolerance <= 1 &&
-               lost_time_tolerance >= 0 && lost_time_tolerance <= 1e3 && max_correction >= 0 &&
-               max_correction <= 1e3 && steady_time >= 0 && steady_time <= 1e3;
+               feed_range >= 0 && feed_range <= 0.9 && lost_time_tolerance >= 0 &&
+               lost_time_tolerance <= 1e3 && max_correction >= 0 && max_correction <= 1e3 &&
+               steady_time >= 0 && steady_time <= 1e3;
     }
 };
 
@@ -61,18 +70,26 @@ inline bool alike(double b, double a, double tolerance) noexcept {
     return std::abs(b - a) <= tolerance * std::abs(a);
 }
 
-// Whether contact b can be compared with its reference a. A different feed is rejected and not scaled away:
-// a delay of the load shifts the contact by feed × delay, and by time the place of a loss is unknown.
+// Whether contact b can be compared with its reference a. By time a different feed is rejected and not scaled
+// away: the place of a loss is unknown. By coordinate it costs certainty, see feed_sigma().
 inline Rejection comparison(Method method, const Contact& b, const Contact& a,
                             const ContactLimits& limits) noexcept {
-    if (!alike(b.feed, a.feed, limits.feed_tolerance) ||
-        !alike(b.feed_override, a.feed_override, limits.feed_tolerance))
+    const double tolerance =
+        method == Method::time ? limits.feed_tolerance : std::max(limits.feed_tolerance, limits.feed_range);
+    if (!alike(b.feed, a.feed, tolerance) || !alike(b.feed_override, a.feed_override, tolerance))
         return Rejection::feed_differs;
     if (method == Method::time &&
         !(a.time > 0 && b.time > 0 && std::abs(b.lost_time - a.lost_time) <= limits.lost_time_tolerance))
         return Rejection::time_differs;
     if (!(std::abs(b.coordinate - a.coordinate) <= limits.window)) return Rejection::outside_window;
     return Rejection::none;
+}
+
+// Standard deviation, in mu, by a feed that differs from the reference: a delay of the load that the fit does
+// not know, a part of its time constant, shifts a contact by feed × delay.
+inline double feed_sigma(const Contact& b, const Contact& a) noexcept {
+    constexpr double unknown_delay = 0.25;  // of the time constant
+    return std::abs(b.feed - a.feed) * unknown_delay * a.time_constant;
 }
 
 }  // namespace plumb

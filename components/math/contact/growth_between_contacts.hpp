@@ -61,13 +61,29 @@ public:
         estimates_[turn_] = {filter.growth(), filter.variance()};
     }
 
-    // A contact was accepted. `sigma` is its standard deviation by the noise of the load. A contact that is
-    // not `explained`, as the first one of a new reference, may have moved the growth by any distance.
-    void correct(double growth, double sigma, bool explained, const Settings& settings) noexcept {
+    using Gauge = SpeedDrivenGrowth::Gauge;
+    using Expected = SpeedDrivenGrowth::Expected;
+
+    // Mean and variance that a contact of a gauge is expected to have, but for its noise.
+    Expected expected(const Gauge& gauge) const noexcept {
+        double mean = 0, square = 0;
+        for (std::size_t i = 0; i < lags.size(); ++i) {
+            const Expected of_filter = filters_[i].expected(gauge);
+            mean += weights_[i] * of_filter.mean;
+            square += weights_[i] * (of_filter.variance + of_filter.mean * of_filter.mean);
+        }
+        return {mean, std::max(0.0, square - mean * mean)};
+    }
+
+    // A contact of a gauge was accepted. `sigma` is its standard deviation by the noise of the load. A
+    // contact that is not `explained`, as the first one of a new reference or a step, may have moved the
+    // growth by any distance.
+    void correct(double growth, double sigma, const Gauge& gauge, bool explained,
+                 const Settings& settings) noexcept {
         const double variance = sigma * sigma + settings.repeatability * settings.repeatability;
         for (std::size_t i = 0; i < lags.size(); ++i) {
             if (!explained) filters_[i].forget_bias();
-            likelihood_[i] += filters_[i].correct(growth, variance);
+            likelihood_[i] += filters_[i].correct(growth, variance, gauge);
             estimates_[i] = {filters_[i].growth(), filters_[i].variance()};
         }
         const double best = *std::max_element(likelihood_.begin(), likelihood_.end());
@@ -88,6 +104,10 @@ public:
         for (std::size_t i = 0; i < lags.size(); ++i) sum += weights_[i] * estimates_[i].growth;
         return sum;
     }
+    // The growth that a spindle as expected would have by its speed.
+    double usual_growth(const Settings& settings) const noexcept {
+        return settings.expected_growth * filters_[lags.size() / 2].driven();
+    }
     double sigma() const noexcept {
         const double mean = growth();
         double sum = 0;
@@ -96,6 +116,11 @@ public:
             sum += weights_[i] * (estimates_[i].variance + apart * apart);
         }
         return std::sqrt(std::max(0.0, sum));
+    }
+
+    // All gauges have new references.
+    void renew_gauges() noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.renew_gauges();
     }
 
     // Returns to the state after start.

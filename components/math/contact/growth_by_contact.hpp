@@ -10,7 +10,8 @@
 #include "components/math/contact/contact_rejection.hpp"
 #include "components/math/contact/descent.hpp"
 #include "components/math/contact/displacement_law.hpp"
-#include "components/math/contact/growth_between_contacts.hpp"
+#include "components/math/contact/growth_authority.hpp"
+#include "components/math/contact/growth_estimator.hpp"
 #include "components/math/contact/load_contact.hpp"
 #include "components/math/contact/plausibility_gate.hpp"
 #include "components/math/contact/reference_refusal.hpp"
@@ -38,10 +39,14 @@ public:
         ContactLimits limits;
         PlausibilityGate::Settings gate;
         GrowthBetweenContacts::Settings between;
+        double hold_time = 1800;  // s without a contact that counted, after which the offset returns to 0
+
+        GrowthEstimator::Settings estimator() const noexcept { return {between, gate.floor, gate.cap}; }
 
         bool valid() const noexcept {
-            return load_latency >= 0 && load_latency <= 10 && reference_cycles >= 1 && contact.valid() &&
-                   limits.valid() && gate.valid() && between.valid();
+            return hold_time > 0 && hold_time <= 1e6 && load_latency >= 0 && load_latency <= 10 &&
+                   reference_cycles >= 1 && contact.valid() && limits.valid() && gate.valid() &&
+                   between.valid();
         }
     };
 
@@ -54,14 +59,16 @@ public:
         MachiningSetup setup;
         std::int32_t motion = 0;  // as LinuxCNC's motion.motion-type
         std::int32_t tool = 0;
-        std::int32_t operation = 0;      // key; 0 for none
-        double load = 0;                 // %
+        std::int32_t operation = 0;  // key; 0 for none
+        double load = 0;             // %
+        bool load_valid = true;
         double speed = 0;                // rpm
         double z = 0;                    // mu, offset included
         double velocity = 0;             // mu/s, signed, negative towards the work
         double feed_override = 1;        // ratio
         double start_height = 0;         // mu, without offset
         double applied_offset = 0;       // mu
+        double step = 0;                 // mu, by which it is displaced on purpose
         double temperature = 20;         // degC, to remember; the last good one stays
         std::int32_t date = 0;           // YYYYMMDD, to remember
         bool temperature_valid = false;  // the growth may follow it
@@ -85,11 +92,20 @@ public:
     // One period of dt > 0, in s. `at_zero`: no offset is in force, as it must be while learning. The
     // settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
-        const bool complete_sample = lost(s) == Lost::nothing;
+        const Event event = find(s, at_zero, settings, dt);
+        if (known())
+            authority_.step(evidence(s, event, settings), {settings.gate.floor, settings.hold_time}, dt);
+        return event;
+    }
+
+private:
+    Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        const bool complete_sample = lost(s) == Lost::nothing && s.load_valid;
+        step_ = s.step;
         follow_cycle(s, settings);
         if (!complete_sample || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
         gate_.step(dt);
-        between_.step(s.speed, s.temperature, s.temperature_valid, settings.between, dt);
+        estimator_.step(s.speed, s.temperature, s.temperature_valid, settings.estimator(), dt);
         if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
         follow_clock(s, complete_sample, settings.program_clock, dt);
 
@@ -113,6 +129,7 @@ public:
         return fitted ? judge(fit(settings.load_latency), settings) : Event::none;
     }
 
+public:
     const ContactCycle& cycle() const noexcept { return cycle_; }
     const ReferenceRefusal& refusal() const noexcept { return refusal_; }
     const LoadContact& detector() const noexcept { return detector_; }
@@ -124,7 +141,7 @@ public:
 
     // No contact was accepted since the last change of speed.
     bool uncertain() const noexcept { return uncertain_; }
-    bool learning_failed() const noexcept { return learning_failed_; }  // in the last cycle learnt from
+    LearningFault learning_fault() const noexcept { return learning_fault_; }  // of the last learning cycle
 
     // The growth may be applied: nothing is being learnt, and the reference is not refused.
     bool applicable() const noexcept {
@@ -145,18 +162,16 @@ public:
     double sigma() const noexcept { return sigma_; }
 
     // A contact was accepted; nothing has been forgotten since.
-    bool known() const noexcept { return gate_.known(); }
+    bool known() const noexcept { return gate_.known() && estimator_.known(); }
 
-    // The growth now, in mu: that of the last accepted contact and, by the model, the growth since, within
-    // the gate.
+    // The growth now, by the model or the last accepted contact, and its standard deviation, in mu.
     double estimate(const Settings& settings) const noexcept {
-        const double last = gate_.growth();
-        if (!follows_model(settings)) return last;
-        return last + bounded(between_.growth() - last, gate_.spread(settings.gate));
+        return settings.between.by_speed ? estimator_.growth() : gate_.growth();
     }
-    double estimate_sigma(const Settings& settings) const noexcept {
-        return follows_model(settings) ? between_.sigma() : 0;
-    }
+    double estimate_sigma() const noexcept { return estimator_.sigma(); }
+    // The offset that may be applied, see there.
+    const GrowthAuthority& authority() const noexcept { return authority_; }
+    double reference_sigma() const noexcept { return reference_sigma_; }  // mu, of all gauges together
 
     struct Counts {
         std::int32_t contacts = 0;  // learnt ones, and the next three
@@ -193,10 +208,17 @@ private:
             if (onset_.busy()) cycle_.spoil();
             onset_.cancel();
             const ContactCycle::Ended ended =
-                cycle_.end(complete, settings.method, settings.reference_cycles);
+                cycle_.end(complete, settings.method, settings.reference_cycles, settings.gate.floor);
+            if (learnt_from && ended.fault == LearningFault::none && cycle_.learnt() == 0) {
+                estimator_.renew_gauges();
+                agreement_ = 1;
+            }
+            if (compared && !learnt_from && complete)
+                barren_ = barren_ || counts_.accepted == accepted_before_;
+            reference_sigma_ = judge_references(settings);
             refusal_.end(complete && !learnt_from);
             if (compared) counts_.missed += ended.missed;
-            if (learnt_from) learning_failed_ = !ended.learnt;
+            if (learnt_from) learning_fault_ = ended.fault;
             if (compared && !learnt_from && s.cycle_complete && counts_.rejected > rejected_before_)
                 ++barren_cycles_;
             clock_.stop();
@@ -207,6 +229,8 @@ private:
             approaching_ = false;
             descent_.cancel();
             rejected_before_ = counts_.rejected;
+            accepted_before_ = counts_.accepted;
+            reference_sigma_ = judge_references(settings);
             setup_ = s.setup;
             if (settings.program_clock) clock_.start();
         }
@@ -306,6 +330,11 @@ private:
         const bool learning = cycle_.learning();
         const bool fresh = learning && cycle_.learnt() == 0;  // there is nothing to compare with yet
         if (!learning && !comparable(note_.setup)) return reject(Rejection::no_reference);
+        return judge_comparable(rejection, fresh, settings);
+    }
+
+    Event judge_comparable(Rejection rejection, bool fresh, const Settings& settings) noexcept {
+        const bool learning = cycle_.learning();
         const ContactReference* partner = cycle_.partner(note_.key);
         if (rejection != Rejection::none) return reject(rejection);
         if (steady_time_ < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
@@ -314,8 +343,9 @@ private:
                                             : compare(*partner, settings);
         if (learning) cycle_.learn(note_, !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
-        if (fresh) return accept(0, note_.contact.sigma, false, settings);
-        accept(growth_, sigma_, within_gate(gate_.growth(), settings), settings);
+        const double sigma = learning && fresh ? note_.contact.sigma : sigma_;
+        if (learning) estimator_.learn(fresh ? 0 : growth_, sigma, fresh, settings.estimator());
+        accept(fresh ? 0 : growth_);
         if (learning) return Event::contact;
         ++counts_.accepted;
         return Event::accepted;
@@ -331,39 +361,102 @@ private:
         refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
         if (reason != Rejection::none) return reason;
         growth_ = plumb::growth(settings.method, now, partner.contact);
-        sigma_ = displacement_sigma(now, partner);
+        sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
         if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
             return Rejection::too_large;
-        if (within_gate(gate_.growth(), settings) && !within_gate(estimate(settings), settings)) {
-            model_doubted_ = true;
-            return Rejection::beyond_gate;
+        const bool inside = std::abs(growth_ - gate_.growth()) <= gate_.spread(settings.gate);
+        const bool admitted = gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate);
+        if (cycle_.learning()) return admitted ? Rejection::none : Rejection::beyond_gate;
+        GrowthEstimator::Reading r = reading(partner, settings);
+        r.admitted = admitted;
+        r.confirmed = admitted && !inside;
+        const GrowthEstimator::Verdict verdict = estimator_.judge(r, settings.estimator());
+        if (verdict != GrowthEstimator::Verdict::withdrawn)
+            agree(verdict == GrowthEstimator::Verdict::accepted);
+        switch (verdict) {
+            case GrowthEstimator::Verdict::claim:
+                return admitted ? Rejection::unconfirmed : Rejection::beyond_gate;
+            case GrowthEstimator::Verdict::withdrawn: return Rejection::withdrawn;
+            default: return Rejection::none;
         }
-        return gate_.admits(growth_, note_.key.tool, cycle_.number(), settings.gate) ? Rejection::none
-                                                                                     : Rejection::beyond_gate;
     }
 
-    bool within_gate(double from, const Settings& settings) const noexcept {
-        return std::abs(growth_ - from) <= gate_.spread(settings.gate);
+    GrowthEstimator::Reading reading(const ContactReference& partner,
+                                     const Settings& settings) const noexcept {
+        const ContactReferences& references = cycle_.references();
+        GrowthEstimator::Reading r;
+        r.growth = growth_;
+        r.noise = std::hypot(std::max(note_.contact.sigma, partner.scatter),
+                             feed_sigma(note_.contact, partner.contact));
+        r.reference_sigma = own_sigma(partner, settings);
+        r.applied_offset = note_.contact.applied_offset;
+        r.step = step_;
+        r.gauge = references.find(partner.key);
+        r.tool = partner.key.tool;
+        r.cycle = cycle_.number();
+        for (std::int32_t i = 0; i < references.size(); ++i)
+            r.other_tools |= references[i].key.tool != r.tool &&
+                             estimator_.withdrawal(i) == GrowthEstimator::Withdrawal::none;
+        return r;
     }
 
-    // Not if it contradicts a contact that the gate would let in: one of the two is wrong.
-    bool follows_model(const Settings& settings) const noexcept {
-        return settings.between.by_speed && between_.known() && !model_doubted_ && !lost_track();
+    static double own_sigma(const ContactReference& reference, const Settings& settings) noexcept {
+        const double scatter = std::max(reference.scatter, settings.between.repeatability);
+        return std::max(reference.contact.sigma,
+                        std::hypot(reference.contact.sigma, scatter / std::sqrt(reference.cycles)));
+    }
+
+    // Of all gauges together.
+    double judge_references(const Settings& settings) const noexcept {
+        double sum = 0;
+        const ContactReferences& references = cycle_.references();
+        for (std::int32_t i = 0; i < references.size(); ++i) {
+            const double sigma = own_sigma(references[i], settings);
+            sum += 1 / (sigma * sigma);
+        }
+        return sum > 0 ? 1 / std::sqrt(sum) : 0;
+    }
+
+    void agree(bool agrees) noexcept {
+        constexpr double part = 0.25;
+        agreement_ += part * ((agrees ? 1 : 0) - agreement_);
+    }
+
+    GrowthAuthority::Evidence evidence(const Sample& s, Event event,
+                                       const Settings& settings) const noexcept {
+        GrowthAuthority::Evidence e;
+        e.held = settings.between.by_speed ? estimator_.held() : gate_.growth();
+        e.predicted = estimate(settings);
+        e.sigma = estimator_.sigma();
+        e.since_sigma = estimator_.since_sigma();
+        e.spread = gate_.spread(settings.gate);
+        e.reference_sigma = reference_sigma_;
+        e.agreement = agreement_;
+        e.predicts = settings.between.by_speed;
+        e.load_valid = s.load_valid && lost(s) != Lost::load;
+        e.barren = barren_;
+        e.contradicted = estimator_.contradicted();
+        e.program_event = estimator_.any(GrowthEstimator::Withdrawal::program);
+        e.no_growth = estimator_.lacks_growth(settings.estimator());
+        e.in_cycle = cycle_.running();
+        e.accepted = event == Event::accepted;
+        return e;
     }
 
     void forget_growth() noexcept {
         gate_.forget();
-        between_.forget();
+        estimator_.forget();
+        authority_.forget();
+        agreement_ = 1;
+        barren_ = false;
     }
 
-    Event accept(double growth, double sigma, bool explained, const Settings& settings) noexcept {
+    void accept(double growth) noexcept {
         gate_.accept(growth);
-        between_.correct(growth, sigma, explained, settings.between);
-        model_doubted_ = false;
         uncertain_ = false;
+        barren_ = false;
         barren_cycles_ = 0;
         rejected_before_ = counts_.rejected;
-        return Event::contact;
     }
 
     Event reject(Rejection reason) noexcept {
@@ -377,8 +470,12 @@ private:
     ContactOnset onset_;
     ContactCycle cycle_;
     PlausibilityGate gate_;
-    GrowthBetweenContacts between_;
-    bool model_doubted_ = false;
+    GrowthEstimator estimator_;
+    GrowthAuthority authority_;
+    double agreement_ = 1;  // of the last contacts, 0 to 1
+    bool barren_ = false;   // since a cycle in which no contact counted
+    double reference_sigma_ = 0;
+    std::int32_t accepted_before_ = 0;  // when this cycle began
     FirstOrderLag speed_history_;
     bool was_running_ = false;
     bool approaching_ = false;
@@ -398,10 +495,11 @@ private:
     Rejection rejection_ = Rejection::none;
     double growth_ = 0;
     double sigma_ = 0;
+    double step_ = 0;
     std::int32_t rejected_before_ = 0;  // when this cycle began, or at the last accepted contact
     std::int32_t barren_cycles_ = 0;
     bool uncertain_ = true;
-    bool learning_failed_ = false;
+    LearningFault learning_fault_ = LearningFault::none;
 };
 
 }  // namespace plumb

@@ -13,7 +13,8 @@ enum class Travel { towards_work, other, clear };
 
 // Finds the contact of a tool with the work in the load of a motor: a rise over a running baseline.
 //
-//  - One contact per approach: after one, Z must have been clear before another counts.
+//  - One contact per approach: after one, Z must have been clear before another counts. A rise while a
+//    change of speed disturbs the load is none; one that follows when the load has fallen is.
 //  - Only while Z feeds towards the work, and not while a change of spindle speed still disturbs the load.
 //  - A rise must last for the debounce time without falling below the release level. Its moment is that
 //    at which it crossed the threshold, interpolated between samples.
@@ -106,7 +107,8 @@ private:
         } else if (rising_) {
             rise_blanked_ |= blanked();
             if (since_rise_ < debounce) return Event::none;
-            rising_ = armed_ = false;
+            rising_ = false;
+            armed_ = rise_blanked_;  // a pulse of the spindle is no contact, and one may still come
             return rise_blanked_ ? Event::blanked : Event::contact;
         }
         return Event::none;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 namespace plumb {
 
@@ -11,10 +13,15 @@ namespace plumb {
 // explain:
 //
 //     g = b + K x + A d + c T        x' = (u - x) / tau,  x(0) = 0        d' = -d / tau,  d(0) = 1
+//     z = g + r_i + noise            a contact of gauge i
 //
 // b is a slow bias, K the growth in the end for u = 1, A d the unknown heat that the machine had at the
-// start, c the growth by a temperature T. b, K, A and c are the state of a Kalman filter (R. E. Kalman, J.
-// Basic Eng. 82, 1960): b and K wander, and contacts correct each of the four by its uncertainty.
+// start, c the growth by a temperature T, r_i the error of the reference of gauge i, which all its contacts
+// share. They are the state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, the
+// r_i stand, and contacts correct each by its uncertainty. So many contacts of one gauge do not make the
+// growth more certain than its reference is.
+//
+// Where the drive is above all at which contacts came, K is half unknown: a spindle may saturate there.
 class SpeedDrivenGrowth {
 public:
     // Standard deviations at the start, and the mean of K; lengths in mu.
@@ -28,13 +35,18 @@ public:
     void start(const Prior& prior) noexcept {
         constexpr double start_bias = 2, start_heat = 2.0 / 3, forgetting = 1.0 / 90000;  // 1/s, as 25 h
         const auto squared = [](double x) { return x * x; };
-        state_ = {0, prior.growth, 0, 0};
+        renew_gauges();
+        seen_ = 0;
+        std::fill_n(state_.begin(), states, 0);
+        state_[gain] = prior.growth;
         most_ = {squared(start_bias * prior.growth), squared(prior.growth),
                  squared(start_heat * prior.growth), squared(prior.temperature)};
         wander_ = {squared(prior.wander), forgetting * most_[gain], 0, 0};
         row_ = {1, 0, 1, 0};
-        covariance_ = {};
-        for (std::size_t i = 0; i < states; ++i) covariance_[i][i] = most_[i];
+        for (std::size_t i = 0; i < states; ++i) {
+            std::fill_n(covariance_[i].begin(), states, 0);
+            covariance_[i][i] = most_[i];
+        }
     }
 
     // Advances by dt > 0 seconds, in which the drive was u and the lag tau > 0.
@@ -61,39 +73,102 @@ public:
     // The growth now may differ from the model by any bias.
     void forget_bias() noexcept { covariance_[bias][bias] += most_[bias]; }
 
-    // Corrects the state by a growth z of variance `variance` > 0. Returns the logarithm of how likely z
-    // was.
-    double correct(double z, double variance) noexcept {
-        const Row doubt = product();
-        const double sum = dot(row_, doubt) + variance;
-        const double error = z - growth();
-        for (std::size_t i = 0; i < states; ++i) {
+    static constexpr std::int32_t most_gauges = 64;
+
+    // A gauge, and the standard deviation of its reference in mu before its first contact.
+    struct Gauge {
+        std::int32_t number = -1;  // 0 ... most_gauges - 1; another one has no error of its own
+        double sigma = 0;
+    };
+
+    // Mean and variance that a contact of a gauge is expected to have.
+    struct Expected {
+        double mean, variance;
+    };
+    Expected expected(const Gauge& gauge) const noexcept {
+        const std::int32_t slot = slot_of(gauge);
+        const double own = slot < 0 ? gauge.sigma * gauge.sigma : covariance_[slot][slot];
+        double shared = 0;
+        for (std::size_t i = 0; slot >= 0 && i < states; ++i) shared += covariance_[slot][i] * row_[i];
+        return {growth() + (slot < 0 ? 0 : state_[slot]), variance() + own + 2 * shared};
+    }
+
+    // Corrects the state by a contact z of variance `variance` > 0, of no gauge that has an error of its own.
+    // Returns the logarithm of how likely z was.
+    double correct(double z, double variance) noexcept { return correct(z, variance, Gauge()); }
+
+    double correct(double z, double variance, const Gauge& gauge) noexcept {
+        covariance_[bias][bias] += beyond() * beyond();
+        seen_ = std::max(seen_, row_[gain]);
+        const std::int32_t slot = introduce(gauge);
+        All doubt;
+        for (std::size_t i = 0; i < used_; ++i) {
+            doubt[i] = dot(covariance_[i], row_);
+            if (slot >= 0) doubt[i] += covariance_[i][slot];
+        }
+        double sum = dot(doubt, row_) + variance, error = z - growth();
+        if (slot >= 0) {
+            sum += doubt[slot];
+            error -= state_[slot];
+        }
+        for (std::size_t i = 0; i < used_; ++i) {
             state_[i] += doubt[i] / sum * error;
-            for (std::size_t j = 0; j < states; ++j) covariance_[i][j] -= doubt[i] * doubt[j] / sum;
+            for (std::size_t j = 0; j < used_; ++j) covariance_[i][j] -= doubt[i] * doubt[j] / sum;
         }
         return -0.5 * (error * error / sum + std::log(sum));
     }
 
-    double growth() const noexcept { return dot(row_, state_); }       // mu
-    double variance() const noexcept { return dot(row_, product()); }  // mu²
+    // All gauges have new references.
+    void renew_gauges() noexcept {
+        used_ = states;
+        slots_.fill(-1);
+    }
+
+    double driven() const noexcept { return row_[gain]; }         // x
+    double growth() const noexcept { return dot(state_, row_); }  // mu
+    double variance() const noexcept {                            // mu²
+        double sum = beyond() * beyond();
+        for (std::size_t i = 0; i < states; ++i) sum += row_[i] * dot(covariance_[i], row_);
+        return sum;
+    }
 
 private:
     static constexpr std::size_t bias = 0, gain = 1, heat = 2, warmth = 3, states = 4;
     using Row = std::array<double, states>;
 
-    static double dot(const Row& a, const Row& b) noexcept {
+    template <class Wide>
+    static double dot(const Wide& a, const Row& b) noexcept {
         double sum = 0;
         for (std::size_t i = 0; i < states; ++i) sum += a[i] * b[i];
         return sum;
     }
-    Row product() const noexcept {
-        Row sum{};
-        for (std::size_t i = 0; i < states; ++i) sum[i] = dot(covariance_[i], row_);
-        return sum;
+
+    // Standard deviation of the growth that a drive beyond all contacts brings.
+    double beyond() const noexcept { return 0.5 * state_[gain] * std::max(0.0, row_[gain] - seen_); }
+
+    std::int32_t slot_of(const Gauge& gauge) const noexcept {
+        return gauge.number >= 0 && gauge.number < most_gauges ? slots_[gauge.number] : -1;
     }
 
-    Row state_{}, row_{}, most_{}, wander_{};
-    std::array<Row, states> covariance_{};
+    // The place of a gauge in the state; -1 without one.
+    std::int32_t introduce(const Gauge& gauge) noexcept {
+        if (gauge.number < 0 || gauge.number >= most_gauges || slots_[gauge.number] >= 0)
+            return slot_of(gauge);
+        const auto slot = static_cast<std::int32_t>(used_++);
+        slots_[gauge.number] = static_cast<std::int8_t>(slot);
+        state_[slot] = 0;
+        for (std::size_t i = 0; i < used_; ++i) covariance_[i][slot] = covariance_[slot][i] = 0;
+        covariance_[slot][slot] = gauge.sigma * gauge.sigma;
+        return slot;
+    }
+
+    using All = std::array<double, states + most_gauges>;
+    All state_{};
+    std::array<All, states + most_gauges> covariance_{};
+    std::array<std::int8_t, most_gauges> slots_{};  // of each gauge in the state; -1 before its first contact
+    std::size_t used_ = states;
+    Row row_{}, most_{}, wander_{};
+    double seen_ = 0;                     // largest x of a contact
     double tau_ = 0, dt_ = 0, part_ = 0;  // the last one, which costs most
 };
 

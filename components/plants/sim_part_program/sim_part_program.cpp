@@ -42,6 +42,7 @@ selects one, by the numbers of truth-event, for cycle event-cycle; 0 selects eve
 program (1 mm), either way except for a chip.
 - event-factor: multiplies the feed or the speed of one operation. The speed changes within 1 mm above the work.
 - Abort: the machine stands until the next cycle.
+- Coolant: with coolant-height it comes on in each plunge, at a place of the program that no offset moves.
 - Edit: all later cycles have another program-id, and their work is higher by event-height.
 - Truth: truth-... pins are for scoring only.)"},
         hal::Limits{"Use millimetres only."},
@@ -62,6 +63,10 @@ program (1 mm), either way except for a chip.
         "Speed for milling the sides; 0 for none of it, negative for that of the last cut."};
     Upsets upsets{this};
     Drawn contact_feed{this, "contact-feed", 1.6667, 1.3, 2, "mu/s", "Feed of the descent"};
+    hal::In<double> coolant_height{this, "coolant-height", 0, "mu",
+                                   "Z above the work at which coolant comes on; 0: with the spindle."};
+    hal::In<double> coolant_jitter{this, "coolant-jitter", 0, "s",
+                                   "Standard deviation of the time at which it comes on there."};
     Drawn blank_repeatability{
         this, "blank-repeatability", 0.0005, 0, 0.002, "mu", "Standard deviation of the work's top"};
 
@@ -125,7 +130,7 @@ program (1 mm), either way except for a chip.
         const double speed = turning();
         spindle_speed_cmd = speed * (other_speed ? upset_.factor : 1);
         feed_override = feed_factor();
-        coolant = speed > 0;
+        coolant = speed > 0 && coolant_on();
         operation = part_.cutting() ? now.key : 0;
         program_id = 1 + edits_;
         start_height = now.top + timed_from;
@@ -176,7 +181,18 @@ private:
         operations_ = part_.operations();
         blank_ = blank_repeatability(seed_) * blanks_.gaussian();
         reached_ = false;
+        cooled_ = false;
         held_ = 0;
+        const double jitter = usable(coolant_jitter, 1, 0);
+        late_ = jitter > 0 ? jitter * blanks_.gaussian() : 0;
+    }
+
+    // With a coolant-height it comes on again in each plunge, where no offset moves it.
+    bool coolant_on() noexcept {
+        const double height = usable(coolant_height, 1e3, 0);
+        const double above = part_.position() + part_.velocity() * late_ - program_[part_.operation()].top;
+        cooled_ = cooled_ || (part_.plunging() && above <= height);
+        return cooled_ || !(height > 0);
     }
 
     double turning() const noexcept {
@@ -193,8 +209,8 @@ private:
     PartCycle part_;
     Random blanks_, events_;
     Upset upset_;
-    double time_ = 0, due_ = first_cycle, blank_ = 0, held_ = 0;
-    bool started_ = false, reached_ = false, learning_ = true;
+    double time_ = 0, due_ = first_cycle, blank_ = 0, held_ = 0, late_ = 0;
+    bool started_ = false, reached_ = false, cooled_ = false, learning_ = true;
     std::int32_t seed_ = 0, cycle_ = 0, edits_ = 0, operations_ = 0;
 };
 

@@ -11,6 +11,7 @@ namespace plumb {
 namespace {
 
 constexpr double um = 1e-3;  // mm
+constexpr double largest_sigma = 15 * um;
 constexpr MachiningSetup setup{7, 3};
 constexpr MachiningSetup other_program{8, 3}, other_tools{7, 4};
 
@@ -38,7 +39,7 @@ void begin(ContactCycle& cycle) {
 }
 
 ContactCycle::Ended end(ContactCycle& cycle, bool complete = true) {
-    return cycle.end(complete, Method::coordinate, 1);
+    return cycle.end(complete, Method::coordinate, 1, largest_sigma);
 }
 
 // A learning cycle, one of `wanted`. Contacts within 0.1 mm of their partner agree with it.
@@ -51,7 +52,7 @@ ContactCycle::Ended learn(ContactCycle& cycle, const std::vector<Cut>& cuts, boo
         const ContactReference* partner = cycle.partner(now.key);
         cycle.learn(now, partner && std::abs(partner->contact.coordinate - cut.coordinate) <= 0.1);
     }
-    return cycle.end(complete, Method::coordinate, wanted);
+    return cycle.end(complete, Method::coordinate, wanted, largest_sigma);
 }
 
 TEST(ContactCycle, FindsThePartnerOfEachContact) {
@@ -235,7 +236,7 @@ TEST(ContactCycle, TheNextReferenceBeginsAgain) {
 TEST(ContactCycle, AnAbortedCycleAddsNothingToTheMeanAndTakesNothingAway) {
     ContactCycle cycle;
     learn(cycle, part, true, 2);
-    EXPECT_FALSE(learn(cycle, {{10, 1, -20 + 90 * um}}, false, 2).learnt);
+    EXPECT_EQ(learn(cycle, {{10, 1, -20 + 90 * um}}, false, 2).fault, LearningFault::aborted);
     EXPECT_EQ(cycle.learnt(), 1);
     learn(cycle, part, true, 2);
     ASSERT_EQ(cycle.references().size(), 4);
@@ -257,7 +258,7 @@ TEST(ContactCycle, AMeanKeepsWhatAllCyclesHadAndWhatAgreed) {
 TEST(ContactCycle, ACycleThatAgreesInNothingBeginsANewMean) {
     ContactCycle cycle;
     learn(cycle, part, true, 2);
-    EXPECT_TRUE(learn(cycle, shifted(0.2), true, 2).learnt);
+    EXPECT_EQ(learn(cycle, shifted(0.2), true, 2).fault, LearningFault::none);
     EXPECT_EQ(cycle.learnt(), 1);
     learn(cycle, shifted(0.2), true, 2);
     ASSERT_EQ(cycle.references().size(), 4);
@@ -287,7 +288,7 @@ TEST(ContactCycle, AnotherSetupACycleWithoutLearningOrForgettingEndsTheMean) {
         forgotten.learn(now, forgotten.partner(now.key) != nullptr);
     }
     forgotten.forget();
-    EXPECT_TRUE(forgotten.end(true, Method::coordinate, 2).learnt);
+    EXPECT_EQ(forgotten.end(true, Method::coordinate, 2, largest_sigma).fault, LearningFault::none);
     EXPECT_EQ(forgotten.learnt(), 1) << "it begins with the cycle in which it was forgotten";
 }
 

@@ -41,15 +41,25 @@ TEST(ContactRejection, AcceptsTheSameFeedNearTheReference) {
     EXPECT_EQ(of(Method::time, now), Rejection::none);
 }
 
-TEST(ContactRejection, AnotherFeedOrOverrideIsRejectedInBothMethods) {
-    for (const Method method : {Method::coordinate, Method::time}) {
-        Contact slow = contact();
-        slow.feed *= 0.9;
-        EXPECT_EQ(of(method, slow), Rejection::feed_differs);
-        Contact overridden = contact();
-        overridden.feed_override = 1.1;
-        EXPECT_EQ(of(method, overridden), Rejection::feed_differs);
+TEST(ContactRejection, AnotherFeedOrOverrideIsRejectedByTimeAndFarOneByCoordinate) {
+    for (const double part : {0.4, 0.9, 1.1, 1.6}) {
+        const bool near = part > 0.5 && part < 1.5;
+        Contact slow = contact(), overridden = contact();
+        slow.feed *= part;
+        overridden.feed_override = part;
+        for (const Contact& now : {slow, overridden}) {
+            EXPECT_EQ(of(Method::time, now), Rejection::feed_differs) << part;
+            EXPECT_EQ(of(Method::coordinate, now), near ? Rejection::none : Rejection::feed_differs) << part;
+        }
     }
+}
+
+TEST(ContactRejection, AnotherFeedCostsCertaintyByWhatTheLoadIsLate) {
+    Contact reference = contact(), slow = contact();
+    reference.time_constant = 0.02;
+    EXPECT_EQ(feed_sigma(slow, reference), 0);
+    slow.feed *= 0.7;
+    EXPECT_NEAR(feed_sigma(slow, reference), 0.3 * std::abs(reference.feed) * 0.005, 1e-12);
 }
 
 TEST(ContactRejection, OutsideItsWindowItIsNotThatContact) {

@@ -21,6 +21,7 @@ GrowthByContact::Settings settings(Method method = Method::coordinate, double un
     s.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
     s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1, 0.2};
     s.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
+    s.between.unexplained_growth = unit * 1;  // a growth may come at once
     return s;
 }
 
@@ -222,8 +223,10 @@ TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {
             shop.cycle(10 * um, {{0, upset}});
             EXPECT_NEAR(shop.target, before, 0.5 * um) << height;
         }
+        const Rejection found = shop.measured.rejection();
+        const bool gave_up = found == Rejection::withdrawn && reason == Rejection::beyond_gate;
         if (height > -0.6) {
-            EXPECT_EQ(shop.measured.rejection(), reason) << height;
+            EXPECT_TRUE(found == reason || gave_up) << height;
         }
     }
 }
@@ -284,15 +287,17 @@ TEST(GrowthByContact, TheGateOpensWithTime) {
     EXPECT_NEAR(shop.target, 25 * um, 0.5 * um);
 }
 
-TEST(GrowthByContact, AnotherFeedIsRejectedByEitherMethod) {
+TEST(GrowthByContact, AnotherFeedIsRejectedByTimeAndComparedByCoordinate) {
     for (const Method method : {Method::coordinate, Method::time}) {
         Shop shop = learnt(method);
         Milling::Upset slow;
-        slow.feed_override = 0.8;
+        slow.feed_override = 0.7;
         shop.cycle(10 * um, {{0, slow}});
-        EXPECT_EQ(shop.counts().rejected, 1);
-        EXPECT_EQ(shop.measured.rejection(), Rejection::feed_differs);
-        EXPECT_EQ(shop.counts().accepted, 3);
+        const bool compared = method == Method::coordinate;
+        EXPECT_EQ(shop.counts().rejected, compared ? 0 : 1);
+        EXPECT_EQ(shop.measured.rejection(), compared ? Rejection::none : Rejection::feed_differs);
+        EXPECT_EQ(shop.counts().accepted, compared ? 4 : 3);
+        EXPECT_NEAR(shop.accepted.front(), 10 * um, 0.5 * um);
     }
 }
 
@@ -396,10 +401,10 @@ TEST(GrowthByContact, AnAbortedLearningCycleLeavesNoReference) {
     Milling::Upset abort;
     abort.abort = true;
     shop.cycle(0, {{1, abort}});
-    EXPECT_TRUE(shop.measured.learning_failed());
+    EXPECT_NE(shop.measured.learning_fault(), LearningFault::none);
     EXPECT_FALSE(shop.measured.cycle().references().made_with(shop.mill.setup));
     shop.learn();
-    EXPECT_FALSE(shop.measured.learning_failed());
+    EXPECT_EQ(shop.measured.learning_fault(), LearningFault::none);
     EXPECT_TRUE(shop.measured.cycle().references().made_with(shop.mill.setup));
 }
 
@@ -414,7 +419,7 @@ TEST(GrowthByContact, ALearningCycleThatLosesASignalLeavesNoReference) {
             if (++periods == 5000) s.*signal = std::numeric_limits<double>::quiet_NaN();
         };
         shop.learn();
-        EXPECT_TRUE(shop.measured.learning_failed());
+        EXPECT_NE(shop.measured.learning_fault(), LearningFault::none);
     }
 }
 
@@ -423,11 +428,11 @@ TEST(GrowthByContact, LearnTakenBackOrAnOffsetInForceLeavesNoReference) {
     int periods = 0;
     taken_back.tamper = [&](Milling::Sample& s) { s.learn = ++periods < 5000; };
     taken_back.learn();
-    EXPECT_TRUE(taken_back.measured.learning_failed());
+    EXPECT_NE(taken_back.measured.learning_fault(), LearningFault::none);
     Shop shifted;
     shifted.target = 5 * um;
     shifted.learn();
-    EXPECT_TRUE(shifted.measured.learning_failed());
+    EXPECT_NE(shifted.measured.learning_fault(), LearningFault::none);
 }
 
 TEST(GrowthByContact, ACycleIsNotJoinedInItsMiddle) {
@@ -507,7 +512,7 @@ TEST(GrowthByContact, AToolSetThatChangesInACycleEndsItsComparisons) {
 
 TEST(GrowthByContact, ACycleAtAnotherFeedOrOverrideRefusesTheReference) {
     Milling::Upset slow;
-    slow.feed_override = 0.8;
+    slow.feed_override = 0.4;
     Shop overridden = learnt();
     overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}});
     EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::none) << "the last contact agreed";
@@ -519,7 +524,7 @@ TEST(GrowthByContact, ACycleAtAnotherFeedOrOverrideRefusesTheReference) {
     EXPECT_EQ(overridden.counts().accepted, 5);
 
     Shop edited = learnt();
-    edited.mill.feed = 1.6;
+    edited.mill.feed = 0.4 * edited.mill.feed;
     edited.cycle(10 * um);
     EXPECT_EQ(edited.measured.refusal().reason(), Refusal::feed);
 
@@ -702,7 +707,8 @@ TEST(GrowthByContact, ReferencesOutliveARestart) {
     Shop after;
     for (int i = 0; i < 4; ++i) EXPECT_TRUE(after.measured.restore(before.measured.cycle().references()[i]));
     after.cycle(50 * um);
-    EXPECT_EQ(after.counts().accepted, 4) << "the gate is at its cap";
+    EXPECT_EQ(after.measured.rejection(), Rejection::unconfirmed) << "the first contact alone";
+    EXPECT_EQ(after.counts().accepted, 3);
     EXPECT_NEAR(after.target, 50 * um, 0.5 * um);
 }
 
@@ -750,15 +756,15 @@ Shop predicting(bool by_speed = true) {
 TEST(GrowthByContact, EstimateIsTheLastContactAndBySpeedWhatHasComeSince) {
     const Shop holds = predicting(false), follows = predicting();
     EXPECT_NEAR(holds.measured.estimate(holds.used), 5 * um, 0.5 * um);
-    EXPECT_EQ(holds.measured.estimate_sigma(holds.used), 0);
     EXPECT_GT(follows.measured.estimate(follows.used), 15 * um);
-    EXPECT_GT(follows.measured.estimate_sigma(follows.used), 3 * um);
+    EXPECT_GT(follows.measured.estimate_sigma(), 3 * um);
 }
 
-TEST(GrowthByContact, EstimateStaysWithinTheGateAboutTheLastContact) {
+TEST(GrowthByContact, AtASpeedBeyondAllContactsThePredictionIsNotApplied) {
     const Shop shop = predicting();
-    EXPECT_NEAR(shop.measured.gate(shop.used), 15 * um, 1e-9);
-    EXPECT_NEAR(shop.measured.estimate(shop.used) - shop.accepted.back(), 15 * um, 1e-9);
+    EXPECT_GT(shop.measured.estimate_sigma(), 15 * um);
+    EXPECT_LE(std::abs(shop.measured.authority().offset()), shop.accepted.back() + 1 * um);
+    EXPECT_EQ(shop.measured.authority().doubt(), Doubt::prediction);
 }
 
 TEST(GrowthByContact, PredictionLetsNothingThroughTheGate) {
@@ -769,16 +775,16 @@ TEST(GrowthByContact, PredictionLetsNothingThroughTheGate) {
     EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
 }
 
-TEST(GrowthByContact, AContactBeyondTheGateAboutThePredictionIsRejectedAndThePredictionGivenUp) {
+TEST(GrowthByContact, AContactFarFromThePredictionIsDecidedByTheNextOne) {
     Shop shop = predicting();
     const auto before = shop.accepted.size();
     shop.mill.program = {{10, 1, -20}};
-    shop.cycle(-5 * um);  // 10 from the last contact, and 25 from the prediction
+    shop.cycle(-5 * um);  // 10 from the last contact, and much more from the prediction
     EXPECT_EQ(shop.accepted.size(), before);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
-    EXPECT_NEAR(shop.measured.estimate(shop.used), 5 * um, 0.5 * um);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::unconfirmed);
     shop.cycle(-5 * um);
-    ASSERT_EQ(shop.accepted.size(), before + 1);
+    shop.cycle(-5 * um);
+    ASSERT_GT(shop.accepted.size(), before);
     EXPECT_NEAR(shop.accepted.back(), -5 * um, 0.5 * um);
 }
 
@@ -786,7 +792,6 @@ TEST(GrowthByContact, PredictsNothingBeforeAContactWasAccepted) {
     Shop shop = predicting();
     shop.measured.forget();
     EXPECT_FALSE(shop.measured.known());
-    EXPECT_EQ(shop.measured.estimate_sigma(shop.used), 0);
 }
 
 }  // namespace

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact/growth_by_contact.hpp"
+#include "hal/codes.hpp"
+#include "hal/component.hpp"
+
+#include <cmath>
+
+namespace plumb {
+
+// How far the growth can be trusted, and why not.
+struct TrustReport : hal::Group {
+    using Group::Group;
+
+    // `offset`: in force; `applying`: it is to follow the growth.
+    void show(const GrowthByContact& measured, double estimate, double offset, bool applying) noexcept {
+        const bool known = measured.known();
+        authority = known ? measured.authority().part() : 0;
+        offset_sigma = known ? std::hypot(measured.estimate_sigma(), estimate - offset) : 0;
+        contact_age = known ? measured.authority().age() : 0;
+        reference_sigma = measured.reference_sigma();
+        doubt = known && applying ? measured.authority().doubt() : Doubt::none;
+    }
+
+    hal::Out<double> authority{this, "authority", "1", "Part of the growth that is applied, 0 to 1."};
+    hal::Out<double> offset_sigma{this, "offset-sigma", "mu",
+                                  "Error of the offset to expect, as a standard deviation."};
+    hal::Out<double> contact_age{this, "contact-age", "s",
+                                 "Time since contacts should have counted, and none has; 0 while they do."};
+    hal::Out<double> reference_sigma{this, "reference-sigma", "mu",
+                                     "Standard deviation of the reference, by all its contacts together."};
+    hal::Codes<Doubt> doubt{this, "doubt", "The growth may be wrong; doubt-code gives the reason."};
+};
+
+}  // namespace plumb

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/bounded.hpp"
+#include "components/math/contact/contact_reference.hpp"
+#include "components/math/contact/growth_between_contacts.hpp"
+#include "components/math/contact/program_lock.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace plumb {
+
+// The growth by contacts of several gauges, each of which may be wrong. A contact is taken at once if it lies
+// within three standard deviations of the prediction and changes the growth by less than `floor`. Another one
+// is a claim, which the next contacts decide:
+//
+//     step       another contact agrees with the claim: of another tool if the reference has one. Both are
+//                taken, and the growth follows them whole.
+//     outlier    the next contact of this gauge is as predicted. The claim is dropped.
+//     contradiction    the gauge claims again and again, and no other agrees: it is withdrawn.
+//     event of the program    its contacts move with the offset (ProgramLock): it is withdrawn.
+//
+// A withdrawn gauge counts for nothing until it is learnt again. Contacts that scatter more than their noise
+// explains weigh less, and innovations that are larger than expected widen sigma().
+class GrowthEstimator {
+public:
+    struct Settings {
+        GrowthBetweenContacts::Settings between;
+        double floor = 0.015;  // mu, largest change by one contact that no other confirms
+        double cap = 0.06;     // mu, standard deviation of a growth of which nothing is known
+    };
+
+    struct Reading {
+        double growth = 0, noise = 0;  // mu
+        double reference_sigma = 0;    // mu
+        double applied_offset = 0;     // mu
+        double step = 0;               // mu, by which the offset is displaced on purpose
+        std::int32_t gauge = -1;       // index of the reference
+        std::int32_t tool = 0, cycle = 0;
+        bool other_tools = false;  // the reference has gauges of other tools, not withdrawn
+        bool admitted = true;      // the gate lets it in
+        bool confirmed = false;    // the gate does so after contacts that confirm it
+    };
+
+    enum class Verdict { accepted, claim, withdrawn };
+    enum class Withdrawal : std::int8_t { none, program, contradiction };
+
+    void step(double speed, double temperature, bool temperature_valid, const Settings& settings,
+              double dt) noexcept {
+        model_.step(speed, temperature, temperature_valid, settings.between, dt);
+        if (!model_.known()) known_ = false;
+    }
+
+    Verdict judge(const Reading& r, const Settings& settings) noexcept {
+        Watch& watch = watches_[r.gauge];
+        if (watch.withdrawn != Withdrawal::none) return Verdict::withdrawn;
+        const GrowthBetweenContacts::Gauge gauge{r.gauge, r.reference_sigma};
+        const GrowthBetweenContacts::Expected expected =
+            known_ ? model_.expected(gauge) : unknown(gauge, settings);
+        const double repeatability = settings.between.repeatability;
+        const double noise2 = r.noise * r.noise + repeatability * repeatability;
+        const double seen2 = noise2 + watch.scatter2;
+        const double sum2 = consistency_ * expected.variance + seen2;
+        const double innovation = r.growth - expected.mean;
+
+        watch.lock.add(r.growth, expected.mean, r.applied_offset, std::sqrt(noise2));
+        if (watch.lock.locked() || watch.lock.follows(r.growth, expected.mean, r.step))
+            return withdraw(watch, Withdrawal::program);
+        const bool near = innovation * innovation <= 9 * sum2;
+        const double change = std::abs(innovation) * consistency_ * expected.variance / sum2;
+        if (r.admitted && near && change <= settings.floor) {
+            drop_claim(watch);
+            learn_scatter(watch, innovation * innovation, expected.variance, noise2);
+            return take(r, gauge, std::sqrt(seen2), true, settings);
+        }
+        const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool};
+        if (r.admitted && (r.confirmed || confirmed(claim, r)))
+            return take_step(r, gauge, std::sqrt(seen2), settings);
+        const Verdict verdict = claimed(watch, claim, r, gauge, std::sqrt(seen2), settings);
+        if (verdict == Verdict::claim) watch.claimed2 = std::min(innovation * innovation, 16 * sum2) - sum2;
+        return verdict;
+    }
+
+    // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
+    void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
+        model_.correct(growth, sigma, {}, !first, settings.between);
+        finish_taking();
+    }
+
+    // All gauges have new references; what is known of the growth stays.
+    void renew_gauges() noexcept {
+        model_.renew_gauges();
+        watches_.fill({});
+    }
+    void forget() noexcept {
+        model_.forget();
+        watches_.fill({});
+        known_ = false;
+        consistency_ = 1;
+        accepted_ = 0;
+    }
+
+    bool known() const noexcept { return known_; }
+    double growth() const noexcept { return model_.growth(); }  // mu, predicted for now
+    double sigma() const noexcept { return std::sqrt(consistency_) * model_.sigma(); }
+    double held() const noexcept { return held_; }  // mu, after the last accepted contact
+    // Standard deviation of what the growth has changed by since the last accepted contact.
+    double since_sigma() const noexcept {
+        const double now = sigma();
+        return std::sqrt(std::max(0.0, now * now - held_sigma_ * held_sigma_));
+    }
+
+    // The spindle has turned so long that it should have grown, and many contacts do not show it.
+    bool lacks_growth(const Settings& settings) const noexcept {
+        constexpr std::int32_t many = 10;
+        constexpr double least = 0.15;  // of the usual growth
+        const double usual = model_.usual_growth(settings.between);
+        return accepted_ >= many && usual > settings.floor && std::abs(held_) < least * usual;
+    }
+
+    Withdrawal withdrawal(std::int32_t gauge) const noexcept { return watches_[gauge].withdrawn; }
+    bool any(Withdrawal reason) const noexcept {
+        return std::any_of(watches_.begin(), watches_.end(),
+                           [&](const Watch& w) { return w.withdrawn == reason; });
+    }
+    // A gauge has claimed the same in two cycles, and no other agrees.
+    bool contradicted() const noexcept {
+        return any(Withdrawal::contradiction) ||
+               std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.claims >= 2; });
+    }
+
+private:
+    static constexpr std::int32_t most_claims = 3;  // of a gauge, and no other agrees
+    static constexpr double scatter_part = 0.15, consistency_part = 0.05, widest = 16;
+
+    struct Claim {
+        double shift = 0, noise = 0;  // mu, from the prediction
+        std::int32_t cycle = 0, tool = 0;
+
+        bool clear() const noexcept { return std::abs(shift) > 4 * noise; }
+    };
+
+    struct Watch {
+        ProgramLock lock;
+        double scatter2 = 0;  // mu², beyond the known noise
+        Claim claim;
+        double claimed2 = 0;      // mu², by which the claim exceeded what was expected
+        std::int32_t claims = 0;  // one after the other
+        std::int32_t first_cycle = 0;
+        Withdrawal withdrawn = Withdrawal::none;
+    };
+
+    static GrowthBetweenContacts::Expected unknown(const GrowthBetweenContacts::Gauge& gauge,
+                                                   const Settings& settings) noexcept {
+        return {0, settings.cap * settings.cap + gauge.sigma * gauge.sigma};
+    }
+
+    static bool agree(const Claim& a, const Claim& b) noexcept {
+        return std::abs(a.shift - b.shift) <= 3 * std::hypot(a.noise, b.noise);
+    }
+
+    // Noise agrees with noise: only claims far beyond theirs confirm each other.
+    bool confirmed(const Claim& claim, const Reading& r) const noexcept {
+        if (!claim.clear()) return false;
+        for (std::size_t i = 0; i < watches_.size(); ++i) {
+            const Watch& other = watches_[i];
+            if (other.claims == 0 || !other.claim.clear() || !agree(other.claim, claim)) continue;
+            const bool another_cycle = other.claim.cycle != claim.cycle;
+            const bool another_gauge = static_cast<std::int32_t>(i) != r.gauge;
+            if (r.other_tools ? other.claim.tool != claim.tool : another_cycle || another_gauge) return true;
+        }
+        return false;
+    }
+
+    Verdict claimed(Watch& watch, const Claim& claim, const Reading& r,
+                    const GrowthBetweenContacts::Gauge& gauge, double sigma,
+                    const Settings& settings) noexcept {
+        if (watch.claims == 0 || !agree(watch.claim, claim)) {
+            drop_claim(watch);
+            watch.first_cycle = r.cycle;
+        }
+        watch.claim = claim;
+        if (++watch.claims < most_claims) return Verdict::claim;
+        if (last_cycle_ >= watch.first_cycle) return withdraw(watch, Withdrawal::contradiction);
+        return r.admitted ? take_step(r, gauge, sigma, settings) : Verdict::claim;  // no other spoke
+    }
+
+    Verdict take_step(const Reading& r, const GrowthBetweenContacts::Gauge& gauge, double sigma,
+                      const Settings& settings) noexcept {
+        for (Watch& watch : watches_) watch.claims = 0;
+        return take(r, gauge, sigma, false, settings);
+    }
+
+    Verdict take(const Reading& r, const GrowthBetweenContacts::Gauge& gauge, double sigma, bool explained,
+                 const Settings& settings) noexcept {
+        model_.correct(r.growth, sigma, gauge, explained, settings.between);
+        last_cycle_ = r.cycle;
+        ++accepted_;
+        finish_taking();
+        return Verdict::accepted;
+    }
+
+    // It was scatter, not a step.
+    static void drop_claim(Watch& watch) noexcept {
+        if (watch.claims > 0) watch.scatter2 += scatter_part * watch.claimed2;
+        watch.claims = 0;
+    }
+
+    void finish_taking() noexcept {
+        known_ = true;
+        held_ = model_.growth();
+        held_sigma_ = sigma();
+    }
+
+    static Verdict withdraw(Watch& watch, Withdrawal reason) noexcept {
+        watch.withdrawn = reason;
+        watch.claims = 0;
+        return Verdict::withdrawn;
+    }
+
+    void learn_scatter(Watch& watch, double square, double variance, double noise2) noexcept {
+        const double sum2 = consistency_ * variance + noise2 + watch.scatter2;
+        watch.scatter2 = std::max(0.0, watch.scatter2 + scatter_part * (square - sum2));
+        const double ratio = std::min(square / (variance + noise2 + watch.scatter2), 9.0);
+        consistency_ = std::clamp(consistency_ + consistency_part * (ratio - consistency_), 1.0, widest);
+    }
+
+    GrowthBetweenContacts model_;
+    std::array<Watch, ContactReferences::capacity> watches_{};
+    bool known_ = false;
+    double held_ = 0, held_sigma_ = 0;
+    double consistency_ = 1;
+    std::int32_t accepted_ = 0;    // contacts since nothing was known
+    std::int32_t last_cycle_ = 0;  // with an accepted contact
+};
+
+}  // namespace plumb

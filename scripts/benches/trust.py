@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How wrong thermal_displacement is on bad days, and whether it announces it before the cut.
+
+configs/mill/bench.hal runs on drawn machines with slow threads and poor loads, and on the typical machine under attacks: a
+load event that the program causes, a dead sensor, a longer tool, a chip after a pause and others. The error of each cut is
+compared with the error that it would have had without compensation: the same less the offset in force, which adds to Z.
+"worse by" is |error with| - |error without|. A cut is announced if growth.doubt, growth.fault, growth.reference-refused or
+growth.learning-failed was true LEAD s before its end, when the tool was still above the work.
+"""
+
+import dataclasses
+import os
+import tempfile
+
+import numpy as np
+
+from support.command import add_output, add_place, duration_of, errors_reported, make_writable, new_parser, place_of, whole
+from support.command import written_line
+from support.figures import largest, rms
+from support.mill_machine import every_end_mill_is_a_gauge, start_mill
+from support.recordings import read_columns, write_rows
+from support.simulations import duration_text, simulate_all
+
+EVERY = 0.1  # s between two rows of a recording
+LEAD = 3  # s
+RATES = (500, 1000, 4000)  # Hz, of the servo thread
+WORSE = 5  # um
+TEACH = 1800  # s from the start of an attack's run to its begin
+
+ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
+COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
+COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
+COLUMNS += ["growth.doubt-code", "growth.authority", *("growth." + pin for pin in ANNOUNCING)]
+
+
+# --- attacks ---
+
+
+def unlink(host, pin, value):
+    """A sensor that is gone: the pin keeps a value."""
+    host.command(f"unlinkp {pin}")
+    host.set(pin, value)
+
+
+def program_event(host, jitter=0.0):
+    """Coolant comes on 1.5 mm above the work, and the load rises as by a cut."""
+    host.set("drive.coolant-load", 6)
+    host.set("program.coolant-height", 1.5)
+    host.set("program.coolant-jitter", jitter)
+
+
+def force(host, number, **values):
+    """The event of that number in every cycle from now on."""
+    for name, value in values.items():
+        host.set("program.event-" + name, value)
+    host.set("program.event", number)
+
+
+CHIP, STOCK, LONGER, OVERRIDE, SPEED_CHANGE = 2, 3, 5, 6, 10
+
+
+def replay(host, height):
+    host.set("mill.growth-replay", height)
+    host.set("mill.use-replay", True)
+
+
+@dataclasses.dataclass
+class Attack:
+    """`prepare(host)` before the learning cycle; `events`: (s since the attack began, function of the host)."""
+
+    name: str
+    prepare: object = lambda host: None
+    events: tuple = ()
+
+
+def steps(times, function):
+    return tuple((time, lambda host, time=time: function(host, time)) for time in times)
+
+
+def chip_after_a_pause():
+    return (
+        (0, lambda host: host.set("program.run", False)),
+        (5400, lambda host: (force(host, CHIP, height=0.04, operation=10), host.set("program.run", True))),
+        (5700, lambda host: host.set("program.event", 0)),
+    )
+
+
+def one_gauge(host):
+    """Operation 40 alone."""
+    host.set("growth.exclude-operation-1", 10)
+
+
+def every_gauge(host):
+    every_end_mill_is_a_gauge(host)
+
+
+def chiller(host):
+    """The spindle's chiller holds its growth at 12 um, then at 17 um at another speed."""
+    host.set("program.sides-speed", 3000)
+    replay(host, 0)
+
+
+def warm_by(height):
+    return lambda host, time: replay(host, height * (1 - np.exp(-time / 600)))
+
+
+ATTACKS = [
+    Attack("none"),
+    Attack("event of the program", program_event),
+    Attack("event of the program, jitter 10 ms", lambda host: program_event(host, 0.01)),
+    Attack("event of the program at one of two tools", lambda host: (every_gauge(host), program_event(host, 0.001), host.set("drive.coolant-load", 3))),
+    Attack("poor reference", lambda host: (host.set("drive.white-noise", 4), host.set("drive.flicker-noise", 2)),
+           ((-TEACH + 290, lambda host: (host.set("drive.white-noise", 0.3), host.set("drive.flicker-noise", 0.1))),)),
+    Attack("load dead at 0", events=((0, lambda host: unlink(host, "growth.load", 0)),)),
+    Attack("load frozen", events=((0, lambda host: unlink(host, "growth.load", 11.3)),)),
+    Attack("load not a number", events=((0, lambda host: unlink(host, "growth.load", float("nan"))),)),
+    Attack("gauge tool 30 um longer", one_gauge, ((0, lambda host: force(host, LONGER, height=0.03, operation=40)),)),
+    Attack("two gauges 37 um apart", every_gauge, ((0, lambda host: force(host, LONGER, height=0.037, operation=40)),)),
+    Attack("sister tool", events=((0, lambda host: unlink(host, "growth.tool-number", 9)),)),
+    Attack("chiller, another speed", chiller,
+           (*steps(range(-1500, 0, 60), lambda host, time: replay(host, 0.012 * (1 - np.exp(-(time + 1500) / 600)))),
+            (0, lambda host: host.set("program.sides-speed", 20000)),
+            *steps(range(0, 3600, 60), lambda host, time: replay(host, 0.012 + 0.005 * (1 - np.exp(-time / 600)))))),
+    Attack("chip after a pause", events=chip_after_a_pause()),
+    Attack("override of 70 % on the only gauge", one_gauge, ((0, lambda host: force(host, OVERRIDE, factor=0.7, operation=40)),)),
+    Attack("speed changes on the approach", one_gauge, ((0, lambda host: force(host, SPEED_CHANGE, factor=0.9, operation=40)),)),
+    Attack("interrupted surface", events=((0, lambda host: host.set("program.blank-repeatability", 0.012)),)),
+    Attack("step of 20 um", every_gauge, (*steps([-900], lambda host, time: replay(host, 0.01)), (0, lambda host: replay(host, 0.03)))),
+]
+
+
+def attack_named(name):
+    return next(attack for attack in ATTACKS if attack.name == name)
+
+
+# --- one run ---
+
+
+CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool), ("code", int), ("authority", float), ("known", bool)]
+
+
+def find_cuts(column):
+    """The cuts after learning that have a reference cut."""
+    rows = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
+    key = list(zip(column["mill.truth-cut-operation"][rows], column["mill.truth-cut-occurrence"][rows]))
+    tip = 1000 * column["mill.truth-cut-error"][rows]
+    learnt = column["program.learn"][rows] > 0
+    reference = {k: error for k, error, of_learning in zip(key, tip, learnt) if of_learning}
+    early = np.maximum(rows - round(LEAD / EVERY), 0)
+    announced = sum(column["growth." + pin][early] for pin in ANNOUNCING) > 0
+    counted = [i for i in range(len(rows)) if not learnt[i] and key[i] in reference]
+    cuts = np.zeros(len(counted), CUT)
+    for cut, i in zip(cuts, counted):
+        offset = 1000 * column["mill.applied-offset"][rows[i] - 1]
+        cut["error"] = tip[i] - reference[key[i]]
+        cut["worse"] = abs(cut["error"]) - abs(cut["error"] - offset)
+        cut["sigma"] = 1000 * column["growth.offset-sigma"][early[i]]
+        cut["announced"] = announced[i]
+        cut["code"] = column["growth.doubt-code"][early[i]]
+        cut["authority"] = column["growth.authority"][early[i]]
+        cut["known"] = column["growth.contacts-accepted"][early[i]] >= 2
+    return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
+
+
+def record(host, folder, seed, attack, duration, progress):
+    path = os.path.join(folder, "recording.csv")
+    start_mill(host, seed)
+    attack.prepare(host)
+    host.record(path, COLUMNS, EVERY)
+    done = 0
+    for after, change in sorted(attack.events, key=lambda event: event[0]):
+        due = TEACH + after
+        if due > done and due < duration:
+            host.run(due - done)
+            done = due
+        if due < duration:
+            change(host)
+        if not progress(done):
+            break
+    host.run(duration - done)
+    progress(duration)
+    return read_columns(path)
+
+
+def simulate(seed, rate, name, duration, progress):
+    import plumb
+
+    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+        column = record(host, folder, seed, attack_named(name), duration, progress)
+    cuts, _, times = find_cuts(column)
+    doubt = (column["growth.doubt"] + column["growth.fault"]) > 0
+    messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
+    return cuts, times, messages
+
+
+# --- tables ---
+
+
+def honest(cuts):
+    """Part of the cuts with a known growth whose error is within two sigma."""
+    known = cuts[cuts["known"]]
+    return np.mean(abs(known["error"]) <= 2 * known["sigma"]) if len(known) else np.nan
+
+
+def attack_table(outcomes):
+    width = max(len(attack.name) for attack in ATTACKS)
+    lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  codes"]
+    for attack, (cuts, times, _) in zip(ATTACKS, outcomes):
+        since = cuts[times >= TEACH]
+        without = np.abs(since["error"]) - since["worse"]
+        beyond = since["worse"] - 3 - since["sigma"]
+        silent = np.count_nonzero((since["worse"] > 3) & ~since["announced"])
+        codes = ",".join(str(code) for code in np.unique(since["code"][since["announced"]]))
+        lines.append(
+            f"{attack.name:{width}}{rms(since['error']):7.1f}{rms(without):9.1f}{since['worse'].max():10.1f}"
+            f"{max(beyond.max(), 0):8.1f}{silent:6d} of {len(since):<4d} {np.mean(since['announced']):4.0%} announced; codes {codes or '-'}"
+        )
+    return lines
+
+
+def machine_row(cuts, messages):
+    without = np.abs(cuts["error"]) - cuts["worse"]
+    worse = cuts["worse"] > WORSE
+    return {
+        "rms with": rms(cuts["error"]),
+        "rms without": rms(without),
+        "cuts": len(cuts),
+        "worse": np.count_nonzero(worse),
+        "silent": np.count_nonzero(worse & ~cuts["announced"]),
+        "largest worse": cuts["worse"].max() if len(cuts) else np.nan,
+        "within 2 sigma": honest(cuts),
+        "announced": np.mean(cuts["announced"]) if len(cuts) else np.nan,
+        "messages": messages,
+        "applied": np.mean(np.abs(cuts["error"]) != without) if len(cuts) else np.nan,
+    }
+
+
+def machine_table(rate, rows):
+    benefit = [1 - row["rms with"] / row["rms without"] for row in rows]
+    worse = [row["rms with"] - row["rms without"] for row in rows]
+    cuts, bad, silent = (sum(row[name] for row in rows) for name in ("cuts", "worse", "silent"))
+    within = [row["within 2 sigma"] for row in rows]
+    return [
+        f"{rate} Hz, {len(rows)} machines, {cuts} cuts",
+        f"  rms with compensation: median {np.median([r['rms with'] for r in rows]):.1f} um, without {np.median([r['rms without'] for r in rows]):.1f} um",
+        f"  part of the rms that is removed: median {np.median(benefit):.0%}, p10 {np.percentile(benefit, 10):.0%}",
+        f"  machines whose rms is worse by more than 1 um: {sum(w > 1 for w in worse)}; the worst by {max(worse):.1f} um",
+        f"  cuts more than {WORSE} um worse: {bad} ({bad / cuts:.2%}), not announced {silent}",
+        f"  |error| <= 2 sigma: {np.nanmean(within):.0%} of the cuts, lowest machine {np.nanmin(within):.0%}",
+        f"  announced: {np.mean([row['announced'] for row in rows]):.0%} of the cuts",
+    ]
+
+
+def main():
+    parser = new_parser("trust", __doc__)
+    parser.add_argument("--attacks", action="store_true", help="only the attacks on the typical machine")
+    parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines for each rate (default: 200)")
+    parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="the first of them")
+    parser.add_argument("--rate", type=whole(100, 10000), action="append", metavar="HZ", help="of the servo thread; may be repeated (default: 500, 1000, 4000)")
+    parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 2h)")
+    add_place(parser)
+    add_output(parser, "trust")
+    options = parser.parse_args()
+    with errors_reported():
+        make_writable(options.output)
+        if options.attacks:
+            rate = (options.rate or [500])[0]
+            duration = TEACH + 9000
+            tasks = [(0, rate, attack.name, duration) for attack in ATTACKS]
+            outcomes = simulate_all(simulate, tasks, len(tasks) * duration, place_of(options))
+            print("\n".join(attack_table(outcomes)))
+            return
+        rates = options.rate or RATES
+        seeds = range(options.seed, options.seed + options.seeds)
+        tasks = [(seed, rate, "none", options.duration) for rate in rates for seed in seeds]
+        outcomes = simulate_all(simulate, tasks, len(tasks) * options.duration, place_of(options))
+        rows = [machine_row(cuts, messages) for cuts, _, messages in outcomes]
+        print(f"{duration_text(options.duration)} of milling on each machine\n")
+        for i, rate in enumerate(rates):
+            print("\n".join(machine_table(rate, rows[i * len(seeds) : (i + 1) * len(seeds)])))
+        path = os.path.join(options.output, "machines.csv")
+        write_rows(path, ["rate_hz", "machine", *rows[0]], ([task[1], task[0], *row.values()] for task, row in zip(tasks, rows)))
+        print(written_line([path]))
