@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What plumb wire refuses, and that it names both sides of a conflict."""
+"""Machines and commands that plumb wire refuses: it names both sides of a conflict."""
 
 import os
+import sys
+import types
 import unittest
 
-from tree import own_folder
+from tree import BUILD, own_folder
 from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
 
@@ -17,7 +19,7 @@ class Conflicts(Sample):
         write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(last, last + "\nHALFILE = mine.hal"))
 
     def refusal(self, hal, *functions, ini_change=("", "")):
-        """What is said of axis_mm with another HALFILE of these lines."""
+        """The words of plumb wire about axis_mm with another HALFILE of these lines."""
         self.add_halfile(hal)
         write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(*ini_change))
         status, output, flat = self.wire(AXIS_MM, *functions)
@@ -28,7 +30,8 @@ class Conflicts(Sample):
     def test_a_conflict_names_both_sides(self):
         flat = self.refusal(
             "loadrt xor2 names=square,mist\nloadrt lut5 names=mine\nnet mist motion.digital-out-00 => mist.in0\n"
-            "net weight motion.analog-in-01 <= motion.current-vel\n",
+            "net weight motion.analog-in-01 <= motion.current-vel\nnet door motion.feed-inhibit\n"
+            "loadrt interlock names=lock\n",
             "squareness",
             "thermal_displacement",
         )
@@ -36,6 +39,9 @@ class Conflicts(Sample):
         self.assertIn("motion.digital-out-00 is in use: your signal mist joins it to mist.in0 (mine.hal:3)", flat)
         self.assertRegex(flat, "thermal_displacement needs it for cycle-running")
         self.assertIn("lut5 is loaded by your configuration (mine.hal:2) as mine", flat)
+        self.assertIn("add feed-inhibit-of-all to the names in your line", flat)
+        self.assertIn("Your configuration loads interlock (mine.hal:6), and plumb wire loads it for squareness and", flat)
+        self.assertNotIn("interlock is loaded by", flat)  # a second instance would hold the same pins of motion
         self.assertRegex(flat, "motion.analog-in-01 is in use: your signal weight joins it to motion.current-vel")
 
     def test_a_later_line_that_takes_the_place_of_a_stage_is_named(self):
@@ -47,14 +53,19 @@ class Conflicts(Sample):
         self.assertIn("joint.0.motor-pos-cmd is netted to the signal Xpos by a HALCMD line", flat)
 
     def test_an_inhibit_of_the_user_is_joined(self):
-        self.add_halfile("net door motion.feed-inhibit\n")
+        self.add_halfile("net door motion.feed-inhibit\nnet wait motion.digital-in-00\n")
         status, output, flat = self.wire(AXIS_MM, "squareness")
         self.assertEqual(status, 0, output)
-        self.assertIn("motion.feed-inhibit keeps your signal door", flat)
+        self.assertIn("motion.feed-inhibit keeps your signal door; `or` joins it with plumb-wait.", flat)
         stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
+        self.assertEqual(stages.count("unlinkp motion."), 1)
         self.assertIn("unlinkp motion.feed-inhibit\n", stages)
+        self.assertIn("net plumb-wait interlock.feed-inhibit => motion.feed-hold\n", stages)
+        self.assertIn("setp feed-inhibit-of-all.function 0xE\nnet plumb-wait => feed-inhibit-of-all.in-0\n", stages)
         self.assertIn("net door => feed-inhibit-of-all.in-1\n", stages)
-        self.assertIn("net feed-inhibit-of-all => motion.feed-inhibit\n", stages)
+        self.assertIn("net feed-inhibit-of-all feed-inhibit-of-all.out => motion.feed-inhibit\n", stages)
+        order = read(os.path.join(self.folder(AXIS_MM), "plumb.hal"))
+        self.assertLess(order.index("addf interlock.update"), order.index("addf feed-inhibit-of-all "))
 
     def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
         flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")
@@ -62,7 +73,7 @@ class Conflicts(Sample):
 
 
 class Refusals(unittest.TestCase):
-    """What is refused without a start of LinuxCNC."""
+    """Commands that are refused without a start of LinuxCNC."""
 
     def setUp(self):
         self.home = own_folder(self)
@@ -119,6 +130,21 @@ class Refusals(unittest.TestCase):
         status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--joints", "X=0,Q=1")
         self.assertEqual(status, 1)
         self.assertIn("'Q=1' is not an axis and its joint, such as X=0", flat)
+
+    def test_more_functions_or_stages_than_interlock_serves(self):
+        folders = [os.path.join(BUILD, "python"), os.path.join(BUILD, "share", "plumb", "wiring")]
+        sys.path[:0] = folders
+        self.addCleanup(lambda: [sys.path.remove(folder) for folder in folders])
+        import interlock
+        from stages import Part
+
+        def problems(functions, stages):
+            named = [types.SimpleNamespace(name="f%d" % number) for number in range(functions)]
+            return interlock.problems(named, [Part("", {"joint_offset": ["s%d" % number]}) for number in range(stages)])
+
+        self.assertEqual(problems(4, 8), [])
+        self.assertRegex(problems(5, 8)[0], "interlock serves 4 functions, and there are 5: f0, .*, f4")
+        self.assertRegex(problems(4, 9)[0], "interlock serves 8 stages, and there are 9: s0, .*, s8")
 
 
 if __name__ == "__main__":

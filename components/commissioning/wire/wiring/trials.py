@@ -5,10 +5,10 @@ import os
 
 import hal_text
 from hal_state import SHOWN, State
+from machine import Machine
 from stand_ins import StandIns
 from texts import Impossible
 from trial import NotStarted, Trial
-from wiring import Machine
 
 # Modules that pass a number on, with its pin and settings: the first that the user does not load.
 FOLLOWERS = (
@@ -144,8 +144,8 @@ def renamed(text, wiring, machine):
     for line in text.splitlines():
         words = line.split()
         if words and words[0] == "net":
-            line = " ".join(["net", wiring.name(words[1]), *words[2:]])
+            line = " ".join(["net", wiring.names.get(words[1], words[1]), *words[2:]])
         if words and words[0] == "addf":
-            line = "addf %s %s %d" % (words[1], machine.thread, wiring.thread_order.index("motion-controller") + 2)
+            line = "addf %s %s %d" % (words[1], machine.thread, wiring.files.thread_order.index("motion-controller") + 2)
         lines.append(line)
     return "\n".join(lines) + "\n"

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The modules and programs that parts and functions load, beside those of the machine."""
+
+ONCE = ("interlock", "linuxcnc-link", "retain")  # of which a machine has one
+
+
+class Modules:
+    """The instances of each module, and the components that programs make.
+
+    functions   those whose own modules are among them
+    """
+
+    def __init__(self, functions, parts, machine):
+        self.functions, self.machine = functions, machine
+        self.instances = {}
+        for modules in [part.modules for part in parts] + [function.modules for function in functions]:
+            for module, instances in modules.items():
+                self.instances.setdefault(module, []).extend(instances)
+        self.programs = [name for part in parts for name in part.programs]
+
+    def has(self, pin):
+        names = [name for names in self.instances.values() for name in names] + self.programs
+        return any(pin.startswith(name + ".") for name in names)
+
+    def is_of_one(self, pin):
+        """Whether the pin belongs to a component that a machine has once."""
+        return pin.split(".")[0] in ONCE
+
+    def shared(self):
+        """Module and instances for each loadrt line of stages.hal: without those of functions and of the user."""
+        own = {module for function in self.functions for module in function.modules}
+        return [(module, names) for module, names in self.instances.items() if module not in own and not self.machine.loads(module)]
+
+    def name_problems(self):
+        """A sentence for each name that the user has given to something else."""
+        state, names = self.machine.complete, " and ".join(function.name for function in self.functions)
+        wanted = [(instance, module) for module, instances in self.instances.items() for instance in instances]
+        for instance, module in wanted + [(program, program) for program in self.programs]:
+            owner = state.owner_of_prefix(instance)
+            if owner and owner != module:
+                yield "The name %s is in use: by %s in your configuration%s, and by %s here. Rename yours." % (
+                    instance, owner, self.machine.at(instance), module)
+            elif owner and module in ONCE:
+                yield "Your configuration loads %s%s, and plumb wire loads it for %s. A machine has one: leave yours out." % (
+                    module, self.machine.at(module), names)
+
+    def load_problems(self):
+        """A sentence for each module that the user loads without the instances that are wanted."""
+        state = self.machine.halfiles
+        for module, instances in self.instances.items():
+            lacking = [instance for instance in instances if state.owner_of_prefix(instance) != module]
+            if self.machine.loads(module) and module not in ONCE and lacking:
+                yours = ", ".join(state.instances(module)) or "without names"
+                yield "%s is loaded by your configuration%s as %s. A module is loaded once: add %s to the names in your line, " \
+                    "or use TWOPASS." % (module, self.machine.at(module), yours, ",".join(lacking))
