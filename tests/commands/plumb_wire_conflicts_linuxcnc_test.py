@@ -38,6 +38,7 @@ class Conflicts(Sample):
         self.assertIn("The name square is in use: by xor2 in your configuration (mine.hal:1), and by squareness", flat)
         self.assertIn("motion.digital-out-00 is in use: your signal mist joins it to mist.in0 (mine.hal:3)", flat)
         self.assertRegex(flat, "thermal_displacement needs it for cycle-running")
+        self.assertEqual(flat.count("motion.digital-out-00 is in use"), 1)
         self.assertIn("lut5 is loaded by your configuration (mine.hal:2) as mine", flat)
         self.assertIn("add feed-inhibit-of-all to the names in your line", flat)
         self.assertIn("Your configuration loads interlock (mine.hal:6), and plumb wire loads it for squareness and", flat)

@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
-sys.path.append(os.path.join(PREFIX, "python"))  # of a build
+sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
 sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
@@ -196,7 +196,7 @@ class Wire:
             machine = (wiring.machine.ini.get("EMC", "MACHINE") or "machine").replace("\\", "/").replace('"', "'")
             files["retain.toml"] = (
                 "# SPDX-License-Identifier: GPL-2.0-or-later\n"
-                "# Written by plumb wire: what retain keeps over a restart, in retain.retained beside this file.\n"
+                "# Written by plumb wire: the records that retain keeps over a restart, in retain.retained beside this file.\n"
                 'machine = "%s"\nrecords = [%s]\n' % (machine, ", ".join('"%s"' % name for name in records))
             )
         for function in self.functions:

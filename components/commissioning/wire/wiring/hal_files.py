@@ -121,8 +121,8 @@ class HalFiles:
             else:
                 lines.append("source %s/%s" % (self.folder, name))
         place = machine.halfiles.threads[machine.thread].index(MOTION) + 1
-        lines += ["", "# Around motion-controller, which is the function %d of %s in your HAL files." % (place, machine.thread)]
-        return "\n".join(lines + self._order()) + "\n"
+        sentence = "# Around motion-controller, which is the function %d of %s in your HAL files."
+        return "\n".join([*lines, "", sentence % (place, machine.thread), *self._order()]) + "\n"
 
     def messages(self):
         text = LICENSE + "\n# Written by plumb wire: the messages of linuxcnc_link to the operator.\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Files of HAL commands: what they load, set, net and add to a thread."""
+"""Files of HAL commands: loadrt, setp, net, addf."""
 
 import collections
 import os

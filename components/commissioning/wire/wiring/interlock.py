@@ -12,14 +12,11 @@ def room(row):
 
 def problems(functions, stages):
     """A sentence for each row of interlock that is too short."""
-    wanted = {
-        "functions": (room("function-enable"), [function.name for function in functions]),
-        "stages": (room("stage-fault"), [instance for part in stages for names in part.modules.values() for instance in names]),
-    }
+    instances = [name for part in stages for names in part.modules.values() for name in names]
+    rows = (("functions", "function-enable", [function.name for function in functions]), ("stages", "stage-fault", instances))
+    sentence = "interlock serves %d %s, and there are %d: %s. Wire fewer functions."
     return [
-        "interlock serves %d %s, and there are %d: %s. Wire fewer functions." % (most, kind, len(names), ", ".join(names))
-        for kind, (most, names) in wanted.items()
-        if len(names) > most
+        sentence % (room(row), kind, len(names), ", ".join(names)) for kind, row, names in rows if len(names) > room(row)
     ]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The modules and programs that parts and functions load, beside those of the machine."""
 
-ONCE = ("interlock", "linuxcnc-link", "retain")  # of which a machine has one
+ONCE = ("interlock", "linuxcnc-link", "retain")  # a machine has one of each
 
 
 class Modules:
@@ -22,14 +22,14 @@ class Modules:
         names = [name for names in self.instances.values() for name in names] + self.programs
         return any(pin.startswith(name + ".") for name in names)
 
-    def is_of_one(self, pin):
-        """Whether the pin belongs to a component that a machine has once."""
-        return pin.split(".")[0] in ONCE
-
     def shared(self):
         """Module and instances for each loadrt line of stages.hal: without those of functions and of the user."""
         own = {module for function in self.functions for module in function.modules}
-        return [(module, names) for module, names in self.instances.items() if module not in own and not self.machine.loads(module)]
+        return [
+            (module, instances)
+            for module, instances in self.instances.items()
+            if module not in own and not self.machine.loads(module)
+        ]
 
     def name_problems(self):
         """A sentence for each name that the user has given to something else."""
@@ -38,11 +38,11 @@ class Modules:
         for instance, module in wanted + [(program, program) for program in self.programs]:
             owner = state.owner_of_prefix(instance)
             if owner and owner != module:
-                yield "The name %s is in use: by %s in your configuration%s, and by %s here. Rename yours." % (
-                    instance, owner, self.machine.at(instance), module)
+                sentence = "The name %s is in use: by %s in your configuration%s, and by %s here. Rename yours."
+                yield sentence % (instance, owner, self.machine.at(instance), module)
             elif owner and module in ONCE:
-                yield "Your configuration loads %s%s, and plumb wire loads it for %s. A machine has one: leave yours out." % (
-                    module, self.machine.at(module), names)
+                sentence = "Your configuration loads %s%s, and plumb wire loads it for %s. A machine has one: leave yours out."
+                yield sentence % (module, self.machine.at(module), names)
 
     def load_problems(self):
         """A sentence for each module that the user loads without the instances that are wanted."""
@@ -51,5 +51,13 @@ class Modules:
             lacking = [instance for instance in instances if state.owner_of_prefix(instance) != module]
             if self.machine.loads(module) and module not in ONCE and lacking:
                 yours = ", ".join(state.instances(module)) or "without names"
-                yield "%s is loaded by your configuration%s as %s. A module is loaded once: add %s to the names in your line, " \
-                    "or use TWOPASS." % (module, self.machine.at(module), yours, ",".join(lacking))
+                sentence = (
+                    "%s is loaded by your configuration%s as %s. A module is loaded once: add %s to the names in your line, "
+                    "or use TWOPASS."
+                )
+                yield sentence % (module, self.machine.at(module), yours, ",".join(lacking))
+
+
+def is_once(pin):
+    """Whether the pin belongs to a component of which a machine has one."""
+    return pin.split(".")[0] in ONCE

@@ -5,6 +5,7 @@ import fnmatch
 
 import hal_text
 import stages
+from modules import is_once
 
 # Inputs of LinuxCNC that hold something back while true: a signal of the user and ours are joined by `or`.
 JOINED = ("motion.feed-inhibit", "motion.feed-hold", "motion.homing-inhibit", "halui.abort")
@@ -26,10 +27,10 @@ class Signals:
         self.freed, self.names = parts.freed, dict(parts.names)
         self.gates, self.unlinked, self.lacking, self.problems, self.notes = [], [], [], [], []
         self.writers = {}  # pin and owner, by signal
-        nets = [("stages.hal", words) for part in parts.all for words in part.nets]
-        nets += [(function.name, words) for function in functions for words in function.nets(machine.axes)]
+        nets = [(function.name, words) for function in functions for words in function.nets(machine.axes)]
+        nets += [("stages.hal", words) for part in parts.all for words in part.nets]
         wanted, joined = self._sort(nets)
-        for signal, pin, who in wanted:
+        for (signal, pin), who in wanted.items():
             self._unify(signal, pin, who)
         self._prefix({words[0] for _, words in nets})
         for pin, signal in joined.items():
@@ -40,19 +41,19 @@ class Signals:
         return self.names.get(signal, signal)
 
     def _sort(self, nets):
-        """(signal, pin, owner) of each pin of the machine that the nets name, and the signal of each pin in JOINED."""
-        state, wanted, joined = self.machine.complete, [], {}
+        """The first owner of each (signal, pin) of the machine that the nets name, and the signal of each pin in JOINED."""
+        state, wanted, joined = self.machine.complete, {}, {}
         for who, words in nets:
             signal, writer, readers = hal_text.pins_of_net(words)
             if writer and self.writers.setdefault(signal, (writer, who))[0] != writer:
                 self.problems.append("%s and %s both write the signal %s." % (writer, self.writers[signal][0], signal))
             for pin in ([writer] if writer else []) + readers:
-                if pin in self.freed or self.modules.is_of_one(pin):
+                if pin in self.freed or is_once(pin):
                     continue
                 if pin in JOINED and pin in state.pins:
                     joined[pin] = signal
                 elif pin in state.pins:
-                    wanted.append((signal, pin, who))
+                    wanted.setdefault((signal, pin), who)
                 elif not self.modules.has(pin):
                     self._note_missing(pin, who)
         return wanted, joined
