@@ -31,25 +31,36 @@ class Modules:
             if module not in own and not self.machine.loads(module)
         ]
 
-    def name_problems(self):
-        """A sentence for each name that the user has given to something else."""
-        state, names = self.machine.complete, " and ".join(function.name for function in self.functions)
+    def _names_in_use(self):
+        """(instance, its module, the owner of this name) of each name that the user has too."""
         wanted = [(instance, module) for module, instances in self.instances.items() for instance in instances]
         for instance, module in wanted + [(program, program) for program in self.programs]:
-            owner = state.owner_of_prefix(instance)
-            if owner and owner != module:
-                sentence = "The name %s is in use: by %s in your configuration%s, and by %s here. Rename yours."
+            owner = self.machine.complete.owner_of_prefix(instance)
+            if owner:
+                yield instance, module, owner
+
+    def presence_problems(self):
+        """A sentence for each component that the user has wired by hand, and of which a machine has one."""
+        own = {module for function in self.functions for module in function.modules}
+        names = " and ".join(function.name for function in self.functions)
+        sentence = "Your configuration loads %s%s, and plumb wire loads it for %s. A machine has one: leave yours out."
+        for instance, module, owner in self._names_in_use():
+            if owner == module and (module in ONCE or module in own):
+                yield sentence % (instance, self.machine.at(instance), names)
+
+    def name_problems(self):
+        """A sentence for each name that the user has given to something else."""
+        sentence = "The name %s is in use: by %s in your configuration%s, and by %s here. Rename yours."
+        for instance, module, owner in self._names_in_use():
+            if owner != module:
                 yield sentence % (instance, owner, self.machine.at(instance), module)
-            elif owner and module in ONCE:
-                sentence = "Your configuration loads %s%s, and plumb wire loads it for %s. A machine has one: leave yours out."
-                yield sentence % (module, self.machine.at(module), names)
 
     def load_problems(self):
         """A sentence for each module that the user loads without the instances that are wanted."""
         state = self.machine.halfiles
         for module, instances in self.instances.items():
             lacking = [instance for instance in instances if state.owner_of_prefix(instance) != module]
-            if self.machine.loads(module) and module not in ONCE and lacking:
+            if self.machine.loads(module) and lacking:
                 yours = ", ".join(state.instances(module)) or "without names"
                 sentence = (
                     "%s is loaded by your configuration%s as %s. A module is loaded once: add %s to the names in your line, "

@@ -11,13 +11,14 @@ from stages import Part
 class Parts:
     """All parts, in the order of the file.
 
+    file        its name
     freed       pins of joints that stages take over, and their signals
     names       the machine's signals by ours
     problems    the conflicts, a sentence each
     """
 
     def __init__(self, functions, machine, folder):
-        self.functions, self.machine = functions, machine
+        self.functions, self.machine, self.file = functions, machine, folder + "/stages.hal"
         self.freed, self.names, self.problems = {}, {}, []
         here = "$::env(CONFIG_DIR)/" if machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
         here += folder

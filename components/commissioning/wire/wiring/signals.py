@@ -28,7 +28,7 @@ class Signals:
         self.gates, self.unlinked, self.lacking, self.problems, self.notes = [], [], [], [], []
         self.writers = {}  # pin and owner, by signal
         nets = [(function.name, words) for function in functions for words in function.nets(machine.axes)]
-        nets += [("stages.hal", words) for part in parts.all for words in part.nets]
+        nets += [(parts.file, words) for part in parts.all for words in part.nets]
         wanted, joined = self._sort(nets)
         for (signal, pin), who in wanted.items():
             self._unify(signal, pin, who)

@@ -204,7 +204,7 @@ class StandIns:
             if len(words) < 2 or words[0] != "loadusr":
                 continue
             name, program = _program(words[1:])
-            if not program or name in self.programs or not self._needs_what_is_not_here(program):
+            if not program or name in self.programs or not self._cannot_run_here(program):
                 continue
             self.programs.append(name)
             special = SPECIAL.get(os.path.basename(program), {})
@@ -224,11 +224,12 @@ class StandIns:
         if installed and "/" not in program or os.path.isabs(program) and os.path.exists(program):
             self.trial.cover(inside, os.path.realpath(installed or program))
 
-    def _needs_what_is_not_here(self, program):
+    def _cannot_run_here(self, program):
         base = os.path.basename(program)
         if base in SCREENS or DEVICES.match(base):
             return True
         path = os.path.join(self.ini.folder, program) if "/" in program else shutil.which(program)
+        path = path or os.path.join(os.path.dirname(self.trial.plumb), base)  # Plumb's own may be built and not installed
         try:
             with open(path, "rb") as file:
                 text = file.read(200000)

@@ -22,10 +22,11 @@ class Wiring:
         self.functions, self.machine = functions, machine
         self.notes, self.names, self.motmod = [], {}, {}
         parts = Parts(functions, machine, folder)
-        self.problems = parts.problems
+        modules = Modules(functions, parts.all, machine)
+        self.problems = [*modules.presence_problems(), *parts.problems]
         if self.problems:
             return
-        signals = Signals(functions, parts, Modules(functions, parts.all, machine), machine)
+        signals = Signals(functions, parts, modules, machine)
         modules = Modules(functions, parts.all + signals.gates, machine)
         self.problems = [*modules.name_problems(), *signals.problems, *modules.load_problems()]
         self.notes, self.names, self.motmod = signals.notes, signals.names, outputs(signals.lacking)
