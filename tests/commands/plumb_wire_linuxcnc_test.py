@@ -36,6 +36,7 @@ class Works(Sample):
         told = set(re.findall(r"=> linuxcnc-link\.(\S+)", hal))
         codes = {pin for pin in told if pin.endswith("-code")}
         self.assertLessEqual(told - codes, set(re.findall('^pin  = "(.*)"$', messages, re.M)))
+        self.assertIn('text = "thermal_displacement is off: retain has ended. Start LinuxCNC again."', messages)
         self.assertLessEqual({"feed-held", "interlock-fault", "uncompensated", "probing-refused", "retain-lost"}, told)
         order = re.findall("addf (\\S+) servo-thread (\\d+)", read(os.path.join(self.folder(AXIS_MM), "plumb.hal")))
         places = {name: int(place) for name, place in order}

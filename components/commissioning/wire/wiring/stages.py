@@ -87,7 +87,7 @@ def axis_stage(letter, source, clear):
 
 def retain(folder, functions):
     """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records."""
-    part = Part("retain, the service 0 of interlock")
+    part = Part("retain, service 0 of interlock")
     part.programs = {"retain": "-W retain --file %s/retain.toml" % folder}
     part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
@@ -101,8 +101,8 @@ def retain(folder, functions):
         ["retain-troubled", "interlock.service-troubled-0", "=>", "linuxcnc-link.retain-fault"],
         ["retain-lost", "interlock.service-lost-0", "=>", "linuxcnc-link.retain-lost"],
     ]
-    names, codes = " and ".join(function.name for function in functions), "retain fault-code"
-    off = "Off: %s. " % names
+    names, codes = [function.name for function in functions], "retain fault-code"
+    off = "%s %s off: " % (" and ".join(names), "is" if len(names) == 1 else "are")
     part.messages = message("not-restored", off + "{code} The terminal has more.", codes)
     part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
     part.messages += message("retain-lost", off + "retain has ended. Start LinuxCNC again.", kind="error")
