@@ -33,12 +33,17 @@ class Works(Sample):
         self.assertIn("setp interlock.function-services-1 0\n", hal)
         self.assertIn("net feed-held interlock.feed-held => linuxcnc-link.feed-held\n", hal)
         messages = read(os.path.join(self.folder(AXIS_MM), "messages.toml"))
-        told = set(re.findall(r"=> linuxcnc-link\.(\S+)", hal))
+        told = set(re.findall(r"=> linuxcnc-link\.(\S+)", hal + read(os.path.join(self.folder(AXIS_MM), "retain.hal"))))
         codes = {pin for pin in told if pin.endswith("-code")}
         self.assertLessEqual(told - codes, set(re.findall('^pin  = "(.*)"$', messages, re.M)))
         self.assertIn('text = "thermal_displacement is off: retain has ended. Start LinuxCNC again."', messages)
         self.assertLessEqual({"feed-held", "interlock-fault", "uncompensated", "probing-refused", "retain-lost"}, told)
-        order = re.findall("addf (\\S+) servo-thread (\\d+)", read(os.path.join(self.folder(AXIS_MM), "plumb.hal")))
+        halfile = read(os.path.join(self.folder(AXIS_MM), "plumb.hal"))
+        sourced = re.findall(r"source plumb/(\S+)\.hal", halfile)
+        self.assertEqual((sourced[0], sourced[-1]), ("stages", "retain"))  # after the records that retain looks for
+        self.assertIn("\nloadusr -W retain ", read(os.path.join(self.folder(AXIS_MM), "retain.hal")))
+        self.assertEqual(hal.count("loadusr"), 1)
+        order = re.findall("addf (\\S+) servo-thread (\\d+)", halfile)
         places = {name: int(place) for name, place in order}
         self.assertEqual(places["x-stage.update-feedback"], 2)  # where motion-controller was
         self.assertLess(places["square.update"], places["x-stage.update"])

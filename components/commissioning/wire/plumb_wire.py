@@ -186,6 +186,8 @@ class Wire:
         for function in self.functions:
             hal[function.name + ".hal"] = wiring.files.function(function)
             hal[function.name + "_settings.hal"] = wiring.files.settings(function)
+        if wiring.files.retain():
+            hal["retain.hal"] = wiring.files.retain()
         files = {"plumb.hal": wiring.files.plumb(hal)}
         alone = [name for name in hal if not wiring.machine.twopass or name.endswith("_settings.hal")]
         files.update({name: hal[name] for name in alone})

@@ -39,17 +39,31 @@ class HalFiles:
         for module, instances in self.modules.shared():
             unit = self._value(UNIT) if module in STAGES else ""
             lines.append(("loadrt %s names=%s %s" % (module, ",".join(instances), unit)).rstrip())
-        lines += [""] + ["loadusr " + words for part in self.parts.all for words in part.programs.values()]
+        early = [part for part in self.all_parts if not part.is_late]
+        lines += ["", *self._programs(early)]
         taken = [*self.parts.freed, *self.signals.unlinked]
         if taken:
             lines += ["", "# Your signals of these pins go on: from the stages to the drives, and into the gates."]
             lines += ["unlinkp " + pin for pin in taken]
-        for part in self.all_parts:
+        return "\n".join(lines + self._bodies(early)) + "\n"
+
+    def retain(self):
+        """The programs that come after the functions; None if there are none."""
+        late = [part for part in self.all_parts if part.is_late]
+        lines = [LICENSE, "# Written by plumb wire: retain, loaded after the components whose records it keeps.", ""]
+        return "\n".join(lines + self._programs(late) + self._bodies(late)) + "\n" if late else None
+
+    def _programs(self, parts):
+        return ["loadusr " + words for part in parts for words in part.programs.values()]
+
+    def _bodies(self, parts):
+        lines = []
+        for part in parts:
             body = ["setp %s %s" % pair for pair in part.setp]
             body += filter(None, (self._net(net, part in self.signals.gates) for net in part.nets))
             if body:
-                lines += ["", "# %s." % part.title] + body
-        return "\n".join(lines) + "\n"
+                lines += ["", "# %s." % part.title, *body]
+        return lines
 
     def function(self, function):
         lines = [LICENSE, "# Written by plumb wire: %s with the signals of this machine." % function.name]

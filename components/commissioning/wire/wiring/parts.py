@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The parts of stages.hal that functions need on a machine."""
+"""The parts that functions need on a machine."""
 
 import stages
 from interlock import interlock
@@ -9,9 +9,9 @@ from stages import Part
 
 
 class Parts:
-    """All parts, in the order of the file.
+    """All parts, in the order of their files.
 
-    file        its name
+    file        the name of the first, stages.hal
     freed       pins of joints that stages take over, and their signals
     names       the machine's signals by ours
     problems    the conflicts, a sentence each

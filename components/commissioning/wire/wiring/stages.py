@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The parts of stages.hal, which all functions of a machine share: stages, retain, linuxcnc_link, a gate."""
+"""The parts that all functions of a machine share: stages, retain, linuxcnc_link, a gate."""
 
 import dataclasses
 
@@ -18,6 +18,7 @@ class Part:
     after: list = dataclasses.field(default_factory=list)  # the functions
     last: list = dataclasses.field(default_factory=list)
     messages: str = ""
+    is_late: bool = False  # loaded after the functions
 
 
 def joint_stage(prefix, joint, sources, limits, acceleration):
@@ -86,8 +87,9 @@ def axis_stage(letter, source, clear):
 
 
 def retain(folder, functions):
-    """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records."""
-    part = Part("retain, service 0 of interlock")
+    """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
+    a fault if it finds no records, and so comes after them."""
+    part = Part("retain, service 0 of interlock", is_late=True)
     part.programs = {"retain": "-W retain --file %s/retain.toml" % folder}
     part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
