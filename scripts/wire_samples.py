@@ -18,7 +18,7 @@ BOTH = ("squareness", "thermal_displacement")
 SQUARE = BOTH[:1]
 XYZ = ("--joints", "X=0,Y=1,Z=2")
 
-# INI file, functions, other arguments, and what it is for.
+# INI file, functions, other arguments, and the reason to try it.
 MACHINES = [
     ("sim/axis/axis_mm.ini", BOTH, (), "millimetres; command and feedback in one signal"),
     ("sim/axis/axis.ini", BOTH, (), "inches"),
@@ -50,7 +50,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-R", metavar="REGEX", default="", help="only the INI files that it finds")
     parser.add_argument("--samples", metavar="DIR", default=SAMPLES, help="other sample configurations")
-    parser.add_argument("--show", action="store_true", help="print all that plumb wire prints")
+    parser.add_argument("--show", action="store_true", help="print the output of plumb wire")
     arguments = parser.parse_args()
     chosen = [machine for machine in MACHINES if re.search(arguments.R, machine[0])]
     works = 0
@@ -78,7 +78,7 @@ def main():
 
 
 def copy_samples(samples, folder):
-    """With what ../nc_files of the samples leads to."""
+    """With the folder to which ../nc_files of the samples leads."""
     copy = os.path.join(folder, "sample-configs")
     shutil.copytree(samples, copy, symlinks=True)
     os.symlink(os.path.join(os.path.dirname(os.path.realpath(samples)), "nc_files"), os.path.join(folder, "nc_files"))
@@ -103,7 +103,7 @@ def output_of(ini):
 
 
 def statements(output):
-    """(holds, statement) of what was tried."""
+    """(holds, statement) of each trial."""
     return [(found[1] == "ok", found[2]) for found in re.finditer(r"^  (ok|NO)\s+(.*)$", output, re.M)]
 
 

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What plumb wire refuses, and that it names both sides of a conflict."""
+"""Machines and commands that plumb wire refuses: it names both sides of a conflict."""
 
 import os
+import sys
+import types
 import unittest
 
-from tree import own_folder
+from tree import BUILD, own_folder
 from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
 
@@ -17,7 +19,7 @@ class Conflicts(Sample):
         write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(last, last + "\nHALFILE = mine.hal"))
 
     def refusal(self, hal, *functions, ini_change=("", "")):
-        """What is said of axis_mm with another HALFILE of these lines."""
+        """The words of plumb wire about axis_mm with another HALFILE of these lines."""
         self.add_halfile(hal)
         write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(*ini_change))
         status, output, flat = self.wire(AXIS_MM, *functions)
@@ -28,14 +30,16 @@ class Conflicts(Sample):
     def test_a_conflict_names_both_sides(self):
         flat = self.refusal(
             "loadrt xor2 names=square,mist\nloadrt lut5 names=mine\nnet mist motion.digital-out-00 => mist.in0\n"
-            "net weight motion.analog-in-01 <= motion.current-vel\n",
+            "net weight motion.analog-in-01 <= motion.current-vel\nnet door motion.feed-inhibit\n",
             "squareness",
             "thermal_displacement",
         )
         self.assertIn("The name square is in use: by xor2 in your configuration (mine.hal:1), and by squareness", flat)
         self.assertIn("motion.digital-out-00 is in use: your signal mist joins it to mist.in0 (mine.hal:3)", flat)
         self.assertRegex(flat, "thermal_displacement needs it for cycle-running")
+        self.assertEqual(flat.count("motion.digital-out-00 is in use"), 1)
         self.assertIn("lut5 is loaded by your configuration (mine.hal:2) as mine", flat)
+        self.assertIn("add feed-inhibit-of-all to the names in your line", flat)
         self.assertRegex(flat, "motion.analog-in-01 is in use: your signal weight joins it to motion.current-vel")
 
     def test_a_later_line_that_takes_the_place_of_a_stage_is_named(self):
@@ -47,14 +51,23 @@ class Conflicts(Sample):
         self.assertIn("joint.0.motor-pos-cmd is netted to the signal Xpos by a HALCMD line", flat)
 
     def test_an_inhibit_of_the_user_is_joined(self):
-        self.add_halfile("net door motion.feed-inhibit\n")
+        self.add_halfile(
+            "net door motion.feed-inhibit\nnet wait motion.digital-in-00\nloadusr -W retain --file $(CONFIG_DIR)/mine.toml\n"
+        )
+        write(os.path.join(os.path.dirname(self.ini(AXIS_MM)), "mine.toml"), 'machine = "mine"\n')
         status, output, flat = self.wire(AXIS_MM, "squareness")
         self.assertEqual(status, 0, output)
-        self.assertIn("motion.feed-inhibit keeps your signal door", flat)
+        self.assertIn("Pins stand in for them here: hal_manualtoolchange. Trying", flat)  # retain itself runs
+        self.assertIn("motion.feed-inhibit keeps your signal door; `or` joins it with plumb-wait.", flat)
         stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
+        self.assertEqual(stages.count("unlinkp motion."), 1)
         self.assertIn("unlinkp motion.feed-inhibit\n", stages)
+        self.assertIn("net plumb-wait interlock.feed-inhibit => motion.feed-hold\n", stages)
+        self.assertIn("setp feed-inhibit-of-all.function 0xE\nnet plumb-wait => feed-inhibit-of-all.in-0\n", stages)
         self.assertIn("net door => feed-inhibit-of-all.in-1\n", stages)
-        self.assertIn("net feed-inhibit-of-all => motion.feed-inhibit\n", stages)
+        self.assertIn("net feed-inhibit-of-all feed-inhibit-of-all.out => motion.feed-inhibit\n", stages)
+        order = read(os.path.join(self.folder(AXIS_MM), "plumb.hal"))
+        self.assertLess(order.index("addf interlock.update"), order.index("addf feed-inhibit-of-all "))
 
     def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
         flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")
@@ -62,7 +75,7 @@ class Conflicts(Sample):
 
 
 class Refusals(unittest.TestCase):
-    """What is refused without a start of LinuxCNC."""
+    """Machines and commands that are refused without a start of LinuxCNC."""
 
     def setUp(self):
         self.home = own_folder(self)
@@ -119,6 +132,53 @@ class Refusals(unittest.TestCase):
         status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--joints", "X=0,Q=1")
         self.assertEqual(status, 1)
         self.assertIn("'Q=1' is not an axis and its joint, such as X=0", flat)
+
+    def import_from_plumb_wire(self):
+        wiring = os.path.join(BUILD, "share", "plumb", "wiring")
+        sys.path.insert(1, wiring)
+        self.addCleanup(sys.path.remove, wiring)
+
+    def test_a_machine_that_is_wired_by_hand(self):
+        """Its components are named, and not all the signals between them."""
+        self.import_from_plumb_wire()
+        from functions import all_functions
+        from hal_state import State
+        from hal_text import halfiles
+        from machine import Machine
+        from wiring import Wiring
+
+        write(os.path.join(self.home, "mine.hal"), "loadrt interlock names=lock\nsource more.hal\n")
+        write(os.path.join(self.home, "more.hal"), "loadrt squareness names=square\n")
+        pins = ["lock.arm", "square.enable", "joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "motion.feed-inhibit"]
+        owners = {"lock": "interlock", "square": "squareness"}
+        texts = {
+            "comp": "".join("1 RT %s 0 ready\n" % name for name in ("interlock", "squareness", "linuxcnc-link")),
+            "pin": "".join("%s bit IN 0 %s ==> mine\n" % (owners.get(pin.split(".")[0], "motmod"), pin) for pin in pins),
+            "sig": "bit 0 mine ==> %s\n" % " ==> ".join(pins),
+            "param": "",
+            "thread": "1000000 YES servo-thread 0 0 motion-controller\n",
+        }
+        ini = types.SimpleNamespace(get=lambda *_: None, all=lambda _, name: ["mine.hal"] if name == "HALFILE" else [])
+        machine = Machine(State(texts), State(texts), {"X": [0]}, ini, list(halfiles(ini, self.home)))
+        function = all_functions(os.path.join(BUILD, "share", "plumb", "functions"))["squareness"]
+        sentence = "Your configuration loads %s, and plumb wire loads it for squareness. A machine has one: leave yours out."
+        found = Wiring([function], machine, "plumb").problems
+        self.assertEqual(
+            sorted(found), [sentence % name for name in ("interlock (mine.hal:1)", "linuxcnc-link", "square (more.hal:1)")]
+        )
+
+    def test_more_functions_or_stages_than_interlock_serves(self):
+        self.import_from_plumb_wire()
+        import interlock
+        from stages import Part
+
+        def problems(functions, stages):
+            named = [types.SimpleNamespace(name="f%d" % number) for number in range(functions)]
+            return interlock.problems(named, [Part("", {"joint_offset": ["s%d" % number]}) for number in range(stages)])
+
+        self.assertEqual(problems(4, 8), [])
+        self.assertRegex(problems(5, 8)[0], "interlock serves 4 functions, and there are 5: f0, .*, f4")
+        self.assertRegex(problems(4, 9)[0], "interlock serves 8 stages, and there are 9: s0, .*, s8")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""plumb wire on samples of LinuxCNC: what it writes works, changes nothing of the user's, and can be undone."""
+"""plumb wire on samples of LinuxCNC: its files work, it changes no file of the user, and it can be undone."""
 
 import os
 import re
@@ -15,23 +15,40 @@ LATHE = "sim/axis/lathe.ini"
 
 class Works(Sample):
     def test_both_functions_show_their_effect_and_the_patch_can_be_undone(self):
-        status, output, flat = self.wire(AXIS_MM, "squareness", "thermal_displacement")
+        status, output, flat = self.wire(AXIS_MM, "thermal_displacement", "squareness")
         self.assertEqual(status, 0, output)
         for function, effect in (("squareness", "moves the drive of X"), ("thermal_displacement", "measured as")):
             seen = self.seen(output, function)
             self.assertTrue(any(effect in text for text in seen), output)
             self.assertTrue(all(seen.values()), output)
         self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=5", flat)
-        self.assertRegex(flat, "Still missing.*chain of axes.*The load of the spindle")
+        self.assertRegex(flat, "Still missing.*The load of the spindle.*chain of axes.*setp interlock.function-switch-1 0")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp joint.0.motor-pos-cmd\n", hal)
         self.assertIn("net Xpos x-stage.drive-command\n", hal)
-        self.assertRegex(hal, "=> motion.feed-inhibit\n")
-        order = re.findall("addf (\\S+) servo-thread (\\d+)", read(os.path.join(self.folder(AXIS_MM), "plumb.hal")))
+        # All gates are one interlock.
+        self.assertEqual(sorted(re.findall("loadrt (\\S+)", hal)), ["axis_offset", "interlock", "joint_offset"])
+        self.assertIn("net wait interlock.feed-inhibit => motion.feed-inhibit motion.feed-hold\n", hal)
+        self.assertIn("setp interlock.function-services-0 1\n", hal)  # growth needs retain
+        self.assertIn("setp interlock.function-services-1 0\n", hal)
+        self.assertIn("net feed-held interlock.feed-held => linuxcnc-link.feed-held\n", hal)
+        messages = read(os.path.join(self.folder(AXIS_MM), "messages.toml"))
+        told = set(re.findall(r"=> linuxcnc-link\.(\S+)", hal + read(os.path.join(self.folder(AXIS_MM), "retain.hal"))))
+        codes = {pin for pin in told if pin.endswith("-code")}
+        self.assertLessEqual(told - codes, set(re.findall('^pin  = "(.*)"$', messages, re.M)))
+        self.assertIn('text = "thermal_displacement is off: retain has ended. Start LinuxCNC again."', messages)
+        self.assertLessEqual({"feed-held", "interlock-fault", "uncompensated", "probing-refused", "retain-lost"}, told)
+        halfile = read(os.path.join(self.folder(AXIS_MM), "plumb.hal"))
+        sourced = re.findall(r"source plumb/(\S+)\.hal", halfile)
+        self.assertEqual((sourced[0], sourced[-1]), ("stages", "retain"))  # after the records that retain looks for
+        self.assertIn("\nloadusr -W retain ", read(os.path.join(self.folder(AXIS_MM), "retain.hal")))
+        self.assertEqual(hal.count("loadusr"), 1)
+        order = re.findall("addf (\\S+) servo-thread (\\d+)", halfile)
         places = {name: int(place) for name, place in order}
         self.assertEqual(places["x-stage.update-feedback"], 2)  # where motion-controller was
         self.assertLess(places["square.update"], places["x-stage.update"])
         self.assertLess(places["growth.update"], places["z-axis-stage.update"])
+        self.assertEqual(max(places, key=places.get), "interlock.update")
 
         if shutil.which("patch"):
             home, original = os.path.dirname(self.ini(AXIS_MM)), read(self.ini(AXIS_MM))
@@ -43,6 +60,7 @@ class Works(Sample):
                     status, output, flat = self.wire(AXIS_MM, "squareness")
                     self.assertEqual(status, 0, output)
                     self.assertIn("axis_mm.ini has the lines that put them in.", flat)
+                    self.assertEqual(read(os.path.join(self.folder(AXIS_MM), "stages.hal")), hal)  # the same numbers
                     shutil.copy(os.path.join(home, "ini.patch.first"), os.path.join(home, "plumb", "ini.patch"))
                     self.assertIn("HALFILE = plumb/plumb.hal\n", read(self.ini(AXIS_MM)))
                     self.assertIn("OFFSET_AV_RATIO = 0.2\n", read(self.ini(AXIS_MM)))
@@ -53,12 +71,12 @@ class Works(Sample):
         self.assertEqual(self.wire(LATHE, "squareness")[0], 0)
         settings = os.path.join(self.folder(LATHE), "squareness_settings.hal")
         values = os.path.join(self.folder(LATHE), "plumb.inc")
-        write(settings, "setp square.enable 1\nsetp square.eb0z 0.0001\n")
+        write(settings, "setp square.ea0z 0\nsetp square.eb0z 0.0001\n")
         write(values, "[SQUARENESS]\nCHAIN = w-Y.b-Z-X-C-t\n")
         status, output, flat = self.wire(LATHE, "thermal_displacement")
         self.assertEqual(status, 0, output)
         self.assertIn("squareness_settings.hal (yours, not written)", flat)
-        self.assertEqual(read(settings), "setp square.enable 1\nsetp square.eb0z 0.0001\n")
+        self.assertEqual(read(settings), "setp square.ea0z 0\nsetp square.eb0z 0.0001\n")
         self.assertIn("CHAIN = w-Y.b-Z-X-C-t\n", read(values))
         stages = read(os.path.join(self.folder(LATHE), "stages.hal"))
         self.assertIn("joint_offset names=x-stage,z-stage unit=[TRAJ]LINEAR_UNITS\n", stages)  # a lathe has no Y

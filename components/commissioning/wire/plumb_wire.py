@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
-sys.path.append(os.path.join(PREFIX, "python"))  # of a build
+sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
 sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
@@ -82,7 +82,7 @@ class Wire:
             raise Impossible("--output %s must be a folder below that of the INI file, %s" % (folder, self.home))
         self.output = Output(folder, os.path.basename(self.ini_path))
         earlier = [known[name] for name in self.output.functions if name in known]
-        self.functions = sorted({*earlier, *functions}, key=lambda function: function.name)
+        self.functions = list(dict.fromkeys([*earlier, *functions]))  # a function keeps its number at interlock
         self.given_joints = parse_joints(arguments.joints)
         self.needs_halui = any(function.axis_offset for function in self.functions)
         self.motmod = {}  # options that motmod lacks
@@ -182,21 +182,23 @@ class Wire:
 
     def files(self, wiring):
         """Text by name, in the order in which the HAL files are loaded."""
-        hal = {"stages.hal": wiring.stages_hal()}
+        hal = {"stages.hal": wiring.files.stages()}
         for function in self.functions:
-            hal[function.name + ".hal"] = wiring.function_hal(function)
-            hal[function.name + "_settings.hal"] = wiring.settings_hal(function)
-        files = {"plumb.hal": wiring.plumb_hal(hal)}
+            hal[function.name + ".hal"] = wiring.files.function(function)
+            hal[function.name + "_settings.hal"] = wiring.files.settings(function)
+        if wiring.files.retain():
+            hal["retain.hal"] = wiring.files.retain()
+        files = {"plumb.hal": wiring.files.plumb(hal)}
         alone = [name for name in hal if not wiring.machine.twopass or name.endswith("_settings.hal")]
         files.update({name: hal[name] for name in alone})
-        files["messages.toml"] = wiring.messages_toml()
+        files["messages.toml"] = wiring.files.messages()
         files["plumb.inc"] = self.output.inc(self.functions)
         records = [name for function in self.functions for name in function.records]
         if records:
             machine = (wiring.machine.ini.get("EMC", "MACHINE") or "machine").replace("\\", "/").replace('"', "'")
             files["retain.toml"] = (
                 "# SPDX-License-Identifier: GPL-2.0-or-later\n"
-                "# Written by plumb wire: what retain keeps over a restart, in retain.retained beside this file.\n"
+                "# Written by plumb wire: the records that retain keeps over a restart, in retain.retained beside this file.\n"
                 'machine = "%s"\nrecords = [%s]\n' % (machine, ", ".join('"%s"' % name for name in records))
             )
         for function in self.functions:
@@ -274,20 +276,21 @@ class Wire:
             print("\n%s has the lines that put them in." % ini_name)
         for note in wiring.notes:
             print(wrapped(note, "  "))
-        missing = self.missing(wiring.machine)
+        missing = self.missing(wiring)
         if missing:
             print("\nStill missing")
             for number, text in enumerate(missing, start=1):
                 print(wrapped(text, "  %d. " % number))
 
-    def missing(self, machine):
-        found, values = [], self.output.values(self.functions)
+    def missing(self, wiring):
+        machine, found, values = wiring.machine, [], self.output.values(self.functions)
         names = {name: value for (_, name), value in values.items()}
         for function in self.functions:
             for part in function.missing:
                 signal = machine.complete.signals.get(part.get("signal"))
                 if not (signal and signal.writer):
-                    found.append(" ".join(part["text"].split()).format(folder=self.folder, **names))
+                    switch = wiring.switch_of(function)
+                    found.append(" ".join(part["text"].split()).format(folder=self.folder, switch=switch, **names))
         on_abort = machine.ini.get("RS274NGC", "ON_ABORT_COMMAND")
         for name in [function.abort for function in self.functions if function.abort]:
             if on_abort and ABORT not in on_abort:

@@ -66,7 +66,7 @@ Service 0 is retain. Function 0 is growth, with stage 0, z-stage. Function 1 is 
   net z-fault  z-stage.fault         => interlock.stage-fault-0
   net z-refuses z-stage.probing-refused
   net z-refuses                    => interlock.stage-probing-refused-0
-  net x-corrected x-stage.inhibit-homing => interlock.stage-in-force-1
+  net x-in-force  x-stage.inhibit-homing => interlock.stage-in-force-1
   net x-ramping   x-stage.ramping        => interlock.stage-ramping-1
   net x-fault     x-stage.fault          => interlock.stage-fault-1
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What plumb wire sees of squareness on a copy: a tilt that is set moves the drive of the other axis."""
+"""The trial of squareness on a copy: a tilt that is set moves the drive of the other axis."""
 
 TILT = 2e-4  # rad
 LENGTH = 50  # mm
@@ -39,7 +39,7 @@ def check(machinery):
     machinery.move(**{moving: end})
     at_end = offset()
     following = abs(machinery.get("joint.%d.f-error" % joint))
-    fault = machinery.get("square.fault") or machinery.get(corrected.lower() + "-stage.fault")
+    fault = any(machinery.get(name + ".fault") for name in ("square", corrected.lower() + "-stage", "interlock"))
     machinery.set("square." + tilt, before)
     machinery.move(**{moving: begin})
     left = abs(offset() - without)

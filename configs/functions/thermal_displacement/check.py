@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What plumb wire sees of thermal_displacement on a copy: growth that a simulated load shows raises the axis Z."""
+"""The trial of thermal_displacement on a copy: growth that a simulated load shows raises the axis Z."""
 
 import os
 
@@ -54,7 +54,7 @@ def check(machinery):
     machinery.machine.run(program, LONGEST)  # the offset takes several contacts
     offset = machinery.get("axis.z.eoffset") / mm
     follows = abs(offset - machinery.get("growth.z-offset") / mm)
-    faults = [name for name in ("growth", "z-axis-stage") if machinery.get(name + ".fault")]
+    faults = [name for name in ("growth", "z-axis-stage", "interlock") if machinery.get(name + ".fault")]
     return seen + [
         ("%d contacts of the next cycle are compared" % accepted, accepted >= 2),
         (

@@ -13,7 +13,7 @@ import plumb
 from hal_state import SHOWN
 from plumb_linuxcnc import Machine, OperatorError, Overdue
 
-MARGIN = 0.3  # of the travel, that the trial stays away from soft limits
+MARGIN = 0.3  # part of the travel: the trial moves no farther
 LONGEST_MOVE = 40  # mm
 LONGEST_PROGRAM = 300  # s of the machine's time
 
@@ -30,9 +30,9 @@ def main():
 
 def show():
     texts = {}
-    for what in SHOWN:
-        command = ["halcmd", "-s", "show", what]
-        texts[what] = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout
+    for kind in SHOWN:
+        command = ["halcmd", "-s", "show", kind]
+        texts[kind] = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout
     return texts
 
 
@@ -67,7 +67,7 @@ def check(task):
             overdue = True
         except (OperatorError, plumb.Refused, plumb.HostDied, linuxcnc.error, RuntimeError) as error:
             seen.append((str(error), False))
-        except Exception:  # of a function's check
+        except Exception:  # raised by the check of a function
             seen.append((traceback.format_exc(), False))
         messages = machine.messages + machine.errors
     return {"seen": seen, "messages": messages, "overdue": overdue}

@@ -17,7 +17,8 @@ class Function:
         self.summary, self.axes, self.required = given["summary"], given["axes"], given["required"]
         self.joint_offset = given.get("joint_offset", {})
         self.axis_offset = given.get("axis_offset", {})
-        self.records, self.services = given.get("records", []), given.get("services", [])
+        self.interlock = given["interlock"]
+        self.records = given.get("records", [])
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
         self.ini = given.get("ini", {})
@@ -34,8 +35,34 @@ class Function:
         with open(os.path.join(self.folder, name), encoding="utf-8") as file:
             return file.read()
 
-    def commands(self):
-        return hal_text.parse(self.text(self.name + ".hal"))
+    def commands(self, axes):
+        """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
+        absent = tuple(letter.lower() + "-" for letter in self.axes if letter not in axes)
+        return [
+            command
+            for command in hal_text.parse(self.text(self.name + ".hal"))
+            if not (command.name == "net" and command.words[0].startswith(absent))
+        ]
+
+    def nets(self, axes):
+        """The words of its nets on a machine with these axes."""
+        return [command.words for command in self.commands(axes) if command.name == "net"]
+
+    @property
+    def modules(self):
+        """The instances of each module that it loads."""
+        return {
+            command.words[0]: word[len("names=") :].split(",")
+            for command in self.commands(self.axes)
+            if command.name == "loadrt"
+            for word in command.words
+            if word.startswith("names=")
+        }
+
+    @property
+    def updates(self):
+        """Its functions of the servo thread."""
+        return [command.words[0] for command in self.commands(self.axes) if command.name == "addf"]
 
     @property
     def external_signals(self):

@@ -45,7 +45,7 @@ class State:
         return instance if instance in self.components else None
 
     def instances(self, module):
-        """The instances of a module, by what stands before the last dot of its pins."""
+        """The instances of a module: the names of its pins up to the last dot."""
         return sorted({name.rsplit(".", 1)[0] for name, pin in self.pins.items() if pin.owner == module})
 
     def thread_with(self, function):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Files of HAL commands: what they load, set, net and add to a thread."""
+"""Files of HAL commands: loadrt, setp, net, addf."""
 
 import collections
 import os
@@ -39,7 +39,7 @@ def pins_of_net(words):
 
 
 def halfiles(ini, folder):
-    """The HAL files that the INI file names, found as LinuxCNC finds them."""
+    """The HAL files that the INI file names, found as LinuxCNC finds them, each with those that it sources."""
     library = os.environ.get("HALLIB_DIR", "/usr/share/linuxcnc/hallib")
     for value in ini.all("HAL", "HALFILE") + ini.all("HAL", "POSTGUI_HALFILE"):
         name = value.split()[0]
@@ -49,7 +49,18 @@ def halfiles(ini, folder):
         ]
         found = next(filter(os.path.isfile, places), None)
         if found:
-            yield found
+            yield from _with_sourced(found, folder)
+
+
+def _with_sourced(path, folder):
+    yield path
+    if path.endswith(".hal"):
+        with open(path, encoding="utf-8", errors="replace") as file:
+            names = re.findall(r"^[ \t]*source[ \t]+(\S+)", file.read(), re.M)
+        for name in names:
+            sourced = os.path.join(folder, name)
+            if os.path.isfile(sourced) and sourced != path:
+                yield from _with_sourced(sourced, folder)
 
 
 def where(pattern, files):

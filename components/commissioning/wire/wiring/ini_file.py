@@ -19,7 +19,7 @@ class IniFile:
     def __init__(self, path):
         self.path = path
         self.folder = os.path.dirname(path)
-        self.texts = {}  # of the files, by path, as they are to be
+        self.texts = {}  # new lines of each file, by path
         self.original = {}
         self._include(path)
 
@@ -118,7 +118,7 @@ class IniFile:
         self.texts[self.path] = [line for line in self.texts[self.path] if not _includes(line, name)]
 
     def write(self, folder):
-        """Writes what was changed into the same files of a copy of the folder."""
+        """Writes the changes into the same files of a copy of the folder."""
         for path, lines in self.texts.items():
             if lines != self.original[path]:
                 copy = os.path.join(folder, os.path.relpath(path, self.folder))

@@ -9,11 +9,15 @@ import os
 from ini_file import IniFile
 from texts import Impossible, wrapped
 
-MANIFEST = ".written.json"  # what was written, by digest
+MANIFEST = ".written.json"  # the digest of each file that was written
 
 
 class Output:
-    """The folder of one INI file. `functions` are the names of those that are wired in it; `kept` what was not written."""
+    """The folder of one INI file.
+
+    functions   names of the functions that are wired in it
+    kept        files of the user, which are not written
+    """
 
     def __init__(self, folder, ini_name):
         self.folder, self.ini_name = folder, ini_name
@@ -60,7 +64,7 @@ class Output:
         }
 
     def inc(self, functions):
-        """plumb.inc: what is there, and the sections that it lacks."""
+        """plumb.inc: the present text, and the sections that it lacks."""
         text = self.present("plumb.inc")
         if text is None:
             text = "# SPDX-License-Identifier: GPL-2.0-or-later\n# Values of the functions that plumb wire put in.\n"
@@ -73,7 +77,7 @@ class Output:
         return text
 
     def forbid_strangers(self, files):
-        """Refuses to write over what a user has changed; settings are the user's to change."""
+        """Refuses to write over a file that a user has changed; settings are the user's to change."""
         changed = [
             name
             for name, text in files.items()

@@ -1,45 +1,24 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The HAL that all functions of a machine share: stages, retain, linuxcnc_link, and gates between them."""
+"""The parts that all functions of a machine share: stages, retain, linuxcnc_link, a gate."""
 
 import dataclasses
 
 
 @dataclasses.dataclass
 class Part:
-    """Lines of a HAL file. `modules` are instances by module; `before` and `after` are functions of the servo thread."""
+    """Lines of a HAL file, and the functions that it adds to the servo thread."""
 
     title: str
-    modules: dict = dataclasses.field(default_factory=dict)
+    modules: dict = dataclasses.field(default_factory=dict)  # instances of each
+    programs: dict = dataclasses.field(default_factory=dict)  # the words of loadusr for each component
     setp: list = dataclasses.field(default_factory=list)
-    loadusr: list = dataclasses.field(default_factory=list)
     nets: list = dataclasses.field(default_factory=list)  # words of net
+    reports: dict = dataclasses.field(default_factory=dict)  # of a stage: the signal for each input of interlock
     before: list = dataclasses.field(default_factory=list)  # motion-controller
-    after: list = dataclasses.field(default_factory=list)
+    after: list = dataclasses.field(default_factory=list)  # the functions
     last: list = dataclasses.field(default_factory=list)
     messages: str = ""
-
-
-GATE_INPUTS = 5
-
-
-def any_of(name, signals, output):
-    """An `or` of any number of signals, by lut5."""
-    part, level = Part("Either of " + ", ".join(signals)), 0
-    while True:
-        groups = [signals[first : first + GATE_INPUTS] for first in range(0, len(signals), GATE_INPUTS)]
-        results = []
-        for number, group in enumerate(groups):
-            gate = name if len(groups) == 1 else "%s-%d-%d" % (name, level, number)
-            result = output if len(groups) == 1 else gate
-            part.modules.setdefault("lut5", []).append(gate)
-            part.setp.append((gate + ".function", "0xFFFFFFFE"))
-            part.nets += [[signal, "=>", "%s.in-%d" % (gate, index)] for index, signal in enumerate(group)]
-            part.nets.append([result, gate + ".out"])
-            part.last.append(gate)
-            results.append(result)
-        if len(groups) == 1:
-            return part
-        signals, level = results, level + 1
+    is_late: bool = False  # loaded after the functions
 
 
 def joint_stage(prefix, joint, sources, limits, acceleration):
@@ -53,36 +32,34 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
         [prefix + "-position", "joint.%d.pos-cmd" % joint, "=>", stage + ".position"],
         [prefix + "-homed", "joint.%d.homed" % joint, "=>", stage + ".homed"],
         ["motion-enabled", "motion.motion-enabled", "=>", stage + ".motion-enabled"],
+        ["heartbeat", "=>", stage + ".heartbeat"],
         *([source, "=>", "%s.offset-%d" % (stage, index)] for index, source in enumerate(sources)),
         [prefix + "-joint-cmd", "joint.%d.motor-pos-cmd" % joint, "=>", stage + ".joint-command"],
         [prefix + "-motor-cmd", stage + ".drive-command"],
         [prefix + "-motor-fb", "=>", stage + ".drive-feedback"],
         [prefix + "-joint-fb", stage + ".joint-feedback", "=>", "joint.%d.motor-pos-fb" % joint],
+        [prefix + "-in-force", stage + ".inhibit-homing"],
         [prefix + "-ramping", stage + ".ramping"],
-        [prefix + "-corrected", stage + ".inhibit-homing"],
         [prefix + "-fault", stage + ".fault", "=>", "linuxcnc-link.%s-fault" % prefix],
         [prefix + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % prefix],
         [prefix + "-limited", stage + ".limited", "=>", "linuxcnc-link.%s-limited" % prefix],
     ]
+    part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault")}
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
-    part.messages = _message(prefix + "-fault", "Correction of %s: {code}" % prefix.upper(), "joint_offset fault-code")
+    part.messages = message(prefix + "-fault", "Correction of %s: {code}" % prefix.upper(), "joint_offset fault-code")
     sentence = "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage."
-    part.messages += _message(prefix + "-limited", sentence % prefix.upper())
+    part.messages += message(prefix + "-limited", sentence % prefix.upper())
     return part
 
 
-def axis_stage(letter, source, arm, clear, delays):
-    """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets. `delays`: by timedelay."""
-    stage, axis = letter + "-axis-stage", "axis." + letter
+def axis_stage(letter, source, clear):
+    """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets."""
+    stage, axis, own = letter + "-axis-stage", "axis." + letter, letter + "-axis"
     part = Part("%s: into the axis %s" % (stage, letter.upper()), {"axis_offset": [stage]})
-    part.setp = [
-        (letter + "-lacks-long.on-delay", "2"),
-        (letter + "-probing-long.on-delay", "0"),
-        (letter + "-probing-long.off-delay", "5"),
-    ]
     part.nets = [
         [source, "=>", stage + ".offset-0"],
-        [arm, "=>", stage + ".arm"],
+        ["arm", "=>", stage + ".arm"],
+        ["heartbeat", "=>", stage + ".heartbeat"],
         [clear, "=>", stage + ".clear"],
         ["motion-type", "motion.motion-type", "=>", stage + ".motion-type"],
         ["motion-enabled", "motion.motion-enabled", "=>", stage + ".motion-enabled"],
@@ -95,82 +72,49 @@ def axis_stage(letter, source, arm, clear, delays):
         [letter + "-offset-in-force", axis + ".eoffset", "=>", stage + ".offset-in-force"],
         ["offset-limited", "motion.eoffset-limited", "=>", stage + ".offset-limited"],
         [letter + "-applied-offset", stage + ".applied-offset"],
-        [letter + "-uncompensated", stage + ".uncompensated", "=>", letter + "-lacks-long.in"],
-        [letter + "-probing", stage + ".probing-refused", "=>", "motion.feed-inhibit", "halui.abort"],
-        [letter + "-probing", "=>", letter + "-probing-long.in"],
-        [letter + "-lacks", letter + "-lacks-long.out", "=>", "linuxcnc-link.%s-lacks-offset" % letter],
-        [letter + "-probing-told", letter + "-probing-long.out", "=>", "linuxcnc-link.%s-probing-refused" % letter],
-        [letter + "-axis-fault", stage + ".fault", "=>", "linuxcnc-link.%s-axis-fault" % letter],
-        [letter + "-axis-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-axis-fault-code" % letter],
+        [letter + "-uncompensated", stage + ".uncompensated"],
+        [letter + "-probing-refused", stage + ".probing-refused"],
+        [own + "-in-force", stage + ".in-force"],
+        [own + "-ramping", stage + ".ramping"],
+        [own + "-fault", stage + ".fault", "=>", "linuxcnc-link.%s-fault" % own],
+        [own + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % own],
     ]
+    part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault")}
+    part.reports.update({report: "%s-%s" % (letter, report) for report in ("uncompensated", "probing-refused")})
     part.after = [stage + ".update"]
-    if delays:
-        part.modules["timedelay"] = part.last = [letter + "-lacks-long", letter + "-probing-long"]
-    else:
-        part.setp = []
-        direct = [net for net in part.nets if "-long.out" not in net[1]]
-        part.nets = [[word for word in net if not word.endswith("-long.in")] for net in direct]
-        part.nets.append([letter + "-uncompensated", "=>", "linuxcnc-link.%s-lacks-offset" % letter])
-        part.nets.append([letter + "-probing", "=>", "linuxcnc-link.%s-probing-refused" % letter])
-    axis_name = letter.upper()
-    part.messages = _message(letter + "-axis-fault", "Offset of %s: {code}" % axis_name, "axis_offset fault-code")
-    sentence = "Probing is aborted: its result would contain the offset of %s. Take it back, or use o<probe_work> call."
-    part.messages += _message(letter + "-probing-refused", sentence % axis_name, kind="error")
-    sentence = "%s lacks its offset until the next cycle starts: touch off by o<touch_off> call."
-    part.messages += _message(letter + "-lacks-offset", sentence % axis_name)
+    part.messages = message(own + "-fault", "Offset of %s: {code}" % letter.upper(), "axis_offset fault-code")
     return part
 
 
-def operation():
-    """The number of the operation, from M68 E0."""
-    part = Part("The number of the operation, from M68 E0", {"conv_float_s32": ["operation"]})
-    part.nets = [["operation-key", "motion.analog-out-00", "=>", "operation.in"], ["operation", "operation.out"]]
-    part.after = ["operation"]
-    return part
-
-
-def retain(folder):
-    """retain, which wants an absolute path, and `kept`: the values are restored, and it still runs."""
-    part = Part(
-        "What a restart must not lose; kept is true while it is restored and retain runs",
-        {"lut5": ["kept", "not-restored", "retain-troubled", "retain-lost"], "watchdog": ["watchdog"]},
-    )
-    part.loadusr = ["loadusr -W retain --file %s/retain.toml" % folder]
-    part.setp = [
-        ("watchdog.timeout-0", "30"),
-        ("watchdog.enable-in", "1"),
-        ("kept.function", "0x8"),  # in-0 and in-1
-        ("not-restored.function", "0x2"),  # in-0 and not in-1
-        ("retain-troubled.function", "0x8"),
-        ("retain-lost.function", "0x1"),  # not in-0
-    ]
+def retain(folder, functions):
+    """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
+    a fault if it finds no records, and so comes after them."""
+    part = Part("retain, service 0 of interlock", is_late=True)
+    part.programs = {"retain": "-W retain --file %s/retain.toml" % folder}
+    part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
-        ["restored", "retain.restored", "=>", "kept.in-0", "not-restored.in-1", "retain-troubled.in-1"],
-        ["retain-heartbeat", "retain.heartbeat", "=>", "watchdog.input-0"],
-        ["retain-lives", "watchdog.ok-out", "=>", "kept.in-1", "retain-lost.in-0"],
-        ["kept", "kept.out"],
+        ["retain-heartbeat", "retain.heartbeat", "=>", "interlock.service-heartbeat-0"],
+        ["restored", "retain.restored", "=>", "interlock.service-ready-0"],
+        ["retain-fault", "retain.fault", "=>", "interlock.service-fault-0"],
         ["date", "retain.date"],
-        ["retain-fault", "retain.fault", "=>", "not-restored.in-0", "retain-troubled.in-0"],
         ["retain-code", "retain.fault-code", "=>", "linuxcnc-link.not-restored-code"],
         ["retain-code", "=>", "linuxcnc-link.retain-fault-code"],
-        ["not-restored", "not-restored.out", "=>", "linuxcnc-link.not-restored"],
-        ["retain-troubled", "retain-troubled.out", "=>", "linuxcnc-link.retain-fault"],
-        ["retain-lost", "retain-lost.out", "=>", "linuxcnc-link.retain-lost"],
+        ["not-restored", "interlock.service-not-ready-0", "=>", "linuxcnc-link.not-restored"],
+        ["retain-troubled", "interlock.service-troubled-0", "=>", "linuxcnc-link.retain-fault"],
+        ["retain-lost", "interlock.service-lost-0", "=>", "linuxcnc-link.retain-lost"],
     ]
-    part.after = ["watchdog.set-timeouts", "watchdog.process", "kept"]
-    part.last = ["not-restored", "retain-troubled", "retain-lost"]
-    codes = "retain fault-code"
-    part.messages = _message("not-restored", "Nothing is compensated: {code} The terminal has more.", codes)
-    part.messages += _message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
-    sentence = "Nothing is compensated: retain has ended. Start LinuxCNC again."
-    part.messages += _message("retain-lost", sentence, kind="error")
+    names, codes = [function.name for function in functions], "retain fault-code"
+    off = "%s %s off: " % (" and ".join(names), "is" if len(names) == 1 else "are")
+    part.messages = message("not-restored", off + "{code} The terminal has more.", codes)
+    part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
+    part.messages += message("retain-lost", off + "retain has ended. Start LinuxCNC again.", kind="error")
     return part
 
 
 def link(folder):
     """linuxcnc_link, loaded once for the messages of all."""
-    part = Part("Messages to the operator, and the identity of program and tools")
-    part.loadusr = ["loadusr -Wn linuxcnc-link linuxcnc_link --messages %s/messages.toml" % folder]
+    part = Part("Messages to the operator")
+    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s/messages.toml" % folder}
     return part
 
 
@@ -184,7 +128,17 @@ def identity():
     return part
 
 
-def _message(pin, text, codes=None, kind=None):
+def either(ours, theirs, pin):
+    """A gate that brings two signals to one pin."""
+    name = pin.split(".")[1] + "-of-all"
+    part = Part("Your signal, or ours, to " + pin, {"lut5": [name]})
+    part.setp = [(name + ".function", "0xE")]  # in-0 or in-1
+    part.nets = [[ours, "=>", name + ".in-0"], [theirs, "=>", name + ".in-1"], [name, name + ".out", "=>", pin]]
+    part.last = [name]
+    return part
+
+
+def message(pin, text, codes=None, kind=None):
     lines = ["[[message]]", 'pin  = "%s"' % pin]
     if codes or kind:
         lines.append('kind = "error"')

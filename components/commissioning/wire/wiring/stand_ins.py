@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Drivers that need hardware and programs that need a screen: who they are, and pins in their place for a trial."""
+"""Drivers that need hardware and programs that need a screen: their names, and pins in their place for a trial."""
 
 import json
 import os
@@ -28,7 +28,7 @@ PREFIXES = {
     "hal_motenc": "motenc",
 }
 
-# Programs for devices; those that open a window are found by what they import.
+# Programs for devices; those that open a window are found by their imports.
 DEVICES = re.compile(
     r"^(lcec_conf|mb2hal|\w*_vfd|vfdb|gs2_vfd|hy_gt_vfd|xhc-hb04|xhc-whb04b-6|shuttle|hal_input|thermistor|"
     r"mesambccc|pmx485|modbus\w*|hidcomp|joyhandle|hy_vfd|vfs11_vfd|hal_gpio_mcp23017|sim_pin|halscope|halmeter|halshow)$"
@@ -86,7 +86,7 @@ CARRIERS = ("xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose in
 
 
 class StandIns:
-    """What stands in for the `drivers` and `programs` of a machine. `learnt` goes from one trial to the next."""
+    """Stand-ins for the `drivers` and `programs` of a machine. `learnt` goes from one trial to the next."""
 
     def __init__(self, trial, ini, files, learnt=None):
         self.drivers, self.programs = [], []
@@ -123,7 +123,7 @@ class StandIns:
         return found
 
     def _pins(self, prefix):
-        """Type and direction of what the HAL files name behind a prefix."""
+        """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
         for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.-]+" % re.escape(prefix), self.all))):
             if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(name), self.all, re.M):
@@ -204,7 +204,7 @@ class StandIns:
             if len(words) < 2 or words[0] != "loadusr":
                 continue
             name, program = _program(words[1:])
-            if not program or name in self.programs or not self._needs_what_is_not_here(program):
+            if not program or name in self.programs or not self._cannot_run_here(program):
                 continue
             self.programs.append(name)
             special = SPECIAL.get(os.path.basename(program), {})
@@ -224,11 +224,12 @@ class StandIns:
         if installed and "/" not in program or os.path.isabs(program) and os.path.exists(program):
             self.trial.cover(inside, os.path.realpath(installed or program))
 
-    def _needs_what_is_not_here(self, program):
+    def _cannot_run_here(self, program):
         base = os.path.basename(program)
         if base in SCREENS or DEVICES.match(base):
             return True
         path = os.path.join(self.ini.folder, program) if "/" in program else shutil.which(program)
+        path = path or os.path.join(os.path.dirname(self.trial.plumb), base)  # Plumb's own may be built and not installed
         try:
             with open(path, "rb") as file:
                 text = file.read(200000)
@@ -250,7 +251,7 @@ class StandIns:
         self.trial.write(".plumb-wire/%s.json" % name, json.dumps(described))
 
     def learn(self, words):
-        """Takes from LinuxCNC's complaint what a pin of a stand-in should be. Returns whether there was something."""
+        """Takes the type or direction of a pin from LinuxCNC's complaint. Returns whether there was one."""
         found = re.search(r"type mismatch '([^']+)' <- '([^']+)'", words)
         if found:
             return self._try_next(found[1])
@@ -282,7 +283,7 @@ class StandIns:
         return bool(rest)
 
     def outputs(self):
-        """The pins of drivers that are outputs here: what the hardware would tell."""
+        """The pins of drivers that are outputs here: the hardware would write them."""
         return {pin for module in self.drivers for pin in self.described[module] if self._kind(pin)[1] == "OUT"}
 
 

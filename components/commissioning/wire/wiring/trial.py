@@ -15,7 +15,7 @@ PATIENCE = 300  # s of this computer's time
 NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file")
 
 # As the root of new namespaces: the copy takes the place of the folder, so that ../ and absolute paths lead there.
-# Programs that cannot run here are covered likewise: pairs of paths up to --.
+# Programs that cannot run here are covered in the same way: pairs of paths up to --.
 _PLACE = """
 set -e
 home=$2
@@ -26,7 +26,7 @@ done
 shift
 case $home in
 /tmp | /tmp/*) ;;
-*) mount -t tmpfs -o mode=1777 tmpfs /tmp ;;  # what the trial leaves there is gone with it
+*) mount -t tmpfs -o mode=1777 tmpfs /tmp ;;  # its files go with the trial
 esac
 cd "$home"
 exec "$@"
@@ -48,7 +48,7 @@ class Trial:
         self.own = os.path.join(self.copy, ".plumb-wire")
         os.mkdir(self.own)
         os.makedirs(os.path.join(self.copy, "bin"), exist_ok=True)
-        self.covers = []  # a file of the copy, and what it is seen in the place of
+        self.covers = []  # a file of the copy, and the file in whose place it is seen
 
     def cover(self, name, path):
         self.covers += [os.path.join(self.copy, name), path]
@@ -67,7 +67,7 @@ class Trial:
         return path
 
     def run(self, task, **settings):
-        """Starts LinuxCNC, with display.py for `task` as its DISPLAY; returns what this has found."""
+        """Starts LinuxCNC, with display.py for `task` as its DISPLAY; returns the findings of this."""
         here = os.path.join(self.ini.folder, ".plumb-wire")
         result = os.path.join(self.own, "result.json")
         with open(os.path.join(self.own, "task.json"), "w", encoding="utf-8") as file:
@@ -76,7 +76,7 @@ class Trial:
             os.unlink(result)
         display = self.program(".plumb-wire/display", os.path.join(HERE, "display.py"), os.path.join(here, "task.json"))
         self.ini.set("DISPLAY", "DISPLAY", display)
-        self.ini.set("EMCMOT", "COMM_TIMEOUT", "300")  # of a clock that is ten times faster
+        self.ini.set("EMCMOT", "COMM_TIMEOUT", "300")  # s of a clock that is ten times faster
         self.ini.drop("DISPLAY", "INTRO_GRAPHIC")
         self.ini.drop("APPLICATIONS", "APP")
         self.ini.write(self.copy)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What copies of a machine are started for: to read its HAL, and to try what was wired."""
+"""The starts of copies of a machine: to read its HAL, and to try the wiring."""
 
 import os
 
 import hal_text
 from hal_state import SHOWN, State
+from machine import Machine
 from stand_ins import StandIns
 from texts import Impossible
 from trial import NotStarted, Trial
-from wiring import Machine
 
 # Modules that pass a number on, with its pin and settings: the first that the user does not load.
 FOLLOWERS = (
@@ -18,7 +18,7 @@ FOLLOWERS = (
     ("lowpass", "in", (("gain", 1),)),
 )
 BASIC_STEPS = 3  # of a trial: on, home, program
-ATTEMPTS = 30  # to find what the pins of a driver are
+ATTEMPTS = 30  # to find types and directions of the pins of a driver
 
 
 class Trials:
@@ -26,7 +26,7 @@ class Trials:
 
     def __init__(self, home, folder, plumb):
         self.home, self.folder, self.plumb = home, folder, plumb
-        self.learnt = {}  # of the pins that stand in
+        self.learnt = {}  # about the pins that stand in
         self.stand_ins = self.trial = None
 
     def look(self, ini, joints, name):
@@ -50,9 +50,9 @@ class Trials:
         else:
             raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
         texts = {}
-        for what in found["started"]:
-            with open(os.path.join(self.trial.copy, marker + what), encoding="utf-8") as file:
-                texts[what] = file.read()
+        for kind in found["started"]:
+            with open(os.path.join(self.trial.copy, marker + kind), encoding="utf-8") as file:
+                texts[kind] = file.read()
         machine = Machine(State(texts), State(found["postgui"]), joints, written, files)
         if machine.thread is None:
             raise Impossible("No thread of this configuration runs motion-controller.")
@@ -61,13 +61,13 @@ class Trials:
     def snapshot(self, trial, ini):
         """A last HALFILE that notes the HAL. Returns where, in the copy."""
         lines = ['if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return']
-        for what in SHOWN:
-            lines.append("exec halcmd -s show %s > %s" % (what, os.path.join(self.home, ".plumb-wire", "show-" + what)))
+        for kind in SHOWN:
+            lines.append("exec halcmd -s show %s > %s" % (kind, os.path.join(self.home, ".plumb-wire", "show-" + kind)))
         ini.add("HAL", "HALFILE", trial.write(".plumb-wire/show.tcl", "\n".join(lines) + "\n"))
         return ".plumb-wire/show-"
 
     def run(self, ini, files, wiring, functions):
-        """What is seen of the result, and what LinuxCNC said. `ini` has the lines that put it in; files are by their paths."""
+        """The statements about the result, and LinuxCNC's messages. `ini` has the lines that put it in; files go by path."""
         machine = wiring.machine
         trial = Trial(ini, os.path.join(self.folder, "try"), self.plumb)
         self.release(machine)
@@ -103,7 +103,7 @@ class Trials:
         return " The same machine without Plumb fails too: %s." % failed[0] if failed else " Without Plumb it works."
 
     def release(self, machine):
-        """What the hardware must say for the machine to turn on, and for the spindle to be at speed."""
+        """Learns the inputs from the hardware without which the machine does not turn on or the spindle is not at speed."""
         outputs = self.stand_ins.outputs()
         wanted = [name for name in machine.complete.pins if name.endswith(("emc-enable-in", ".ok-in", ".at-speed"))]
         for name in wanted:
@@ -144,8 +144,8 @@ def renamed(text, wiring, machine):
     for line in text.splitlines():
         words = line.split()
         if words and words[0] == "net":
-            line = " ".join(["net", wiring.name(words[1]), *words[2:]])
+            line = " ".join(["net", wiring.names.get(words[1], words[1]), *words[2:]])
         if words and words[0] == "addf":
-            line = "addf %s %s %d" % (words[1], machine.thread, wiring.thread_order.index("motion-controller") + 2)
+            line = "addf %s %s %d" % (words[1], machine.thread, wiring.files.thread_order.index("motion-controller") + 2)
         lines.append(line)
     return "\n".join(lines) + "\n"

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""interlock, which stands between the functions, their stages, retain and LinuxCNC. It is loaded once."""
+
+import plumb
+from stages import Part, message
+
+
+def room(row):
+    """The number of functions, or of stages, that interlock serves: its pins function-enable-N, stage-fault-N."""
+    return sum(pin.startswith(row + "-") for pin in plumb.declarations("interlock")["pins"])
+
+
+def problems(functions, stages):
+    """A sentence for each row of interlock that is too short."""
+    instances = [name for part in stages for names in part.modules.values() for name in names]
+    rows = (("functions", "function-enable", [function.name for function in functions]), ("stages", "stage-fault", instances))
+    sentence = "interlock serves %d %s, and there are %d: %s. Wire fewer functions."
+    return [
+        sentence % (room(row), kind, len(names), ", ".join(names)) for kind, row, names in rows if len(names) > room(row)
+    ]
+
+
+def switch(number):
+    """The pin by which the operator switches a function."""
+    return "interlock.function-switch-%d" % number
+
+
+def interlock(functions, stages, has_operation):
+    """The interlock of these functions and of the Parts of their stages."""
+    part = Part("interlock: permits the functions, arms the stages, holds LinuxCNC back", {"interlock": ["interlock"]})
+    part.nets = [
+        ["motion-enabled", "motion.motion-enabled", "=>", "interlock.motion-enabled"],
+        ["all-homed", "motion.is-all-homed", "=>", "interlock.all-homed"],
+        ["motion-type", "motion.motion-type", "=>", "interlock.motion-type"],
+    ]
+    if has_operation:
+        part.nets.append(["operation-key", "motion.analog-out-00", "=>", "interlock.operation-key"])
+        part.nets.append(["operation", "interlock.operation"])
+    for number, function in enumerate(functions):
+        part.setp.append((switch(number), "1"))
+        part.setp.append(("interlock.function-services-%d" % number, "1" if function.records else "0"))  # 1: retain
+        part.nets.append([function.interlock["enable"], "interlock.function-enable-%d" % number])
+        for name in ("settling", "ramping"):
+            if name in function.interlock:
+                part.nets.append([function.interlock[name], "=>", "interlock.function-%s-%d" % (name, number)])
+    for number, stage in enumerate(stages):
+        for name, signal in stage.reports.items():
+            part.nets.append([signal, "=>", "interlock.stage-%s-%d" % (name, number)])
+    part.nets += [
+        ["wait", "interlock.feed-inhibit", "=>", "motion.feed-inhibit", "motion.feed-hold"],
+        ["no-homing", "interlock.homing-inhibit", "=>", "motion.homing-inhibit"],
+        ["stages-ramping", "interlock.ramping"],
+        ["heartbeat", "interlock.heartbeat"],
+        ["feed-held", "interlock.feed-held", "=>", "linuxcnc-link.feed-held"],
+        ["interlock-fault", "interlock.fault", "=>", "linuxcnc-link.interlock-fault"],
+        ["interlock-code", "interlock.fault-code", "=>", "linuxcnc-link.interlock-fault-code"],
+    ]
+    part.messages = message("interlock-fault", "Interlock: {code}", "interlock fault-code")
+    part.messages += message("feed-held", "The feed is held until the axes have their offsets.")
+    armed = [stage.modules["axis_offset"][0][0].upper() for stage in stages if "axis_offset" in stage.modules]
+    if armed:
+        _arm(part, " or ".join(armed))
+    part.last = ["interlock.update"]
+    return part
+
+
+def _arm(part, axes):
+    """The lines for offsets of LinuxCNC's axes: a cycle arms them, and a probing move is refused."""
+    part.nets += [
+        ["cycle-running", "motion.digital-out-00", "=>", "interlock.cycle-running"],
+        ["arm", "interlock.arm"],
+        ["abort", "interlock.abort", "=>", "halui.abort"],
+        ["lacks-offset", "interlock.uncompensated", "=>", "linuxcnc-link.uncompensated"],
+        ["probing-told", "interlock.probing-refused", "=>", "linuxcnc-link.probing-refused"],
+    ]
+    sentence = "Probing is aborted: its result would contain the offset of %s. Take it back, or use o<probe_work> call."
+    part.messages += message("probing-refused", sentence % axes, kind="error")
+    sentence = "%s lacks its offset until the next cycle starts: touch off by o<touch_off> call."
+    part.messages += message("uncompensated", sentence % axes)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The user's machine, as wiring needs it."""
+
+import hal_text
+
+INCH = 25.4  # mm
+MOTION = "motion-controller"
+
+
+class Machine:
+    """The HAL of a configuration, and its joints.
+
+    halfiles    State after the HALFILEs, behind which ours comes
+    complete    State with all that comes later: HALCMD lines, files of the screen
+    joints      the numbers of the joints of each axis, by its letter
+    ini         IniFile
+    files       its HAL files, to name lines
+    """
+
+    def __init__(self, halfiles, complete, joints, ini, files):
+        self.halfiles, self.complete, self.joints, self.ini, self.files = halfiles, complete, joints, ini, files
+        self.twopass = bool(ini.get("HAL", "TWOPASS"))
+        self.inch = is_inch(ini.get("TRAJ", "LINEAR_UNITS"))
+        self.unit = 1 / INCH if self.inch else 1  # machine units in a millimetre
+        self.axes = {
+            letter: {"joints": numbers, "limits": self._travel(letter, numbers)} for letter, numbers in joints.items()
+        }
+        self.thread = halfiles.thread_with(MOTION)
+
+    def at(self, *names):
+        """' (FILE:LINE)' of the first of these names that the HAL files have."""
+        for name in names:
+            found = name and hal_text.where(name, self.files)
+            if found:
+                return " (%s)" % found
+        return ""
+
+    def loads(self, module):
+        """Whether its HAL files load the module so that no other line can. TWOPASS joins the lines."""
+        return module in self.halfiles.components and not self.twopass
+
+    def _travel(self, letter, joints):
+        """The limits of an axis: its own, or those of its joint."""
+        given = [
+            self.ini.get("AXIS_" + letter, name) or self.ini.get("JOINT_%d" % joints[0], name)
+            for name in ("MIN_LIMIT", "MAX_LIMIT")
+        ]
+        return [float(given[0] or -100), float(given[1] or 100)]
+
+    def limits(self, joint):
+        """The limits of a joint, as text for setp: the INI values by name, where they are given."""
+        section = "JOINT_%d" % joint
+        return [
+            "[%s]%s" % (section, name) if self.ini.get(section, name) else value
+            for name, value in (("MIN_LIMIT", "-1e6"), ("MAX_LIMIT", "1e6"))
+        ]
+
+    def acceleration(self, joint):
+        return float(self.ini.get("JOINT_%d" % joint, "MAX_ACCELERATION") or 1)
+
+    def fastest(self):
+        """The speed of the fastest joint."""
+        joints = [joint for numbers in self.joints.values() for joint in numbers]
+        return max(float(self.ini.get("JOINT_%d" % joint, "MAX_VELOCITY") or 1) for joint in joints)
+
+
+def prefixes(letter, joints):
+    """(prefix of its signals, joint) of each joint of an axis: x, or y and y2."""
+    return [(letter.lower() + (str(number) if number > 1 else ""), joint) for number, joint in enumerate(joints, start=1)]
+
+
+def is_inch(units):
+    """Whether [TRAJ]LINEAR_UNITS is the inch. It is a word, or the number of units in a millimetre."""
+    units = (units or "mm").strip().lower()
+    try:
+        return abs(float(units) - 1 / INCH) < 1e-4
+    except ValueError:
+        return units in ("in", "inch", "imperial")

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The parts that functions need on a machine."""
+
+import stages
+from interlock import interlock
+from interlock import problems as too_many
+from machine import prefixes
+from stages import Part
+
+
+class Parts:
+    """All parts, in the order of their files.
+
+    file        the name of the first, stages.hal
+    freed       pins of joints that stages take over, and their signals
+    names       the machine's signals by ours
+    problems    the conflicts, a sentence each
+    """
+
+    def __init__(self, functions, machine, folder):
+        self.functions, self.machine, self.file = functions, machine, folder + "/stages.hal"
+        self.freed, self.names, self.problems = {}, {}, []
+        here = "$::env(CONFIG_DIR)/" if machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
+        here += folder
+        used = {words[0] for function in functions for words in function.nets(machine.axes)}
+        self.all = [stages.link(here)]
+        keepers = [function for function in functions if function.records]
+        if keepers:
+            self.all += [stages.retain(here, keepers), stages.identity()]
+        into_axes = self._stages()
+        self.all.append(interlock(functions, into_axes, "operation" in used))
+        self.all += into_axes
+        self.all.append(self._from_joints(used))
+        self.problems += too_many(functions, into_axes)
+
+    def _stages(self):
+        found = []
+        for letter in "XYZABCUVW":
+            joints = self.machine.joints.get(letter, [])
+            sources = [function.joint_offset[letter] for function in self.functions if letter in function.joint_offset]
+            for prefix, joint in prefixes(letter, joints):
+                if sources and self._free(prefix, joint):
+                    limits, acceleration = self.machine.limits(joint), self.machine.acceleration(joint)
+                    found.append(stages.joint_stage(prefix, joint, sources, limits, acceleration))
+            offsetting = [function for function in self.functions if letter in function.axis_offset]
+            if len(offsetting) > 1:
+                names = [function.name for function in offsetting[:2]]
+                self.problems.append("%s and %s both offset the axis %s." % (*names, letter))
+            elif offsetting and joints:
+                found.append(stages.axis_stage(letter.lower(), *offsetting[0].axis_offset[letter]))
+        return found
+
+    def _free(self, prefix, joint):
+        """Takes the two pins of a joint from their signals, which become those of the drive."""
+        for pin, name in (("motor-pos-cmd", "-motor-cmd"), ("motor-pos-fb", "-motor-fb")):
+            whole = "joint.%d.%s" % (joint, pin)
+            signal, later = self.machine.halfiles.signal_of(whole), self.machine.complete.signal_of(whole)
+            if later and signal != later:
+                self.problems.append(
+                    "%s is netted to the signal %s by a HALCMD line or a file of the screen%s. The stage %s-stage must come "
+                    "behind that: move the line into a HALFILE." % (whole, later, self.machine.at(whole), prefix)
+                )
+            elif signal is None:
+                self.problems.append(
+                    "%s has no signal: your HAL files must net it to the drive before %s-stage can stand between."
+                    % (whole, prefix)
+                )
+            else:
+                self.freed[whole] = signal
+                self.names[prefix + name] = signal
+        return not self.problems
+
+    def _from_joints(self, used):
+        """The signals of joints that functions use and no stage gives."""
+        given = {net[0] for part in self.all for net in part.nets}
+        part = Part("From the joints")
+        pins = {"position": "pos-cmd", "velocity": "vel-cmd", "homed": "homed", "joint-fb": "motor-pos-fb"}
+        for letter, joints in self.machine.joints.items():
+            for prefix, joint in prefixes(letter, joints):
+                for name, pin in pins.items():
+                    signal = "%s-%s" % (prefix, name)
+                    if signal in used and signal not in given:
+                        arrow = ["=>"] if pin == "motor-pos-fb" else []
+                        part.nets.append([signal, *arrow, "joint.%d.%s" % (joint, pin)])
+        return part
