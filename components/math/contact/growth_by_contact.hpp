@@ -438,6 +438,7 @@ private:
         e.contradicted = estimator_.contradicted();
         e.program_event = estimator_.any(GrowthEstimator::Withdrawal::program);
         e.no_growth = estimator_.lacks_growth(settings.estimator());
+        e.settled = estimator_.accepted() >= 2;
         e.in_cycle = cycle_.running();
         e.accepted = event == Event::accepted;
         return e;

@@ -87,6 +87,7 @@ public:
     // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
     void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
         model_.correct(growth, sigma, {}, !first, settings.between);
+        accepted_ = 0;
         finish_taking();
     }
 
@@ -113,6 +114,7 @@ public:
         return std::sqrt(std::max(0.0, now * now - held_sigma_ * held_sigma_));
     }
 
+    std::int32_t accepted() const noexcept { return accepted_; }  // contacts since nothing was known
     // The spindle has turned so long that it should have grown, and many contacts do not show it.
     bool lacks_growth(const Settings& settings) const noexcept {
         constexpr std::int32_t many = 10;
