@@ -14,7 +14,7 @@ import zlib
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import changes, nm, own_folder, read_recording, um
+from linuxcnc_runs import STILL, changes, nm, own_folder, read_recording, um
 
 GROWN = 15 * um
 PLACES = [(-200, -150), (200, -150), (200, 150), (-200, 150)]
@@ -138,7 +138,7 @@ class Days(unittest.TestCase):
     def test_abort_moves_nothing(self):
         rows = self.rows("aborted")[-500:]
         for axis in "xyz":
-            self.assertEqual(np.ptp(self.days["first"][axis + "-stage.drive-command"][rows]), 0, axis)
+            self.assertLess(np.ptp(self.days["first"][axis + "-stage.drive-command"][rows]), STILL, axis)
         self.assertAlmostEqual(self.days["first"]["axis.z.eoffset"][rows[-1]], GROWN, delta=TOLERANCE)
 
     def test_off_and_on_move_nothing(self):
@@ -151,7 +151,9 @@ class Days(unittest.TestCase):
             on = after[after > off[-1] + 1]
             self.assertLess(np.ptp(its[axis + "-stage.drive-command"][on]), nm, axis)
         self.assertGreater(its["axis.z.eoffset"][rows[0]], GROWN / 2)
-        self.assertEqual(self.facts["first"]["facts"]["off and on"], [0, True])  # LinuxCNC has forgotten it
+        offset, uncompensated = self.facts["first"]["facts"]["off and on"]
+        self.assertAlmostEqual(offset, 0, delta=STILL)  # LinuxCNC has forgotten it
+        self.assertTrue(uncompensated)
 
     def test_homing_with_an_offset_in_force_is_refused(self):
         its, rows = self.days["first"], self.rows("homed_too_early")
