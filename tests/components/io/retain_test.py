@@ -28,7 +28,7 @@ EVERY = 0.05  # s between two looks
 
 FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM = range(1, 8)
 
-kills = 20 if os.environ.get("PLUMB_SANITIZE") else 200  # sanitized programs start slowly
+kills = 20 if os.environ.get("PLUMB_SANITIZE") else 60  # sanitized programs start slowly
 
 
 def processes():
