@@ -369,7 +369,7 @@ class Configuration(unittest.TestCase):
     def test_panel_is_wired_to_what_both_machines_have(self):
         panel = self.read("panel.hal")
         common = self.read("stages.hal") + self.read("functions/squareness/squareness.hal")
-        pins = re.findall(r"pyvcp\.([a-z-]+)", panel)
+        pins = re.findall(r"^net .*\bpyvcp\.([a-z-]+)", panel, re.M)
         self.assertEqual(sorted(pins), sorted(re.findall(r'<halpin>"(.*?)"</halpin>', self.read("panel.xml"))))
         for signal, source in re.findall(r"^net (\S+) +(?:(\S+) +)?=>", panel, re.M):
             self.assertEqual(bool(re.search(r"^net %s " % signal, common, re.M)), not source, signal)
