@@ -4,8 +4,8 @@
 
 namespace plumb {
 
-// How many rounds a statistic takes. The sanitizers look for faults of the code, which a few rounds show, and take several
-// times as long.
+// How many rounds a statistic takes. The sanitizers look for faults of the code, which a few rounds show, and
+// take several times as long.
 constexpr int rounds([[maybe_unused]] int of_the_statistic, [[maybe_unused]] int under_the_sanitizers) {
 #ifdef PLUMB_SANITIZED
     return under_the_sanitizers;
