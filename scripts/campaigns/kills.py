@@ -720,7 +720,7 @@ if __name__ == "__main__":
             "kills",
             "Kills parts of Plumb at drawn instants and looks for everything that is left behind.",
             attack,
-            setup=("product",),
+            setup=("--with", "iproute2", "product"),
             add_options=add_options,
             prepare=prepare,
         )

@@ -5,6 +5,7 @@
 #include "tests/support/impossible.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/rounds.hpp"
 
 #include <gmock/gmock.h>
 
@@ -357,14 +358,16 @@ std::ostream& operator<<(std::ostream& out, const Inputs& inputs) {
 }
 
 std::vector<Inputs> inputs_of_what_moves_an_axis() {
-    constexpr std::size_t together = 4;
+    constexpr std::size_t together = 8;
     std::vector<Inputs> result;
     for (const std::string& name : built_modules()) {
         const Module module(BUILD_DIR "/modules/" + name + ".so");
         const hal::Declarations declared(module.model());
         if (declared.offsets.empty()) continue;
+        int number = 0;
         for (const hal::PinInfo& pin : declared.pins) {
             if (pin.output || pin.type == hal::Type::bit) continue;
+            if (number++ % rounds(1, 4) != 0) continue;
             if (result.empty() || result.back().module != name || result.back().pins.size() == together)
                 result.push_back({name, {}});
             result.back().pins.push_back(pin.name);
@@ -381,9 +384,6 @@ TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
     const Module module(BUILD_DIR "/modules/" + GetParam().module + ".so");
     for (const std::string& pin : GetParam().pins) {
         EXPECT_THAT(about_poison(*live, hal::Declarations(module.model()), pin), IsEmpty()) << pin;
-#ifdef PLUMB_SANITIZED
-        break;  // ten times slower: one of them
-#endif
     }
 }
 

@@ -14,7 +14,7 @@ import zlib
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import changes, nm, own_folder, read_recording, um
+from linuxcnc_runs import STILL, changes, nm, own_folder, read_recording, um
 
 GROWN = 15 * um
 PLACES = [(-200, -150), (200, -150), (200, 150), (-200, 150)]
@@ -23,6 +23,7 @@ LEAN_X, LEAN_Z = 0.00016, 0.00012  # of the column, towards + as Y goes to +
 LENGTHS = [50, 50, 50, 62.5]  # of the tools
 TOLERANCE = 7 * um  # of the depth of cuts: the seat of the tools, and the noise of the load
 SETTLED = 0.05 * um  # of the tip, by squareness
+SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # one short day shows the same code
 TABLE = ("neither", "growth_alone", "square_alone", "both")
 COMPENSATED = ("both", "after_abort", "after_off_and_on", "after_homing")
 FEED, PROBE = 2, 5  # motion types
@@ -60,11 +61,13 @@ class Days(unittest.TestCase):
         with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
             file.write("HALFILE = scene.hal\n")
         cls.days, cls.facts = {}, {}
-        for day in ("first", "restarted", "renamed"):
+        for day in ("first", "restarted", "renamed") if not SANITIZED else ("short",):
             if day == "renamed":
                 rename_records(os.path.join(machine, "mill.retained"), "growth", "thermal")
             cls.facts[day], _ = linuxcnc_runs.work(folder, ini, day, facts=day + ".json")
             cls.days[day] = read_recording(os.path.join(machine, day + ".csv"))
+        if SANITIZED:
+            cls.days["first"], cls.facts["first"] = cls.days["short"], cls.facts["short"]
 
     def rows(self, scene, day="first"):
         return linuxcnc_runs.rows_of(self.days[day], self.facts[day]["scenes"])[scene]
@@ -84,6 +87,7 @@ class Days(unittest.TestCase):
         y = np.array([place[1] for place in PLACES])
         return np.column_stack([LEAN_X * y, LEAN_Z * np.array(LENGTHS), LEAN_Z * y])
 
+    @unittest.skipIf(SANITIZED, "not on the short day")
     def test_table(self):
         print("\nlargest error at the cuts, um      X      Y      Z")
         for scene in TABLE:
@@ -93,11 +97,13 @@ class Days(unittest.TestCase):
         self.assertLess(largest["both"][2], largest["square_alone"][2] / 2)
         self.assertLess(max(largest["growth_alone"][2], largest["square_alone"][2]), largest["neither"][2])
 
+    @unittest.skipIf(SANITIZED, "not on the short day")
     def test_with_neither_both_diseases_go_into_the_work(self):
         expected = self.lean() - [0, 0, GROWN]
         np.testing.assert_allclose(abs(self.errors("neither")[:, :2]), abs(expected[:, :2]), atol=0.1 * um)
         np.testing.assert_allclose(self.errors("neither")[:, 2], expected[:, 2], atol=3 * um)
 
+    @unittest.skipIf(SANITIZED, "not on the short day")
     def test_growth_alone_leaves_the_lean(self):
         np.testing.assert_allclose(self.errors("growth_alone")[:, 2], self.lean()[:, 2], atol=TOLERANCE)
         np.testing.assert_allclose(abs(self.errors("growth_alone")[:, 0]), abs(self.lean()[:, 0]), atol=0.1 * um)
@@ -138,7 +144,7 @@ class Days(unittest.TestCase):
     def test_abort_moves_nothing(self):
         rows = self.rows("aborted")[-500:]
         for axis in "xyz":
-            self.assertEqual(np.ptp(self.days["first"][axis + "-stage.drive-command"][rows]), 0, axis)
+            self.assertLess(np.ptp(self.days["first"][axis + "-stage.drive-command"][rows]), STILL, axis)
         self.assertAlmostEqual(self.days["first"]["axis.z.eoffset"][rows[-1]], GROWN, delta=TOLERANCE)
 
     def test_off_and_on_move_nothing(self):
@@ -151,7 +157,9 @@ class Days(unittest.TestCase):
             on = after[after > off[-1] + 1]
             self.assertLess(np.ptp(its[axis + "-stage.drive-command"][on]), nm, axis)
         self.assertGreater(its["axis.z.eoffset"][rows[0]], GROWN / 2)
-        self.assertEqual(self.facts["first"]["facts"]["off and on"], [0, True])  # LinuxCNC has forgotten it
+        offset, uncompensated = self.facts["first"]["facts"]["off and on"]
+        self.assertAlmostEqual(offset, 0, delta=STILL)  # LinuxCNC has forgotten it
+        self.assertTrue(uncompensated)
 
     def test_homing_with_an_offset_in_force_is_refused(self):
         its, rows = self.days["first"], self.rows("homed_too_early")
@@ -179,6 +187,7 @@ class Days(unittest.TestCase):
         for top in self.facts["first"]["facts"]["touched off"]:
             self.assertAlmostEqual(top, self.facts["first"]["facts"]["tops"][-1], delta=0.2 * um)
 
+    @unittest.skipIf(SANITIZED, "not on the short day")
     def test_restart_keeps_what_was_learnt_also_under_the_former_name(self):
         for day in ("restarted", "renamed"):
             with self.subTest(day):

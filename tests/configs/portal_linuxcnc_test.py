@@ -16,7 +16,7 @@ import unittest
 import linuxcnc_runs
 import numpy as np
 import plumb
-from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, ROOT, change, nm, own_folder, read_recording, um
+from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, ROOT, STILL, change, nm, own_folder, read_recording, um
 
 CONFIGURATION = os.path.join(ROOT, "configs", "portal")
 
@@ -163,7 +163,7 @@ class Shift:
 
     def test_what_moves_no_axis_moves_no_drive(self):
         for scene in ("turn_on", "change_modes", "off_and_on", "change_while_off"):
-            self.assertLess(np.ptp(self.command[:, self.rows[scene]], axis=1).max(), 1e-9, scene)
+            self.assertLess(np.ptp(self.command[:, self.rows[scene]], axis=1).max(), STILL, scene)
 
     def test_enable_and_disable_take_the_time_of_the_ramp(self):
         for scene in ("disable", "enable"):
@@ -248,20 +248,20 @@ class Shift:
     def test_off_with_a_change_under_way_holds_the_drives_and_brings_it_by_the_ramp(self):
         self.assertGreater(np.linalg.norm(self.offset[:, self.rows["change_while_off"][-1]]), 10 * um)
         released = np.linalg.norm(self.offset[:, self.rows["on_again"]], axis=0)
-        self.assertEqual(released.min(), 0)
+        self.assertLess(released.min(), STILL)
         self.assertGreater(released[-1], 10 * um)
         self.assertTrue(self.facts["waited for the stages"])
 
     def test_unhomed_the_stages_release_their_offset(self):
         unhomed = self.rows["unhome"][-1]
         self.assertFalse(self.shift["motion.is-all-homed"][unhomed])
-        self.assertEqual(abs(self.offset[:, unhomed]).max(), 0)
+        self.assertLess(abs(self.offset[:, unhomed]).max(), STILL)
         self.assertGreater(np.linalg.norm(self.offset[:, self.rows["home_again"][-1]]), 10 * um)
 
     def test_homed_with_an_offset_in_force_is_a_fault_until_homed_again(self):
         self.assertEqual(self.facts["homed too early"], [False, True])
         self.assertEqual(self.facts["too early"], [6, 6, 6])
-        self.assertEqual(abs(self.offset[:, self.rows["home_too_early"][-1]]).max(), 0)
+        self.assertLess(abs(self.offset[:, self.rows["home_too_early"][-1]]).max(), STILL)
         codes = self.of_each("%s-stage.fault-code")
         self.assertEqual(codes[:, self.rows["home_once_more"][-1]].max(), 0)
         self.assertGreater(np.linalg.norm(self.offset[:, self.rows["home_once_more"][-1]]), 10 * um)
@@ -369,7 +369,7 @@ class Configuration(unittest.TestCase):
     def test_panel_is_wired_to_what_both_machines_have(self):
         panel = self.read("panel.hal")
         common = self.read("stages.hal") + self.read("functions/squareness/squareness.hal")
-        pins = re.findall(r"pyvcp\.([a-z-]+)", panel)
+        pins = re.findall(r"^net .*\bpyvcp\.([a-z-]+)", panel, re.M)
         self.assertEqual(sorted(pins), sorted(re.findall(r'<halpin>"(.*?)"</halpin>', self.read("panel.xml"))))
         for signal, source in re.findall(r"^net (\S+) +(?:(\S+) +)?=>", panel, re.M):
             self.assertEqual(bool(re.search(r"^net %s " % signal, common, re.M)), not source, signal)

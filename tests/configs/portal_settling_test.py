@@ -13,7 +13,7 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, change, own_folder, read_recording, um
+from linuxcnc_runs import PERIOD, STILL, change, own_folder, read_recording, um
 
 EXACT = 0.01 * um  # of the tip
 AT_ONCE = 0.2 * um  # where the drives are yet behind the last step of the ramp, by 3 ms
@@ -119,7 +119,7 @@ class Settling(unittest.TestCase):
 
     def test_abort_ends_the_wait_of_one_cut_and_the_next_one_waits(self):
         place, settling = self.facts["aborted"]
-        self.assertEqual(place, 0)
+        self.assertAlmostEqual(place, 0, delta=STILL)
         self.assertTrue(settling)
         self.assertLess(self.error[self.begin_of_the_cut("abort")], AT_ONCE)
 

@@ -16,7 +16,7 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, changes, copy_configuration, finish, nm, own_folder, read_recording, start
+from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, STILL, changes, copy_configuration, finish, nm, own_folder, read_recording, start
 
 CONFIGURATION = os.path.join(ROOT, "configs", "three_axis")
 
@@ -82,7 +82,7 @@ class Shift(unittest.TestCase):
         self.assertLess(homed[2], homed[0])
         self.assertLess(homed[2], homed[1])
         for joint in range(3):
-            self.assertEqual(np.ptp(scene["joint.%d.motor-pos-fb" % joint]), 0)
+            self.assertLess(np.ptp(scene["joint.%d.motor-pos-fb" % joint]), STILL)
 
     def test_homing_again_loses_home_first(self):
         for joint in range(3):
@@ -182,9 +182,9 @@ class Shift(unittest.TestCase):
         last_at_feed = np.flatnonzero(velocity > 50 - 1e-6)[-1]
         self.assertAlmostEqual(x[-1] - x[last_at_feed + 1], 50**2 / 2 / ACCELERATION, delta=2 * 50 * PERIOD)
         self.assertTrue(30 < x[-1] < 240)
-        self.assertTrue((x[-100:] == x[-1]).all())
+        self.assertLess(np.ptp(x[-100:]), STILL)
         after = self.scenes["after_abort"]["joint.0.motor-pos-cmd"]
-        self.assertEqual(after[0], x[-1])
+        self.assertAlmostEqual(after[0], x[-1], delta=STILL)
         self.assertAlmostEqual(after[-1], 60, delta=nm)
 
     def test_off_and_on_moves_nothing(self):
@@ -193,7 +193,7 @@ class Shift(unittest.TestCase):
         self.assertEqual([enabled[row] for row in (0, *changes(enabled))], [1, 0, 1])
         for joint in range(3):
             for pin in ("motor-pos-cmd", "motor-pos-fb"):
-                self.assertLess(np.ptp(scene["joint.%d.%s" % (joint, pin)]), 1e-9)
+                self.assertLess(np.ptp(scene["joint.%d.%s" % (joint, pin)]), STILL)
 
     def test_emergency_stop_stops_the_drives_and_they_stay(self):
         scene = self.scenes["emergency_stop"]
@@ -202,10 +202,10 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(np.diff(x[:off]).max() / PERIOD, 50, delta=0.1)
         self.assertTrue(30 < x[off] < 239)  # in mid-move
         self.assertLess(np.ptp(x[off:]), 2 * 50 * PERIOD)
-        self.assertEqual(np.ptp(x[off + 3 :]), 0)
+        self.assertLess(np.ptp(x[off + 3 :]), STILL)
         self.assertLess(on, len(x) - 100)
         after = self.scenes["after_emergency_stop"]
-        self.assertEqual(after["joint.0.motor-pos-fb"][0], x[-1])
+        self.assertAlmostEqual(after["joint.0.motor-pos-fb"][0], x[-1], delta=STILL)
         self.assertAlmostEqual(after["joint.0.motor-pos-fb"][-1], 20, delta=nm)
         self.assertAlmostEqual(after["joint.1.motor-pos-fb"][-1], 20, delta=nm)
 
@@ -218,7 +218,7 @@ class Shift(unittest.TestCase):
         y = self.scenes["jog"]["joint.1.motor-pos-cmd"]
         self.assertAlmostEqual(np.diff(y).max() / PERIOD, 50, delta=1e-6)
         self.assertGreater(y[-1], 60)
-        self.assertTrue((y[-100:] == y[-1]).all())
+        self.assertLess(np.ptp(y[-100:]), STILL)
 
     def rows_at(self, corner):
         scene = self.scenes["program"]
@@ -310,7 +310,7 @@ class Sample(unittest.TestCase):
         status, output = finish(start(self.folder, os.path.join(machine, "mill.ini"), *options))
         self.assertEqual(status, 0, output)
         z = read_recording(record)
-        self.assertEqual(z["joint.2.motor-pos-cmd"][-1], -10)
+        self.assertAlmostEqual(z["joint.2.motor-pos-cmd"][-1], -10, delta=STILL)
         self.assertAlmostEqual(z["joint.2.motor-pos-fb"][-1], -10, delta=nm)
         self.assertAlmostEqual(z["z-drive.out"][-1], -9.95, delta=nm)
 

@@ -171,10 +171,13 @@ class Shift(Scenario):
         self.await_offset(0.03)
 
     def emergency_stop(self):
-        self.set("offset-0", 0.08)
         self.machine.start("axis_offset_part.ngc")
         self.await_pin("motion.digital-out-01", True)
+        self.set("max-rate", 0.01)  # 5 s, so that the stop comes before the end
+        self.set("offset-0", 0.08)
+        self.await_condition(lambda: self.host.get("axis.z.eoffset") > 0.031, "a part of the change")
         self.machine.emergency_stop()
+        self.set("max-rate", 0.1)
         self.rest()
         self.begin("after_emergency_stop")
         self.machine.turn_on()

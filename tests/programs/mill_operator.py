@@ -24,8 +24,8 @@ with Machine() as machine:
     machine.turn_on()
     machine.home()
     seen = {"compensates": host.get("growth.enable")}
-    host.halcmd("unlinkp", "halui.mdi-command-00")  # from the button, which this program presses
-    host.set("halui.mdi-command-00", True)
+    host.halcmd("unlinkp", "pyvcp.learn")  # the button, which this program presses
+    host.set("learn-button", True)
     machine.wait_for(lambda _: host.get("growth.learn"), "the request to learn")
 with open("panel.json", "w") as file:
     json.dump(seen, file)

@@ -28,6 +28,7 @@ class Shift(Scenario):
         machine = self.machine
         machine.turn_on()
         machine.home()
+        self.facts["without setup"] = self.refused(lambda: machine.run("part.ngc"))
         machine.run("setup.ngc")
         self.facts["work"] = self.top()
         machine.run("learn.ngc")
@@ -66,11 +67,7 @@ class Shift(Scenario):
         machine.mdi("T4 M6 G43")
         machine.mdi("G0 X0 Y0 Z3")
         with self.record("refused"):
-            try:
-                machine.mdi("G38.2 Z-5 F100")
-            except OperatorError as error:
-                self.facts["refusal"] = str(error)
-            machine.abort()
+            self.facts["refusal"] = self.refused(lambda: machine.mdi("G38.2 Z-5 F100"))
             machine.wait(0.2)
         with self.record("probed"):
             machine.mdi("O <probe_work> call [20]")
@@ -88,6 +85,15 @@ class Shift(Scenario):
         machine.mdi("G0 Z3")
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off with the offset"] = self.top()
+
+    def refused(self, work):
+        """The message of LinuxCNC, which aborts."""
+        try:
+            work()
+        except OperatorError as error:
+            self.machine.abort()
+            return str(error)
+        raise AssertionError("it was carried out")
 
     def top(self):
         """Z of G54."""

@@ -193,8 +193,8 @@ class Shift(Scenario):
         self.await_ramp()
 
     def emergency_stop(self):
-        self.machine.mdi("G1 X-100 Y-100 Z0 F6000", wait=False)
-        self.machine.wait(0.5)
+        self.machine.mdi("G1 X-100 Y-100 Z0 F3000", wait=False)
+        self.machine.wait(0.6)
         self.machine.emergency_stop()
         self.rest()
         self.machine.turn_on()

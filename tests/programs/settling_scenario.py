@@ -25,7 +25,7 @@ ENABLES = {  # name -> lines of a program before the change of the tool
     "m51_m53": "M51 P0\nM53 P0",
 }
 AS_BEFORE = "M48\nM50 P1\nM51 P1\nM52 P0\nM53 P1\n"
-SLOWLY = 0.003  # mm/s: the change takes 4 s, in which a busy computer reaches the next events
+SLOWLY = 0.002  # mm/s: the change takes 6 s, in which a busy computer reaches the next events
 BEGIN = "G54 G64 P0.01\nT1 M6 G43\nG0 X0 Y0 Z0\nM66 P5 L4 Q60\n"
 
 
@@ -44,7 +44,7 @@ class Shift(Scenario):
         for name, words in ENABLES.items():
             # Both kinds of override come back in the middle of the cut, and must not stop it.
             cut = words + "\nT3 M6\nG43\nG1 X20\n" + AS_BEFORE + "G1 X40\n"
-            self.scene(name, cut, rate=SLOWLY if name in ("m49_m53", "m51_m53") else 0.02)
+            self.scene(name, cut, rate=SLOWLY if name in ("m49_m53", "m51_m53") else 0.01)
         self.scene("g49", "G49\nG1 X20\n")
         self.scene("between_cuts", "G1 X10\nT3 M6\nG43\nG1 X20\n")
         self.scene("behind_a_rapid", "T3 M6\nG43\nG0 X10\nG1 X20\n")
@@ -60,7 +60,7 @@ class Shift(Scenario):
             self.host.command("unlinkp motion." + pin)
         self.scene("without", "T3 M6\nG43\nG1 X40\n", rate=SLOWLY)
 
-    def scene(self, name, what, rate=0.02):
+    def scene(self, name, what, rate=0.01):
         """From rest, with tool 1 in force: runs a program or a method, with this rate of the ramp."""
         self.begin(name)
         self.host.set("square.max-rate", 0.1)
@@ -120,7 +120,7 @@ class Shift(Scenario):
 
     def in_a_cut(self):
         """Somebody sets another boring bar while it cuts."""
-        self.machine.mdi("G1 X100 F3000", wait=False)
+        self.machine.mdi("G1 X200 F3000", wait=False)
         self.machine.wait_for(lambda status: self.host.get("motion.current-vel") > 49.9, "the cut")
         self.host.set("square.radial-offset", 20)
         self.machine.wait_until_idle()

@@ -69,7 +69,7 @@ class Speeds(unittest.TestCase):
         self.assertGreater(resting, 10)
 
 
-@unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
+@unittest.skipIf(SANITIZED, "mill_both_linuxcnc_test runs the same modules")
 class Short(unittest.TestCase):
     def test_following_the_speed_is_within_the_figures_and_better_than_holding(self):
         machines, duration = 2, 5400

@@ -15,7 +15,7 @@ SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 PAIRS = 80  # 8 % of an rms is its standard deviation
 
 
-@unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
+@unittest.skipIf(SANITIZED, "mill_both_linuxcnc_test runs the same modules")
 class Pairs(unittest.TestCase):
     def scatter(self, case):
         return pairs.simulate(case, PAIRS, lambda seconds: True)
@@ -64,7 +64,7 @@ class Bound(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
-    @unittest.skipIf(SANITIZED, "mill_bench_test runs the same modules")
+    @unittest.skipIf(SANITIZED, "mill_both_linuxcnc_test runs the same modules")
     def test_prints_a_table(self):
         done = run_bench("pairs", "--pairs", "3")
         for case in CASES:

@@ -13,7 +13,6 @@ import portal
 from support import portal_machine
 from support.portal_machine import ARCSEC, UM
 
-SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 ERRORS = [f"portal.truth-{axis}-error" for axis in "xyz"]
 
 
@@ -53,7 +52,7 @@ class Path(unittest.TestCase):
     def test_with_correction_no_period_on_the_way_has_an_error(self):
         self.host.run(5)  # it ramps in while the axes start
         self.expect_errors_below(1e-8)
-        self.host.run(60 if not SANITIZED else 10)
+        self.host.run(60)
         self.assertEqual(self.host.violations(), [])
         self.assertEqual(self.host.get(["square.fault-code", "square.limited-code", "x-stage.fault-code"]), [0, 0, 0])
 
@@ -99,7 +98,7 @@ class Path(unittest.TestCase):
             names = {(None, "rail"): "portal.w-position"}
             names.update({(axis, column): name.format(axis) for axis in "xyz" for column, name in columns.items()})
             self.host.record(path, list(names.values()), 0.001)
-            self.host.run(20 if not SANITIZED else 5)
+            self.host.run(20)
             rows = np.loadtxt(path, delimiter=",", skiprows=1)[1:, 1:]
         recorded = dict(zip(names, rows.T))
         other = {"x": 0, "y": 25, "z": recorded[None, "rail"] - 250}  # rail and tool, in the tip's place
@@ -131,8 +130,6 @@ class Cube(unittest.TestCase):
     def test_however_a_machine_leans_the_tip_is_where_it_should_be(self):
         # 100 arcsec each way, 400 mm of tool and 50 mm of radial offset; to 0.01 um, and the disease is a millimetre.
         for kind, number in (("column", 2 * (3**2 - 1)), ("portal", 4 * (3**4 - 1))):
-            if SANITIZED and kind == "portal":
-                continue
             with self.subTest(kind):
                 worst = portal_machine.every_direction(kind, 100 * ARCSEC, 2, no_news)
                 print("\n" + "\n".join(portal.worst_lines(worst)), file=sys.stderr)

@@ -55,6 +55,9 @@ class Setup(unittest.TestCase):
             timeout=30,
         )
 
+    def log_anew(self):
+        open(self.log, "w").close()
+
     def calls(self):
         with open(self.log, encoding="ascii") as file:
             return file.read().splitlines()
@@ -92,12 +95,35 @@ class Setup(unittest.TestCase):
 
     @unittest.skipUnless(os.geteuid() == 0, "not root")
     def test_further_packages_are_installed_for_who_asks(self):
-        self.lack("faketime", "mandoc")
+        self.lack("faketime", "man-db")
         done = self.setup_as(0, "--with", "iproute2 faketime", "product")
         self.assertEqual(done.returncode, 0, done.stderr)
         calls = self.calls()
-        self.assertIn("apt-get install -q -y --no-install-recommends mandoc faketime", calls)
+        self.assertIn("apt-get install -q -y --no-install-recommends man-db faketime", calls)
         self.assertTrue(calls[-1].endswith("--target product"), calls)
+
+    def test_product_needs_no_package_of_the_tests(self):
+        self.lack("libgtest-dev", "libgmock-dev", "librapidcheck-dev", "libbenchmark-dev", "xvfb")
+        done = self.setup_as(NOBODY, "product")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        configured, built = self.calls()
+        self.assertIn("-DBUILD_TESTING=OFF", configured)
+        self.assertTrue(built.endswith("--target product"), built)
+        self.log_anew()
+        self.assertIn("libgtest-dev", self.setup_as(NOBODY).stderr)
+
+    def test_tests_are_added_to_a_folder_of_the_product(self):
+        self.lack()
+        os.mkdir(os.path.join(self.root, "build"))
+        os.chmod(os.path.join(self.root, "build"), 0o755)
+        for testing, target, configured in (("OFF", "product", []), ("OFF", "all", ["-DBUILD_TESTING=ON"]), ("ON", "all", [])):
+            for name, text in (("build.ninja", ""), ("CMakeCache.txt", f"BUILD_TESTING:BOOL={testing}\n")):
+                with open(os.path.join(self.root, "build", name), "w", encoding="ascii") as file:
+                    file.write(text)
+            self.log_anew()
+            done = self.setup_as(NOBODY, target)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual([call.split()[-1] for call in self.calls()], [*configured, target])
 
     def test_sanitized_build_has_a_folder_of_its_own(self):
         self.lack()

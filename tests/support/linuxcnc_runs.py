@@ -28,6 +28,7 @@ RACE = "Queue is not empty after probing"
 ATTEMPTS = 4
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm
+STILL = 1e-3 * nm  # a smaller difference of positions is rounding, and no motion
 um = 1e-3  # mm
 
 speed = 10  # times real time

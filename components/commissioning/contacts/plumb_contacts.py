@@ -363,12 +363,12 @@ class Replay:
         contact.coordinate = self.contact_coordinate[row]
         contact.growth, contact.sigma = self.displacement[row], self.displacement_sigma[row]
         contact.learnt = bool(self.learning[row])
-        contact.believed = self.contacts_accepted[row] > self.contacts_accepted[row - 1]
+        contact.accepted = self.contacts_accepted[row] > self.contacts_accepted[row - 1]
         code = int(self.rejection_code[row])
         refused = (self.contacts_rejected + self.contacts_unexpected)[[row - 1, row]]
         contact.code = code if refused[1] > refused[0] else 0
         contact.rejection = self.rejection(code)
-        contact.compared = not contact.learnt and (contact.believed or contact.code in (TOO_LARGE, BEYOND_GATE))
+        contact.compared = not contact.learnt and (contact.accepted or contact.code in (TOO_LARGE, BEYOND_GATE))
         # It is told when it has been fitted, half a second late: perhaps in the next descent, but not yet in its cut.
         at = contact.time / recording.period
         met = [a for a in recording.approaches if (a.begin if a.onset is None else a.onset) < at]
@@ -379,17 +379,17 @@ class Replay:
         """Its sentence."""
         return self.rejections.get(code, "code %d" % code)
 
-    def believed(self):
-        return sum(c.believed and not c.learnt for c in self.found)
+    def accepted(self):
+        return sum(c.accepted and not c.learnt for c in self.found)
 
     def sigma(self):
         """The median, in um, of what was compared."""
         return 1e3 * np.median([c.sigma for c in self.found if c.compared] or [np.inf])
 
     def better_than(self, other):
-        """No worse in believed contacts and sigma, to 0.1 um, and better in one of them."""
-        more = self.believed() - other.believed()
-        finer = round(other.sigma(), 1) - round(self.sigma(), 1) if self.believed() and other.believed() else more
+        """No worse in accepted contacts and sigma, to 0.1 um, and better in one of them."""
+        more = self.accepted() - other.accepted()
+        finer = round(other.sigma(), 1) - round(self.sigma(), 1) if self.accepted() and other.accepted() else more
         return more >= 0 and finer >= 0 and (more > 0 or finer > 0)
 
     def offset_at(self, row, period):
@@ -400,7 +400,7 @@ class Contact:
     def verdict(self):
         if self.code:
             return "rejected: " + self.rejection
-        return "learnt" if self.learnt else "accepted" if self.believed else "seen"
+        return "learnt" if self.learnt else "accepted" if self.accepted else "seen"
 
 
 def counted(number, thing):
@@ -443,7 +443,7 @@ def show_suggestions(load, replay, tried):
         now = replay.settings[name]
         print("  setp growth.%-14s %-6.4g # %s; now %.4g" % (name, value, reason, now))
     print()
-    rows = [[name, str(r.believed()), "%.1f" % r.sigma()] for name, r in (("now", replay), ("these", tried))]
+    rows = [[name, str(r.accepted()), "%.1f" % r.sigma()] for name, r in (("now", replay), ("these", tried))]
     for row in [["settings", "accepted", "median sigma, um"]] + rows:
         print("  %-8s  %8s  %s" % tuple(row))
 
@@ -467,7 +467,7 @@ def show_cycles(recording, replay):
         begin, end = (replay.offset_at(row, recording.period) for row in (cycle.begin, cycle.end))
         recorded = recording.applied[min(cycle.end, len(recording.applied) - 1)]
         inside = [c for c in replay.found if c.approach and c.approach.cycle is cycle]
-        believed = sum(c.believed and not c.learnt for c in inside)
+        accepted = sum(c.accepted and not c.learnt for c in inside)
         kind = "" if cycle.complete else "not complete"
         if cycle.learn:
             kind = "learnt from"
@@ -478,7 +478,7 @@ def show_cycles(recording, replay):
                 str(cycle.number),
                 "%.2f" % (cycle.begin * recording.period),
                 "%d" % len(inside),
-                "%d" % believed,
+                "%d" % accepted,
                 "%+.4f" % begin,
                 "%+.4f" % end,
                 "%+.4f" % recorded,
@@ -494,7 +494,7 @@ def show_summary(replay):
         if contact.code:
             refused[contact.code] = refused.get(contact.code, 0) + 1
     learnt = sum(c.learnt for c in replay.found)
-    print("\nContacts: %d learnt, %d accepted, %d missed" % (learnt, replay.believed(), replay.contacts_missed[-1]))
+    print("\nContacts: %d learnt, %d accepted, %d missed" % (learnt, replay.accepted(), replay.contacts_missed[-1]))
     for code in sorted(refused):
         print("  %d rejected: %s" % (refused[code], replay.rejection(code)))
     print("Largest offset %+.4f mm" % replay.z_offset[np.argmax(abs(replay.z_offset))])
@@ -568,23 +568,23 @@ def by_operation(replay):
     return groups
 
 
-def believed_growth(replay):
+def accepted_growth(replay):
     """In um, cycle by cycle."""
     groups = {}
     for contact in replay.found:
-        if contact.believed and not contact.learnt and contact.approach:
+        if contact.accepted and not contact.learnt and contact.approach:
             groups.setdefault(contact.approach.cycle.number, []).append(1e3 * contact.growth)
     return list(groups.values())
 
 
 def growth_of(replay):
     """How far the means of the cycles lie apart, and from what was learnt, in um."""
-    return np.ptp([0] + [np.mean(cycle) for cycle in believed_growth(replay)])
+    return np.ptp([0] + [np.mean(cycle) for cycle in accepted_growth(replay)])
 
 
 def scatter_of(replay):
-    """Standard deviation of the growth among the believed contacts of a cycle, in um."""
-    cycles = believed_growth(replay)
+    """Standard deviation of the growth among the accepted contacts of a cycle, in um."""
+    cycles = accepted_growth(replay)
     freedom = sum(len(cycle) - 1 for cycle in cycles)
     squares = sum(np.square(cycle - np.mean(cycle)).sum() for cycle in cycles)
     return np.sqrt(squares / freedom) if freedom else 0.0
@@ -603,8 +603,8 @@ def draw(file, recording, replay):
     loads.set_ylabel("load, %")
     loads.set_ylim(*np.percentile(recording.load, [0.1, 95]) + np.array([-2, 10]))
     offsets.plot(replay.time, replay.z_offset * 1e3, label="offset that would have been applied")
-    for believed, mark, label in ((True, "o", "contact, accepted"), (False, "x", "contact, rejected")):
-        shown = [c for c in replay.found if c.compared and c.believed == believed]
+    for accepted, mark, label in ((True, "o", "contact, accepted"), (False, "x", "contact, rejected")):
+        shown = [c for c in replay.found if c.compared and c.accepted == accepted]
         if shown:
             growth = [c.growth * 1e3 for c in shown]
             offsets.errorbar([c.time for c in shown], growth, [c.sigma * 1e3 for c in shown], fmt=mark, label=label)
@@ -661,7 +661,7 @@ def main():
     show_contacts(replay)
     show_cycles(recording, replay)
     show_summary(replay)
-    if replay.believed():
+    if replay.accepted():
         show_judgement(replay)
     print("\nNext")
     found = list(problems(recording, replay, load))
@@ -671,13 +671,13 @@ def main():
         print("  - Take the other settings over, and replay again: they do better.")
     elif tried:
         print("  - Keep the settings that you have: the others do no better.")
-    if not found and replay.believed():
+    if not found and replay.accepted():
         print("  - Nothing hinders compensation: let the machine run with it.")
     elif not found:
         print("  - Record more parts: nothing was compared yet.")
     if arguments.chart:
         draw(arguments.chart, recording, replay)
-    return 0 if replay.believed() and not found else 1
+    return 0 if replay.accepted() and not found else 1
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/bench.hpp"
+#include "tests/support/rounds.hpp"
 #include "tests/support/spectrum.hpp"
 
 #include <algorithm>
@@ -130,7 +131,8 @@ TEST_F(SimDriveLoad, WhiteNoiseHasItsRmsAtTheOutputAndIsFlat) {
 
 TEST_F(SimDriveLoad, FlickerNoiseHasItsRmsAtTheOutputAndFallsAsOneOverF) {
     bench.set("drive.flicker-noise", 0.5);
-    const std::vector<double> loads = bench.trace(2000, {"drive.load"}, 0.005).column("drive.load");
+    const std::vector<double> loads =
+        bench.trace(rounds(2000, 600), {"drive.load"}, 0.005).column("drive.load");
     EXPECT_NEAR(deviation(loads), 0.5, 0.08);
     EXPECT_NEAR(slope_of(spectral_density(loads, 0.005, 1 << 15), 0.05, 20), -1, 0.15);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/bench.hpp"
+#include "tests/support/rounds.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -67,8 +68,9 @@ TEST_F(SimMill, StoppedSpindleShrinksWithATimeConstantOfItsOwn) {
     bench.run(1);
     EXPECT_NEAR(growth(), 60 * um, 0.01 * um);
     bench.set("mill.spindle-speed-cmd", 0);
-    bench.run(3600);
-    EXPECT_NEAR(growth(), 60 * um * std::exp(-1), 0.01 * um);
+    constexpr double time = rounds(3600, 360);
+    bench.run(time);
+    EXPECT_NEAR(growth(), 60 * um * std::exp(-time / 3600), 0.01 * um);
 }
 
 TEST_F(SimMill, GrowthRisesWithAPowerOfTheSpeed) {
@@ -86,8 +88,9 @@ TEST_F(SimMill, HeadAndColumnUndoTheirShareSlowly) {
     bench.set("mill.column-share", 0.5);
     bench.set("mill.tau-turning", 0);
     bench.set("mill.spindle-speed-cmd", 8000);
-    bench.run(7200);
-    EXPECT_NEAR(growth(), 60 * um * (1 - 0.5 * (1 - std::exp(-1))), 0.01 * um);
+    constexpr double time = rounds(7200, 720);
+    bench.run(time);
+    EXPECT_NEAR(growth(), 60 * um * (1 - 0.5 * (1 - std::exp(-time / 7200))), 0.01 * um);
 }
 
 TEST_F(SimMill, ScrewWarmsWithMotionAndMovesZByItsDistanceFromTheFixedBearing) {

@@ -15,7 +15,7 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, change, changes, nm, own_folder, read_recording, um
+from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, STILL, change, changes, nm, own_folder, read_recording, um
 
 MAX_RATE = 0.1  # mm/s, the default
 COUNT = 0.1 * um
@@ -96,7 +96,7 @@ class Shift(unittest.TestCase):
         self.assertLess(abs(shift["axis.z.eoffset"] - shift["z-stage.applied-offset"]).max(), 1e-9)
 
     def test_on_and_homed_nothing_moves_and_the_operator_gets_a_message(self):
-        self.assertEqual(np.ptp(self.z("turn_on")), 0)
+        self.assertLess(np.ptp(self.z("turn_on")), STILL)
         self.assertEqual(self.column("turn_on", "z-stage.counts").max(), 0)
         self.assertEqual(self.column("turn_on", "z-stage.uncompensated")[-1], 1)
 
@@ -108,26 +108,26 @@ class Shift(unittest.TestCase):
         self.assertEqual(self.column("start_a_cycle", "z-stage.uncompensated")[-1], 0)
 
     def test_change_of_mode_moves_nothing(self):
-        self.assertEqual(np.ptp(self.z("change_modes")), 0)
+        self.assertLess(np.ptp(self.z("change_modes")), STILL)
 
     def test_offset_follows_within_a_program(self):
-        cutting = self.column("run_a_program", "motion.current-vel") == 20
-        self.assertAlmostEqual(np.count_nonzero(cutting) * PERIOD, 100 / 20, delta=0.1)  # which it does not disturb
+        cutting = abs(self.column("run_a_program", "motion.current-vel") - 10) < nm
+        self.assertAlmostEqual(np.count_nonzero(cutting) * PERIOD, 100 / 10, delta=0.2)  # which it does not disturb
         self.assertGreater(np.ptp(self.offset("run_a_program")[cutting]), 10 * COUNT)
         self.assertAlmostEqual(self.offset("run_a_program")[-1], 80 * um, delta=COUNT)
 
     def test_offset_of_a_paused_program_moves_that_axis_alone(self):
         self.assertAlmostEqual(np.ptp(self.z("paused")), 60 * um, delta=COUNT)
-        self.assertEqual(np.ptp(self.column("paused", "joint.0.motor-pos-cmd")), 0)
+        self.assertLess(np.ptp(self.column("paused", "joint.0.motor-pos-cmd")), STILL)
         self.assertAlmostEqual(self.z("resumed").min(), -10 + 20 * um, delta=COUNT)
 
     def test_abort_keeps_the_offset(self):
-        self.assertEqual(np.ptp(self.offset("abort")), 0)
+        self.assertLess(np.ptp(self.offset("abort")), STILL)
         self.assertTrue(self.column("abort", "z-stage.armed").all())
 
     def test_soft_limit_holds_the_axis_and_winds_nothing_up(self):
-        self.assertEqual(self.z("soft_limit").max(), 50)
-        self.assertEqual(np.ptp(self.z("at_the_limit")), 0)
+        self.assertAlmostEqual(self.z("soft_limit").max(), 50, delta=STILL)
+        self.assertLess(np.ptp(self.z("at_the_limit")), STILL)
         self.assertEqual(np.ptp(self.column("at_the_limit", "z-stage.counts")), 0)
         self.assertTrue(self.column("at_the_limit", "z-stage.uncompensated")[-1])
         self.assertAlmostEqual(self.z("behind_the_limit")[-1], 40 + 50 * um, delta=COUNT)
@@ -143,7 +143,7 @@ class Shift(unittest.TestCase):
         self.assertLess(np.argmax(refused) - np.argmax(probing), 3)  # servo cycles
         self.assertLess(np.ptp(self.z(scene)), 0.2)
         self.assertFalse(refused[-1])
-        self.assertEqual(np.ptp(self.offset(scene)), 0)
+        self.assertLess(np.ptp(self.offset(scene)), STILL)
 
     def test_clear_takes_the_offset_back(self):
         self.assertAlmostEqual(self.offset("clear")[-1], 0, delta=nm)
@@ -159,13 +159,13 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(self.offset(scene)[-1], 90 * um, delta=COUNT)
 
     def test_joint_mode_lets_the_offset_wait(self):
-        self.assertEqual(np.ptp(self.z("in_joint_mode")), 0)
+        self.assertLess(np.ptp(self.z("in_joint_mode")), STILL)
         self.assertTrue(self.column("in_joint_mode", "z-stage.uncompensated")[-1])
         self.assertAlmostEqual(self.offset("out_of_joint_mode")[-1], 30 * um, delta=COUNT)
 
     def test_off_and_on_moves_nothing_until_the_next_cycle(self):
         self.assertLess(np.ptp(self.z("off_and_on")), nm)
-        self.assertEqual(self.offset("off_and_on")[-1], 0)
+        self.assertAlmostEqual(self.offset("off_and_on")[-1], 0, delta=STILL)
         self.assertFalse(self.column("off_and_on", "z-stage.armed")[-1])
         self.assertTrue(self.column("off_and_on", "z-stage.uncompensated")[-1])
         self.assertAlmostEqual(self.z("after_off_and_on").min(), 0, delta=nm)  # by G0 Z0
@@ -174,10 +174,10 @@ class Shift(unittest.TestCase):
     def test_emergency_stop_amid_a_change_moves_nothing_afterwards(self):
         stopped = changes(self.column("emergency_stop", "motion.motion-enabled"))
         moving = self.offset("emergency_stop")[stopped]
-        self.assertTrue(30 * um < moving < 80 * um)
+        self.assertTrue(30 * um < moving < 79 * um)
         self.assertLess(np.ptp(self.z("after_emergency_stop")), 1 * um)  # falls back to where the drive is
         self.assertLess(np.ptp(self.z("after_emergency_stop")[-1000:]), nm)
-        self.assertEqual(self.offset("after_emergency_stop")[-1], 0)
+        self.assertAlmostEqual(self.offset("after_emergency_stop")[-1], 0, delta=STILL)
         self.assertAlmostEqual(self.z("after_all_that")[-1], 80 * um, delta=COUNT)
 
     def test_homed_with_an_offset_in_force_it_cannot_be_armed(self):
@@ -247,7 +247,7 @@ class Guest(unittest.TestCase):
         self.assertLess(np.sort(abs(windows))[: -200 * 3].max(), 0.2 * MAX_RATE + 2 * um)  # but when it is turned on
 
     def test_guest_moves_before_a_cycle_starts_and_nothing_else_does(self):
-        self.assertEqual(np.ptp(self.column("turn_on", "joint.2.motor-pos-cmd")), 0)  # its counts changed while off
+        self.assertLess(np.ptp(self.column("turn_on", "joint.2.motor-pos-cmd")), STILL)  # its counts changed while off
         self.assert_ends("turn_on", 0, 0)
         self.assert_ends("guest_alone", 0, 1)
         self.assertTrue(self.column("guest_alone", "z-stage.guest-active")[-1])

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/random.hpp"
 
+#include "tests/support/rounds.hpp"
 #include "tests/support/spectrum.hpp"
 
 #include <gtest/gtest.h>
@@ -94,7 +95,7 @@ TEST(FlickerNoise, ItsSpectralDensityFallsAsOneOverF) {
     Random random(9);
     FlickerNoise noise(random);
     constexpr double dt = 0.005;
-    std::vector<double> samples(1 << 20);
+    std::vector<double> samples(rounds(1 << 20, 1 << 18));
     for (double& x : samples) x = noise.step(random, dt);
     const double slope = slope_of(spectral_density(samples, dt, 1 << 15), 0.05, 20);
     EXPECT_NEAR(slope, -1, 0.1);

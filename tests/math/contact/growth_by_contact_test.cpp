@@ -2,6 +2,7 @@
 #include "components/math/contact/growth_by_contact.hpp"
 
 #include "tests/support/milling.hpp"
+#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -97,8 +98,9 @@ TEST(GrowthByContact, AConstantGrowthStaysConstantForAThousandContacts) {
         shop.mill.dt = 0.002;
         shop.used = settings(method);
         shop.learn();
-        for (int n = 0; n < 250; ++n) shop.cycle(14 * um);
-        ASSERT_EQ(shop.accepted.size(), 1000u);
+        constexpr int cycles = rounds(250, 10);
+        for (int n = 0; n < cycles; ++n) shop.cycle(14 * um);
+        ASSERT_EQ(shop.accepted.size(), 4u * cycles);
         for (const double g : shop.accepted) ASSERT_NEAR(g, 14 * um, 0.5 * um);
     }
 }
@@ -111,14 +113,15 @@ TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSig
     shop.mill.dt = 0.004;
     shop.used.between.by_speed = true;
     shop.learn();
+    constexpr int cycles = rounds(1000, 50);
     double offset = 0, largest = 0, variance = 0;
-    for (int n = 0; n < 1000; ++n) {
+    for (int n = 0; n < cycles; ++n) {
         shop.cycle(14 * um);
         ASSERT_EQ(shop.counts().accepted, n + 1);
         const double estimate = shop.measured.estimate(shop.used);
         if (std::abs(estimate - offset) > tolerance) offset = estimate;
         largest = std::max(largest, std::abs(offset - 14 * um));
-        variance += shop.measured.sigma() * shop.measured.sigma() / 1000;
+        variance += shop.measured.sigma() * shop.measured.sigma() / cycles;
     }
     EXPECT_LE(largest, tolerance + 3 * std::sqrt(variance));
     EXPECT_GT(largest, 0.5 * um) << "there is noise";
@@ -320,7 +323,8 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
     held.hold = 3;
     double worst = 0;  // of any growth that would be accepted
     const Shop before = learnt();
-    for (double height = 0.2; height > -0.2; height -= 0.01) {
+    constexpr double between = 0.4 / rounds(40, 8);
+    for (double height = 0.2; height > -0.2; height -= between) {
         held.hold_height = height;
         for (const double steady_time : {0.0, 0.2}) {
             Shop shop = before;
