@@ -14,11 +14,12 @@
 namespace plumb {
 
 // The growth by contacts of several gauges, each of which may be wrong. A contact is taken at once if it lies
-// within three standard deviations of the prediction and changes the growth by less than `floor`. Another one
-// is a claim, which the next contacts decide:
+// within three standard deviations of the prediction and changes the growth by less than `floor`. Another
+// one is a claim, which the next contacts decide. One within `floor` counts meanwhile as if it lay at three
+// standard deviations (P. J. Huber, Ann. Math. Statist. 35, 1964); one beyond counts for nothing.
 //
-//     step       another contact agrees with the claim: of another tool if the reference has one. Both are
-//                taken, and the growth follows them whole.
+//     step       another contact agrees with the claim: beyond `floor` one of another tool, if the
+//                reference has one. The growth follows them whole.
 //     outlier    the next contact of this gauge is as predicted. The claim is dropped.
 //     contradiction    the gauge claims again and again, and no other agrees: it is withdrawn.
 //     event of the program    its contacts move with the offset (ProgramLock): it is withdrawn.
@@ -77,11 +78,15 @@ public:
             return take(r, gauge, std::sqrt(seen2), true, settings);
         }
         const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool};
-        if (r.admitted && (r.confirmed || confirmed(claim, r)))
-            return take_step(r, gauge, std::sqrt(seen2), settings);
+        if (r.admitted && (r.confirmed || confirmed(claim, r, settings)))
+            return take_step(r, claim.shift, gauge, std::sqrt(seen2), settings);
         const Verdict verdict = claimed(watch, claim, r, gauge, std::sqrt(seen2), settings);
-        if (verdict == Verdict::claim) watch.claimed2 = std::min(innovation * innovation, 16 * sum2) - sum2;
-        return verdict;
+        if (verdict != Verdict::claim) return verdict;
+        watch.claimed2 = std::min(innovation * innovation, 16 * sum2) - sum2;
+        if (!r.admitted || near || std::abs(innovation) > settings.floor) return verdict;
+        Reading bounded_one = r;
+        bounded_one.growth = expected.mean + std::copysign(3 * std::sqrt(sum2), innovation);
+        return take(bounded_one, gauge, std::sqrt(seen2), true, settings);
     }
 
     // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
@@ -95,6 +100,7 @@ public:
     void renew_gauges() noexcept {
         model_.renew_gauges();
         watches_.fill({});
+        turns_ = 0;
     }
     void forget() noexcept {
         model_.forget();
@@ -128,13 +134,14 @@ public:
         return std::any_of(watches_.begin(), watches_.end(),
                            [&](const Watch& w) { return w.withdrawn == reason; });
     }
-    // A gauge has claimed the same in two cycles, and no other agrees.
+    // A gauge has claimed the same in two cycles, and no other agrees; or steps take each other back.
     bool contradicted() const noexcept {
-        return any(Withdrawal::contradiction) ||
+        return any(Withdrawal::contradiction) || turns_ >= most_turns ||
                std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.claims >= 2; });
     }
 
 private:
+    static constexpr std::int32_t most_turns = 2;   // steps, each the reverse of the one before
     static constexpr std::int32_t most_claims = 3;  // of a gauge, and no other agrees
     static constexpr double scatter_part = 0.15, consistency_part = 0.05, widest = 16;
 
@@ -165,14 +172,16 @@ private:
     }
 
     // Noise agrees with noise: only claims far beyond theirs confirm each other.
-    bool confirmed(const Claim& claim, const Reading& r) const noexcept {
+    bool confirmed(const Claim& claim, const Reading& r, const Settings& settings) const noexcept {
         if (!claim.clear()) return false;
+        const bool by_another_tool = r.other_tools && std::abs(claim.shift) > settings.floor;
         for (std::size_t i = 0; i < watches_.size(); ++i) {
             const Watch& other = watches_[i];
             if (other.claims == 0 || !other.claim.clear() || !agree(other.claim, claim)) continue;
             const bool another_cycle = other.claim.cycle != claim.cycle;
             const bool another_gauge = static_cast<std::int32_t>(i) != r.gauge;
-            if (r.other_tools ? other.claim.tool != claim.tool : another_cycle || another_gauge) return true;
+            if (by_another_tool ? other.claim.tool != claim.tool : another_cycle || another_gauge)
+                return true;
         }
         return false;
     }
@@ -187,12 +196,16 @@ private:
         watch.claim = claim;
         if (++watch.claims < most_claims) return Verdict::claim;
         if (last_cycle_ >= watch.first_cycle) return withdraw(watch, Withdrawal::contradiction);
-        return r.admitted ? take_step(r, gauge, sigma, settings) : Verdict::claim;  // no other spoke
+        return r.admitted ? take_step(r, claim.shift, gauge, sigma, settings)
+                          : Verdict::claim;  // no other spoke
     }
 
-    Verdict take_step(const Reading& r, const GrowthBetweenContacts::Gauge& gauge, double sigma,
+    Verdict take_step(const Reading& r, double shift, const GrowthBetweenContacts::Gauge& gauge, double sigma,
                       const Settings& settings) noexcept {
         for (Watch& watch : watches_) watch.claims = 0;
+        turns_ =
+            shift * last_step_ < 0 && std::abs(shift + last_step_) < 0.5 * std::abs(shift) ? turns_ + 1 : 0;
+        last_step_ = shift;
         return take(r, gauge, sigma, false, settings);
     }
 
@@ -235,6 +248,8 @@ private:
     bool known_ = false;
     double held_ = 0, held_sigma_ = 0;
     double consistency_ = 1;
+    double last_step_ = 0;         // mu
+    std::int32_t turns_ = 0;       // steps that took the one before back
     std::int32_t accepted_ = 0;    // contacts since nothing was known
     std::int32_t last_cycle_ = 0;  // with an accepted contact
 };
