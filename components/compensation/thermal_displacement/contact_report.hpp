@@ -34,7 +34,7 @@ struct ContactReport : hal::Group {
         refusal_code = refusal;
         reference_valid = refusal == Refusal::none && measured.cycle().references().made_with(setup);
         growth_known = measured.known();
-        growth_uncertain = measured.uncertain();
+        growth_uncertain = measured.uncertain(settings);
     }
 
     hal::Out<double> displacement{this, "displacement", "mu",
@@ -73,7 +73,7 @@ struct ContactReport : hal::Group {
     hal::Out<bool> growth_known{this, "growth-known",
                                 "A contact was accepted since the start, a restore or a forget."};
     hal::Out<bool> growth_uncertain{this, "growth-uncertain",
-                                    "No contact was accepted since the last change of the spindle speed."};
+                                    "growth-sigma is above half of gate-floor, or no growth is known."};
 };
 
 }  // namespace plumb

@@ -90,36 +90,56 @@ other lines of the stage, and configs/mill/stages.hal has all of them.)"},
 load-noise is a good value, read while the tool feeds through air. Use at most a third of the rise of the lightest cut.
 3. Exclude drills and cuts from the side with exclude-operation-N. Their load does not show the Z position of the work.
 4. Let the machine stand overnight. Set learn true (M64 P2) before the cycle starts, and run one part. reference-valid
-becomes true. To learn again, repeat this step.
+becomes true, and reference-sigma shows how good it is. learning-failed-code gives the reason if nothing was learnt. To
+learn again, repeat this step.
 5. Run parts as usual. displacement follows the spindle; displacement-sigma is its uncertainty.
 6. Set dry-run false when the growth is at least three times displacement-sigma.
+7. Once, verify that the contacts are of the work: set verify-step to 0.02 mm, and verify true before a cycle whose part
+does not count. The offset is displaced by that much in this cycle. An operation whose load rises at the same place of
+the program all the same is withdrawn, and doubt-code is 5. Set verify-step to 0 again.
 
 plumb-contacts(1) finds the settings from a recording. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch
 machine it converts the defaults.)"},
         hal::Behaviour{R"(
 - Start of LinuxCNC: z-offset is 0. It follows the growth again after the first accepted contact. retain(1) keeps the
-reference over a restart.
+reference over a restart. A growth above gate-floor needs two contacts that agree.
+- A contact far from the growth that was expected: Within gate-floor it counts in part, beyond it not at all, until
+another contact agrees. Then the offset follows whole. Beyond gate-floor this is a contact of another tool, if the
+reference has one.
+- A contact that no other agrees with in three cycles, or that moves with the offset: Its operation is withdrawn until it
+is learnt again. doubt is true.
+- Growth in doubt: doubt-code gives the reason, before the cut that it concerns. authority is the part of the growth that
+is applied. It falls with the uncertainty of the growth, with disagreement of the contacts, and with time. In a cycle it
+never falls.
+- No contact counts, or load-valid is false: z-offset holds in this cycle. After hold-time it returns to 0, at the start
+of a cycle, within as long again. The next contacts bring it back.
 - In a cycle: z-offset changes at most at max-rate, only while the tool is clear of the work and does not feed down.
 - Between cycles: z-offset does not move. If it is no longer applied, it returns to 0.
 - Abort: z-offset holds. The cycle does not count.
 - Machine off, emergency stop: Z does not move. axis_offset applies the offset again when the next cycle starts.
 - enable false, dry-run true: z-offset returns to 0 at max-rate.
 - Learning: z-offset returns to 0 first. The cycle counts if cycle-complete is true when cycle-running falls. An
-aborted cycle, a fault, or an offset that is not 0 sets learning-failed.
+aborted cycle, a fault, or an offset that is not 0 sets learning-failed. So do contacts of one tool that disagree in how
+the load rises; if they disagree in the next cycle too, the other contacts are learnt alone.
 - Another program or tool set: The reference is refused (refusal-code) and z-offset returns to 0. Learn again, or raise
-acknowledge. The same happens if all contacts of a complete cycle came with another feed or override.
-- Change of spindle speed: Contacts within blanking-time are rejected.
+acknowledge. The same happens if all contacts of a complete cycle came with a feed or override beyond feed-range.
+- Another feed or override: By time the contact is rejected. By coordinate it is compared within feed-range, and is less
+certain.
+- Change of spindle speed: Contacts within blanking-time are rejected. One that follows later in the same approach counts.
 - Feed hold, stop, change of override: Contacts within steady-time are rejected.
 - Invalid input: Contacts are ignored and z-offset holds. An input is invalid if it is not a number or beyond 1e6.
 - Growth beyond the gate: The contact is rejected and z-offset holds.)"},
         hal::Limits{R"(
-A contact measures tool, spindle, work and wear together. A chip, odd stock or a longer tool within the gate (15 to 60 um)
-looks like growth, and shifts the work by as much.
+A contact measures tool, spindle, work and wear together. Odd stock, or a longer tool that is the only gauge, looks like
+growth within the gate (15 to 60 um), and shifts the work by as much. With gauges of two tools each shows the error of the
+other.
+
+A load event of the program, as coolant that comes on late, looks like a contact that never moves. While the offset stands,
+nothing tells it from a machine that does not grow. A verifying cycle does.
 
 Only plunges with an end mill give the Z position. Drills and cuts from the side do not.
 
-The result is as good as the load. A noisy, late or coarse load can make the correction useless. Compare
-displacement-sigma with the growth before you apply it.
+The result is as good as the load. With a noisy, late or coarse load, offset-sigma is large and authority small.
 
 The reference is as good as its learning cycle. A tool that wears, or one that seats differently, moves the origin.
 

@@ -64,7 +64,7 @@ public:
         bool load_valid = true;
         bool barren = false;  // contacts should have come, and none has counted
         bool contradicted = false, program_event = false, no_growth = false;
-        bool settled = true;  // contacts have shown what growth is to be expected
+        bool settled = true;                      // contacts have shown what growth is to be expected
         bool in_cycle = false, accepted = false;  // in this period
     };
 
@@ -102,17 +102,17 @@ private:
     void judge(const Evidence& e, double certain, const Settings& settings) noexcept {
         const double poor = 0.5 * settings.floor, noticeable = 0.2 * settings.floor;
         const bool partial = sigma_ > noticeable && authority_.part() < 0.9;
-        doubt_ = !e.load_valid                            ? Doubt::load
-                 : age_ > settings.hold                   ? Doubt::old
-                 : e.contradicted                         ? Doubt::contradiction
-                 : e.program_event                        ? Doubt::program_event
-                 : e.barren || e.agreement < 0.5          ? Doubt::missed
-                 : e.no_growth                            ? Doubt::no_growth
-                 : e.reference_sigma > poor               ? Doubt::poor_reference
-                 : !e.settled                             ? Doubt::none
-                 : e.predicts && certain < 0.5            ? Doubt::prediction
-                 : partial                                ? Doubt::uncertain
-                                                          : Doubt::none;
+        doubt_ = !e.load_valid                   ? Doubt::load
+                 : age_ > settings.hold          ? Doubt::old
+                 : e.contradicted                ? Doubt::contradiction
+                 : e.program_event               ? Doubt::program_event
+                 : e.barren || e.agreement < 0.5 ? Doubt::missed
+                 : e.no_growth                   ? Doubt::no_growth
+                 : e.reference_sigma > poor      ? Doubt::poor_reference
+                 : !e.settled                    ? Doubt::none
+                 : e.predicts && certain < 0.5   ? Doubt::prediction
+                 : partial                       ? Doubt::uncertain
+                                                 : Doubt::none;
     }
 
     Authority authority_;

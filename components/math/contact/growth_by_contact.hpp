@@ -119,7 +119,6 @@ private:
 
         const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
         const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
-        uncertain_ |= detector_.blanked();
         const bool approach = complete_sample && way == Travel::towards_work && !detector_.blanked();
         note_age_ += dt;
         if (event == LoadContact::Event::rise) note(s, settings.load_latency);
@@ -139,8 +138,10 @@ public:
     // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
     bool in_work() const noexcept { return detector_.in_work() || below_contact_ || descent_.under_way(); }
 
-    // No contact was accepted since the last change of speed.
-    bool uncertain() const noexcept { return uncertain_; }
+    // The growth is known to half of the narrowest gate at best.
+    bool uncertain(const Settings& settings) const noexcept {
+        return !known() || estimator_.sigma() > 0.5 * settings.gate.floor;
+    }
     LearningFault learning_fault() const noexcept { return learning_fault_; }  // of the last learning cycle
 
     // The growth may be applied: nothing is being learnt, and the reference is not refused.
@@ -454,7 +455,6 @@ private:
 
     void accept(double growth) noexcept {
         gate_.accept(growth);
-        uncertain_ = false;
         barren_ = false;
         barren_cycles_ = 0;
         rejected_before_ = counts_.rejected;
@@ -499,7 +499,6 @@ private:
     double step_ = 0;
     std::int32_t rejected_before_ = 0;  // when this cycle began, or at the last accepted contact
     std::int32_t barren_cycles_ = 0;
-    bool uncertain_ = true;
     LearningFault learning_fault_ = LearningFault::none;
 };
 

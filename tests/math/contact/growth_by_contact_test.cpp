@@ -680,17 +680,6 @@ TEST(GrowthByContact, ARiseThatIsNoneIsRejected) {
     EXPECT_EQ(shop.measured.rejection(), Rejection::no_onset);
 }
 
-TEST(GrowthByContact, GrowthIsUncertainFromAChangeOfSpeedToTheNextContact) {
-    Shop shop = learnt();
-    EXPECT_FALSE(shop.measured.uncertain());
-    int uncertain = 0, periods = 0;
-    shop.tamper = [&](Milling::Sample&) { ++periods, uncertain += shop.measured.uncertain(); };
-    shop.cycle(10 * um);
-    EXPECT_FALSE(shop.measured.uncertain());
-    EXPECT_GT(uncertain, 6000) << "two tool changes, 3 s each";
-    EXPECT_LT(uncertain, periods / 2);
-}
-
 TEST(GrowthByContact, EveryContactIsCountedInOneWay) {
     Shop shop = learnt();
     Milling::Upset chip, slow, air;
@@ -755,6 +744,14 @@ Shop predicting(bool by_speed = true) {
     turning.speed = 20000;
     for (int i = 0; i < 600; ++i) shop.measured.step(turning, false, shop.used, 1);
     return shop;
+}
+
+TEST(GrowthByContact, GrowthIsUncertainAfterLongAtAnotherSpeedUntilTheNextContacts) {
+    EXPECT_TRUE(Shop().measured.uncertain(settings()));
+    Shop shop = predicting();
+    EXPECT_TRUE(shop.measured.uncertain(shop.used));
+    shop.cycle(6 * um);
+    EXPECT_FALSE(shop.measured.uncertain(shop.used));
 }
 
 TEST(GrowthByContact, EstimateIsTheLastContactAndBySpeedWhatHasComeSince) {
