@@ -10,6 +10,8 @@ growth.learning-failed was true LEAD s before its end, when the tool was still a
 
 import dataclasses
 import os
+import random
+import sys
 import tempfile
 
 import numpy as np
@@ -30,7 +32,7 @@ TEACH = 1800  # s from the start of an attack's run to its begin
 ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
 COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
 COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
-COLUMNS += ["growth.doubt-code", "growth.authority", *("growth." + pin for pin in ANNOUNCING)]
+COLUMNS += ["growth.z-offset", "growth.doubt-code", "growth.authority", *("growth." + pin for pin in ANNOUNCING)]
 
 
 # --- attacks ---
@@ -133,6 +135,17 @@ def attack_named(name):
     return next(attack for attack in ATTACKS if attack.name == name)
 
 
+DAY = 7200  # s, of a machine with two drawn attacks
+NOTICE = 600  # s that an attack may last before it must be announced: two cycles
+
+
+def drawn_attacks(number):
+    """Two attacks, and the time of each in a day."""
+    draw = random.Random(f"day {number}")
+    possible = [attack for attack in ATTACKS if all(after >= 0 for after, _ in attack.events)]
+    return list(zip(draw.sample(possible, 2), (draw.uniform(1500, 3000), draw.uniform(3600, 5400))))
+
+
 # --- one run ---
 
 
@@ -162,14 +175,17 @@ def find_cuts(column):
     return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
 
 
-def record(host, folder, seed, attack, duration, progress):
+def record(host, folder, seed, attacks, duration, progress):
+    """attacks: pairs of an Attack and the time at which it begins."""
     path = os.path.join(folder, "recording.csv")
     start_mill(host, seed)
-    attack.prepare(host)
+    host.command("net learn-again growth.learning-failed => program.relearn")  # as an operator who reads the message
+    for attack, _ in attacks:
+        attack.prepare(host)
     host.record(path, COLUMNS, EVERY)
     done = 0
-    for after, change in sorted(attack.events, key=lambda event: event[0]):
-        due = TEACH + after
+    events = [(begin + after, change) for attack, begin in attacks for after, change in attack.events]
+    for due, change in sorted(events, key=lambda event: event[0]):
         if due > done and due < duration:
             host.run(due - done)
             done = due
@@ -186,11 +202,39 @@ def simulate(seed, rate, name, duration, progress):
     import plumb
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
-        column = record(host, folder, seed, attack_named(name), duration, progress)
+        column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress)
     cuts, _, times = find_cuts(column)
     doubt = (column["growth.doubt"] + column["growth.fault"]) > 0
     messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
     return cuts, times, messages
+
+
+def simulate_day(number, rate, progress):
+    """The findings of a day of drawn attacks, as lines; and the number of its cuts."""
+    import plumb
+
+    attacks = drawn_attacks(number)
+    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+        column = record(host, folder, 0, attacks, DAY, progress)
+        most, fastest = host.get("growth.max-offset"), host.get("growth.max-rate")
+    cuts, _, times = find_cuts(column)
+    return broken(column, cuts, times, attacks, most, fastest, number), len(cuts)
+
+
+def broken(column, cuts, times, attacks, most, fastest, number):
+    names = " and ".join(f"{attack.name} at {begin:.0f} s" for attack, begin in attacks)
+    offset = column["growth.z-offset"]
+    found = []
+    if largest(offset) > most * (1 + 1e-9):
+        found.append(f"day {number}, {names}: an offset of {largest(offset):.4f} mm")
+    if largest(np.diff(offset)) > 1.001 * fastest * EVERY:
+        found.append(f"day {number}, {names}: an offset that moves by {largest(np.diff(offset)) / EVERY:.4f} mm/s")
+    begins = [begin for attack, begin in attacks if attack.events]
+    for cut, time in zip(cuts, times):
+        fresh = any(begin <= time < begin + NOTICE for begin in begins)
+        if cut["worse"] > 3 + cut["sigma"] and not cut["announced"] and not fresh:
+            found.append(f"day {number}, {names}: a cut at {time:.0f} s is worse by {cut['worse']:.1f} um, and not announced")
+    return found
 
 
 # --- tables ---
@@ -254,6 +298,7 @@ def machine_table(rate, rows):
 def main():
     parser = new_parser("trust", __doc__)
     parser.add_argument("--attacks", action="store_true", help="only the attacks on the typical machine")
+    parser.add_argument("--days", type=whole(1, 100000), metavar="N", help="N machines for two hours each, with two drawn attacks")
     parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines for each rate (default: 200)")
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--rate", type=whole(100, 10000), action="append", metavar="HZ", help="of the servo thread; may be repeated (default: 500, 1000, 4000)")
@@ -270,6 +315,13 @@ def main():
             outcomes = simulate_all(simulate, tasks, len(tasks) * duration, place_of(options))
             print("\n".join(attack_table(outcomes)))
             return
+        if options.days:
+            tasks = [(number, (options.rate or [500])[0]) for number in range(options.seed, options.seed + options.days)]
+            outcomes = simulate_all(simulate_day, tasks, len(tasks) * DAY, place_of(options))
+            lines = [line for found, _ in outcomes for line in found]
+            print("\n".join(lines))
+            print(f"{duration_text(len(tasks) * DAY)} with drawn attacks, {sum(count for _, count in outcomes)} cuts: {len(lines)} findings")
+            sys.exit(1 if lines else 0)
         rates = options.rate or RATES
         seeds = range(options.seed, options.seed + options.seeds)
         tasks = [(seed, rate, "none", options.duration) for rate in rates for seed in seeds]

@@ -99,7 +99,8 @@ class Days(unittest.TestCase):
         for day, scenes in COMPENSATED.items():
             for scene in scenes:
                 with self.subTest(scene):
-                    self.assertLess(abs(self.errors(day, scene)[1:]).max(), TOLERANCE)
+                    first = 2 if scene == "after_restart" else 1  # a growth of which nothing is known takes two contacts
+                    self.assertLess(abs(self.errors(day, scene)[first:]).max(), TOLERANCE)
         self.assertGreater(self.days["first"]["mill.truth-growth"][-1], 25 * um)
 
     def test_cut_that_is_broken_off_is_true_as_well(self):

@@ -227,7 +227,7 @@ class Declarations(unittest.TestCase):
         self.assertEqual(declared["name"], "thermal_displacement")
         self.assertEqual(declared["pins"]["window"]["default"], 0.5)
         self.assertIn("update", declared["functions"])
-        self.assertEqual(sorted(declared["codes"]), ["fault-code", "refusal-code", "rejection-code"])
+        self.assertEqual(sorted(declared["codes"]), ["doubt-code", "fault-code", "learning-failed-code", "refusal-code", "rejection-code"])
         for texts in declared["codes"].values():
             self.assertEqual(sorted(texts), list(range(1, len(texts) + 1)))
             for text in texts.values():

@@ -73,7 +73,7 @@ struct ContactReport : hal::Group {
     hal::Out<bool> growth_known{this, "growth-known",
                                 "A contact was accepted since the start, a restore or a forget."};
     hal::Out<bool> growth_uncertain{this, "growth-uncertain",
-                                    "growth-sigma is above half of gate-floor, or no growth is known."};
+                                    "The growth is unknown, or growth-sigma above half of gate-floor."};
 };
 
 }  // namespace plumb

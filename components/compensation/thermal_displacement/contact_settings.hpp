@@ -15,16 +15,16 @@ struct ContactSettings : hal::Group {
     GrowthByContact::Settings read() noexcept {
         GrowthByContact::Settings s;
         s.method = by_time ? Method::time : Method::coordinate;
-        s.program_clock = clock_from_program;
-        std::copy(exclude.begin(), exclude.end(), s.excluded.begin());
-        s.load_latency = load_latency;
+        s.finder.program_clock = clock_from_program;
+        std::copy(exclude.begin(), exclude.end(), s.finder.excluded.begin());
+        s.finder.load_latency = load_latency;
         s.reference_cycles = reference_cycles;
-        s.contact.threshold = threshold;
-        s.contact.release = release;
-        s.contact.smoothing = smoothing;
-        s.contact.debounce = debounce;
-        s.contact.baseline_time = baseline_time;
-        s.contact.blanking_time = blanking_time;
+        s.finder.contact.threshold = threshold;
+        s.finder.contact.release = release;
+        s.finder.contact.smoothing = smoothing;
+        s.finder.contact.debounce = debounce;
+        s.finder.contact.baseline_time = baseline_time;
+        s.finder.contact.blanking_time = blanking_time;
         s.limits.window = window;
         s.limits.feed_tolerance = feed_tolerance;
         s.limits.feed_range = feed_range;

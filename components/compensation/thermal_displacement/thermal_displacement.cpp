@@ -105,7 +105,7 @@ machine it converts the defaults.)"},
 reference over a restart. A growth above gate-floor needs two contacts that agree.
 - A contact far from the growth that was expected: Within gate-floor it counts in part, beyond it not at all, until
 another contact agrees. Then the offset follows whole. Beyond gate-floor this is a contact of another tool, if the
-reference has one.
+reference has one and the growth was known.
 - A contact that no other agrees with in three cycles, or that moves with the offset: Its operation is withdrawn until it
 is learnt again. doubt is true.
 - Growth in doubt: doubt-code gives the reason, before the cut that it concerns. authority is the part of the growth that
@@ -161,7 +161,7 @@ The reference holds at most 64 contacts.)"},
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};
     hal::In<double> load{this, "load", 0, "%", "Load of the spindle or Z motor, of its rating."};
-    hal::In<bool> load_valid{this, "load-valid", true, "load can be trusted, as its sensor reports."};
+    hal::In<bool> load_valid{this, "load-valid", true, "The sensor reports that load is valid."};
     hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
     hal::In<double> z_position{this, "z-position", 0, "mu", "Z by its encoder, offset included."};
     hal::In<double> z_velocity_cmd{this, "z-velocity-cmd", 0, "mu/s", "Speed of Z, negative to the work."};

@@ -16,8 +16,8 @@ namespace plumb {
 // A correction c does harm where less than half of it is true, and more than m of harm where less than (c -
 // m) / 2 is. So the certainty is the number of standard deviations from that. There is hysteresis: each of
 // them must turn by a margin before the authority follows it back, so that noise at an edge does not move an
-// axis to and fro. While work is under way the authority may rise but never falls: what is in force holds,
-// and cuts no step into a part.
+// axis to and fro. While work is under way the authority may rise but never falls: the correction in force
+// holds, and cuts no step into a part.
 class Authority {
 public:
     struct Settings {

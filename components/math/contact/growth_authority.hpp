@@ -45,8 +45,8 @@ constexpr const char* sentence(Doubt doubt) {
     }
 }
 
-// The growth that may be applied: that of the last contacts and, as far as it is certain, what the model adds
-// to it; times an Authority. In a cycle a loss of certainty holds it as it is.
+// The growth that may be applied: that of the last contacts and, as far as it is certain, the change that the
+// model adds to it; times an Authority. In a cycle a loss of certainty holds it as it is.
 class GrowthAuthority {
 public:
     struct Settings {
@@ -64,7 +64,7 @@ public:
         bool load_valid = true;
         bool barren = false;  // contacts should have come, and none has counted
         bool contradicted = false, program_event = false, no_growth = false;
-        bool settled = true;                      // contacts have shown what growth is to be expected
+        bool settled = true;                      // contacts have shown the growth to expect
         bool in_cycle = false, accepted = false;  // in this period
     };
 

@@ -19,7 +19,7 @@ namespace plumb {
 // standard deviations (P. J. Huber, Ann. Math. Statist. 35, 1964); one beyond counts for nothing.
 //
 //     step       another contact agrees with the claim: beyond `floor` one of another tool, if the
-//                reference has one. The growth follows them whole.
+//                reference has one and the growth was known. The growth follows them whole.
 //     outlier    the next contact of this gauge is as predicted. The claim is dropped.
 //     contradiction    the gauge claims again and again, and no other agrees: it is withdrawn.
 //     event of the program    its contacts move with the offset (ProgramLock): it is withdrawn.
@@ -77,7 +77,7 @@ public:
             learn_scatter(watch, innovation * innovation, expected.variance, noise2);
             return take(r, gauge, std::sqrt(seen2), true, settings);
         }
-        const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool};
+        const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool, near};
         if (r.admitted && (r.confirmed || confirmed(claim, r, settings)))
             return take_step(r, claim.shift, gauge, std::sqrt(seen2), settings);
         const Verdict verdict = claimed(watch, claim, r, gauge, std::sqrt(seen2), settings);
@@ -96,7 +96,7 @@ public:
         finish_taking();
     }
 
-    // All gauges have new references; what is known of the growth stays.
+    // All gauges have new references; the growth stays known.
     void renew_gauges() noexcept {
         model_.renew_gauges();
         watches_.fill({});
@@ -114,7 +114,7 @@ public:
     double growth() const noexcept { return model_.growth(); }  // mu, predicted for now
     double sigma() const noexcept { return std::sqrt(consistency_) * model_.sigma(); }
     double held() const noexcept { return held_; }  // mu, after the last accepted contact
-    // Standard deviation of what the growth has changed by since the last accepted contact.
+    // Standard deviation of the change of the growth since the last accepted contact.
     double since_sigma() const noexcept {
         const double now = sigma();
         return std::sqrt(std::max(0.0, now * now - held_sigma_ * held_sigma_));
@@ -148,6 +148,7 @@ private:
     struct Claim {
         double shift = 0, noise = 0;  // mu, from the prediction
         std::int32_t cycle = 0, tool = 0;
+        bool possible = false;  // as far as known, though more than one contact may change
 
         bool clear() const noexcept { return std::abs(shift) > 4 * noise; }
     };
@@ -156,7 +157,7 @@ private:
         ProgramLock lock;
         double scatter2 = 0;  // mu², beyond the known noise
         Claim claim;
-        double claimed2 = 0;      // mu², by which the claim exceeded what was expected
+        double claimed2 = 0;      // mu², by which the claim exceeded its expected square
         std::int32_t claims = 0;  // one after the other
         std::int32_t first_cycle = 0;
         Withdrawal withdrawn = Withdrawal::none;
@@ -174,7 +175,8 @@ private:
     // Noise agrees with noise: only claims far beyond theirs confirm each other.
     bool confirmed(const Claim& claim, const Reading& r, const Settings& settings) const noexcept {
         if (!claim.clear()) return false;
-        const bool by_another_tool = r.other_tools && std::abs(claim.shift) > settings.floor;
+        const bool by_another_tool =
+            r.other_tools && std::abs(claim.shift) > settings.floor && !claim.possible;
         for (std::size_t i = 0; i < watches_.size(); ++i) {
             const Watch& other = watches_[i];
             if (other.claims == 0 || !other.claim.clear() || !agree(other.claim, claim)) continue;

@@ -54,7 +54,7 @@ private:
                 sum_[i][j] = (1 - part) * (sum_[i][j] + part * away[i] * away[j]);
     }
 
-    // What is left of the covariances when g and d' have been taken out, one after the other.
+    // Takes g and d' out of the covariances, one after the other.
     void judge(double noise) noexcept {
         if (n_ < fewest) return;
         const double least = 0.01 * noise * noise;

@@ -155,7 +155,7 @@ class Settings(unittest.TestCase):
             ),
             (
                 good + "codes = 'thermal_displacement fault'\n",
-                "message 1: codes: thermal_displacement has no codes of 'fault', only of: fault-code, refusal-code, rejection-code",
+                "message 1: codes: thermal_displacement has no codes of 'fault', only of: doubt-code, fault-code, learning-failed-code, refusal-code, rejection-code",
             ),
             (good + "[message.codes]\nx = 'y'\n", "message 1: codes: invalid literal for int() with base 10: 'x'"),
             (good + "[message.codes]\n1 = 2\n", "message 1: codes: 1 has no text"),

@@ -19,7 +19,7 @@ constexpr double um = 1e-3;  // mm
 GrowthByContact::Settings settings(Method method = Method::coordinate, double unit = 1) {
     GrowthByContact::Settings s;
     s.method = method;
-    s.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
+    s.finder.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
     s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1, 0.2};
     s.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
     s.between.unexplained_growth = unit * 1;  // a growth may come at once
@@ -178,7 +178,7 @@ TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
 
 TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCountOrNot) {
     Shop shop = learnt();
-    shop.used.excluded[0] = shop.mill.program.front().operation;
+    shop.used.finder.excluded[0] = shop.mill.program.front().operation;
     int periods = 0, free = 0;
     shop.mill.cycle([&](const Milling::Sample& sample) {
         shop.measured.step(sample, false, shop.used, shop.mill.dt);
@@ -194,7 +194,7 @@ TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCo
 TEST(GrowthByContact, AnOffsetHasToWaitUntilTheToolHasLeftTheWorkWhetherItsContactsCountOrNot) {
     Shop shop = learnt();
     for (std::size_t i = 0; i < shop.mill.program.size(); ++i)
-        shop.used.excluded.at(i) = shop.mill.program[i].operation;
+        shop.used.finder.excluded.at(i) = shop.mill.program[i].operation;
     int periods = 0, free = 0;
     bool in_cut = false;  // not only below the top of the next work, on the way to it
     shop.mill.cycle([&](const Milling::Sample& sample) {
@@ -352,7 +352,7 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
 TEST(GrowthByContact, AClockThatMissedItsStartIsRejected) {
     Shop shop;
     shop.used = settings(Method::time);
-    shop.used.contact.blanking_time = 0;
+    shop.used.finder.contact.blanking_time = 0;
     shop.learn();
     shop.tamper = [](Milling::Sample& s) {
         if (s.motion == 2 && std::abs(s.z - s.start_height) < 0.1)
@@ -366,7 +366,7 @@ TEST(GrowthByContact, AClockThatMissedItsStartIsRejected) {
 TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {
     Shop shop;
     shop.used = settings(Method::time);
-    shop.used.program_clock = true;
+    shop.used.finder.program_clock = true;
     shop.learn();
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().accepted, 4);
@@ -628,7 +628,7 @@ TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
 
 TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
     Shop shop;
-    shop.used.excluded = {11, 12, 13, 20, 14, 15, 16, 17};
+    shop.used.finder.excluded = {11, 12, 13, 20, 14, 15, 16, 17};
     shop.mill.program.push_back({0, 1, -30});
     shop.learn();
     EXPECT_EQ(shop.counts().contacts, 3);
@@ -638,7 +638,7 @@ TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
 TEST(GrowthByContact, TheAgeOfTheLoadIsTakenOffTheContact) {
     Shop shop;
     shop.mill.latency = 0.05;
-    shop.used.load_latency = 0.05;
+    shop.used.finder.load_latency = 0.05;
     shop.learn();
     EXPECT_NEAR(shop.measured.cycle().references()[0].contact.coordinate, -20, 1 * um);
     EXPECT_NEAR(shop.measured.cycle().references()[0].contact.time, 1, 0.0005);

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/first_order_lag.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/math/contact/approach_clock.hpp"
+#include "components/math/contact/contact_cycle.hpp"
+#include "components/math/contact/contact_onset.hpp"
+#include "components/math/contact/descent.hpp"
+#include "components/math/contact/load_contact.hpp"
+#include "components/math/contact/steady_feed.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace plumb {
+
+// From the signals of a machine to its contacts: a rise of the load in an approach, its moment by a fit, and
+// the state of the machine then. Reports, too, whether a tool may be in the work.
+class ContactFinder {
+public:
+    struct Settings {
+        bool program_clock = false;              // the clock starts with the cycle, not at the start height
+        std::array<std::int32_t, 8> excluded{};  // keys of operations without a gauge of Z; 0 for none
+        double load_latency = 0;                 // s, age of the load
+        LoadContact::Settings contact;
+
+        bool valid() const noexcept { return load_latency >= 0 && load_latency <= 10 && contact.valid(); }
+    };
+
+    // The signals of one period.
+    struct Sample {
+        bool enable = false;
+        bool learn = false;
+        bool cycle_running = false;
+        bool cycle_complete = false;  // as the cycle ends: it was not aborted
+        MachiningSetup setup;
+        std::int32_t motion = 0;  // as LinuxCNC's motion.motion-type
+        std::int32_t tool = 0;
+        std::int32_t operation = 0;  // key; 0 for none
+        double load = 0;             // %
+        bool load_valid = true;
+        double speed = 0;                // rpm
+        double z = 0;                    // mu, offset included
+        double velocity = 0;             // mu/s, signed, negative towards the work
+        double feed_override = 1;        // ratio
+        double start_height = 0;         // mu, without offset
+        double applied_offset = 0;       // mu
+        double step = 0;                 // mu, by which it is displaced on purpose
+        double temperature = 20;         // degC, to remember; the last good one stays
+        std::int32_t date = 0;           // YYYYMMDD, to remember
+        bool temperature_valid = false;  // the growth may follow it
+    };
+
+    // The invalid part of a sample; such a sample is not used.
+    enum class Lost { nothing, load, position, speed, offset, approach };
+
+    static Lost lost(const Sample& s) noexcept {
+        const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
+        if (bad(s.load)) return Lost::load;
+        if (bad(s.z) || bad(s.velocity)) return Lost::position;
+        if (bad(s.speed)) return Lost::speed;
+        if (bad(s.applied_offset)) return Lost::offset;
+        return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
+    }
+
+    // The result of a period: an end of the noted contact. `lost`: the next one came before it was fitted.
+    enum class Found { none, contact, blanked, no_onset, lost };
+
+    // One period of dt > 0, in s. `cycle` numbers the approaches and knows the time constants of its
+    // contacts.
+    Found step(const Sample& s, ContactCycle& cycle, double feed_tolerance, const Settings& settings,
+               double dt) noexcept {
+        const bool complete_sample = usable_sample(s);
+        in_cycle_ = cycle.running();
+        if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
+        follow_clock(s, complete_sample, settings.program_clock, dt);
+
+        const Travel way = travel(s, settings);
+        descent_.step(s.z, feeds_down(s), way == Travel::clear, s.operation, s.tool);
+        follow_approach(s, way, cycle);
+        if (complete_sample) {
+            feed_.step(s.velocity, feed_tolerance, dt);
+            follow_depth(s, way);
+        }
+
+        const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
+        const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
+        const bool approach = complete_sample && way == Travel::towards_work && !detector_.blanked();
+        note_age_ += dt;
+        bool lost_one = false;
+        if (event == LoadContact::Event::rise) {
+            lost_one = onset_.busy();
+            onset_.cancel();
+            note(s, settings.load_latency);
+        }
+        if (event == LoadContact::Event::contact) onset_.start(known_time_constant(cycle));
+        const bool fitted = onset_.step(approach, s.load, s.z, dt);
+        if (lost_one) return Found::lost;
+        if (event == LoadContact::Event::blanked) return Found::blanked;
+        return fitted ? fit(settings.load_latency) : Found::none;
+    }
+
+    // A cycle begins, or ends. True if a contact was still being fitted as it ended.
+    void begin(bool program_clock) noexcept {
+        approaching_ = false;
+        descent_.cancel();
+        if (program_clock) clock_.start();
+    }
+    bool end() noexcept {
+        const bool busy = onset_.busy();
+        onset_.cancel();
+        clock_.stop();
+        return busy;
+    }
+
+    static bool usable_sample(const Sample& s) noexcept { return lost(s) == Lost::nothing && s.load_valid; }
+
+    const LoadContact& detector() const noexcept { return detector_; }
+    const ContactReference& found() const noexcept { return note_; }  // the last rise
+    double steady_time() const noexcept { return steady_time_; }      // s of steady feed before it
+
+    // The tool may be cutting, is still lower than at its contact, or feeds down to it. An offset that
+    // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
+    bool in_work() const noexcept { return detector_.in_work() || below_contact_ || descent_.under_way(); }
+
+private:
+    static constexpr double history_time = 600;         // s
+    static constexpr std::int32_t rapid = 1, feed = 2;  // of motion
+
+    void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
+        if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
+        operation_ = s.operation;
+        clock_.step(s.velocity, dt);
+        if (complete_sample && !program_clock)
+            clock_.start_below(s.z - s.applied_offset, s.start_height, s.velocity, dt);
+    }
+
+    Travel travel(const Sample& s, const Settings& settings) const noexcept {
+        if (s.motion == rapid || (s.velocity > 0 && !detector_.high())) return Travel::clear;
+        if (!feeds_down(s)) return Travel::other;
+        const auto& excluded = settings.excluded;
+        const bool used = std::find(excluded.begin(), excluded.end(), s.operation) == excluded.end();
+        return used ? Travel::towards_work : Travel::other;
+    }
+
+    // In an operation of a cycle, even if its contacts do not count.
+    bool feeds_down(const Sample& s) const noexcept {
+        return s.motion == feed && s.velocity < 0 && in_cycle_ && s.operation != 0;
+    }
+
+    // An approach begins as Z feeds towards the work for the first time since it was clear of it.
+    void follow_approach(const Sample& s, Travel way, ContactCycle& cycle) noexcept {
+        if (way == Travel::clear) approaching_ = false;
+        if (way != Travel::towards_work || (approaching_ && same_task(s, approach_))) return;
+        approaching_ = true;
+        approach_ = cycle.approach(s.operation, s.tool);
+        feed_.begin();
+    }
+
+    // Above its last contact the tool is out of the work; so it is on its way to another one.
+    void follow_depth(const Sample& s, Travel way) noexcept {
+        const bool leaving = way == Travel::clear && s.operation != 0 && !same_task(s, note_.key);
+        if (s.z >= note_.contact.coordinate || leaving) below_contact_ = false;
+    }
+
+    static bool same_task(const Sample& s, const ContactKey& key) noexcept {
+        return s.operation == key.operation && s.tool == key.tool;
+    }
+
+    // Notes the state when the load crossed the threshold, earlier by the age of the load.
+    void note(const Sample& s, double load_latency) noexcept {
+        const double ago = detector_.since_rise() + load_latency;
+        below_contact_ = true;
+        note_age_ = 0;
+        note_.key = approach_;
+        note_.contact.coordinate = s.z - s.velocity * ago;
+        note_time_ = clock_.time();
+        note_.contact.time = std::max(0.0, note_time_ - ago);
+        note_.contact.lost_time = clock_.lost_time(s.velocity);
+        note_.contact.feed = s.velocity;
+        note_.contact.feed_override = s.feed_override;
+        note_.contact.applied_offset = s.applied_offset;
+        steady_time_ = feed_.time() - ago;
+        note_.setup = s.setup;
+        note_.speed_history = speed_history_.value();
+        note_.temperature = usable(s.temperature, 1e3, note_.temperature);
+        note_.date = std::max(s.date, 0);
+    }
+
+    // The time constant of the contact's partner; 0 without a partner.
+    double known_time_constant(const ContactCycle& cycle) const noexcept {
+        const ContactReference* partner = cycle.expected(note_.key);
+        return partner ? partner->contact.time_constant : 0;
+    }
+
+    // The fit moves the noted contact to its true place.
+    Found fit(double load_latency) noexcept {
+        if (!onset_.found()) return Found::no_onset;
+        note_.contact.coordinate = onset_.coordinate() - note_.contact.feed * load_latency;
+        if (note_time_ > 0)  // a clock ran
+            note_.contact.time = std::max(0.0, note_time_ + note_age_ - onset_.ago() - load_latency);
+        note_.contact.sigma = -note_.contact.feed * onset_.sigma();
+        note_.contact.time_constant = onset_.time_constant();
+        return Found::contact;
+    }
+
+    ApproachClock clock_;
+    LoadContact detector_;
+    ContactOnset onset_;
+    Descent descent_;
+    SteadyFeed feed_;  // of the approach
+    FirstOrderLag speed_history_;
+    bool in_cycle_ = false;
+    bool approaching_ = false;
+    bool below_contact_ = false;
+    ContactKey approach_;         // the present one, or the last
+    std::int32_t operation_ = 0;  // in the last period
+
+    ContactReference note_;   // the last rise
+    double note_age_ = 0;     // s
+    double note_time_ = 0;    // s, of the clock then
+    double steady_time_ = 0;  // s before that rise
+};
+
+}  // namespace plumb

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""scripts/bench trust: its figures on a recording made by hand, and short attacks."""
+
+import os
+import unittest
+
+import numpy as np
+
+import trust
+
+SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
+
+
+def recording():
+    """A reference cut, and two warm ones: each row is LEAD s."""
+    column = {name: np.zeros(6) for name in trust.COLUMNS}
+    column["time"] = np.arange(6) * trust.LEAD
+    column["program.learn"][:2] = 1
+    column["mill.truth-cuts"] = np.array([0, 1, 1, 2, 2, 3])
+    column["mill.truth-cut-operation"][:] = 10
+    column["mill.truth-cut-error"] = np.array([0, 2, 2, -8, -8, 32]) / 1000
+    column["mill.applied-offset"] = np.array([0, 0, 20, 20, 40, 0]) / 1000
+    column["growth.offset-sigma"] = np.array([0, 0, 3, 3, 5, 5]) / 1000
+    column["growth.doubt"] = np.array([0, 0, 0, 0, 1, 0])
+    column["growth.contacts-accepted"] = np.arange(6)
+    return column
+
+
+class Judged(unittest.TestCase):
+    def setUp(self):
+        every, trust.EVERY = trust.EVERY, trust.LEAD
+        self.addCleanup(setattr, trust, "EVERY", every)
+        self.column = recording()
+        self.cuts, _, self.times = trust.find_cuts(self.column)
+
+    def test_error_counts_from_the_reference_and_without_is_less_the_offset(self):
+        np.testing.assert_allclose(self.cuts["error"], [-10, 30])
+        np.testing.assert_allclose(self.cuts["worse"], [10 - 30, 30 - 10])
+        np.testing.assert_allclose(self.cuts["sigma"], [3, 5])
+        np.testing.assert_array_equal(self.cuts["announced"], [False, True])
+
+    def test_what_is_worse_and_not_announced_is_found(self):
+        def found():
+            return trust.broken(self.column, self.cuts, self.times, [(trust.attack_named("load frozen"), -1e6)], 1, 1, 7)
+
+        self.assertEqual(found(), [])
+        self.cuts["announced"][1] = False
+        self.assertRegex(found()[0], "day 7, load frozen .*: a cut at 15 s is worse by 20.0 um, and not announced")
+        self.column["growth.z-offset"][3] = 1.5
+        self.assertIn("an offset of 1.5000 mm", "\n".join(found()))
+
+    def test_a_day_is_drawn_by_its_number(self):
+        self.assertEqual(trust.drawn_attacks(3), trust.drawn_attacks(3))
+        self.assertNotEqual(trust.drawn_attacks(3), trust.drawn_attacks(4))
+
+
+@unittest.skipIf(SANITIZED, "thermal_displacement_test runs the same module")
+class Attacks(unittest.TestCase):
+    def test_a_dead_load_and_a_longer_tool_are_announced_and_make_nothing_worse(self):
+        for name, code in (("load frozen", 2), ("two gauges 37 um apart", 4)):
+            cuts, times, _ = trust.simulate(0, 250, name, trust.TEACH + 1800, lambda done: True)
+            since = cuts[times > trust.TEACH + trust.NOTICE]
+            self.assertGreater(len(since), 15)
+            self.assertIn(code, since["code"], name)
+            self.assertTrue(since["announced"].all(), name)
+            self.assertLess(since["worse"].max(), 3, name)
+
+
+if __name__ == "__main__":
+    unittest.main()
