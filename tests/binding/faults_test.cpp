@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <set>
 
 namespace plumb {
@@ -219,6 +220,57 @@ TEST(Faults, NoSequenceBreaksSquareness) {
 
 TEST(Faults, NoSequenceBreaksWhatIsLiveTogether) {
     expect_to_survive(*Live::together(), attacks / 5 + 1);
+}
+
+// An input or a knob takes a value; without one an input is given back.
+struct Step {
+    std::string pin;
+    std::optional<double> value;
+    double wait;  // s
+};
+
+std::vector<std::string> complaints_about(const Live& live, const std::vector<Step>& steps) {
+    const auto knob_of = [&](const Step& step) {
+        const auto found = std::find_if(live.around.knobs.begin(), live.around.knobs.end(),
+                                        [&](const Live::Knob& knob) { return knob.pin == step.pin; });
+        return static_cast<std::size_t>(found - live.around.knobs.begin());
+    };
+    const auto is_knob = [&](const Step& step) { return knob_of(step) < live.around.knobs.size(); };
+    Focus focus;
+    for (const Step& step : steps)
+        if (!is_knob(step)) focus.pins.push_back(step.pin);
+    Attack attack(live, focus);
+    for (const Step& step : steps) {
+        if (is_knob(step))
+            attack.turn(knob_of(step), *step.value);
+        else if (step.value)
+            attack.set(step.pin, *step.value);
+        else
+            attack.give_back(step.pin);
+        attack.run(step.wait);
+    }
+    attack.end();
+    return attack.complaints();
+}
+
+// In each of these the counts rightly make another step than the guest's request. At the end all inputs and
+// knobs return in one period.
+TEST(FaultSequences, ForgettingAGuestAndCatchingUpWithItAreNoFaultsOfTheStage) {
+    const std::vector<std::vector<Step>> sequences{
+        // LinuxCNC forgets in the period of a cycle start, in that of a guest's step, and a large offset.
+        {{"z-stage.arm", 0, 0.2}, {"z-axis.on", 0, 0.001}},
+        {{"z-axis.on", 0, 0.1}, {"z-stage.guest-counts", 0, 0.1}},
+        {{"z-stage.guest-counts", 200, 0.5}, {"z-axis.on", 0, 0.1}, {"z-axis.on", 1, 0.1}},
+        // Only the stage forgets.
+        {{"z-stage.arm", 0, 0.2}, {"z-stage.motion-enabled", 0, 0.001}},
+        // The guest's request changes while unhomed, and without a valid report.
+        {{"zhomed", 0, 0.1}, {"z-stage.guest-clear", 1, 0.1}, {"z-stage.guest-clear", {}, 0.1}},
+        {{"z-stage.offset-request", 1e308, 0.1},
+         {"z-stage.guest-counts", 40, 0.1},
+         {"z-stage.offset-request", {}, 0.1}}};
+    for (const std::vector<Step>& steps : sequences)
+        EXPECT_EQ(complaints_about(*Live::of("axis_offset"), steps), std::vector<std::string>{})
+            << "from " << steps.front().pin << " to " << steps.back().pin;
 }
 
 }  // namespace

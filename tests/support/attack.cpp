@@ -31,6 +31,30 @@ std::string text(double value) {
     return out.str();
 }
 
+// How fast the counts c change the own part beside a guest, less the quantum of one count. x is LinuxCNC's
+// request, r the stage's input for it, g the guest's request, n and k are the guest's counts and their scale,
+// and a is the own part in force. `before` is the own request before this step.
+//
+// A step of the counts is the sum of the guest's step and the own one. There are two exceptions.
+//
+// LinuxCNC forgets all offsets: x is 0, and both parts start from 0. The counts then contain at most the
+// guest's step of this period, not what the guest has lost.
+//
+// The guest's request changes while the counts wait, without a valid report or unhomed. The counts then catch
+// up in one step. The own part starts from the one in force, which lags behind its request by at most `lag`.
+std::string change_beside_a_guest(const std::string& before, double rate) {
+    const std::string step = "c_rate * s", never = "1e99";
+    const std::string forgetting = "x == 0 ? min(abs(" + step + "), finite(k) > 0 ? abs(" + step +
+                                   " - n_rate * k) : " + never + ") : " + never;
+    const std::string lag = "(12 * s + " + text(0.012 * rate) + ")";
+    const std::string waited =
+        "((x != 0 || (abs(r_rate) < 1e9) == 0) && abs(" + before + " - a) > " + lag + ")";
+    const std::string catching_up =
+        waited + " ? 1000 * (abs(x + " + step + " * 0.001 - g - a) - " + lag + ") : " + never;
+    return "(c_rate == 0 ? 0 : min(abs(" + step + " - g_rate), " + forgetting + ", " + catching_up +
+           ")) - 1000 * s";
+}
+
 }  // namespace
 
 std::vector<Attackable> attackable_inputs(const Live& live) {
@@ -90,6 +114,11 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
     watched.counts = full(offset.counts);
     watched.scale = full(offset.scale);
     watched.guest = full(offset.guest);
+    if (!offset.guest.empty())
+        watched.beside_guest = {{"r", full(offset.value)},
+                                {"n", full("guest-counts")},
+                                {"k", full("guest-scale")},
+                                {"a", full("applied-offset")}};
     for (const std::string& position : offset.motion) watched.motion.push_back(full(position));
     watched.slope = offset.slope;
     watched.bound = full(offset.bound);
@@ -114,26 +143,27 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
 
 void Attack::expect(const Watched& its) {
     std::map<std::string, std::string> variables{{"x", its.value}};
-    std::string quantum = "0";
-    std::string own = "x", own_rate = "x_rate", counted = "c_rate * s";
-    if (!its.guest.empty()) {
-        variables["g"] = its.guest;
-        own = "(x - (g - g_rate * 0.001))";  // LinuxCNC answers a period later
-        own_rate = "(x_rate - g_rate)";
-        counted = "(c_rate == 0 ? 0 : c_rate * s - g_rate)";  // LinuxCNC forgets without a step
-    }
+    std::string quantum = "0", changed = "abs(x_rate)", own = "x", own_rate = "x_rate", forgotten;
     if (!its.counts.empty()) {
         variables["c"] = its.counts;
         variables["s"] = its.scale;
         quantum = "s";
+        changed = "abs(c_rate * s) - 1000 * s";
+    }
+    if (!its.guest.empty()) {
+        variables["g"] = its.guest;
+        for (const auto& [variable, pin] : its.beside_guest) variables[variable] = pin;
+        own = "(x - (g - g_rate * 0.001))";  // LinuxCNC answers a period later
+        own_rate = "(x_rate - g_rate)";
+        forgotten = " || (x == 0 && x_rate != 0)";
+        changed = change_beside_a_guest(own, its.rate_in_force);
     }
     bench_.client().expect("bound of " + its.name,
                            "abs(" + own + ") <= " + text(its.bound_in_force * (1 + 1e-9) + 1e-12) + " + " +
                                quantum + " || abs(" + own + ") <= abs(" + own + " - " + own_rate +
-                               " * 0.001) + 1e-12",
+                               " * 0.001) + 1e-12" + forgotten,
                            variables);
-    std::string rate = its.counts.empty() ? "abs(x_rate)" : "abs(" + counted + ") - 1000 * s";
-    rate += " <= " + text(its.rate_in_force * (1 + 1e-6) + 1e-9);
+    std::string rate = changed + " <= " + text(its.rate_in_force * (1 + 1e-6) + 1e-9);
     for (std::size_t i = 0; i < its.motion.size(); ++i) {
         const std::string name = "p" + std::to_string(i);
         variables[name] = its.motion[i];

@@ -50,7 +50,8 @@ public:
 
 private:
     struct Watched {
-        std::string name, value, counts, scale, guest;  // pins
+        std::string name, value, counts, scale, guest;    // pins
+        std::map<std::string, std::string> beside_guest;  // more of them, by variable
         std::vector<std::string> motion;
         std::string bound, rate, limited, acceleration;  // pins, "" for none
         double slope, bound_in_force, rate_in_force;
