@@ -54,27 +54,6 @@ public:
         return event;
     }
 
-private:
-    Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
-        follow_cycle(s, settings);
-        if (!ContactFinder::usable_sample(s) || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
-        gate_.step(dt);
-        estimator_.step(s.speed, s.temperature, s.temperature_valid, settings.estimator(), dt);
-        step_ = s.step;
-        switch (finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt)) {
-            case ContactFinder::Found::contact: return judge(Rejection::none, settings);
-            case ContactFinder::Found::blanked: return judge(Rejection::blanked, settings);
-            case ContactFinder::Found::no_onset: return judge(Rejection::no_onset, settings);
-            case ContactFinder::Found::lost:
-                ++counts_.contacts;
-                cycle_.spoil();
-                reject(Rejection::no_onset);
-                return Event::none;
-            default: return Event::none;
-        }
-    }
-
-public:
     const ContactCycle& cycle() const noexcept { return cycle_; }
     const ReferenceRefusal& refusal() const noexcept { return refusal_; }
     const LoadContact& detector() const noexcept { return finder_.detector(); }
@@ -142,6 +121,25 @@ public:
     }
 
 private:
+    Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        follow_cycle(s, settings);
+        if (!ContactFinder::usable_sample(s) || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
+        gate_.step(dt);
+        estimator_.step(s.speed, s.temperature, s.temperature_valid, settings.estimator(), dt);
+        step_ = s.step;
+        switch (finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt)) {
+            case ContactFinder::Found::contact: return judge(Rejection::none, settings);
+            case ContactFinder::Found::blanked: return judge(Rejection::blanked, settings);
+            case ContactFinder::Found::no_onset: return judge(Rejection::no_onset, settings);
+            case ContactFinder::Found::lost:
+                ++counts_.contacts;
+                cycle_.spoil();
+                reject(Rejection::no_onset);
+                return Event::none;
+            default: return Event::none;
+        }
+    }
+
     // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
     void follow_cycle(const Sample& s, const Settings& settings) noexcept {
         if (cycle_.running() && !(s.enable && s.cycle_running)) {
@@ -287,7 +285,7 @@ private:
         e.load_valid = s.load_valid && lost(s) != Lost::load;
         e.barren = barren_;
         e.contradicted = estimator_.contradicted();
-        e.program_event = estimator_.any(GrowthEstimator::Withdrawal::program);
+        e.program_event = estimator_.program_event();
         e.no_growth = estimator_.lacks_growth(settings.estimator());
         e.settled = estimator_.accepted() >= 2;
         e.in_cycle = cycle_.running();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/blocks/bounded.hpp"
 #include "components/math/contact/contact_reference.hpp"
 #include "components/math/contact/growth_between_contacts.hpp"
 #include "components/math/contact/program_lock.hpp"
@@ -56,6 +55,61 @@ public:
     }
 
     Verdict judge(const Reading& r, const Settings& settings) noexcept {
+        const Verdict verdict = decide(r, settings);
+        sum_up();
+        return verdict;
+    }
+
+    // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
+    void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
+        model_.correct(growth, sigma, {}, !first, settings.between);
+        accepted_ = 0;
+        finish_taking();
+    }
+
+    // All gauges have new references; the growth stays known.
+    void renew_gauges() noexcept {
+        model_.renew_gauges();
+        watches_.fill({});
+        turns_ = 0;
+        sum_up();
+    }
+    void forget() noexcept {
+        model_.forget();
+        watches_.fill({});
+        turns_ = 0;
+        sum_up();
+        known_ = false;
+        consistency_ = 1;
+        accepted_ = 0;
+    }
+
+    bool known() const noexcept { return known_; }
+    double growth() const noexcept { return model_.growth(); }  // mu, predicted for now
+    double sigma() const noexcept { return std::sqrt(consistency_) * model_.sigma(); }
+    double held() const noexcept { return held_; }  // mu, after the last accepted contact
+    // Standard deviation of the change of the growth since the last accepted contact.
+    double since_sigma() const noexcept {
+        const double now = sigma();
+        return std::sqrt(std::max(0.0, now * now - held_sigma_ * held_sigma_));
+    }
+
+    std::int32_t accepted() const noexcept { return accepted_; }  // contacts since nothing was known
+    // The spindle has turned so long that it should have grown, and many contacts do not show it.
+    bool lacks_growth(const Settings& settings) const noexcept {
+        constexpr std::int32_t many = 10;
+        constexpr double least = 0.15;  // of the usual growth
+        const double usual = model_.usual_growth(settings.between);
+        return accepted_ >= many && usual > settings.floor && std::abs(held_) < least * usual;
+    }
+
+    Withdrawal withdrawal(std::int32_t gauge) const noexcept { return watches_[gauge].withdrawn; }
+    bool program_event() const noexcept { return program_event_; }  // a gauge is withdrawn for that
+    // A gauge has claimed the same in two cycles, and no other agrees; or steps take each other back.
+    bool contradicted() const noexcept { return contradicted_; }
+
+private:
+    Verdict decide(const Reading& r, const Settings& settings) noexcept {
         Watch& watch = watches_[r.gauge];
         if (watch.withdrawn != Withdrawal::none) return Verdict::withdrawn;
         const GrowthBetweenContacts::Gauge gauge{r.gauge, r.reference_sigma};
@@ -89,58 +143,6 @@ public:
         return take(bounded_one, gauge, std::sqrt(seen2), true, settings);
     }
 
-    // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
-    void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
-        model_.correct(growth, sigma, {}, !first, settings.between);
-        accepted_ = 0;
-        finish_taking();
-    }
-
-    // All gauges have new references; the growth stays known.
-    void renew_gauges() noexcept {
-        model_.renew_gauges();
-        watches_.fill({});
-        turns_ = 0;
-    }
-    void forget() noexcept {
-        model_.forget();
-        watches_.fill({});
-        known_ = false;
-        consistency_ = 1;
-        accepted_ = 0;
-    }
-
-    bool known() const noexcept { return known_; }
-    double growth() const noexcept { return model_.growth(); }  // mu, predicted for now
-    double sigma() const noexcept { return std::sqrt(consistency_) * model_.sigma(); }
-    double held() const noexcept { return held_; }  // mu, after the last accepted contact
-    // Standard deviation of the change of the growth since the last accepted contact.
-    double since_sigma() const noexcept {
-        const double now = sigma();
-        return std::sqrt(std::max(0.0, now * now - held_sigma_ * held_sigma_));
-    }
-
-    std::int32_t accepted() const noexcept { return accepted_; }  // contacts since nothing was known
-    // The spindle has turned so long that it should have grown, and many contacts do not show it.
-    bool lacks_growth(const Settings& settings) const noexcept {
-        constexpr std::int32_t many = 10;
-        constexpr double least = 0.15;  // of the usual growth
-        const double usual = model_.usual_growth(settings.between);
-        return accepted_ >= many && usual > settings.floor && std::abs(held_) < least * usual;
-    }
-
-    Withdrawal withdrawal(std::int32_t gauge) const noexcept { return watches_[gauge].withdrawn; }
-    bool any(Withdrawal reason) const noexcept {
-        return std::any_of(watches_.begin(), watches_.end(),
-                           [&](const Watch& w) { return w.withdrawn == reason; });
-    }
-    // A gauge has claimed the same in two cycles, and no other agrees; or steps take each other back.
-    bool contradicted() const noexcept {
-        return any(Withdrawal::contradiction) || turns_ >= most_turns ||
-               std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.claims >= 2; });
-    }
-
-private:
     static constexpr std::int32_t most_turns = 2;   // steps, each the reverse of the one before
     static constexpr std::int32_t most_claims = 3;  // of a gauge, and no other agrees
     static constexpr double scatter_part = 0.15, consistency_part = 0.05, widest = 16;
@@ -220,6 +222,15 @@ private:
         return Verdict::accepted;
     }
 
+    void sum_up() noexcept {
+        program_event_ = false;
+        contradicted_ = turns_ >= most_turns;
+        for (const Watch& watch : watches_) {
+            program_event_ |= watch.withdrawn == Withdrawal::program;
+            contradicted_ |= watch.withdrawn == Withdrawal::contradiction || watch.claims >= 2;
+        }
+    }
+
     // It was scatter, not a step.
     static void drop_claim(Watch& watch) noexcept {
         if (watch.claims > 0) watch.scatter2 += scatter_part * watch.claimed2;
@@ -247,7 +258,7 @@ private:
 
     GrowthBetweenContacts model_;
     std::array<Watch, ContactReferences::capacity> watches_{};
-    bool known_ = false;
+    bool known_ = false, program_event_ = false, contradicted_ = false;
     double held_ = 0, held_sigma_ = 0;
     double consistency_ = 1;
     double last_step_ = 0;         // mu

@@ -28,8 +28,6 @@ public:
     }
 
     bool locked() const noexcept { return locked_; }  // an event of the program
-    double beta() const noexcept { return beta_; }
-    double sigma() const noexcept { return sigma_; }  // of beta; infinite while nothing is known
 
     // While the offset was displaced on purpose: by this contact alone, compared with those before.
     bool follows(double displacement, double predicted, double step) const noexcept {
@@ -66,17 +64,16 @@ private:
                 for (std::size_t j = 0; j < values; ++j) left[i][j] -= row[i] * row[j] / row[k];
         }
         if (!(left[a][a] > least)) return;
-        beta_ = left[a][d] / left[a][a];
-        const double rest = std::max(left[d][d] - beta_ * left[a][d], 0.0) * n_ / (n_ - 4);
-        sigma_ = std::sqrt(std::max(rest, 0.1 * noise * noise) / (n_ * left[a][a]));
-        locked_ = beta_ - 3 * sigma_ > 0.5 && beta_ + 3 * sigma_ < 2;
+        const double beta = left[a][d] / left[a][a];
+        const double rest = std::max(left[d][d] - beta * left[a][d], 0.0) * n_ / (n_ - 4);
+        const double sigma = std::sqrt(std::max(rest, 0.1 * noise * noise) / (n_ * left[a][a]));
+        locked_ = beta - 3 * sigma > 0.5 && beta + 3 * sigma < 2;
     }
 
     bool known_ = false, locked_ = false;
     double last_ = 0, n_ = 0;
     std::array<double, values> mean_{};
     std::array<std::array<double, values>, values> sum_{};
-    double beta_ = 0, sigma_ = 1e9;
 };
 
 }  // namespace plumb
