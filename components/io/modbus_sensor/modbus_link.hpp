@@ -5,13 +5,12 @@
 #include "components/io/modbus_sensor/modbus_link_fault.hpp"
 #include "components/io/modbus_sensor/request_plan.hpp"
 #include "components/io/sensor/back_off.hpp"
-#include "components/io/sensor/worker.hpp"
+#include "components/io/sensor/link_state.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -22,32 +21,26 @@
 
 namespace plumb {
 
-// What the thread of a link and others share.
-struct ModbusLinkState {
+// What the thread of a link shares with others.
+struct ModbusLinkState : LinkState {
     struct Command {
         bool enable = false;
         double value = 0;
     };
 
-    ModbusLinkState(ModbusLinkSettings its, Say its_say) : settings(std::move(its)), say(std::move(its_say)) {
-        for (const ModbusChannel& channel : settings.channels)
-            judges.emplace_back(channel.limits, seconds_now());
+    ModbusLinkState(ModbusLinkSettings its, Say its_say)
+        : LinkState(its.channels, std::move(its_say)), settings(std::move(its)) {
         commands.resize(settings.channels.size());
         written.resize(settings.channels.size());
     }
 
     const ModbusLinkSettings settings;
-    const Say say;
-    Pauses pauses;
 
-    std::mutex mutex;                            // of all that follows; held for moments
-    std::vector<Judge> judges;                   // one a channel
+    // All guarded by the mutex.
     std::vector<Command> commands;               // one a channel; of outputs
     std::vector<std::optional<double>> written;  // the command that the device has last acknowledged
-    bool connected = false;
     ModbusLinkFault fault = ModbusLinkFault::none;
     double round_trip = 0;  // s
-    std::int32_t errors = 0;
 };
 
 // The thread of a link: connects, asks, judges, and starts again after every failure.
@@ -147,7 +140,7 @@ private:
             for (Judge& judge : state_.judges) judge.fail(SensorFault::disconnected);
             state_.connected = false;
             state_.fault = fault;
-            count_error();
+            state_.count_error();
         }
         report(settings_.place() + ": " + why);
     }
@@ -192,7 +185,7 @@ private:
                     state_.judges[i].reject(SensorFault::damaged);
             state_.connected = false;
             state_.fault = ModbusLinkFault::silent;
-            count_error();
+            state_.count_error();
         }
         Device& device = device_of(*last_);
         device.back_off.failed(seconds_now());
@@ -293,7 +286,7 @@ private:
         {
             const std::lock_guard lock(state_.mutex);
             for (const std::size_t i : task.group.channels) state_.judges[i].fail(SensorFault::refused);
-            count_error();
+            state_.count_error();
         }
         const ModbusRequest& request = task.group.request;
         const std::string why = "device " + std::to_string(request.device) + ", " +
@@ -318,7 +311,7 @@ private:
                     state_.judges[i].fail(silent ? SensorFault::silent : SensorFault::damaged);
             state_.connected = any;
             if (!any) state_.fault = ModbusLinkFault::silent;
-            count_error();
+            state_.count_error();
         }
         if (!any) report(settings_.place() + (silent ? ": no reply" : ": damaged reply"));
         last_ = nullptr;
@@ -344,10 +337,6 @@ private:
     double silence() const { return std::max(3.5 * settings_.serial.byte_time(), 1.75e-3); }
 
     Device& device_of(const Task& task) { return devices_.at(task.group.request.device); }
-
-    void count_error() {
-        if (state_.errors < std::numeric_limits<std::int32_t>::max()) ++state_.errors;
-    }
 
     // Once for each cause, until the link works again.
     void report(const std::string& text) {

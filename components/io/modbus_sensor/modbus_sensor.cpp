@@ -159,9 +159,7 @@ A file has at most 256 links and channels.)"},
     }
 
     void finish() override {
-        for (Link& link : links_) link.worker.ask_to_stop();
-        const double until = seconds_now() + 0.5;
-        for (Link& link : links_) link.worker.stop(until - seconds_now());
+        stop_all(links_, [](Link& link) -> ModbusLink& { return link.worker; });
     }
 
 private:
@@ -273,53 +271,20 @@ static int check_file(const std::string& file) {
     return 0;
 }
 
-// Prints all channels once each of them has been asked for. The exit status is 1 if a value is not valid.
-static int list_values(const std::string& file) {
+static int list_file(const std::string& file) {
     std::deque<ModbusLink> links;
     double longest = 1;
     for (ModbusLinkSettings& link : ModbusSettings::read(file).links) {
         longest = std::max(longest, 2 * link.timeout + link.retry + 0.5);
         links.emplace_back(std::move(link), [](const std::string& text) { std::cerr << text + '\n'; });
-        links.back().start();
     }
-    const auto all = [&](bool valid_only) {
-        bool result = true;
-        for (ModbusLink& link : links) {
-            const std::lock_guard lock(link.state().mutex);
-            for (std::size_t i = 0; i < link.state().judges.size(); ++i) {
-                const Reading reading = link.state().judges[i].at(seconds_now());
-                if (!link.state().settings.channels[i].output)
-                    result &= valid_only ? reading.valid : reading.fault != SensorFault::waiting;
-            }
-        }
-        return result;
-    };
-    for (const double until = seconds_now() + longest; seconds_now() < until && !all(true);)
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    TextTable table({"link", "channel", "value", "unit", "valid", "age", "fault"});
-    bool valid = true;
-    for (ModbusLink& link : links) {
-        const std::lock_guard lock(link.state().mutex);
-        for (std::size_t i = 0; i < link.state().judges.size(); ++i) {
-            const ModbusChannel& channel = link.state().settings.channels[i];
-            if (channel.output) continue;
-            const Reading reading = link.state().judges[i].at(seconds_now());
-            valid &= reading.valid;
-            std::vector<std::string> row{link.state().settings.name, channel.name};
-            for (std::string& text : shown(reading, channel.is_bit() ? "bit" : channel.scale.unit))
-                row.push_back(std::move(text));
-            table.add(std::move(row));
-        }
-    }
-    table.write(std::cout);
-    for (ModbusLink& link : links) link.ask_to_stop();
-    return valid ? 0 : 1;
+    return list_values(links, longest, std::cout);
 }
 
 static constexpr hal::WithoutHal commands[] = {
     {"check", "Checks a TOML file, and prints its links and requests.", check_file},
     {"list", "Reads the devices of a TOML file, and prints all channels; status 1 if a value is not valid.",
-     list_values},
+     list_file},
     {}};
 
 hal::Model hal::model() {

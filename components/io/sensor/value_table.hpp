@@ -2,7 +2,7 @@
 // What --list prints.
 #pragma once
 
-#include "components/io/sensor/reading.hpp"
+#include "components/io/sensor/link_state.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,12 +46,46 @@ inline std::string shown(double number) {
     return text.str();
 }
 
-// value, unit, valid, age and fault of a channel.
 inline std::vector<std::string> shown(const Reading& reading, const std::string& unit) {
     const char* const fault = sentence(reading.fault);
+    const double age = std::round(reading.age * 1000) / 1000;
+    return {reading.any ? shown(reading.value) : "-", unit, reading.valid ? "yes" : "no", shown(age) + " s",
+            fault ? fault : "-"};
+}
 
-    return {!reading.any ? "-" : shown(reading.value), unit, reading.valid ? "yes" : "no",
-            shown(std::round(reading.age * 1000) / 1000) + " s", fault ? fault : "-"};
+// Starts the links of a deque of Workers, prints all channels when they are valid or the time is over, and
+// returns the exit status: 1 if a channel is not valid. Outputs are left out.
+template <class Links>
+int list_values(Links& links, double seconds, std::ostream& out) {
+    for (auto& link : links) link.start();
+    const auto each = [&](auto&& look) {
+        for (auto& link : links) {
+            auto& state = link.state();
+            const std::lock_guard lock(state.mutex);
+            for (std::size_t i = 0; i < state.judges.size(); ++i)
+                if (!state.settings.channels[i].output)
+                    look(state.settings, state.settings.channels[i], state.judges[i].at(seconds_now()));
+        }
+    };
+    const auto all_valid = [&] {
+        bool valid = true;
+        each([&](const auto&, const auto&, const Reading& reading) { valid &= reading.valid; });
+        return valid;
+    };
+    for (const double until = seconds_now() + seconds; seconds_now() < until && !all_valid();)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    TextTable table({"link", "channel", "value", "unit", "valid", "age", "fault"});
+    bool valid = true;
+    each([&](const auto& link, const auto& channel, const Reading& reading) {
+        std::vector<std::string> row{link.name, channel.name};
+        for (std::string& text : shown(reading, channel.is_bit() ? "bit" : channel.scale.unit))
+            row.push_back(std::move(text));
+        table.add(std::move(row));
+        valid &= reading.valid;
+    });
+    table.write(out);
+    for (auto& link : links) link.ask_to_stop();
+    return valid ? 0 : 1;
 }
 
 }  // namespace plumb
