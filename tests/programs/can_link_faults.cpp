@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A link of can_sensor on vcan0, on which frames go wrong in every way. Exit status 0 if no stale value is
-// valid and the link recovers. can_link_faults FAULTS
+// valid and the link recovers. can_link_faults FAULTS SEED
 #include "components/io/can_sensor/can_link.hpp"
 
 #include <sys/resource.h>
@@ -103,7 +103,7 @@ double processor_time(int whose) {
     return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-int run(int wanted) {
+int run(int wanted, unsigned seed) {
     CanLinkSettings settings;
     settings.name = "link";
     settings.interface = "vcan0";
@@ -137,7 +137,7 @@ int run(int wanted) {
     });
     Bus bus;
     bus.open();
-    std::mt19937 random(1);
+    std::mt19937 random(seed);
     int faults = 0, removals = 0;
     bool recovers = true;
     const double began = seconds_now();
@@ -185,5 +185,5 @@ int run(int wanted) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    return run(argc > 1 ? std::atoi(argv[1]) : 2000);
+    return argc == 3 ? run(std::atoi(argv[1]), static_cast<unsigned>(std::atoi(argv[2]))) : 2;
 }

@@ -29,6 +29,7 @@ struct CanLinkState : LinkState {
     // All guarded by the mutex.
     CanLinkFault fault = CanLinkFault::none;
     std::int32_t frames = 0;  // that were received; begins again at 0 after the largest number
+    double round_trip = 0;    // s, of the last SDO
 };
 
 // Gives frames to the channels that they belong to. Used by the thread of a link, and by tests alone.
@@ -277,6 +278,7 @@ private:
         if (upload.status == canopen::Upload::Status::other) return;
         Judge& judge = state_.judges[each.channel];
         const double asked = std::exchange(each.asked, 0);
+        state_.round_trip = std::max(received.time - asked, 0.0);
         if (upload.status == canopen::Upload::Status::good &&
             channel.signal.bytes() <= static_cast<std::size_t>(upload.size)) {
             each.back_off.succeeded();

@@ -177,6 +177,8 @@ private:
               heartbeat{this, its + "heartbeat",
                         "Changes at every update while the link's thread is alive, for watchdog."},
               frames{this, its + "frame-count", "Number of frames that were received for the channels."},
+              round_trip{this, its + "round-trip", "s",
+                         "Time from the last SDO request to its reply; 0 without one."},
               errors{this, its + "error-count", "Number of failures."},
               fault{this, its + "fault", "A fault of the link is active; its fault-code gives the cause."},
               worker(settings, [](const std::string& text) { hal::report_error(text.c_str()); }) {
@@ -192,6 +194,7 @@ private:
             connected = state.connected;
             heartbeat = liveness.beat(state.pauses.turns(), dt);
             frames = state.frames;
+            round_trip = state.round_trip;
             errors = state.errors;
             fault = state.fault;
         }
@@ -200,6 +203,7 @@ private:
         hal::Out<bool> connected;
         hal::Out<bool> heartbeat;
         hal::Out<std::int32_t> frames;
+        hal::Out<double> round_trip;
         hal::Out<std::int32_t> errors;
         hal::Codes<CanLinkFault> fault;
         std::deque<ChannelPins> channels;

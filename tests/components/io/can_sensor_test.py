@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 import unittest
+import unittest.mock
 
 import plumb
 from tree import BUILD, ROOT, own_folder
@@ -24,13 +25,27 @@ CONVERTER = os.path.join(BUILD, "bin", "can_sensor_dbc")
 DBC = os.path.join(ROOT, "tests", "programs", "machine.dbc")
 BUS = "PLUMB_TEST_HAS_A_BUS"
 PATIENCE = 20  # s
-FAULTS = os.environ.get("PLUMB_FAULTS", "2000")
 
 DISCONNECTED, DAMAGED, REFUSED, OLD = 2, 4, 5, 6  # codes of a channel
 MISSING, DOWN, BUS_OFF, ERRORS = 2, 3, 4, 5  # codes of a link
 
 EXTENDED, ERROR = socket.CAN_EFF_FLAG, socket.CAN_ERR_FLAG
 ERR_BUSOFF, ERR_CRTL, ERR_RESTARTED = 0x40, 0x04, 0x100
+
+
+# In the place of linuxcnc_link, which needs a LinuxCNC: the pins that the file of messages asks for.
+LINK = """#!/usr/bin/python3
+import hal, sys, time, tomllib
+component = hal.component(sys.argv[sys.argv.index("--name") + 1])
+with open(sys.argv[sys.argv.index("--messages") + 1], "rb") as file:
+    for message in tomllib.load(file)["message"]:
+        component.newpin(message["pin"], hal.HAL_BIT, hal.HAL_IN)
+        if "codes" in message:
+            component.newpin(message["pin"] + "-code", hal.HAL_S32, hal.HAL_IN)
+component.ready()
+while True:
+    time.sleep(1)
+"""
 
 
 def ip(*words):
@@ -55,7 +70,7 @@ class Files(unittest.TestCase):
     def test_every_shipped_file_and_that_of_the_page_is_right(self):
         page = subprocess.run([SENSOR, "--man"], capture_output=True, text=True, check=True).stdout.replace("\\-", "-")
         texts = [re.search(r"^ +\[\[link\]\].*?(?=^\.EE)", page, re.M | re.S)[0]]
-        for path in glob.glob(os.path.join(ROOT, "configs", "sensors", "*", "can*.toml")):
+        for path in glob.glob(os.path.join(ROOT, "configs", "*", "**", "*can.toml"), recursive=True):
             with open(path) as file:
                 texts.append(file.read())
         for text in texts:
@@ -298,6 +313,68 @@ class Bus(unittest.TestCase):
             self.assertLess(time.monotonic() - began, 2)  # 1 s, on a busy computer
             time.sleep(0.01)
 
+    def test_the_mill_loses_its_sensors_and_gets_them_back(self):
+        """configs/mill/sensors.hal, with a load that comes over CAN and temperatures that come over Modbus."""
+        mill = os.path.join(ROOT, "configs", "mill")
+        for name in ("sensors_can.toml", "sensors_modbus.toml", "sensors_messages.toml"):
+            with open(os.path.join(mill, name)) as file, open(os.path.join(self.folder, name), "w") as copy:
+                copy.write(file.read().replace('"can0"', '"vcan0"'))  # the bus of the tests
+        over = threading.Event()
+        sending = threading.Event()
+        sending.set()
+
+        def drive():
+            while not over.wait(0.01):
+                if sending.is_set():
+                    self.send(0x481, struct.pack("<Hh", 0x27, 423))
+
+        thread = threading.Thread(target=drive)
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(over.set)
+        server = os.path.join(ROOT, "tests", "programs", "modbus_server.py")
+        thermometer = subprocess.Popen(["/usr/bin/python3", server, "tcp", "1502"])
+        self.addCleanup(thermometer.wait)
+        self.addCleanup(thermometer.kill)
+
+        def until(pin, value):
+            end = time.monotonic() + PATIENCE
+            while self.host.get(pin) != value:
+                self.assertLess(time.monotonic(), end, "%s = %s did not come" % (pin, value))
+                self.host.run(0.01)
+                time.sleep(0.005)
+
+        with open(os.path.join(self.folder, "linuxcnc_link"), "w") as file:
+            file.write(LINK)
+        os.chmod(file.name, 0o755)
+        path = ":".join([self.folder, os.path.join(BUILD, "bin"), os.environ["PATH"]])
+        environment = {"CONFIG_DIR": self.folder, "PATH": path}
+        patched = unittest.mock.patch.dict(os.environ, environment)
+        patched.start()
+        self.addCleanup(patched.stop)
+        self.host = plumb.Host(namespaces=False)
+        self.addCleanup(self.host.close)
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt sum2 names=load-reading", "net spindle-load load-reading.out"):
+            self.host.command(line)
+        self.host.load(os.path.join(mill, "sensors.hal"))
+        self.host.command("start")
+        until("load-valid", True)
+        until("shop-valid", True)
+        self.assertAlmostEqual(self.host.get("spindle-load"), 42.3)
+        until("load-fault", False)
+        sending.clear()
+        until("load-valid", False)
+        until("load-fault", True)
+        self.assertAlmostEqual(self.host.get("spindle-load"), 42.3)
+        self.assertFalse(self.host.get("sensors-dead"))
+        sending.set()
+        until("load-valid", True)
+        # A program that dies leaves valid as it was; the watchdog sees it.
+        os.kill(int(subprocess.check_output(["pgrep", "-x", "can_sensor"])), 9)
+        until("load-valid", False)
+        self.assertTrue(self.host.get("load-fresh"))
+        self.assertTrue(self.host.get("sensors-dead"))
+
     def test_list_prints_the_values_and_candump_agrees(self):
         over = threading.Event()
 
@@ -321,7 +398,7 @@ class Bus(unittest.TestCase):
         self.assertRegex(silent.stdout, r"bus +speed +- +rpm +no .*No value has come yet")
 
     def test_no_stale_value_is_valid_whatever_is_on_the_bus(self):
-        done = subprocess.run([os.path.join(BUILD, "specimens", "can_link_faults"), FAULTS], capture_output=True, text=True)
+        done = subprocess.run([os.path.join(BUILD, "specimens", "can_link_faults"), "2000", "1"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         print(done.stdout, end="")
 

@@ -344,9 +344,9 @@ bool becomes(const std::function<bool()>& condition) {
     return false;
 }
 
-int faults_to_inject() {
-    const char* const given = std::getenv("PLUMB_FAULTS");
-    return given ? std::atoi(given) : 600;
+int from_environment(const char* name, int initial) {
+    const char* const given = std::getenv(name);
+    return given ? std::atoi(given) : initial;
 }
 
 // A fault after three good replies on average, until `left` is used up.
@@ -365,7 +365,8 @@ private:
 };
 
 TEST(ModbusLinkFaults, NoStaleValueIsValidAndEveryLinkRecovers) {
-    const int faults = faults_to_inject();
+    const int faults = from_environment("PLUMB_FAULTS", 600);
+    const auto seed = static_cast<unsigned>(1000 * from_environment("PLUMB_SEED", 1));
     std::atomic<int> left{faults};
     const Folder folder;
     std::deque<FaultyServer> servers;
@@ -373,12 +374,12 @@ TEST(ModbusLinkFaults, NoStaleValueIsValidAndEveryLinkRecovers) {
     std::deque<ModbusLink> links;
     const Say nothing = [](const std::string&) {};
     for (unsigned i = 0; i < 6; ++i) {
-        servers.emplace_back(timeout, retry, Draw(left, i));
+        servers.emplace_back(timeout, retry, Draw(left, seed + i));
         links.emplace_back(to(servers.back()), nothing);
     }
     for (unsigned i = 0; i < 6; ++i) {
         const std::filesystem::path path = folder / std::to_string(i);
-        lines.emplace_back(path, timeout, serial_retry, Draw(left, 100 + i));
+        lines.emplace_back(path, timeout, serial_retry, Draw(left, seed + 100 + i));
         links.emplace_back(to(path), nothing);
     }
     for (auto& server : servers) server.start();

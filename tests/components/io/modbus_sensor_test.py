@@ -276,7 +276,7 @@ class Sensor(unittest.TestCase):
         self.assertIn(file + ":1: name is missing", wrong.stderr)
 
     def test_every_shipped_file_and_that_of_the_page_is_right(self):
-        files = glob.glob(os.path.join(ROOT, "configs", "sensors", "*", "modbus*.toml"))
+        files = glob.glob(os.path.join(ROOT, "configs", "*", "**", "*modbus.toml"), recursive=True)
         page = subprocess.run([SENSOR, "--man"], capture_output=True, text=True, check=True).stdout.replace("\\-", "-")
         example = re.search(r"^ +\[\[link\]\].*?(?=^\.EE)", page, re.M | re.S)[0]
         for file in [*files, self.file(example)]:
