@@ -50,6 +50,8 @@ public:
             filters.push_back(filter);
         }
         const int yes = 1;
+        const int buffer = 1 << 20;  // bytes; the system may grant less
+        setsockopt(number(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
         const can_err_mask_t errors = CAN_ERR_MASK;
         set(SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), filters.size() * sizeof(can_filter));
         set(SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
