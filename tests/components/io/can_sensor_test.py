@@ -8,6 +8,7 @@ import glob
 import os
 import random
 import re
+import signal
 import socket
 import struct
 import subprocess
@@ -183,6 +184,18 @@ class Bus(unittest.TestCase):
         self.await_pin("speed.valid", between=lambda: self.send(0x201, b"\1\0\0\0"))
         self.assertEqual(self.get("speed.value"), 1)
         self.await_pin("speed.fault-code", OLD)
+        self.assertFalse(self.get("speed.valid"))
+
+    def test_a_frame_that_waited_for_the_program_is_old(self):
+        self.load(self.SPEED)
+        self.await_pin("speed.valid", between=lambda: self.send(0x201, b"\1\0"))
+        process = int(subprocess.check_output(["pgrep", "-f", "can_sensor --file " + self.folder]))
+        os.kill(process, signal.SIGSTOP)
+        self.send(0x201, b"\2\0")
+        time.sleep(0.5)
+        os.kill(process, signal.SIGCONT)
+        self.await_pin("speed.value", 2)
+        self.assertGreater(self.get("speed.age"), 0.4)
         self.assertFalse(self.get("speed.valid"))
 
     def test_a_flexible_frame_has_64_bytes(self):
@@ -370,7 +383,7 @@ class Bus(unittest.TestCase):
         sending.set()
         until("load-valid", True)
         # A program that dies leaves valid as it was; the watchdog sees it.
-        os.kill(int(subprocess.check_output(["pgrep", "-x", "can_sensor"])), 9)
+        os.kill(int(subprocess.check_output(["pgrep", "-f", "^can_sensor --file " + self.folder])), 9)
         until("load-valid", False)
         self.assertTrue(self.host.get("load-fresh"))
         self.assertTrue(self.host.get("sensors-dead"))
