@@ -29,7 +29,6 @@ struct CanLinkState : LinkState {
     // All guarded by the mutex.
     CanLinkFault fault = CanLinkFault::none;
     std::int32_t frames = 0;  // that were received; begins again at 0 after the largest number
-    double round_trip = 0;    // s, of the last SDO
 };
 
 // Gives frames to the channels that they belong to. Used by the thread of a link, and by tests alone.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/can_sensor/can_link.hpp"
-#include "components/io/sensor/liveness.hpp"
 #include "components/io/sensor/sensor_pins.hpp"
 #include "components/io/sensor/value_table.hpp"
 #include "hal/component.hpp"
@@ -169,45 +168,23 @@ A file has at most 256 links and channels.)"},
     }
 
 private:
-    struct Link : hal::Group {
+    struct Link : LinkPins<CanLinkFault> {
         Link(hal::Owner owner, const CanLinkSettings& settings)
-            : Group(owner),
-              its(settings.name + "."),
-              connected{this, its + "connected", "The interface is up and not bus-off."},
-              heartbeat{this, its + "heartbeat",
-                        "Changes at every update while the link's thread is alive, for watchdog."},
-              frames{this, its + "frame-count", "Number of frames that were received for the channels."},
-              round_trip{this, its + "round-trip", "s",
-                         "Time from the last SDO request to its reply; 0 without one."},
-              errors{this, its + "error-count", "Number of failures."},
-              fault{this, its + "fault", "A fault of the link is active; its fault-code gives the cause."},
-              worker(settings, [](const std::string& text) { hal::report_error(text.c_str()); }) {
-            for (const CanChannel& channel : settings.channels)
-                channels.emplace_back(this, channel.name,
-                                      channel.is_bit() ? std::nullopt : std::optional(channel.scale.unit));
-        }
+            : LinkPins(owner, settings, "The interface is up and not bus-off.",
+                       "Time from the last SDO request to its reply; 0 without one."),
+              frames{this, settings.name + ".frame-count",
+                     "Number of frames that were received for the channels."},
+              worker(settings, [](const std::string& text) { hal::report_error(text.c_str()); }) {}
 
         void update(double now, double dt) noexcept {
             CanLinkState& state = worker.state();
             const std::lock_guard lock(state.mutex);
             for (std::size_t i = 0; i < channels.size(); ++i) channels[i].show(state.judges[i].at(now));
-            connected = state.connected;
-            heartbeat = liveness.beat(state.pauses.turns(), dt);
             frames = state.frames;
-            round_trip = state.round_trip;
-            errors = state.errors;
-            fault = state.fault;
+            show(state, dt);
         }
 
-        const std::string its;
-        hal::Out<bool> connected;
-        hal::Out<bool> heartbeat;
         hal::Out<std::int32_t> frames;
-        hal::Out<double> round_trip;
-        hal::Out<std::int32_t> errors;
-        hal::Codes<CanLinkFault> fault;
-        std::deque<ChannelPins> channels;
-        Liveness liveness;
         CanLink worker;
     };
 

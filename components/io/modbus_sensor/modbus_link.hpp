@@ -40,7 +40,6 @@ struct ModbusLinkState : LinkState {
     std::vector<Command> commands;               // one a channel; of outputs
     std::vector<std::optional<double>> written;  // the command that the device has last acknowledged
     ModbusLinkFault fault = ModbusLinkFault::none;
-    double round_trip = 0;  // s
 };
 
 // The thread of a link: connects, asks, judges, and starts again after every failure.

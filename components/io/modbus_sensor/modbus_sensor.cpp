@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/modbus_sensor/modbus_link.hpp"
-#include "components/io/sensor/liveness.hpp"
 #include "components/io/sensor/sensor_pins.hpp"
 #include "components/io/sensor/value_table.hpp"
 #include "hal/component.hpp"
@@ -182,21 +181,12 @@ private:
         std::optional<hal::In<bool>> bit;
     };
 
-    struct Link : hal::Group {
+    struct Link : LinkPins<ModbusLinkFault> {
         Link(hal::Owner owner, const ModbusLinkSettings& settings)
-            : Group(owner),
-              its(settings.name + "."),
-              connected{this, its + "connected", "The link is open and a device of it answers."},
-              heartbeat{this, its + "heartbeat",
-                        "Changes at every update while the link's thread is alive, for watchdog."},
-              round_trip{this, its + "round-trip", "s", "Time from the last request to its reply."},
-              errors{this, its + "error-count", "Number of failures."},
-              fault{this, its + "fault", "A fault of the link is active; its fault-code gives the cause."},
+            : LinkPins(owner, settings, "The link is open and a device of it answers.",
+                       "Time from the last request to its reply."),
               worker(settings, [](const std::string& text) { hal::report_error(text.c_str()); }) {
             for (const ModbusChannel& channel : settings.channels) {
-                const bool bit = channel.is_bit();
-                channels.emplace_back(this, channel.name,
-                                      bit ? std::nullopt : std::optional(channel.scale.unit));
                 outputs.emplace_back();
                 if (channel.output) outputs.back().emplace(this, channel);
             }
@@ -210,11 +200,7 @@ private:
                 if (outputs[i]) judge_output(state, i, reading);
                 channels[i].show(reading);
             }
-            connected = state.connected;
-            heartbeat = liveness.beat(state.pauses.turns(), dt);
-            round_trip = state.round_trip;
-            errors = state.errors;
-            fault = state.fault;
+            show(state, dt);
         }
 
         void judge_output(ModbusLinkState& state, std::size_t i, Reading& reading) noexcept {
@@ -224,15 +210,7 @@ private:
             reading.valid &= command.enable && state.written[i] == command.value;
         }
 
-        const std::string its;
-        hal::Out<bool> connected;
-        hal::Out<bool> heartbeat;
-        hal::Out<double> round_trip;
-        hal::Out<std::int32_t> errors;
-        hal::Codes<ModbusLinkFault> fault;
-        std::deque<ChannelPins> channels;
         std::deque<std::optional<OutputPins>> outputs;
-        Liveness liveness;
         ModbusLink worker;
     };
 

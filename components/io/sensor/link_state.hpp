@@ -29,6 +29,7 @@ struct LinkState {
     std::mutex mutex;
     std::vector<Judge> judges;  // one a channel
     bool connected = false;
+    double round_trip = 0;  // s, of the last request that was answered
     std::int32_t errors = 0;
 };
 

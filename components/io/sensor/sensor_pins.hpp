@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/io/sensor/liveness.hpp"
 #include "components/io/sensor/reading.hpp"
 #include "hal/component.hpp"
 
 #include <atomic>
+#include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 
@@ -54,6 +57,48 @@ public:
 private:
     std::optional<hal::Out<double>> number_;
     std::optional<hal::Out<bool>> bit_;
+};
+
+// The pins of a link, NAME.connected and so on, and those of its channels.
+template <class Fault>
+struct LinkPins : hal::Group {
+    template <class Settings>
+    LinkPins(hal::Owner owner, const Settings& settings, const char* connected_sentence,
+             const char* round_trip_sentence)
+        : Group(owner),
+          its_(settings.name + "."),
+          connected{this, its_ + "connected", connected_sentence},
+          heartbeat{this, its_ + "heartbeat",
+                    "Changes at every update while the link's thread is alive, for watchdog."},
+          round_trip{this, its_ + "round-trip", "s", round_trip_sentence},
+          errors{this, its_ + "error-count", "Number of failures."},
+          fault{this, its_ + "fault", "A fault of the link is active; its fault-code gives the cause."} {
+        for (const auto& channel : settings.channels)
+            channels.emplace_back(this, channel.name,
+                                  channel.is_bit() ? std::nullopt : std::optional(channel.scale.unit));
+    }
+
+    // The link itself, of whose state the caller holds the mutex; dt: s since the last call.
+    template <class State>
+    void show(const State& state, double dt) noexcept {
+        connected = state.connected;
+        heartbeat = liveness_.beat(state.pauses.turns(), dt);
+        round_trip = state.round_trip;
+        errors = state.errors;
+        fault = state.fault;
+    }
+
+private:
+    const std::string its_;
+    Liveness liveness_;
+
+public:
+    hal::Out<bool> connected;
+    hal::Out<bool> heartbeat;
+    hal::Out<double> round_trip;
+    hal::Out<std::int32_t> errors;
+    hal::Codes<Fault> fault;
+    std::deque<ChannelPins> channels;
 };
 
 }  // namespace plumb
