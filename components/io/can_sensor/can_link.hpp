@@ -148,6 +148,7 @@ private:
         }
         const bool ready = state_.pauses.wait(socket_.number(), POLLIN, until) == Pauses::Woken::ready;
         CanReceived received;
+        if (ready) socket_.look_at_clocks();
         // A full bus must not keep the thread from the rest.
         for (int i = 0; ready && i < most_at_once && socket_.receive(received); ++i) take(received);
         // The next frames come together: a full bus would wake the thread 9,000 times a second.

@@ -12,6 +12,7 @@
 #include <sys/socket.h>
 #include <time.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
@@ -79,6 +80,14 @@ public:
         return (request.ifr_flags & IFF_UP) != 0 ? State::up : State::down;
     }
 
+    // Before a run of receive(): frames that come meanwhile get this time.
+    void look_at_clocks() noexcept {
+        timespec wall{};
+        clock_gettime(CLOCK_REALTIME, &wall);
+        wall_now_ = seconds(wall);
+        now_ = seconds_now();
+    }
+
     // False if nothing has come.
     bool receive(CanReceived& received) {
         canfd_frame raw{};
@@ -93,13 +102,14 @@ public:
         if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
         if (size < 0) fail("");
         received = {};
-        received.time = seconds_now();
+        received.time = now_;
         for (cmsghdr* each = CMSG_FIRSTHDR(&message); each; each = CMSG_NXTHDR(&message, each)) {
             if (each->cmsg_level != SOL_SOCKET) continue;
             if (each->cmsg_type == SO_TIMESTAMPNS) {
                 timespec stamp{};
                 std::memcpy(&stamp, CMSG_DATA(each), sizeof stamp);
-                received.time -= passed_since(stamp);
+                // A clock that was set back in between does not bring a frame into the future.
+                received.time -= std::max(wall_now_ - seconds(stamp), 0.0);
             } else if (each->cmsg_type == SO_RXQ_OVFL) {
                 std::memcpy(&received.dropped, CMSG_DATA(each), sizeof received.dropped);
             }
@@ -134,17 +144,13 @@ private:
         if (setsockopt(number(), level, option, value, static_cast<socklen_t>(size)) != 0) fail("setsockopt");
     }
 
-    // s; a clock that was set back in between makes it 0.
-    static double passed_since(const timespec& stamp) noexcept {
-        timespec now{};
-        clock_gettime(CLOCK_REALTIME, &now);
-        const double passed = static_cast<double>(now.tv_sec - stamp.tv_sec) +
-                              1e-9 * static_cast<double>(now.tv_nsec - stamp.tv_nsec);
-        return passed > 0 ? passed : 0;
+    static double seconds(const timespec& time) noexcept {
+        return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
     }
 
     Descriptor descriptor_;
     int index_ = 0;
+    double now_ = 0, wall_now_ = 0;  // s, of both clocks
 };
 
 }  // namespace plumb
