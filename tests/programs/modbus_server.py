@@ -12,7 +12,13 @@ import time
 
 from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
 from pymodbus.server import StartSerialServer, StartTcpServer
-from pymodbus.transaction import ModbusRtuFramer
+
+try:
+    from pymodbus.transaction import ModbusRtuFramer as RTU  # pymodbus 3.0, of Debian 12
+except ImportError:
+    from pymodbus.framer import FramerType
+
+    RTU = FramerType.RTU
 
 logging.disable(logging.CRITICAL)
 
@@ -25,13 +31,18 @@ class Living(ModbusSequentialDataBlock):
 
 
 def device(values):
-    return ModbusSlaveContext(
-        hr=Living(0, values),
-        ir=ModbusSequentialDataBlock(0, [235] * 10),
-        co=ModbusSequentialDataBlock(0, [0, 0, 0, 1, 0, 0, 0, 0]),
-        di=ModbusSequentialDataBlock(0, [0, 0, 0, 0, 0, 1, 0, 0]),
-        zero_mode=True,
-    )
+    def blocks(first):
+        return {
+            "hr": Living(first, values),
+            "ir": ModbusSequentialDataBlock(first, [235] * 10),
+            "co": ModbusSequentialDataBlock(first, [0, 0, 0, 1, 0, 0, 0, 0]),
+            "di": ModbusSequentialDataBlock(first, [0, 0, 0, 0, 0, 1, 0, 0]),
+        }
+
+    try:
+        return ModbusSlaveContext(zero_mode=True, **blocks(0))
+    except TypeError:  # later versions count from 1
+        return ModbusSlaveContext(**blocks(1))
 
 
 CONTEXT = ModbusServerContext(
@@ -40,6 +51,10 @@ CONTEXT = ModbusServerContext(
 
 if __name__ == "__main__":
     if sys.argv[1] == "tcp":
-        StartTcpServer(context=CONTEXT, address=("127.0.0.1", int(sys.argv[2])), allow_reuse_address=True)
+        address = ("127.0.0.1", int(sys.argv[2]))
+        try:
+            StartTcpServer(context=CONTEXT, address=address, allow_reuse_address=True)
+        except TypeError:  # later versions do so by themselves
+            StartTcpServer(context=CONTEXT, address=address)
     else:
-        StartSerialServer(context=CONTEXT, framer=ModbusRtuFramer, port=sys.argv[2], baudrate=19200, parity="N", timeout=0.02, ignore_missing_slaves=True)
+        StartSerialServer(context=CONTEXT, framer=RTU, port=sys.argv[2], baudrate=19200, parity="N", timeout=0.02, ignore_missing_slaves=True)
