@@ -25,6 +25,7 @@
 #include "hal/registrar.hpp"
 
 #include <memory>
+#include <string>
 #include <type_traits>
 
 namespace plumb::hal {
@@ -91,11 +92,20 @@ struct About {
     SeeAlso see_also = {};
 };
 
+// A task of a program that needs no HAL, `PROGRAM --NAME FILE`. It may throw; its result is the exit status.
+struct WithoutHal {
+    const char* name = nullptr;  // null after the last of an array
+    const char* sentence = nullptr;
+    int (*run)(const std::string& file) = nullptr;
+};
+
 // A loadable module: its manual text and a way to build one instance.
 struct Model {
     About about;
     std::unique_ptr<Component> (*make)(Registrar&);
     bool has_background;
+    const WithoutHal* without_hal = nullptr;  // of a program
+    double period = 0.1;  // s between two calls, of a program, unless the user gives another
 };
 
 template <class C>

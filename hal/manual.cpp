@@ -54,8 +54,17 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
     }
 }
 
+// A list that several pins have stands once.
 void write_codes(std::ostream& out, const Declarations& declared) {
-    for (const CodesInfo& code : declared.codes) {
+    for (auto each = declared.codes.begin(); each != declared.codes.end(); ++each) {
+        const CodesInfo& code = *each;
+        const auto same = std::find_if(declared.codes.begin(), each, [&](const CodesInfo& earlier) {
+            return earlier.sentences == code.sentences;
+        });
+        if (same != each) {
+            out << ".PP\n" << escaped(code.pin) << " has the codes of " << escaped(same->pin) << ".\n";
+            continue;
+        }
         out << (code.pin == "fault-code" ? ".SH FAULTS\n" : ".SH CODES OF " + escaped(code.pin) + "\n");
         for (const auto& [number, text] : code.sentences)
             out << ".TP 4\n" << number << '\n' << escaped(text) << '\n';
@@ -87,6 +96,14 @@ void write_options(std::ostream& out, const Declarations& declared, int section)
         out << ".TP\n.B " << escaped(option.name)
             << "\n(default: " << (option.initial.empty() ? "none" : escaped(option.initial)) << ")\n.br\n"
             << escaped(option.doc) << '\n';
+}
+
+void write_tasks(std::ostream& out, const Model& model) {
+    if (!model.without_hal) return;
+    out << ".SH \"WITHOUT HAL\"\n";
+    for (const WithoutHal* task = model.without_hal; task->name; ++task)
+        out << ".TP\n.BI " << escaped(model.about.name) << " \" \\-\\-" << task->name << " \" FILE\n"
+            << escaped(task->sentence) << '\n';
 }
 
 void write_functions(std::ostream& out, const Declarations& declared) {
@@ -143,6 +160,7 @@ std::string manual(const Model& model, int section) {
     write_section(out, "\"SETTING UP\"", model.about.setting_up.text);
     write_section(out, "BEHAVIOUR", model.about.behaviour.text);
     write_options(out, declared, section);
+    write_tasks(out, model);
     if (section == 9) write_functions(out, declared);
     write_all_pins(out, declared);
     write_offsets(out, declared);

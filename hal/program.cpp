@@ -2,6 +2,7 @@
 // Linked into components that do slow I/O: turns a Model into a program for `loadusr`.
 //
 //     loadusr -W <component> [name] [--period SECONDS] [--OPTION value]
+//     <component> --TASK FILE
 //
 // Each function of the component is called once per period, in the order of declaration.
 
@@ -73,14 +74,16 @@ static int carry_out(int argc, char** argv) try {
 
     CLI::App app{component.about.summary, component.about.name};
     std::string name = component.about.name;  // for which `loadusr -W` waits
-    double period = 0.1;
+    double period = component.period;
     bool show_manual = false;
     bool show_declarations = false;
     std::map<std::string, std::string> options;
     app.set_help_flag("-h,--help", "Prints the options.");
     app.add_option("name", name, "Name of the HAL component. The default is " + name + ".")
         ->type_name("NAME");
-    app.add_option("--period", period, "Time between two calls, 0.001 to 3600 s. The default is 0.1.")
+    app.add_option(
+           "--period", period,
+           "Time between two calls, 0.001 to 3600 s. The default is " + CLI::detail::to_string(period) + ".")
         ->check(CLI::Range(0.001, 3600.0).description(""))
         ->type_name("S");
     app.add_flag("--man", show_manual, "Prints the manual page.");
@@ -88,6 +91,9 @@ static int carry_out(int argc, char** argv) try {
     for (const OptionInfo& option : declared.options)
         app.add_option("--" + option.name, options[option.name] = option.initial, option.doc)
             ->type_name("VALUE");
+    std::map<const WithoutHal*, std::string> files;
+    for (const WithoutHal* task = component.without_hal; task && task->name; ++task)
+        app.add_option("--" + std::string(task->name), files[task], task->sentence)->type_name("FILE");
     CLI11_PARSE(app, argc, argv);
     if (show_manual) {
         std::cout << manual(component, 1);
@@ -97,6 +103,9 @@ static int carry_out(int argc, char** argv) try {
         std::cout << declarations(component);
         return 0;
     }
+
+    for (const auto& [task, path] : files)
+        if (!path.empty()) return task->run(path);
 
     const sigset_t signals = signals_that_end();
     sigprocmask(SIG_BLOCK, &signals, nullptr);  // before any thread starts

@@ -9,6 +9,7 @@ counted in a line of their own.
 
 import collections
 import dataclasses
+import functools
 import os
 import sys
 import tempfile
@@ -129,14 +130,16 @@ def judge(recording):
 # --- running the mill ---
 
 
-def simulate(seed, compensated, duration, progress):
-    """The Outcome of one run; progress(seconds done) is called meanwhile."""
+def simulate(seed, compensated, duration, progress, load_every=None):
+    """The Outcome of one run; progress(seconds done) is called meanwhile. load_every is in s; None leaves it to the drive."""
     import plumb
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         host.set("growth.enable", compensated)
+        if load_every is not None:
+            host.set("drive.sample-time", load_every)
         host.record(path, [*LENGTHS.values(), *NUMBERS.values()], EVERY)
         host.run(duration, progress)
         return judge(read_recording(path))
@@ -268,10 +271,10 @@ def draw(paths, outcomes, title):
 # --- the command ---
 
 
-def bench_one(seed, duration, output, place):
+def bench_one(seed, duration, output, place, work):
     began = time.monotonic()
     tasks = [(seed, compensated, duration) for compensated in (False, True)]
-    outcomes = dict(zip(RUNS, simulate_all(simulate, tasks, 2 * duration, place)))
+    outcomes = dict(zip(RUNS, simulate_all(work, tasks, 2 * duration, place)))
     elapsed = time.monotonic() - began
     without, compensated = (outcomes[run] for run in RUNS)
     machine = f"machine {seed}" if seed else "the typical machine"
@@ -287,9 +290,9 @@ def bench_one(seed, duration, output, place):
     print(written_line(paths))
 
 
-def bench_many(seeds, duration, output, place):
+def bench_many(seeds, duration, output, place, work):
     tasks = [(seed, compensated, duration) for seed in seeds for compensated in (False, True)]
-    outcomes = simulate_all(simulate, tasks, len(tasks) * duration, place)
+    outcomes = simulate_all(work, tasks, len(tasks) * duration, place)
     machines = list(zip(outcomes[::2], outcomes[1::2]))
     print(f"{duration_text(duration)} of milling on each of {len(machines)} machines, {seeds[0]} to {seeds[-1]}\n")
     print("\n".join(percentile_table(machines)))
@@ -315,6 +318,7 @@ def main():
     parser.add_argument("--events", type=many, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
     parser.add_argument("--cycles", type=many, metavar="N", help="N drawn cycles with an event each, 100 a machine: whether all counts agree")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
+    parser.add_argument("--load-every", type=duration_of, metavar="TIME", help="time between two values of the load, such as 0.1 over Modbus (default: that of the drive)")
     add_place(parser)
     add_output(parser, "mill")
     options = parser.parse_args()
@@ -323,7 +327,10 @@ def main():
             parser.error(f"--{name} draws its own programs: it does not go with --seed or --seeds")
     if options.events and options.cycles:
         parser.error("--events and --cycles are two benches: one at a time")
+    if options.load_every and (options.events or options.cycles):
+        parser.error("--load-every goes with the run of hours only")
     place = place_of(options)
+    work = functools.partial(simulate, load_every=options.load_every)
     with errors_reported():
         make_writable(options.output)
         if options.events:
@@ -332,7 +339,7 @@ def main():
             sys.exit(0 if mill_cycles.report(options.cycles, place) else 1)
         elif options.seeds:
             first = 1 if options.seed is None else options.seed
-            bench_many(range(first, first + options.seeds), options.duration, options.output, place)
+            bench_many(range(first, first + options.seeds), options.duration, options.output, place, work)
         else:
-            bench_one(options.seed or 0, options.duration, options.output, place)
+            bench_one(options.seed or 0, options.duration, options.output, place, work)
 

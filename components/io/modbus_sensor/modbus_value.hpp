@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+namespace plumb {
+
+// How a number lies in registers of 16 bits.
+struct ModbusEncoding {
+    enum class Type { bit, u16, s16, u32, s32, f32, f64 };
+
+    Type type = Type::u16;
+    bool low_word_first = false;
+    bool low_byte_first = false;  // within a register
+    int first_bit = 0;            // of a bit or a bit field; 0 is the lowest
+    int bits = 0;                 // of a bit field; 0 for the whole number
+
+    int registers() const noexcept {
+        switch (type) {
+            case Type::bit:
+            case Type::u16:
+            case Type::s16: return 1;
+            case Type::f64: return 4;
+            default: return 2;
+        }
+    }
+    bool is_float() const noexcept { return type == Type::f32 || type == Type::f64; }
+    bool is_signed() const noexcept { return type == Type::s16 || type == Type::s32; }
+};
+
+namespace modbus_value {
+
+inline std::uint16_t ordered(std::uint16_t word, const ModbusEncoding& encoding) noexcept {
+    return encoding.low_byte_first ? static_cast<std::uint16_t>(word << 8 | word >> 8) : word;
+}
+
+// Which of the registers holds the word number i, counted from the highest.
+inline int place(int i, const ModbusEncoding& encoding) noexcept {
+    return encoding.low_word_first ? encoding.registers() - 1 - i : i;
+}
+
+template <class To, class From>
+To same_bits(From from) noexcept {
+    static_assert(sizeof(To) == sizeof(From));
+    To to;
+    std::memcpy(&to, &from, sizeof to);
+    return to;
+}
+
+}  // namespace modbus_value
+
+// The number in encoding.registers() registers. A bit is 0 or 1; a bit field of a signed type has a sign.
+inline double decoded(const std::uint16_t* registers, const ModbusEncoding& encoding) noexcept {
+    using namespace modbus_value;
+    using Type = ModbusEncoding::Type;
+    std::uint64_t raw = 0;
+    for (int i = 0; i < encoding.registers(); ++i)
+        raw = raw << 16 | ordered(registers[place(i, encoding)], encoding);
+    if (encoding.type == Type::f32)
+        return static_cast<double>(same_bits<float>(static_cast<std::uint32_t>(raw)));
+    if (encoding.type == Type::f64) return same_bits<double>(raw);
+    if (encoding.type == Type::bit) return static_cast<double>(raw >> encoding.first_bit & 1);
+    const int width = encoding.bits > 0 ? encoding.bits : 16 * encoding.registers();  // at most 32
+    raw = raw >> encoding.first_bit & ((std::uint64_t{1} << width) - 1);
+    const bool negative = encoding.is_signed() && (raw >> (width - 1) & 1) != 0;
+    return static_cast<double>(raw) - (negative ? std::ldexp(1, width) : 0);
+}
+
+// The inverse: writes encoding.registers() registers, rounded to the nearest whole number where the type is
+// one. False, and nothing is written, if the type does not hold the number. Bit fields cannot be written.
+inline bool encode(double value, const ModbusEncoding& encoding, std::uint16_t* registers) noexcept {
+    using namespace modbus_value;
+    using Type = ModbusEncoding::Type;
+    std::uint64_t raw = 0;
+    if (!std::isfinite(value) || encoding.bits > 0) return false;
+    if (encoding.type == Type::f32) {
+        if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) return false;
+        raw = same_bits<std::uint32_t>(static_cast<float>(value));
+    } else if (encoding.type == Type::f64) {
+        raw = same_bits<std::uint64_t>(value);
+    } else {
+        const double whole = std::round(value);
+        const int width = 16 * encoding.registers();
+        const double span = encoding.type == Type::bit ? 2 : std::ldexp(1, width);
+        const double least = encoding.is_signed() ? -span / 2 : 0;
+        if (whole < least || whole >= least + span) return false;
+        raw = static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
+    }
+    for (int i = encoding.registers() - 1; i >= 0; --i, raw >>= 16)
+        registers[place(i, encoding)] = ordered(static_cast<std::uint16_t>(raw & 0xFFFF), encoding);
+    return true;
+}
+
+}  // namespace plumb
