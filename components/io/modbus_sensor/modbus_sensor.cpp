@@ -116,11 +116,12 @@ device. Manuals count registers from 0, from 1 or from 40001; the file counts fr
 - Step that lasts: It is accepted when max-rate times the time since the last accepted value allows it.
 - Device that does not answer: It is asked again after retry, then twice as late each time, up to retry-max. Other
 devices of the link are asked as before.
-- Late reply: It is never taken for the next one. Over TCP the connection is closed. On a serial line the device is left
-alone for retry; a reply that comes even later makes its values invalid.
+- Late reply: Over TCP the connection is closed. On a serial line the device is left alone for retry, and its bytes are
+thrown away. A whole reply that comes even later makes the values before it invalid.
 - Connection lost, server restarted, USB adapter unplugged: The link connects again, after retry to retry-max.
-- Output: It is written every so many seconds while enable is true. valid is true while the device has acknowledged the
-present command. A command outside min to max is not written. Nothing is written at the end: the device keeps its value.
+- Output: While enable is true, the command is written at the interval every. valid is true while the device has
+acknowledged the present command. A command outside min to max is not written. At the end nothing is written: the device
+keeps its value.
 - Exception of a device: fault 5; standard error has the number and its meaning.
 - SIGTERM, unloadusr: The program ends within a second.
 - kill -9: HAL keeps the pins. The heartbeat stands still.
