@@ -209,12 +209,13 @@ class Shipped(unittest.TestCase):
             self.assertTrue(messages, folder)
             for message in messages:
                 with self.subTest(config=os.path.basename(folder), pin=message["pin"]):
-                    self.assertRegex(hal, r"(?m)^net .* linuxcnc-link\.%s( |$)" % message["pin"])
+                    self.assertRegex(hal, r"(?m)^net .* (linuxcnc|sensor)-link\.%s( |$)" % message["pin"])
                     if "{code}" not in message["text"]:
                         continue
-                    net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*linuxcnc-link\.%s-code\b" % message["pin"], hal, re.M)
+                    net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*(?:linuxcnc|sensor)-link\.%s-code\b" % message["pin"], hal, re.M)
                     module, pin = message["codes"].split()
-                    self.assertEqual((modules.get(net[1], net[1]), net[2]), (module, pin))
+                    instance = net[1].split(".")[0]  # a program's has its channel behind it
+                    self.assertEqual((modules.get(instance, instance.replace("-", "_")), net[2]), (module, pin.replace("CHANNEL.", "")))
                     self.assertTrue(plumb.declarations(module)["codes"][pin])
 
     def test_functions_of_one_machine_share_no_pin(self):
