@@ -52,6 +52,7 @@ public:
               double dt) noexcept {
         model_.step(speed, temperature, temperature_valid, settings.between, dt);
         if (!model_.known()) known_ = false;
+        predict();
     }
 
     Verdict judge(const Reading& r, const Settings& settings) noexcept {
@@ -85,8 +86,8 @@ public:
     }
 
     bool known() const noexcept { return known_; }
-    double growth() const noexcept { return model_.growth(); }  // mu, predicted for now
-    double sigma() const noexcept { return std::sqrt(consistency_) * model_.sigma(); }
+    double growth() const noexcept { return growth_; }  // mu, predicted for now
+    double sigma() const noexcept { return sigma_; }
     double held() const noexcept { return held_; }  // mu, after the last accepted contact
     // Standard deviation of the change of the growth since the last accepted contact.
     double since_sigma() const noexcept {
@@ -239,8 +240,15 @@ private:
 
     void finish_taking() noexcept {
         known_ = true;
-        held_ = model_.growth();
-        held_sigma_ = sigma();
+        predict();
+        held_ = growth_;
+        held_sigma_ = sigma_;
+    }
+
+    // Once a period, for all who ask.
+    void predict() noexcept {
+        growth_ = model_.growth();
+        sigma_ = std::sqrt(consistency_) * model_.sigma();
     }
 
     static Verdict withdraw(Watch& watch, Withdrawal reason) noexcept {
@@ -259,6 +267,7 @@ private:
     GrowthBetweenContacts model_;
     std::array<Watch, ContactReferences::capacity> watches_{};
     bool known_ = false, program_event_ = false, contradicted_ = false;
+    double growth_ = 0, sigma_ = 0;
     double held_ = 0, held_sigma_ = 0;
     double consistency_ = 1;
     double last_step_ = 0;         // mu
