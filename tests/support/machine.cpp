@@ -178,7 +178,7 @@ std::string Processes::name(pid_t process) {
 }
 
 pid_t Processes::called(const std::string& wanted) {
-    for (const auto deadline = Clock::now() + 5s; Clock::now() < deadline;) {
+    for (const auto deadline = Clock::now() + 30s; Clock::now() < deadline;) {
         for (const pid_t process : all())
             if (name(process) == wanted) return process;
         std::this_thread::sleep_for(5ms);
