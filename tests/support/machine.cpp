@@ -33,7 +33,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto patience = 20s;
+constexpr auto patience = 60s;
 constexpr uid_t nobody = 65534;
 constexpr int not_furnished = 77;  // exit status
 constexpr const char* home = "/var/tmp";
