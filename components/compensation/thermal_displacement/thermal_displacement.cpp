@@ -135,7 +135,7 @@ growth within the gate (15 to 60 um), and shifts the work by as much. With gauge
 other.
 
 A load event of the program, as coolant that comes on late, looks like a contact that never moves. While the offset stands,
-nothing tells it from a machine that does not grow. A verifying cycle does.
+nobody can distinguish it from a machine that does not grow. A verifying cycle can.
 
 Only plunges with an end mill give the Z position. Drills and cuts from the side do not.
 

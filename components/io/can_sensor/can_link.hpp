@@ -19,7 +19,7 @@
 
 namespace plumb {
 
-// What the thread of a link shares with others.
+// The values that the thread of a link shares with others.
 struct CanLinkState : LinkState {
     CanLinkState(CanLinkSettings its, Say its_say)
         : LinkState(its.channels, std::move(its_say)), settings(std::move(its)) {}

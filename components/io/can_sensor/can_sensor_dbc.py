@@ -27,7 +27,7 @@ def read(path):
             matrix = canmatrix.formats.load_flat(file, "dbc", dbcImportEncoding="utf-8", dbcImportCommentEncoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise Refusal("%s: %s" % (path, error)) from None
-    except Exception as error:  # whatever the parser makes of damaged text
+    except Exception as error:  # damaged text gives the parser exceptions of any kind
         raise Refusal("%s: no DBC file: %s" % (path, error)) from None
     if not matrix.frames:
         raise Refusal("%s: no DBC file with messages" % path)

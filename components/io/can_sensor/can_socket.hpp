@@ -23,7 +23,7 @@
 
 namespace plumb {
 
-// What a socket has received: a frame of data, or the class of an error frame.
+// The reading of a socket: a frame of data, or the class of an error frame.
 struct CanReceived {
     CanFrame frame;
     std::uint32_t error = 0;    // CAN_ERR_... of an error frame, else 0

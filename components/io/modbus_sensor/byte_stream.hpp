@@ -115,7 +115,7 @@ public:
         return true;
     }
 
-    // Appends what has come, at most 512 bytes; nothing if nothing has come until then.
+    // Appends the received bytes, at most 512; none if none came until then.
     std::size_t receive(std::vector<std::uint8_t>& bytes, Pauses& pauses, double until) {
         if (pauses.wait(number(), POLLIN, until) != Pauses::Woken::ready) return 0;
         std::uint8_t buffer[512];
@@ -127,7 +127,7 @@ public:
         return static_cast<std::size_t>(count);
     }
 
-    // Throws away what has come; returns how many bytes, at most 64 KiB at a time.
+    // Discards the received bytes, at most 64 KiB at a time; returns their number.
     std::size_t discard(Pauses& pauses) {
         std::vector<std::uint8_t> bytes;
         while (bytes.size() < 65536 && receive(bytes, pauses, 0) > 0) {

@@ -21,7 +21,7 @@
 
 namespace plumb {
 
-// What the thread of a link shares with others.
+// The values that the thread of a link shares with others.
 struct ModbusLinkState : LinkState {
     struct Command {
         bool enable = false;
