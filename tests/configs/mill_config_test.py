@@ -77,12 +77,14 @@ class Shift(unittest.TestCase):
     def test_without_compensation_growth_goes_into_the_work(self):
         np.testing.assert_allclose(self.cuts("uncompensated"), -GROWTH, atol=3 * um)
 
-    def test_with_compensation_only_the_first_cut_shows_growth(self):
+    def test_with_compensation_only_the_first_two_cuts_show_growth_that_jumps(self):
+        """grow.ngc lets it jump; one contact moves the offset towards it, and the next one decides."""
         for scene in ("compensated", "grown"):
             with self.subTest(scene):
                 errors = self.cuts(scene)
                 self.assertLess(errors[0], -GROWTH / 2)
-                self.assertLess(abs(errors[1:]).max(), TOLERANCE)
+                self.assertGreater(errors[1], errors[0] + um)
+                self.assertLess(abs(errors[2:]).max(), TOLERANCE)
 
     def test_offset_moves_only_out_of_contact_and_slowly(self):
         for name, scene in self.scenes.items():

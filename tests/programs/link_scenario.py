@@ -88,9 +88,9 @@ class Day(Scenario):
         self.host.set("growth.window", 0.125)
         for name, value in FIELDS.items():
             self.host.set("growth.restore-" + name, value)
+        saves = self.host.get("retain.saves")
         self.host.set("growth.restore", True)
         self.until(lambda: self.host.get("growth.rows") == 1, "the record")
-        saves = self.host.get("retain.saves")
         self.until(lambda: self.host.get("retain.saves") > saves, "the save")
         self.host.set("growth.restore", False)
 

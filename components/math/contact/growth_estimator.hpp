@@ -127,12 +127,13 @@ private:
             return withdraw(watch, Withdrawal::program);
         const bool near = innovation * innovation <= 9 * sum2;
         const double change = std::abs(innovation) * consistency_ * expected.variance / sum2;
-        if (r.admitted && near && change <= settings.floor) {
+        const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool, near};
+        const bool of_a_step = innovation * innovation > 4 * sum2 && confirmed(claim, r, settings);
+        if (r.admitted && near && change <= settings.floor && !of_a_step) {
             drop_claim(watch);
             learn_scatter(watch, innovation * innovation, expected.variance, noise2);
             return take(r, gauge, std::sqrt(seen2), true, settings);
         }
-        const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool, near};
         if (r.admitted && (r.confirmed || confirmed(claim, r, settings)))
             return take_step(r, claim.shift, gauge, std::sqrt(seen2), settings);
         const Verdict verdict = claimed(watch, claim, r, gauge, std::sqrt(seen2), settings);
@@ -151,9 +152,8 @@ private:
     struct Claim {
         double shift = 0, noise = 0;  // mu, from the prediction
         std::int32_t cycle = 0, tool = 0;
-        bool possible = false;  // as far as known, though more than one contact may change
-
-        bool clear() const noexcept { return std::abs(shift) > 4 * noise; }
+        bool possible = false;                     // as far as known, though more than one contact may change
+        bool clear = std::abs(shift) > 4 * noise;  // as it was made
     };
 
     struct Watch {
@@ -175,14 +175,14 @@ private:
         return std::abs(a.shift - b.shift) <= 3 * std::hypot(a.noise, b.noise);
     }
 
-    // Noise agrees with noise: only claims far beyond theirs confirm each other.
+    // Noise agrees with noise: only a claim far beyond its own can be confirmed.
     bool confirmed(const Claim& claim, const Reading& r, const Settings& settings) const noexcept {
-        if (!claim.clear()) return false;
+        if (std::abs(claim.shift) < 3 * claim.noise) return false;
         const bool by_another_tool =
             r.other_tools && std::abs(claim.shift) > settings.floor && !claim.possible;
         for (std::size_t i = 0; i < watches_.size(); ++i) {
             const Watch& other = watches_[i];
-            if (other.claims == 0 || !other.claim.clear() || !agree(other.claim, claim)) continue;
+            if (other.claims == 0 || !other.claim.clear || !agree(other.claim, claim)) continue;
             const bool another_cycle = other.claim.cycle != claim.cycle;
             const bool another_gauge = static_cast<std::int32_t>(i) != r.gauge;
             if (by_another_tool ? other.claim.tool != claim.tool : another_cycle || another_gauge)
@@ -216,10 +216,12 @@ private:
 
     Verdict take(const Reading& r, const GrowthBetweenContacts::Gauge& gauge, double sigma, bool explained,
                  const Settings& settings) noexcept {
+        const double before = model_.growth();
         model_.correct(r.growth, sigma, gauge, explained, settings.between);
         last_cycle_ = r.cycle;
         ++accepted_;
         finish_taking();
+        for (Watch& watch : watches_) watch.claim.shift -= growth_ - before;
         return Verdict::accepted;
     }
 

@@ -86,6 +86,20 @@ TEST(GrowthEstimator, AStepThatTwoToolsShowIsTakenWhole) {
     EXPECT_FALSE(machine.estimator.contradicted());
 }
 
+TEST(GrowthEstimator, AStepAfterAnotherIsTakenWholeByItsSecondContact) {
+    Machine machine;
+    machine.noise = 1 * um;
+    for (double growth : {0 * um, 0 * um, 0 * um, 8 * um}) {
+        machine.begin();
+        for (int gauge : {0, 1, 2}) machine.contact(gauge, growth);
+    }
+    machine.begin();
+    EXPECT_EQ(machine.contact(0, 16 * um), Verdict::accepted) << "in part, as far as it is possible";
+    EXPECT_LT(machine.estimator.growth(), 12 * um);
+    EXPECT_EQ(machine.contact(1, 16 * um), Verdict::accepted);
+    EXPECT_NEAR(machine.estimator.growth(), 16 * um, 1 * um);
+}
+
 TEST(GrowthEstimator, AChipShiftsNothing) {
     Machine machine;
     machine.begin();
