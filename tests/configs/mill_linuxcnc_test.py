@@ -14,8 +14,6 @@ import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import PERIOD, STILL, changes, nm, own_folder, read_recording, um
 
-linuxcnc_runs.speed = 20
-
 TOLERANCE = 6 * um  # of the cuts
 MAX_RATE = 0.1  # mm/s, of the stage
 STEP = 0.5 * nm  # of a cycle, at least, in motion: at home LinuxCNC 2.9.4 sets its command exactly, by 0.2 nm
