@@ -27,12 +27,13 @@ EVERY = 0.1  # s between two rows of a recording
 LEAD = 3  # s
 RATES = (500, 1000, 4000)  # Hz, of the servo thread
 WORSE = 5  # um
+CLEAN = 2  # um, most standard deviation of the reference by a load that is clean
 TEACH = 1800  # s from the start of an attack's run to its begin
 
 ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
 COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
 COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
-COLUMNS += ["growth.z-offset", "growth.doubt-code", "growth.authority", *("growth." + pin for pin in ANNOUNCING)]
+COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.doubt-code", "growth.authority", *("growth." + pin for pin in ANNOUNCING)]
 
 
 # --- attacks ---
@@ -206,7 +207,7 @@ def simulate(seed, rate, name, duration, progress):
     cuts, _, times = find_cuts(column)
     doubt = (column["growth.doubt"] + column["growth.fault"]) > 0
     messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
-    return cuts, times, messages
+    return cuts, times, messages, 1000 * column["growth.reference-sigma"][-1]
 
 
 def simulate_day(number, rate, progress):
@@ -249,7 +250,7 @@ def honest(cuts):
 def attack_table(outcomes):
     width = max(len(attack.name) for attack in ATTACKS)
     lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  codes"]
-    for attack, (cuts, times, _) in zip(ATTACKS, outcomes):
+    for attack, (cuts, times, *_) in zip(ATTACKS, outcomes):
         since = cuts[times >= TEACH]
         without = np.abs(since["error"]) - since["worse"]
         beyond = since["worse"] - 3 - since["sigma"]
@@ -262,7 +263,7 @@ def attack_table(outcomes):
     return lines
 
 
-def machine_row(cuts, messages):
+def machine_row(cuts, messages, reference_sigma):
     without = np.abs(cuts["error"]) - cuts["worse"]
     worse = cuts["worse"] > WORSE
     return {
@@ -275,11 +276,12 @@ def machine_row(cuts, messages):
         "within 2 sigma": honest(cuts),
         "announced": np.mean(cuts["announced"]) if len(cuts) else np.nan,
         "messages": messages,
+        "reference sigma": reference_sigma,
         "applied": np.mean(np.abs(cuts["error"]) != without) if len(cuts) else np.nan,
     }
 
 
-def machine_table(rate, rows):
+def machine_table(rate, rows, hours):
     benefit = [1 - row["rms with"] / row["rms without"] for row in rows]
     worse = [row["rms with"] - row["rms without"] for row in rows]
     cuts, bad, silent = (sum(row[name] for row in rows) for name in ("cuts", "worse", "silent"))
@@ -292,7 +294,16 @@ def machine_table(rate, rows):
         f"  cuts more than {WORSE} um worse: {bad} ({bad / cuts:.2%}), not announced {silent}",
         f"  |error| <= 2 sigma: {np.nanmean(within):.0%} of the cuts, lowest machine {np.nanmin(within):.0%}",
         f"  announced: {np.mean([row['announced'] for row in rows]):.0%} of the cuts",
+        clean_line([row for row in rows if row["reference sigma"] <= CLEAN], hours),
     ]
+
+
+def clean_line(rows, hours):
+    if not rows:
+        return f"  no machine has a clean load (reference-sigma <= {CLEAN} um)"
+    announced = np.mean([row["announced"] for row in rows])
+    messages = 100 * sum(row["messages"] for row in rows) / (hours * len(rows))
+    return f"  {len(rows)} machines with a clean load (reference-sigma <= {CLEAN} um): announced {announced:.0%} of the cuts, {messages:.1f} messages in 100 h"
 
 
 def main():
@@ -326,10 +337,10 @@ def main():
         seeds = range(options.seed, options.seed + options.seeds)
         tasks = [(seed, rate, "none", options.duration) for rate in rates for seed in seeds]
         outcomes = simulate_all(simulate, tasks, len(tasks) * options.duration, place_of(options))
-        rows = [machine_row(cuts, messages) for cuts, _, messages in outcomes]
+        rows = [machine_row(cuts, messages, sigma) for cuts, _, messages, sigma in outcomes]
         print(f"{duration_text(options.duration)} of milling on each machine\n")
         for i, rate in enumerate(rates):
-            print("\n".join(machine_table(rate, rows[i * len(seeds) : (i + 1) * len(seeds)])))
+            print("\n".join(machine_table(rate, rows[i * len(seeds) : (i + 1) * len(seeds)], options.duration / 3600)))
         path = os.path.join(options.output, "machines.csv")
         write_rows(path, ["rate_hz", "machine", *rows[0]], ([task[1], task[0], *row.values()] for task, row in zip(tasks, rows)))
         print(written_line([path]))

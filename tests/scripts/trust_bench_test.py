@@ -58,7 +58,7 @@ class Judged(unittest.TestCase):
 class Attacks(unittest.TestCase):
     def test_a_dead_load_and_a_longer_tool_are_announced_and_make_nothing_worse(self):
         for name, code in (("load frozen", 2), ("two gauges 37 um apart", 4)):
-            cuts, times, _ = trust.simulate(0, 250, name, trust.TEACH + 1800, lambda done: True)
+            cuts, times, *_ = trust.simulate(0, 250, name, trust.TEACH + 1800, lambda done: True)
             since = cuts[times > trust.TEACH + trust.NOTICE]
             self.assertGreater(len(since), 15)
             self.assertIn(code, since["code"], name)

@@ -40,7 +40,8 @@ constexpr const char* sentence(Doubt doubt) {
         case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
         case Doubt::prediction:
             return "The growth since the last contact is uncertain: the offset holds that contact.";
-        case Doubt::uncertain: return "The growth is uncertain: only a part of it is applied.";
+        case Doubt::uncertain:
+            return "The growth is uncertain: the offset is a part of it, or may do harm.";
         default: return nullptr;
     }
 }
@@ -100,8 +101,13 @@ public:
 
 private:
     void judge(const Evidence& e, double certain, const Settings& settings) noexcept {
-        const double poor = 0.5 * settings.floor, noticeable = 0.2 * settings.floor;
-        const bool partial = sigma_ > noticeable && authority_.part() < 0.9;
+        const double poor = 0.5 * settings.floor, harm = settings.floor / 3;
+        const double unapplied = std::abs(growth_ - offset_);
+        // So far may the growth be off before the offset does more harm than that.
+        const double margin = std::abs(growth_) - 0.5 * (std::abs(offset_) - harm);
+        const bool risky = std::abs(offset_) > harm && margin < 2 * sigma_;
+        if (std::abs(growth_) > harm && authority_.part() > 0.9) was_trusted_ = true;
+        const bool doubtful = risky || (was_trusted_ && unapplied > harm);
         doubt_ = !e.load_valid                   ? Doubt::load
                  : age_ > settings.hold          ? Doubt::old
                  : e.contradicted                ? Doubt::contradiction
@@ -110,15 +116,15 @@ private:
                  : e.no_growth                   ? Doubt::no_growth
                  : e.reference_sigma > poor      ? Doubt::poor_reference
                  : !e.settled                    ? Doubt::none
+                 : !doubtful                     ? Doubt::none
                  : e.predicts && certain < 0.5   ? Doubt::prediction
-                 : partial                       ? Doubt::uncertain
-                                                 : Doubt::none;
+                                                 : Doubt::uncertain;
     }
 
     Authority authority_;
     double base_ = 0, growth_ = 0, sigma_ = 0, offset_ = 0;
     double trusted_ = 0, age_ = 0;
-    bool silent_ = false;
+    bool silent_ = false, was_trusted_ = false;
     Doubt doubt_ = Doubt::none;
 };
 

@@ -92,6 +92,31 @@ TEST(GrowthAuthority, StaysWithinTheGateAboutTheLastContact) {
     EXPECT_LE(mill.step(), 55 * um + 1e-12);
 }
 
+TEST(GrowthAuthority, AnOffsetThatMayDoHarmIsDoubtedAndAPartOfItIsNot) {
+    Applied mill;
+    mill.authority.forget();
+    mill.now.held = mill.now.predicted = 8 * um;
+    mill.now.sigma = 5.7 * um;
+    mill.step();
+    EXPECT_LT(mill.authority.part(), 0.5) << "the machine has begun to warm";
+    EXPECT_EQ(mill.authority.doubt(), Doubt::none);
+    mill.now.predicted = 20 * um;
+    mill.now.sigma = 3 * um;
+    mill.step();
+    EXPECT_EQ(mill.authority.part(), 1);
+    EXPECT_EQ(mill.authority.doubt(), Doubt::none);
+    mill.now.in_cycle = true;
+    mill.now.sigma = 8 * um;
+    mill.step();
+    EXPECT_EQ(mill.authority.part(), 1) << "in a cycle it holds";
+    EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain);
+    mill.now.in_cycle = false;
+    mill.now.sigma = 20 * um;
+    mill.step();
+    EXPECT_EQ(mill.authority.offset(), 0);
+    EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain) << "it was applied, and no longer is";
+}
+
 TEST(GrowthAuthority, NamesEachDoubt) {
     const auto doubt = [](auto change) {
         Applied mill;
