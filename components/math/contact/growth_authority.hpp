@@ -101,11 +101,11 @@ public:
 
 private:
     void judge(const Evidence& e, double certain, const Settings& settings) noexcept {
-        const double poor = 0.5 * settings.floor, harm = settings.floor / 3;
+        const double poor = 0.4 * settings.floor, harm = settings.floor / 3;
         const double unapplied = std::abs(growth_ - offset_);
         // So far may the growth be off before the offset does more harm than that.
         const double margin = std::abs(growth_) - 0.5 * (std::abs(offset_) - harm);
-        const bool risky = std::abs(offset_) > harm && margin < 2 * sigma_;
+        const bool risky = std::abs(offset_) > harm && margin < sigma_;
         if (std::abs(growth_) > harm && authority_.part() > 0.9) was_trusted_ = true;
         const bool doubtful = risky || (was_trusted_ && unapplied > harm);
         doubt_ = !e.load_valid                   ? Doubt::load

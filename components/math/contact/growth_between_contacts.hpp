@@ -118,6 +118,11 @@ public:
         return std::sqrt(std::max(0.0, sum));
     }
 
+    // See there.
+    void doubt(const Gauge& gauge, double sigma) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.doubt(gauge, sigma);
+    }
+
     // All gauges have new references.
     void renew_gauges() noexcept {
         for (SpeedDrivenGrowth& filter : filters_) filter.renew_gauges();

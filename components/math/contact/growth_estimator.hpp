@@ -20,7 +20,8 @@ namespace plumb {
 //     step       another contact agrees with the claim: beyond `floor` one of another tool, if the
 //                reference has one and the growth was known. The growth follows them whole.
 //     outlier    the next contact of this gauge is as predicted. The claim is dropped.
-//     contradiction    the gauge claims again and again, and no other agrees: it is withdrawn.
+//     contradiction    the gauge claims again and again, and no other agrees: its reference is off by less
+//                than `floor`, or the gauge is withdrawn.
 //     event of the program    its contacts move with the offset (ProgramLock): it is withdrawn.
 //
 // A withdrawn gauge counts for nothing until it is learnt again. Contacts that scatter more than their noise
@@ -127,10 +128,12 @@ private:
             return withdraw(watch, Withdrawal::program);
         const bool near = innovation * innovation <= 9 * sum2;
         const double change = std::abs(innovation) * consistency_ * expected.variance / sum2;
-        const Claim claim{innovation, std::sqrt(noise2), r.cycle, r.tool, near};
+        const Claim claim{
+            innovation, std::sqrt(noise2), r.cycle, r.tool, near, std::abs(innovation) > settings.floor};
         const bool of_a_step = innovation * innovation > 4 * sum2 && confirmed(claim, r, settings);
         if (r.admitted && near && change <= settings.floor && !of_a_step) {
             drop_claim(watch);
+            ++predicted_;
             learn_scatter(watch, innovation * innovation, expected.variance, noise2);
             return take(r, gauge, std::sqrt(seen2), true, settings);
         }
@@ -153,6 +156,7 @@ private:
         double shift = 0, noise = 0;  // mu, from the prediction
         std::int32_t cycle = 0, tool = 0;
         bool possible = false;                     // as far as known, though more than one contact may change
+        bool large = false;                        // beyond `floor`
         bool clear = std::abs(shift) > 4 * noise;  // as it was made
     };
 
@@ -160,9 +164,9 @@ private:
         ProgramLock lock;
         double scatter2 = 0;  // mu², beyond the known noise
         Claim claim;
-        double claimed2 = 0;      // mu², by which the claim exceeded its expected square
-        std::int32_t claims = 0;  // one after the other
-        std::int32_t first_cycle = 0;
+        double claimed2 = 0;         // mu², by which the claim exceeded its expected square
+        std::int32_t claims = 0;     // one after the other
+        std::int64_t predicted = 0;  // see below, at the first claim
         Withdrawal withdrawn = Withdrawal::none;
     };
 
@@ -178,13 +182,13 @@ private:
     // Noise agrees with noise: only a claim far beyond its own can be confirmed.
     bool confirmed(const Claim& claim, const Reading& r, const Settings& settings) const noexcept {
         if (std::abs(claim.shift) < 3 * claim.noise) return false;
-        const bool by_another_tool =
-            r.other_tools && std::abs(claim.shift) > settings.floor && !claim.possible;
+        const bool by_another_tool = r.other_tools && claim.large && !claim.possible;
         for (std::size_t i = 0; i < watches_.size(); ++i) {
             const Watch& other = watches_[i];
             if (other.claims == 0 || !other.claim.clear || !agree(other.claim, claim)) continue;
-            const bool another_cycle = other.claim.cycle != claim.cycle;
             const bool another_gauge = static_cast<std::int32_t>(i) != r.gauge;
+            const bool another_cycle =
+                other.claim.cycle != claim.cycle && (another_gauge || predicted_ == other.predicted);
             if (by_another_tool ? other.claim.tool != claim.tool : another_cycle || another_gauge)
                 return true;
         }
@@ -196,11 +200,16 @@ private:
                     const Settings& settings) noexcept {
         if (watch.claims == 0 || !agree(watch.claim, claim)) {
             drop_claim(watch);
-            watch.first_cycle = r.cycle;
+            watch.predicted = predicted_;
         }
         watch.claim = claim;
         if (++watch.claims < most_claims) return Verdict::claim;
-        if (last_cycle_ >= watch.first_cycle) return withdraw(watch, Withdrawal::contradiction);
+        if (predicted_ > watch.predicted) {
+            if (claim.large) return withdraw(watch, Withdrawal::contradiction);
+            watch.claims = 0;
+            model_.doubt(gauge, claim.shift);
+            return r.admitted ? take(r, gauge, sigma, true, settings) : Verdict::claim;
+        }
         return r.admitted ? take_step(r, claim.shift, gauge, sigma, settings)
                           : Verdict::claim;  // no other spoke
     }
@@ -218,7 +227,6 @@ private:
                  const Settings& settings) noexcept {
         const double before = model_.growth();
         model_.correct(r.growth, sigma, gauge, explained, settings.between);
-        last_cycle_ = r.cycle;
         ++accepted_;
         finish_taking();
         for (Watch& watch : watches_) watch.claim.shift -= growth_ - before;
@@ -230,7 +238,8 @@ private:
         contradicted_ = turns_ >= most_turns;
         for (const Watch& watch : watches_) {
             program_event_ |= watch.withdrawn == Withdrawal::program;
-            contradicted_ |= watch.withdrawn == Withdrawal::contradiction || watch.claims >= 2;
+            contradicted_ |=
+                watch.withdrawn == Withdrawal::contradiction || (watch.claims >= 2 && watch.claim.large);
         }
     }
 
@@ -272,10 +281,10 @@ private:
     double growth_ = 0, sigma_ = 0;
     double held_ = 0, held_sigma_ = 0;
     double consistency_ = 1;
-    double last_step_ = 0;         // mu
-    std::int32_t turns_ = 0;       // steps that took the one before back
-    std::int32_t accepted_ = 0;    // contacts since nothing was known
-    std::int32_t last_cycle_ = 0;  // with an accepted contact
+    double last_step_ = 0;        // mu
+    std::int32_t turns_ = 0;      // steps that took the one before back
+    std::int32_t accepted_ = 0;   // contacts since nothing was known
+    std::int64_t predicted_ = 0;  // contacts that came as predicted
 };
 
 }  // namespace plumb

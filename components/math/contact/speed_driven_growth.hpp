@@ -118,6 +118,12 @@ public:
         return -0.5 * (error * error / sum + std::log(sum));
     }
 
+    // The reference of a gauge may be off by another `sigma`, in mu.
+    void doubt(const Gauge& gauge, double sigma) noexcept {
+        const std::int32_t slot = introduce(gauge);
+        if (slot >= 0) covariance_[slot][slot] += sigma * sigma;
+    }
+
     // All gauges have new references.
     void renew_gauges() noexcept {
         used_ = states;

@@ -106,7 +106,7 @@ TEST(GrowthAuthority, AnOffsetThatMayDoHarmIsDoubtedAndAPartOfItIsNot) {
     EXPECT_EQ(mill.authority.part(), 1);
     EXPECT_EQ(mill.authority.doubt(), Doubt::none);
     mill.now.in_cycle = true;
-    mill.now.sigma = 8 * um;
+    mill.now.sigma = 13 * um;
     mill.step();
     EXPECT_EQ(mill.authority.part(), 1) << "in a cycle it holds";
     EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain);

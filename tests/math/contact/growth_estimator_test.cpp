@@ -136,6 +136,20 @@ TEST(GrowthEstimator, ALongerToolIsWithdrawnAndSaidFromItsSecondCycleOn) {
     EXPECT_FALSE(machine.estimator.contradicted()) << "it was learnt again";
 }
 
+TEST(GrowthEstimator, AReferenceThatIsALittleOffIsAllowedFor) {
+    Machine machine;
+    for (int n = 1; n <= 8; ++n) {
+        machine.begin();
+        const Verdict verdict = machine.contact(2, 10 * um);
+        EXPECT_EQ(machine.contact(0, 0), Verdict::accepted);
+        EXPECT_EQ(machine.contact(1, 0), Verdict::accepted);
+        EXPECT_FALSE(machine.estimator.contradicted()) << n;
+        EXPECT_NEAR(machine.estimator.growth(), 0, (n < 5 ? 2.5 : 1) * um) << n;
+        if (n > 3) EXPECT_EQ(verdict, Verdict::accepted) << n;
+    }
+    EXPECT_EQ(machine.estimator.withdrawal(2), Withdrawal::none);
+}
+
 TEST(GrowthEstimator, BeyondTheGateNothingIsTakenHoweverOftenItIsClaimed) {
     Machine machine;
     for (int n = 0; n < 20; ++n) {
