@@ -7,7 +7,7 @@ import sys
 from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
 
-COLUMNS = ["scene", "axis.z.eoffset", "motion.digital-out-00", "mill.engagement", "mill.truth-growth", "mill.truth-cuts"]
+COLUMNS = ["scene", "axis.z.eoffset", "motion.digital-out-00", "motion.motion-enabled", "mill.engagement", "mill.truth-growth", "mill.truth-cuts"]
 COLUMNS += ["mill.truth-cut-error", "mill.truth-cut-operation", "growth.offset-sigma", "growth.doubt", "growth.doubt-code"]
 COLUMNS += ["growth.fault", "growth.reference-refused", "growth.learning-failed", "growth.contacts-accepted", "growth.authority"]
 WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine
@@ -31,6 +31,7 @@ class Attacked(Scenario):
         self.part("warm_1")
         self.warm(20 * um)
         self.part("warm_2")
+        self.begin("attack")
         getattr(self, NAME)()
         for number in range(1, ATTACKED + 1):
             self.warm((20 + 8 * number) * um)
