@@ -106,11 +106,12 @@ reference over a restart. A growth above gate-floor needs two contacts that agre
 - A contact far from the growth that was expected: Within gate-floor it counts in part, beyond it not at all, until
 another contact agrees. Then the offset follows whole. Beyond gate-floor this is a contact of another tool, if the
 reference has one and the growth was known.
-- A contact that no other agrees with in three cycles, or that moves with the offset: Its operation is withdrawn until it
-is learnt again. doubt is true.
+- A contact that no other agrees with in three cycles: Within gate-floor its reference is taken to be off by as much. Beyond
+it the operation is withdrawn until it is learnt again, as is one whose contacts move with the offset. doubt is true.
 - Growth in doubt: doubt-code gives the reason, before the cut that it concerns. authority is the part of the growth that
 is applied. It falls with the uncertainty of the growth, with disagreement of the contacts, and with time. In a cycle it
-never falls.
+never falls. While the machine begins to warm only a part is applied; doubt is true where an offset may do harm, or where
+it was applied and no longer is.
 - No contact counts, or load-valid is false: z-offset holds in this cycle. After hold-time it returns to 0, at the start
 of a cycle, within as long again. The next contacts bring it back.
 - In a cycle: z-offset changes at most at max-rate, only while the tool is clear of the work and does not feed down.
