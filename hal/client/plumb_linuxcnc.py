@@ -57,7 +57,11 @@ class Machine:
         self._channel = linuxcnc.error_channel()
         # All of the status is zero until task has written it for the first time.
         states = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
-        self.wait_for(lambda status: status.joints > 0 and status.task_state in states, "LinuxCNC", timeout)
+        ready = False
+        while not ready:
+            with contextlib.suppress(OperatorError):  # as of a sensor that is not there; it stays in errors
+                self.wait_for(lambda status: status.joints > 0 and status.task_state in states, "LinuxCNC", timeout)
+                ready = True
 
     def __enter__(self):
         return self

@@ -1,0 +1,38 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/mill/sensors.ini in a complete LinuxCNC: a Modbus device that goes and comes back, and no CAN."""
+
+import os
+import unittest
+
+import linuxcnc_runs
+from linuxcnc_runs import own_folder, read_recording
+
+
+class Sensors(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("mill", folder)
+        ini = os.path.join(machine, "sensors.ini")
+        linuxcnc_runs.use_scenario(ini, "mill_sensors.py")
+        its, _ = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.told = its["facts"], its["errors"] + its["messages"]
+        cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+
+    def test_a_temperature_comes_over_modbus(self):
+        self.assertAlmostEqual(self.facts["nose"], -1.5)
+        self.assertEqual(self.facts["alive"], [True, False])
+
+    def test_without_can_no_load_is_valid_and_nothing_moves(self):
+        self.assertEqual(self.facts["without CAN"], [False, False, False])
+        self.assertEqual(self.shift["growth.load-valid"].max(), 0)
+        self.assertEqual(abs(self.shift["axis.z.eoffset"]).max(), 0)
+
+    def test_the_operator_gets_a_message_for_each_lost_sensor(self):
+        for message in ("The spindle load is lost; growth is not measured.", "The temperature of the shop is lost."):
+            self.assertTrue(any(one.startswith(message) for one in self.told), (message, self.told))
+
+
+if __name__ == "__main__":
+    linuxcnc_runs.main(Sensors, __doc__)
