@@ -17,7 +17,8 @@ struct TrustReport : hal::Group {
     void show(const GrowthByContact& measured, double estimate, double offset, bool applying) noexcept {
         const bool known = measured.known();
         authority = known ? measured.authority().part() : 0;
-        offset_sigma = known ? std::hypot(measured.estimate_sigma(), estimate - offset) : 0;
+        offset_sigma =
+            known ? std::hypot(measured.estimate_sigma(), estimate - offset, measured.learning_growth()) : 0;
         contact_age = known ? measured.authority().age() : 0;
         reference_sigma = measured.reference_sigma();
         doubt = known && applying ? measured.authority().doubt() : Doubt::none;

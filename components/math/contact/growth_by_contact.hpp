@@ -96,6 +96,8 @@ public:
     // The offset that may be applied, see there.
     const GrowthAuthority& authority() const noexcept { return authority_; }
     double reference_sigma() const noexcept { return reference_sigma_; }  // mu, of all gauges together
+    // Growth to expect within the learning cycle, in mu: a cut is compared with one at another time of it.
+    double learning_growth() const noexcept { return learning_growth_; }
 
     struct Counts {
         std::int32_t contacts = 0;  // learnt ones, and the next three
@@ -151,6 +153,7 @@ private:
             if (learnt_from && ended.fault == LearningFault::none && cycle_.learnt() == 0) {
                 estimator_.renew_gauges();
                 agreement_ = 1;
+                learning_growth_ = std::abs(estimator_.usual_growth(settings.estimator()) - usual_growth_);
             }
             if (compared && !learnt_from && complete)
                 barren_ = barren_ || counts_.accepted == accepted_before_;
@@ -168,6 +171,7 @@ private:
             rejected_before_ = counts_.rejected;
             accepted_before_ = counts_.accepted;
             reference_sigma_ = judge_references(settings);
+            usual_growth_ = estimator_.usual_growth(settings.estimator());
             setup_ = s.setup;
         }
         was_running_ = s.cycle_running;
@@ -322,7 +326,8 @@ private:
     double agreement_ = 1;  // of the last contacts, 0 to 1
     bool barren_ = false;   // since a cycle in which no contact counted
     double reference_sigma_ = 0;
-    std::int32_t accepted_before_ = 0;  // when this cycle began
+    double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
+    std::int32_t accepted_before_ = 0;               // when this cycle began
     bool was_running_ = false;
     MachiningSetup setup_;  // as the cycle began
     ReferenceRefusal refusal_;

@@ -101,8 +101,13 @@ public:
     bool lacks_growth(const Settings& settings) const noexcept {
         constexpr std::int32_t many = 10;
         constexpr double least = 0.15;  // of the usual growth
-        const double usual = model_.usual_growth(settings.between);
+        const double usual = usual_growth(settings);
         return accepted_ >= many && usual > settings.floor && std::abs(held_) < least * usual;
+    }
+
+    // That a spindle as expected would have by its speed, in mu.
+    double usual_growth(const Settings& settings) const noexcept {
+        return model_.usual_growth(settings.between);
     }
 
     Withdrawal withdrawal(std::int32_t gauge) const noexcept { return watches_[gauge].withdrawn; }
