@@ -57,9 +57,9 @@ public:
         return radius > 0 ? std::hypot((x + dx) / radius * sigma_x, (y + dy) / radius * sigma_y) : 0;
     }
 
-    // Radii above 0. count to `most`.
+    // Radii above 0. count to `most`. `lands` are cuts that are meant to have one X.
     static CutFit of(const Cut* cuts, std::size_t count, const SkewedAxes& axes, const CutSigmas& sigmas,
-                     const Known& known) noexcept {
+                     const Known& known, bool lands = false) noexcept {
         CutFit fit;
         if (count < 2 || count > most) return refused(Refusal::too_few);
         std::array<Point, most> points;
@@ -76,7 +76,7 @@ public:
         }
         if (!(farthest_y > 1e-6 * cuts[0].radius)) return refused(Refusal::no_step);
         const Scale scale{farthest_x, farthest_y};
-        if (!one_x) {
+        if (!one_x && !lands) {
             fit.solve(points.data(), count, scale, true, sigmas, known, 0);
             return fit;
         }
@@ -88,10 +88,12 @@ public:
             fit = CutFit{};
             fit.solve(points.data(), count, scale, false, sigmas, {}, x);
             if (fit.refusal != Refusal::none) return fit;
-            const bool settled = std::abs(fit.y - y) <= 1e-14 * r1;
+            const double change = std::abs(fit.y - y);
             y = fit.y;
-            if (settled) break;
+            if (change <= 1e-14 * r1) return fit;
+            if (!(change <= r1)) break;
         }
+        if (std::abs(y) > 0.99 * cuts[0].radius) return refused(Refusal::no_solution);
         return fit;
     }
 
