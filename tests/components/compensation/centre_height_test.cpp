@@ -321,6 +321,11 @@ TEST_F(CentreHeight, ImpossibleCutsAreRefusedAndNothingMoves) {
     refused(17, {{8, 4, 0.6}, {8.1, 4, -0.6}}, 0, two_lands);
     set("inverted-0", 1);
     refused(17, {{8, 4, 0.4}, {8.1, 4, -0.6}}, 0, two_lands);
+    set("inverted-0", 0);
+    set("inverted-1", 1);
+    set("post", 1);
+    refused(17, {{8, 4, 0.4}, {8.1, 4, -0.6}}, 0, two_lands);
+    set("post", 0);
     set("clearance-angle", 0);
     for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{{"method", 4},
                                                                                 {"post", -1},
