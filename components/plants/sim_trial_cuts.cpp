@@ -20,7 +20,7 @@ corrects X. Then it turns a land of finish-diameter. Lengths are millimetres. Pl
 
   0  two cuts of the same land: diameter, then second-diameter
   1  lands at land-1-y and land-2-y, in the order 1 2 2 1 1 2 2 1, pairs times
-  2  a step of Y: two cuts of the same land, and a third one, deeper, with Y at land-1-y
+  2  a step of Y: two cuts of the same land, and a third one, deeper, with Y half way to land-1-y
   3  eight lands at two X and two Y)",
                                       hal::Wiring{R"(
   loadrt sim_trial_cuts names=trial
@@ -88,6 +88,13 @@ configs/lathe/bench.hal has all lines.)"},
         const bool now = start;
         if (now && !starting_) restart();
         starting_ = now;
+        if (s_.phase == Phase::measure && !s_.left) {
+            s_.height_sum += lathe_effective - aim().y;
+            s_.heights += 1;
+            s_.left = true;
+            s_.x =
+                stock_diameter / 2 + clear;  // at once, so that the work does not spring back into the tool
+        }
         s_.waited |= s_.phase == Phase::measure && measure;
         s_.odd = !s_.odd;
         if (s_.phase != Phase::rest && s_.odd) advance();
@@ -123,7 +130,6 @@ private:
         s_ = State{};
         s_.phase = Phase::begin;
         s_.x = usable(stock_diameter, 1e4, 12) / 2 + clear;
-        make_plan();
     }
 
     void make_plan() noexcept {
@@ -139,7 +145,7 @@ private:
             case 2:
                 add(x, 0, false);
                 add((x + deepest) / 2, 0, true);
-                add(deepest, one != 0 ? one : two, true);
+                add(deepest, (one != 0 ? one : two) / 2, true);  // less, so that it is no air cut
                 break;
             case 3:
                 for (const int k : {0, 3, 2, 1, 1, 2, 3, 0})  // levels of X, Y and order do not correlate
@@ -158,7 +164,10 @@ private:
     void advance() noexcept {
         const Aim its = aim();
         switch (s_.phase) {
-            case Phase::begin: s_.phase = Phase::approach; break;
+            case Phase::begin:
+                make_plan();
+                s_.phase = Phase::approach;
+                break;
             case Phase::approach:  // from below, so that backlash does not count
                 s_.y = its.y - 0.1;
                 if (!its.same_land || s_.index == 0)
@@ -174,15 +183,11 @@ private:
                 s_.phase = Phase::plunge;
                 break;
             case Phase::plunge:
-                if (s_.x > its.x) {
-                    s_.x = std::max(its.x, s_.x - std::max(usable(pass_depth, 100, 0.05), 1e-3));
-                    break;
-                }
+                s_.x = std::max(its.x, s_.x - std::max(usable(pass_depth, 100, 0.05), 1e-3));
+                if (s_.x > its.x) break;
                 if (s_.index < s_.count) {
-                    s_.height_sum += lathe_effective - its.y;
-                    s_.heights += 1;
                     s_.elapsed += usable(cut_time, 1e5, 0);
-                    s_.waited = false;
+                    s_.waited = s_.left = false;
                     s_.phase = Phase::measure;
                 } else {
                     s_.phase = Phase::leave;
@@ -225,7 +230,7 @@ private:
         double x = 100, y = 0, z = 0, elapsed = 0, correction = 0, moved_by = 0;
         double height_sum = 0;
         int heights = 0, lands = 0;
-        bool moved = false, finished = false, odd = true, waited = false;
+        bool moved = false, finished = false, odd = true, waited = false, left = false;
         Phase phase = Phase::rest;
     };
 

@@ -29,7 +29,7 @@ struct LatheGauge final : hal::Group {
     Drawn laser_noise{this, "laser-noise", 0.0003, 0.0001, 0.0005, "mu", "Noise of the laser"};
     Drawn linearity{this, "linearity", 0.0007, 0.0005, 0.001, "mu", "Amplitude of its nonlinearity"};
     Drawn micrometer_noise{this, "micrometer-noise", 0.0015, 0.001, 0.002, "mu", "Noise of the micrometer"};
-    Drawn film{this, "coolant-film", 0.0005, 0, 0.002, "mu", "Film of coolant on the diameter"};
+    Drawn film{this, "coolant-film", 0.0005, 0, 0.001, "mu", "Film of coolant on the diameter"};
     Drawn warmth{this, "work-warmth", 5, 0, 10, "K", "Work above 20 degC"};
 
     hal::Out<double> diameter{this, "diameter", "mu", "Measured diameter, as the operator enters it."};
@@ -119,7 +119,7 @@ configs/lathe/bench.hal has all lines.)"},
         hal::Behaviour{R"(
 - seed: Another one draws another lathe, with new stock. Lathe 0 has typical values.
 - new-stock: A rising edge puts a new bar into the chuck.
-- A cut: It begins when the tool meets the work, with another built-up edge and more wear, and ends when the tool is clear.
+- A cut: It begins when the tool meets the work, with another built-up edge and more wear, and ends when the tool is 0.2 mm clear.
 - Z: It counts from the chuck. If Z jumps by more than 1 mm in a period the tool does not cut on its way.
 - Gauge: It measures the land at gauge-z; if that is negative, where the tool has cut last.
 - Truth: truth-... pins are for scoring only.
@@ -143,7 +143,8 @@ configs/lathe/bench.hal has all lines.)"},
     hal::In<double> gauge_z{this, "gauge-z", -1, "mu", "Z of the gauge; negative: at the last cut."};
 
     Drawn height_error{this, "height-error", 0.1, 0, 0.5, "mu", "Size of the tool's height error"};
-    hal::In<bool> below{this, "below", false, "The height error is negative for every seed."};
+    hal::In<std::int32_t> side{this, "side", 0,
+                               "Side of the height error: 1, -1, or 0 by the seed; + for lathe 0."};
     hal::In<double> x_error{this, "x-error", 0, "mu", "Error of the tool's X, outward."};
     hal::In<double> skew{this, "axes-angle", 90, "deg", "Angle from outward X to +Y."};
     Drawn x_scale{this, "x-scale", 1e-5, 0, 2e-5, "1", "Scale error of X"};
@@ -193,6 +194,7 @@ configs/lathe/bench.hal has all lines.)"},
 private:
     static constexpr double warming = 900;       // s
     static constexpr double elasticity = 206e3;  // N/mm2
+    static constexpr double clear = 0.2;         // mm, of a tool that has left the work
     static constexpr double in_bush = 1;         // mm, from the guide bush to the tool
 
     // A drive that moves its slide behind some play.
@@ -232,18 +234,24 @@ private:
         const double outward = x_reversed ? -px_ : px_;
         const double y_travel = y_play_.step(py_ * (1 + y_scale(seed_)), y_backlash(seed_));
         const double x_travel = x_play_.step(outward * (1 + x_scale(seed_)), x_backlash(seed_));
-        const double error = height_error(seed_) * (below ? -1 : side_);
+        const double error = height_error(seed_) * side_of_tool();
         // 30 min bring 86 % of all growth.
         x_ = x_travel + usable(x_error, 100, 0) - x_growth(seed_) * warm / 0.86 + wear_ +
              y_travel * std::cos(angle);
         y_ = y_travel * std::sin(angle) + error - lift(seed_) * warm / 0.86;
     }
 
+    double side_of_tool() noexcept {
+        const std::int32_t given = side;
+        return given > 0 ? 1 : given < 0 ? -1 : side_;
+    }
+
     void turn() noexcept {
         const double sense = inside ? -1 : 1;
         const double nominal = std::hypot(x_, y_);
-        if (!(stock_.depth(z_, nominal - sense * edge_) > 0)) {
-            cutting_ = false;
+        const double reach = stock_.depth(z_, nominal - sense * edge_);
+        if (!(reach > 0)) {
+            if (!(reach > -clear)) cutting_ = false;  // else it rests between two passes
         } else {
             if (!cutting_) {
                 edge_ = std::max(usable(edge, 1, 0), 0.0) * random_.uniform(0.2, 1);
