@@ -64,32 +64,34 @@ sources.)",
                                       hal::Wiring{R"(
   loadrt centre_height names=centre unit=[TRAJ]LINEAR_UNITS
 
-  net x-position   joint.0.pos-cmd       => centre.x-position-0
-  net y-position   joint.1.pos-cmd       => centre.y-position-0
-  net x-zero       motion.tooloffset.x   => centre.x-zero-0
-  net cut-start    motion.digital-out-08 => centre.start
-  net cut-done     motion.digital-out-09 => centre.cut-done
-  net value-ready  motion.digital-out-10 => centre.value-ready
-  net cut-diameter motion.analog-out-08  => centre.diameter
-  net cut-measure  centre.measure        => motion.digital-in-08
-  net value-taken  centre.value-taken    => motion.digital-in-09
-  net height-valid centre.value-valid    => motion.digital-in-10
-  net move-allowed centre.move-allowed   => motion.digital-in-11
-  net y-move       centre.y-move         => motion.analog-in-08
-  net x-correction centre.x-correction   => motion.analog-in-09
+  net x-position     joint.0.pos-cmd       => centre.x-position-0
+  net y-position     joint.1.pos-cmd       => centre.y-position-0
+  net height-start   motion.digital-out-08 => centre.start
+  net height-cut     motion.digital-out-09 => centre.cut-done
+  net height-entered motion.digital-out-10 => centre.entered
+  net height-entry   motion.analog-out-08  => centre.entered-diameter
+  net height-x-zero  motion.analog-out-09  => centre.x-zero-0
+  net height-method  motion.analog-out-10  => centre.program-method
+  net height-cuts    motion.analog-out-11  => centre.program-cuts
+  net height-measure centre.measure        => motion.digital-in-08
+  net height-taken   centre.value-taken    => motion.digital-in-09
+  net height-valid   centre.value-valid    => motion.digital-in-10
+  net move-allowed   centre.move-allowed   => motion.digital-in-11
+  net height-y-move  centre.y-move         => motion.analog-in-08
+  net height-x-move  centre.x-correction   => motion.analog-in-09
 
   addf motion-controller servo-thread
   addf centre.update     servo-thread
 
-LinuxCNC needs num_dio=12 and num_aio=10 in the loadrt line of motmod. A gauge in HAL gives diameter and value-ready
-itself, and takes measure as its request.)"},
+LinuxCNC needs num_dio=14 and num_aio=14 in the loadrt line of motmod. A gauge gives diameter and value-ready, and takes
+measure as its request. configs/functions/centre_height has all lines, and M-codes for them.)"},
                                       hal::SettingUp{R"(
 1. Set method 1, two lands. From the same stock and at the same X, cut a land with Y at land-1-y and one at land-2-y, both
 against the present Y. Cut land 1, land 2, land 2, land 1 if you have room: wear and warming cancel.
 2. Set gauge-sigma to the uncertainty of your gauge for a diameter. Keep cut-repeatability, unless you have measured it.
 3. Set clearance-angle to that of the tool, and land-diameter. land-1-y and land-2-y then avoid the side that rubs.
 4. Raise start at the Y for which you want the height. After each cut raise cut-done; measure becomes true. Enter
-diameter and raise value-ready; value-taken becomes true. Lower both again. After the number of cuts in the pin cuts,
+entered-diameter and raise entered, or let a gauge give diameter and value-ready; value-taken becomes true. Lower all again. After the number of cuts in the pin cuts,
 value-valid becomes true, or fault.
 5. Without procedure: set keyed, cuts, cut-diameter-N, cut-x-N and cut-y-N, and raise compute. For the two cuts of the
 source you can enter travel, as a radius, in place of cut-x-N.
@@ -102,8 +104,9 @@ Correct the tool's X by x-correction at the same time.
 - value-ready: The diameter counts. An entry that is a slip sets fault, and measure stays true: enter it again.
 - After cuts cuts: height is computed. Each further cut is a check: it must agree with the others within three sigmas.
 - Method 0, two cuts: The height has no sign. Without sign, move-allowed stays false.
-- abort: The procedure stops, and no value is valid. A rising edge of resume continues it; start begins again.
+- abort: A rising edge stops the procedure, and no value is valid. A rising edge of resume continues it; start begins again.
 - height below three sigmas, below twice within for two cuts: hold-code is 3, and move-allowed stays false.
+- height within tolerance: on-centre is true, and move-allowed stays false.
 - fault: No value is valid, and move-allowed is false.
 - Settings: They count at the moment of value-ready and of compute.)"},
                                       hal::Limits{R"(
@@ -128,9 +131,16 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
 
     hal::In<bool> start{this, "start", false, "A rising edge begins the procedure."};
     hal::In<bool> resume{this, "resume", false, "A rising edge continues after an abort."};
-    hal::In<bool> abort{this, "abort", false, "Interrupts the procedure."};
+    hal::In<bool> abort{this, "abort", false, "A rising edge interrupts the procedure."};
     hal::In<bool> cut_done{this, "cut-done", false, "A rising edge: the tool stands at the end of a cut."};
     hal::In<bool> value_ready{this, "value-ready", false, "A rising edge: the diameter of the cut counts."};
+    hal::In<double> entered_diameter{this, "entered-diameter", 0, "mu",
+                                     "Diameter, or radius, that the operator or a program enters."};
+    hal::In<bool> entered{this, "entered", false, "A rising edge: entered-diameter of the cut counts."};
+    hal::In<double> program_method{this, "program-method", 0, "1",
+                                   "Method by a word of a program, plus 1; 0: the pin method."};
+    hal::In<double> program_cuts{this, "program-cuts", 0, "1",
+                                 "Number of cuts by a word of a program; 0: the pin cuts."};
     hal::In<bool> compute{this, "compute", false, "A rising edge computes from the cuts that there are."};
     hal::Row<hal::In<double>, HeightSettings::posts> x_position{this, "x-position", 0, "mu",
                                                                 "Position of X, as a radius."};
@@ -176,10 +186,12 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
     hal::Function run{this, "update", &CentreHeight::update, "After motion-controller."};
 
     void update(double) noexcept {
-        const HeightSettings::Values now = settings.read();
-        const bool began = start_.rises(start), aborted = abort;
+        HeightSettings::Values now = settings.read();
+        take_words(now);
+        const bool began = start_.rises(start), aborted = abort_.rises(abort);
         const bool resumed = resume_.rises(resume), cut = cut_.rises(cut_done);
-        const bool value = value_.rises(value_ready), computed = compute_.rises(compute);
+        const bool value = value_.rises(value_ready), typed = typed_.rises(entered);
+        const bool computed = compute_.rises(compute);
 
         if (began) begin(now);
         if (aborted && state_ != State::idle && state_ != State::aborted) interrupt();
@@ -188,12 +200,14 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
             state_ = before_abort_;
         } else if (cut && (state_ == State::cut || state_ == State::known)) {
             take_position(now);
+        } else if (typed && state_ == State::measure) {
+            take_diameter(now, HeightGauge::Reading{typed_diameter(), false});
         } else if (value && state_ == State::measure) {
-            take_diameter(now);
+            take_diameter(now, gauge.read());
         } else if (computed) {
             compute_now(now);
         }
-        taken_ = taken_ && value_ready;
+        taken_ = taken_ && (value_ready || entered);
 
         show(now);
     }
@@ -207,6 +221,19 @@ private:
             return rose;
         }
     };
+
+    // A program has only numbers with a point.
+    void take_words(HeightSettings::Values& now) noexcept {
+        const double word = program_method;
+        if (word == 0) return;
+        now.good = now.good && word > 0.5 && word < 4.5;
+        if (now.good) now.method = static_cast<Method>(static_cast<int>(word - 0.5));
+    }
+
+    double typed_diameter() noexcept {
+        const double typed = entered_diameter;
+        return gauge.kind == 1 ? 2 * typed : typed;
+    }
 
     void begin(const HeightSettings::Values& now) noexcept {
         forget();
@@ -246,10 +273,9 @@ private:
         state_ = State::measure;
     }
 
-    void take_diameter(const HeightSettings::Values& now) noexcept {
+    void take_diameter(const HeightSettings::Values& now, const HeightGauge::Reading& reading) noexcept {
         taken_ = true;
         if (!now.good) return fail(Fault::settings);
-        const HeightGauge::Reading reading = gauge.read();
         if (reading.by_beam && !(reading.diameter > 0)) {
             fault_ = Fault::beam;  // measure again
             return;
@@ -264,8 +290,9 @@ private:
         if (const Fault refusal = TipHeight::refusal(now, cuts_, cuts_.count - 1); refusal != Fault::none)
             return fail(refusal);
         state_ = State::cut;
-        const std::int32_t wanted = keyed_cuts.count;
-        if (static_cast<std::int32_t>(cuts_.count) >= wanted) evaluate(now);
+        const double by_program = program_cuts;
+        const double wanted = by_program >= 1 ? by_program : keyed_cuts.count;
+        if (static_cast<double>(cuts_.count) >= wanted) evaluate(now);
     }
 
     void compute_now(const HeightSettings::Values& now) noexcept {
@@ -276,8 +303,8 @@ private:
         for (std::size_t i = 0; i < cuts_.count; ++i) {
             cuts_.cuts[i].x = keyed_cuts.x[i];
             cuts_.cuts[i].y = keyed_cuts.y[i];
-            const double entered = keyed_cuts.diameter[i];
-            const double its = gauge.kind == 1 ? 2 * entered : entered;
+            const double keyed = keyed_cuts.diameter[i];
+            const double its = gauge.kind == 1 ? 2 * keyed : keyed;
             cuts_.cuts[i].radius = (now.diameter_offset + now.diameter_factor * its) / 2;
         }
         evaluate(now);
@@ -297,6 +324,7 @@ private:
         correction_ = (cuts_.programmed(0) - result_.x - axes.x_of(move_)) * now.outward();
         good_ = std::abs(rise) <= now.tolerance;
         hold_ = reason_to_hold(now, rise);
+        if (good_ && hold_ == Hold::insignificant) hold_ = Hold::none;  // nothing is to be moved
     }
 
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
@@ -323,7 +351,7 @@ private:
         hold = valid ? hold_ : Hold::none;
         value_valid = valid;
         sign_known = valid && result_.signed_;
-        move_allowed = valid && hold_ == Hold::none;
+        move_allowed = valid && hold_ == Hold::none && !good_;
         on_centre = valid && good_;
         height = if_valid(result_.height);
         size = if_valid(std::abs(result_.height));
@@ -356,7 +384,7 @@ private:
 
     static bool known(double position) noexcept { return std::abs(position) <= HeightSettings::farthest; }
 
-    Edge start_, resume_, cut_, value_, compute_;
+    Edge start_, abort_, resume_, cut_, value_, typed_, compute_;
     TurnedCuts cuts_;
     TipHeight result_;
     State state_ = State::idle, before_abort_ = State::idle;

@@ -236,7 +236,7 @@ private:
         const double x_travel = x_play_.step(outward * (1 + x_scale(seed_)), x_backlash(seed_));
         const double error = height_error(seed_) * side_of_tool();
         // 30 min bring 86 % of all growth.
-        x_ = x_travel + usable(x_error, 100, 0) - x_growth(seed_) * warm / 0.86 + wear_ +
+        x_ = x_travel + usable(x_error, 1e4, 0) - x_growth(seed_) * warm / 0.86 + wear_ +
              y_travel * std::cos(angle);
         y_ = y_travel * std::sin(angle) + error - lift(seed_) * warm / 0.86;
     }

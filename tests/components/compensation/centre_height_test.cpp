@@ -220,6 +220,28 @@ TEST_F(CentreHeight, EveryMethodAndPostFindsTheHeight) {
     }
 }
 
+TEST_F(CentreHeight, ProgramChoosesMethodAndCutsAndEntersDiameters) {
+    const Lathe lathe;
+    set("program-method", 2);  // two lands
+    set("program-cuts", 2);
+    begin(12, two_cuts);
+    for (const double y : {1.0, -1.0}) {
+        place(5, y);
+        pulse("cut-done");
+        set("entered-diameter", 2 * lathe.radius(5, y));
+        set("entered", 1);
+        step();
+        EXPECT_EQ(get("value-taken"), 1);
+        set("entered", 0);
+        step();
+        EXPECT_EQ(get("value-taken"), 0);
+    }
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    set("program-method", 5);
+    pulse("compute");
+    expect_refused(8);
+}
+
 TEST_F(CentreHeight, InternalTurningGoesOutward) {
     set("inside", 1);
     set("sign", 1);
@@ -435,6 +457,8 @@ TEST_F(CentreHeight, TargetHeightAndHabitsOfTheMachineCount) {
     set("target-height", 0.0545);
     pulse("compute");
     EXPECT_EQ(get("on-centre"), 1);
+    EXPECT_EQ(get("hold"), 0);
+    EXPECT_EQ(get("move-allowed"), 0);
     set("target-height", 0);
     set("correction-offset", 0);
     set("correction-factor", 1);
