@@ -37,6 +37,12 @@ class Shift(unittest.TestCase):
         self.assertGreater(abs(self.facts["turned before"] - 9.8), 0.03)
         self.assertAlmostEqual(self.facts["turned after"], 8, delta=0.02)
 
+    def test_tool_behind_the_axis_comes_on_centre(self):
+        x, y = self.facts["behind"]["T3"]
+        self.assertAlmostEqual(y, -0.08, delta=0.012)
+        self.assertAlmostEqual(x, 100.015, delta=0.012)
+        self.assertAlmostEqual(self.facts["turned behind"], 8, delta=0.02)
+
     def test_thin_bar_and_cone_need_a_tool_on_centre(self):
         self.assertGreater(self.facts["thin before"], 0.19)
         self.assertAlmostEqual(self.facts["thin after"], 0.06, delta=0.012)

@@ -16,7 +16,7 @@ class Shift(Scenario):
     columns = ["scene", "joint.0.pos-cmd", "joint.1.pos-cmd", "joint.2.pos-cmd", "lathe.truth-height", "lathe.truth-cutting"]
 
     def work(self):
-        self.play(self.turn_on, self.centre_by_gauge, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool)
+        self.play(self.turn_on, self.centre_by_gauge, self.behind, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool)
 
     def note(self, name, value):
         self.facts[name] = value
@@ -67,6 +67,20 @@ class Shift(Scenario):
         self.note("on centre", self.host.get("centre.on-centre"))
         self.machine.mdi("M3 S1000")
         self.note("turned after", self.turned(4, 10))
+
+    def behind(self):
+        """In the same program, as it were: the tool of another turret, on the side of -X."""
+        self.host.set("lathe.new-stock", True)
+        self.machine.mdi("T3 M6 G43")
+        self.machine.mdi("G0 X-10 Y0")
+        self.machine.mdi("M455 D-10 Z58 K4 Q2 P200 R-10 J1")
+        self.machine.mdi("M454")
+        for block in ("G0 X-10", "G0 Y0", "G0 Z30", "G1 X-4 F300", "G0 X-10"):
+            self.machine.mdi(block)
+        self.note("turned behind", self.host.get("lathe.truth-diameter"))
+        self.note("behind", self.table())
+        self.host.set("lathe.new-stock", False)
+        self.machine.mdi("T1 M6 G43")
 
     def thin_bar(self):
         """A bar of 1 mm that must finish at 0.06 mm, in a guide bush."""

@@ -141,6 +141,8 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
                                    "Method by a word of a program, plus 1; 0: the pin method."};
     hal::In<double> program_cuts{this, "program-cuts", 0, "1",
                                  "Number of cuts by a word of a program; 0: the pin cuts."};
+    hal::In<double> program_post{this, "program-post", 0, "1",
+                                 "Post by a word of a program, plus 1; 0: the pin post."};
     hal::In<bool> compute{this, "compute", false, "A rising edge computes from the cuts that there are."};
     hal::Row<hal::In<double>, HeightSettings::posts> x_position{this, "x-position", 0, "mu",
                                                                 "Position of X, as a radius."};
@@ -186,7 +188,7 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
     hal::Function run{this, "update", &CentreHeight::update, "After motion-controller."};
 
     void update(double) noexcept {
-        HeightSettings::Values now = settings.read();
+        HeightSettings::Values now = settings.read(program_post);
         take_words(now);
         const bool began = start_.rises(start), aborted = abort_.rises(abort);
         const bool resumed = resume_.rises(resume), cut = cut_.rises(cut_done);

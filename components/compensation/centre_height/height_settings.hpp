@@ -77,11 +77,16 @@ struct HeightSettings final : hal::Group {
         double rubbing() const noexcept { return inverted ? -1 : 1; }
     };
 
-    // `good` is false if one of them is out of range.
-    Values read() noexcept {
+    // `good` is false if one of them is out of range. A program has only numbers with a point; `post_word` is
+    // one more than the post, or 0.
+    Values read(double post_word) noexcept {
         constexpr double degree = 0.017453292519943295;
         Values now;
-        const std::int32_t its_method = method, its_post = post, its_sign = sign;
+        const std::int32_t its_method = method, its_sign = sign;
+        const std::int32_t its_post = post_word == 0 ? std::int32_t{post}
+                                      : post_word > 0.5 && post_word < 4.5
+                                          ? static_cast<std::int32_t>(post_word - 0.5)
+                                          : -1;
         now.good = its_method >= 0 && its_method <= 3 && its_post >= 0 &&
                    its_post < static_cast<std::int32_t>(posts) && its_sign >= -1 && its_sign <= 1;
         now.method = now.good ? static_cast<Method>(its_method) : Method::two_lands;

@@ -240,6 +240,17 @@ TEST_F(CentreHeight, ProgramChoosesMethodAndCutsAndEntersDiameters) {
     set("program-method", 5);
     pulse("compute");
     expect_refused(8);
+    set("program-method", 2);
+    set("program-post", 3);
+    set("post", 0);
+    set("inverted-2", 1);
+    set("clearance-angle", 7);
+    set("land-diameter", 10);
+    step();
+    EXPECT_EQ(get("land-2-y"), 0) << "the tool of post 2 rubs below";
+    set("program-post", 5);
+    pulse("compute");
+    expect_refused(8);
 }
 
 TEST_F(CentreHeight, InternalTurningGoesOutward) {
