@@ -3,6 +3,7 @@
 """configs/lathe: centre_height in a complete LinuxCNC, by the gauge and by hand, and its tool table."""
 
 import os
+import subprocess
 import unittest
 
 import linuxcnc_runs
@@ -16,13 +17,14 @@ class Shift(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("lathe", folder)
-        ini = os.path.join(machine, "lathe.ini")
+        cls.ini = ini = os.path.join(machine, "lathe.ini")
         linuxcnc_runs.use_scenario(ini, "lathe_scenario.py")
         stages = os.path.join(machine, "stages.hal")
         linuxcnc_runs.change(stages, "loadrt interlock", "newsig scene s32\nloadrt interlock")
         its, cls.output = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.after_restart = linuxcnc_runs.work(folder, ini, "restart")[0]["facts"]
 
     def test_tool_comes_on_centre_and_the_table_keeps_it(self):
         self.assertEqual(self.facts["before"]["T1"], [-100, 0])
@@ -36,6 +38,18 @@ class Shift(unittest.TestCase):
     def test_diameter_is_the_programmed_one_after_it(self):
         self.assertGreater(abs(self.facts["turned before"] - 9.8), 0.03)
         self.assertAlmostEqual(self.facts["turned after"], 8, delta=0.02)
+
+    def test_next_start_has_the_stored_height(self):
+        self.assertEqual(self.after_restart["offset"], self.facts["second"][1]["T1"])
+        self.assertNotEqual(self.after_restart["offset"][1], 0)
+
+    def test_preview_of_the_program_ends(self):
+        """A screen interprets the program without a machine that answers."""
+        command = ["rs274", "-g", "-i", self.ini + ".expanded", os.path.join(os.path.dirname(self.ini), "centre.ngc")]
+        done = subprocess.run(command, cwd=os.path.dirname(self.ini), capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("PROGRAM_END", done.stdout)
+        self.assertLess(done.stdout.count("STRAIGHT"), 10)  # no M-code of centre_height measures
 
     def test_tool_behind_the_axis_comes_on_centre(self):
         x, y = self.facts["behind"]["T3"]

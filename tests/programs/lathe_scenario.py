@@ -16,6 +16,8 @@ class Shift(Scenario):
     columns = ["scene", "joint.0.pos-cmd", "joint.1.pos-cmd", "joint.2.pos-cmd", "lathe.truth-height", "lathe.truth-cutting"]
 
     def work(self):
+        if sys.argv[-1] == "restart":
+            return self.play(self.turn_on, self.restarted)
         self.play(self.turn_on, self.centre_by_gauge, self.behind, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool)
 
     def note(self, name, value):
@@ -180,6 +182,9 @@ class Shift(Scenario):
             self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5.03, step + STORED)))
         self.machine.mdi("M454")
         self.note("second", [before, self.table()])
+
+    def restarted(self):
+        self.note("offset", self.host.get(["motion.tooloffset.x", "motion.tooloffset.y"]))
 
 
 sys.exit(run(Shift, recording="shift.csv"))
