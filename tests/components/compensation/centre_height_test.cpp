@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // centre_height against a lathe of exact geometry.
 #include "tests/support/bench.hpp"
+#include "tests/support/hal_pins.hpp"
+#include "tests/support/impossible.hpp"
+#include "tests/support/module.hpp"
+#include "tests/support/rounds.hpp"
 
 #include <gmock/gmock.h>
 
@@ -516,6 +520,50 @@ TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
     key(two_cuts, {{2 * lathe.radius(0.5, 0), 0.5, 0}, {2 * lathe.radius(0.1, 0), 0.1, 0}});
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
     EXPECT_EQ(get("move-allowed"), 1);
+}
+
+// Whatever an input holds, no output is nonsense, and Y moves no further than max-move.
+TEST_F(CentreHeight, NoInputMakesNonsense) {
+    const Lathe lathe;
+    const Module module(BUILD_DIR "/modules/centre_height.so");
+    const hal::Declarations declared(module.model());
+    for (const hal::PinInfo& pin : declared.pins)
+        if (pin.output && pin.type == hal::Type::real)
+            bench.expect("finite(x)", {{"x", "centre." + pin.name}});
+    bench.expect("allowed == 0 || abs(move) <= 0.5",
+                 {{"allowed", "centre.move-allowed"}, {"move", "centre.y-move"}});
+    int number = 0;
+    for (const hal::PinInfo& pin : declared.pins) {
+        if (pin.output || pin.type == hal::Type::bit || pin.name == "max-move") continue;
+        if (number++ % rounds(1, 6) != 0) continue;
+        SCOPED_TRACE(pin.name);
+        const double own = get(pin.name);
+        const std::vector<double> poisons = pin.type == hal::Type::real
+                                                ? std::vector<double>(impossible.begin(), impossible.end())
+                                                : std::vector<double>{-2147483648.0, -1, 2147483647.0};
+        for (const double poison : poisons) {
+            set("keyed", 0);
+            place(5, 1);
+            pulse("start");
+            for (const double y : {1.0, -1.0}) {
+                place(5, y);
+                set(pin.name, poison);
+                pulse("cut-done");
+                set("diameter", 2 * lathe.radius(5, y));
+                set(pin.name, poison);
+                pulse("value-ready");
+            }
+            set("keyed", 1);
+            pulse("compute");
+            set(pin.name, own);
+        }
+    }
+    place(0, 0);
+    set("keyed", 0);
+    begin(2, two_lands);
+    cut(lathe, 5, 1);
+    cut(lathe, 5, -1);
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
 }
 
 }  // namespace
