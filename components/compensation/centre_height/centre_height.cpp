@@ -90,10 +90,11 @@ measure as its request. configs/functions/centre_height has all lines, and M-cod
 against the present Y. Cut land 1, land 2, land 2, land 1 if you have room: wear and warming cancel.
 2. Set gauge-sigma to the uncertainty of your gauge for a diameter. Keep cut-repeatability, unless you have measured it.
 3. Set clearance-angle to that of the tool, and land-diameter. land-1-y and land-2-y then avoid the side that rubs.
-4. Raise start at the Y for which you want the height. After each cut raise cut-done; measure becomes true. Enter
-entered-diameter and raise entered, or let a gauge give diameter and value-ready; value-taken becomes true. Lower all again. After the number of cuts in the pin cuts,
-value-valid becomes true, or fault.
-5. Without procedure: set keyed, cuts, cut-diameter-N, cut-x-N and cut-y-N, and raise compute. For the two cuts of the
+4. Raise start at the Y for which you want the height. After each cut raise cut-done; measure becomes true. Set
+entered-diameter and raise entered, or let a gauge give diameter and value-ready; value-taken becomes true. Lower all
+again. When all cuts have their diameter, value-valid or fault becomes true. Set stock-diameter: two lands that the tool
+did not reach are equal, as those of a tool on centre.
+5. To compute without motion, set keyed, cuts, cut-diameter-N, cut-x-N and cut-y-N, and raise compute. For the two cuts of the
 source you can enter travel, as a radius, in place of cut-x-N.
 6. Watch height and sigma on a few parts. Then set automatic true, and move Y by y-move when move-allowed is true.
 Correct the tool's X by x-correction at the same time.
@@ -102,8 +103,10 @@ Correct the tool's X by x-correction at the same time.
 - start: The procedure begins. All cuts are forgotten; the present Y is the one for which height is valid.
 - cut-done: X and Y of this moment are the positions of the cut. measure is true.
 - value-ready: The diameter counts. An entry that is a slip sets fault, and measure stays true: enter it again.
-- After cuts cuts: height is computed. Each further cut is a check: it must agree with the others within three sigmas.
+- All cuts have their diameter: height is computed. Each further cut is a check: it must agree with the others within three
+sigmas.
 - Method 0, two cuts: The height has no sign. Without sign, move-allowed stays false.
+- Height and bend: height is the one under the cut, as long as all cuts have the depth of the finished part.
 - abort: A rising edge stops the procedure, and no value is valid. A rising edge of resume continues it; start begins again.
 - height below three sigmas, below twice within for two cuts: hold-code is 3, and move-allowed stays false.
 - height within tolerance: on-centre is true, and move-allowed stays false.
