@@ -51,7 +51,8 @@ class Shift(unittest.TestCase):
         self.assertIn("PROGRAM_END", done.stdout)
         self.assertLess(done.stdout.count("STRAIGHT"), 10)  # no M-code of centre_height measures
 
-    def test_tool_behind_the_axis_comes_on_centre(self):
+    def test_tools_of_two_turrets_come_on_centre_in_one_program(self):
+        self.assertAlmostEqual(self.facts["behind"]["T1"][1], -0.1, delta=0.012)
         x, y = self.facts["behind"]["T3"]
         self.assertAlmostEqual(y, -0.08, delta=0.012)
         self.assertAlmostEqual(x, 100.015, delta=0.012)

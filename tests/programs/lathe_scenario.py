@@ -71,13 +71,11 @@ class Shift(Scenario):
         self.note("turned after", self.turned(4, 10))
 
     def behind(self):
-        """In the same program, as it were: the tool of another turret, on the side of -X."""
+        """One program with the tools of two turrets."""
+        self.machine.mdi("G10 L1 P1 X-100 Y0")
         self.host.set("lathe.new-stock", True)
-        self.machine.mdi("T3 M6 G43")
-        self.machine.mdi("G0 X-10 Y0")
-        self.machine.mdi("M455 D-10 Z58 K4 Q2 P200 R-10 J1")
-        self.machine.mdi("M454")
-        for block in ("G0 X-10", "G0 Y0", "G0 Z30", "G1 X-4 F300", "G0 X-10"):
+        self.machine.run("both.ngc")
+        for block in ("T3 M6 G43", "G0 X-10", "G0 Y0", "M3 S1000", "G0 Z20", "G1 X-4 F300", "G0 X-10"):
             self.machine.mdi(block)
         self.note("turned behind", self.host.get("lathe.truth-diameter"))
         self.note("behind", self.table())
