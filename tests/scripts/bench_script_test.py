@@ -41,7 +41,7 @@ class Usage(unittest.TestCase):
             self.assertIn(sentence, done.stderr)
 
     def test_what_is_no_bench_is_answered_by_the_list(self):
-        for word in ("lathe", "support", "__main__", "../setup", "--help"):
+        for word in ("press", "support", "__main__", "../setup", "--help"):
             done = self.run_script(word)
             self.assertEqual((done.returncode, done.stderr), (2, self.run_script().stderr), word)
 

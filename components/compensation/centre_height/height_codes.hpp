@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace plumb {
+
+// Why there is no height.
+enum class Fault : std::int32_t {
+    none,
+    diameter,
+    radius,
+    doubled,
+    inch,
+    metric,
+    beam,
+    position,
+    settings,
+    too_few,
+    travel,
+    travel_differs,
+    order,
+    short_travel,
+    long_travel,
+    past_centre,
+    air_cut,
+    clearance,
+    no_step,
+    no_solution,
+};
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::diameter: return "The diameter is not above 0. Measure and enter it again.";
+        case Fault::radius: return "The entry is the radius, not the diameter. Enter the diameter.";
+        case Fault::doubled: return "The entry is the diameter, not the radius. Enter the radius.";
+        case Fault::inch: return "The entry is in inches. Enter it in the unit of the machine.";
+        case Fault::metric: return "The entry is in millimetres. Enter it in the unit of the machine.";
+        case Fault::beam: return "The work is not inside the beam, or more light is received than emitted.";
+        case Fault::position: return "A position of X or Y is invalid.";
+        case Fault::settings: return "A setting is out of range; see the list in LIMITS.";
+        case Fault::too_few: return "The method needs more cuts.";
+        case Fault::travel: return "The travel of X between the cuts is not above 0.";
+        case Fault::travel_differs:
+            return "The entered travel is not the travel of X. Enter it as a radius, not in diameter.";
+        case Fault::order:
+            return "The second cut did not go deeper. The diameters are swapped, or the tool did not cut.";
+        case Fault::short_travel: return "The diameters differ by more than X has travelled.";
+        case Fault::long_travel: return "The travel is larger than both radii together.";
+        case Fault::past_centre:
+            return "The tool has passed the axis of the work; the radius is the height itself. Travel less.";
+        case Fault::air_cut: return "The tool removed nothing. Cut deeper.";
+        case Fault::clearance: return "The tool rubs at this height: its clearance angle is too small.";
+        case Fault::no_step: return "The method needs cuts at two positions of Y.";
+        case Fault::no_solution: return "The cuts do not determine the height: move X and Y independently.";
+        default: return nullptr;
+    }
+}
+
+// Why Y may not move, although there is a height.
+enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement };
+constexpr const char* sentence(Hold hold) {
+    switch (hold) {
+        case Hold::value_only: return "The setting automatic is false: move Y by hand.";
+        case Hold::sign:
+            return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
+        case Hold::insignificant: return "The height is smaller than its uncertainty allows to correct.";
+        case Hold::sigma: return "The uncertainty of the height exceeds max-sigma.";
+        case Hold::move: return "The move of Y exceeds max-move.";
+        case Hold::disagreement: return "The cuts disagree by more than three sigmas. Begin again.";
+        default: return nullptr;
+    }
+}
+
+// Where the procedure is, as an instruction to the operator.
+enum class State : std::int32_t { idle, cut, measure, known, refused, aborted };
+constexpr const char* sentence(State state) {
+    switch (state) {
+        case State::cut: return "Cut the next land, and report the end of the cut.";
+        case State::measure: return "Measure the diameter of this cut, and enter it.";
+        case State::known: return "The height is known.";
+        case State::refused: return "The cuts give no height; fault-code gives the cause. Begin again.";
+        case State::aborted: return "The procedure is interrupted: resume it, or begin again.";
+        default: return nullptr;
+    }
+}
+
+enum class Method : std::int32_t { two_cuts, two_lands, y_step, any_cuts };
+
+}  // namespace plumb

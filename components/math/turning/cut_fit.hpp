@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/turning/height_sigma.hpp"
+#include "components/math/turning/skewed_axes.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace plumb {
+
+// A cut: where its tool stood, X and Y against any origin, X outward, and the radius that it left. Lengths in
+// mu.
+struct Cut {
+    double x = 0, y = 0, radius = 0;
+};
+
+// Height y and distance x of a tip from the axis, signed, from any number of cuts at two or more positions of
+// Y. Each cut gives
+//
+//     r^2 = rho^2 + 2 x dx + dx^2 + 2 y dy + dy^2 + 2 r drift k
+//
+// with dx, dy against the first cut and k its number; linear in rho^2, x, y and drift. The free rho^2 is the
+// radius of the first cut, so that its error, common to all differences, counts once: generalised least
+// squares. If all cuts have one X, x follows from y. Wear and growth are a drift, estimated where there are
+// cuts enough.
+class CutFit {
+public:
+    static constexpr std::size_t most = 24;
+
+    enum class Refusal : std::int32_t { none, too_few, no_step, no_solution };
+
+    struct Known {  // an x of the first cut that is known from elsewhere
+        double x = 0, sigma = 0;
+        bool valid = false;
+    };
+
+    Refusal refusal = Refusal::none;
+    double x = 0, y = 0;  // at the first cut
+    double drift = 0;     // of the radius, per cut
+    double sigma_y = 0, sigma_x = 0;
+    double excess = 0;  // of the residuals, in sigmas; 0 if no cut is redundant
+    int redundant = 0;  // cuts more than needed
+
+    // Radius that a cut at dx, dy from the first one leaves, without drift.
+    double predicted(double dx, double dy) const noexcept { return std::hypot(x + dx, y + dy); }
+
+    // Sigma of a predicted radius, that of the cut itself not included.
+    double sigma_predicted(double dx, double dy) const noexcept {
+        const double radius = predicted(dx, dy);
+        return radius > 0 ? std::hypot((x + dx) / radius * sigma_x, (y + dy) / radius * sigma_y) : 0;
+    }
+
+    // Radii above 0. count to `most`. `lands` are cuts that are meant to have one X.
+    static CutFit of(const Cut* cuts, std::size_t count, const SkewedAxes& axes, const CutSigmas& sigmas,
+                     const Known& known, bool lands = false) noexcept {
+        CutFit fit;
+        if (count < 2 || count > most) return refused(Refusal::too_few);
+        std::array<Point, most> points;
+        double farthest_x = 0, farthest_y = 0;
+        bool one_x = true;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double step = cuts[i].y - cuts[0].y;
+            points[i].dx = cuts[i].x - cuts[0].x + axes.x_of(step);
+            points[i].dy = axes.height_of(step);
+            points[i].radius = cuts[i].radius;
+            one_x &= std::abs(cuts[i].x - cuts[0].x) <= same * cuts[0].radius;
+            farthest_x = std::max(farthest_x, std::abs(points[i].dx));
+            farthest_y = std::max(farthest_y, std::abs(points[i].dy));
+        }
+        if (!(farthest_y > 1e-6 * cuts[0].radius)) return refused(Refusal::no_step);
+        const Scale scale{farthest_x, farthest_y};
+        if (!one_x && !lands) {
+            fit.solve(points.data(), count, scale, true, sigmas, known, 0);
+            return fit;
+        }
+        // All at one X: of x, only how a skew Y changes it matters, so that x follows from y step by step.
+        double y = 0;
+        for (int round = 0; round < 60; ++round) {
+            const double r1 = cuts[0].radius;
+            const double x = known.valid ? known.x : std::sqrt(std::max(r1 * r1 - y * y, 0.0));
+            fit = CutFit{};
+            fit.solve(points.data(), count, scale, false, sigmas, {}, x);
+            if (fit.refusal != Refusal::none) return fit;
+            const double change = std::abs(fit.y - y);
+            y = fit.y;
+            if (change <= 1e-14 * r1) return fit;
+            if (!(change <= r1)) break;
+        }
+        if (std::abs(y) > 0.99 * cuts[0].radius) return refused(Refusal::no_solution);
+        return fit;
+    }
+
+private:
+    static constexpr double same = 1e-9;  // relative difference of X that is rounding
+
+    struct Point {
+        double dx = 0, dy = 0, radius = 0;
+    };
+    struct Scale {
+        double x, y;
+    };
+
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most + 1, 4>;
+    using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most + 1, 1>;
+    using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 4, 4>;
+
+    static CutFit refused(Refusal reason) noexcept {
+        CutFit fit;
+        fit.refusal = reason;
+        return fit;
+    }
+
+    // With x as an unknown, or with the given one.
+    void solve(const Point* points, std::size_t count, const Scale& scale, bool find_x,
+               const CutSigmas& sigmas, const Known& known, double given_x) noexcept {
+        const bool with_known = find_x && known.valid;
+        const auto rows = static_cast<Eigen::Index>(count + (with_known ? 1 : 0));
+        const int needed = find_x ? 3 : 2;
+        if (rows < needed) return void(*this = refused(Refusal::too_few));
+        const bool drifts = static_cast<int>(count) >= needed + 2;
+        const int unknowns = needed + (drifts ? 1 : 0), last = unknowns - 1, y_column = needed - 1;
+        const double r1 = points[0].radius, width = r1 * scale.y;
+
+        Rows a = Rows::Zero(rows, unknowns);
+        Column b = Column::Zero(rows);
+        const double per_radius = std::max(sigmas.radius(), 1e-12 * r1);
+        const double per_x = sigmas.travel / std::sqrt(2.0), per_y = sigmas.step / std::sqrt(2.0);
+        for (std::size_t k = 0; k < count; ++k) {
+            const Point& p = points[k];
+            const double x_now = find_x ? std::sqrt(std::max(p.radius * p.radius - p.dy * p.dy, 0.0))
+                                        : 0;  // lands are cut at one position of X
+            const double noise =
+                2 * std::sqrt(square(p.radius * per_radius) + square(x_now * per_x) + square(p.dy * per_y));
+            const auto row = static_cast<Eigen::Index>(k);
+            const double weight = width / noise;
+            a(row, 0) = weight;
+            if (find_x) a(row, 1) = weight * 2 * p.dx / scale.x;
+            a(row, y_column) = weight * 2 * p.dy / scale.y;
+            if (drifts)
+                a(row, last) =
+                    weight * 2 * p.radius / r1 * static_cast<double>(k) / static_cast<double>(count);
+            b(row) = weight *
+                     ((p.radius - r1) * (p.radius + r1) - p.dx * p.dx - p.dy * p.dy -
+                      (find_x ? 0 : 2 * given_x * p.dx)) /
+                     width;
+        }
+        if (with_known) {
+            const double weight = width / (scale.x * std::max(known.sigma, 1e-12 * r1));
+            a(rows - 1, 1) = weight;
+            b(rows - 1) = weight * known.x * scale.x / width;
+        }
+
+        // Columns of like size, so that the rank shows.
+        Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4, 1> sizes = a.colwise().norm();
+        if (!(sizes.minCoeff() > 0)) return void(*this = refused(Refusal::no_solution));
+        for (int i = 0; i < unknowns; ++i) a.col(i) /= sizes(i);
+        Eigen::ColPivHouseholderQR<Rows> qr(a);
+        qr.setThreshold(1e-9);
+        if (qr.rank() < unknowns) return void(*this = refused(Refusal::no_solution));
+        const Column solution = qr.solve(b);
+        const Square factor =
+            qr.matrixR().topLeftCorner(unknowns, unknowns).template triangularView<Eigen::Upper>();
+        const Square unit = Square::Identity(unknowns, unknowns);
+        const Square inverse = factor.template triangularView<Eigen::Upper>().solve(unit);
+        const Square permuted = qr.colsPermutation() * inverse;
+        const auto sigma = [&](int column) { return permuted.row(column).norm() / sizes(column) * width; };
+
+        y = solution(y_column) / sizes(y_column) * width / scale.y;
+        sigma_y = sigma(y_column) / scale.y;
+        if (find_x) {
+            x = solution(1) / sizes(1) * width / scale.x;
+            sigma_x = sigma(1) / scale.x;
+        } else {  // from rho^2 = x^2 + y^2
+            x = std::sqrt(std::max(r1 * r1 + solution(0) / sizes(0) * width - y * y, 0.0));
+            if (x > 0)
+                sigma_x = (permuted.row(0) / sizes(0) * width / (2 * x) -
+                           permuted.row(1) / sizes(1) * width / scale.y * y / x)
+                              .norm();
+        }
+        if (drifts) drift = solution(last) / sizes(last) * width / (r1 * static_cast<double>(count));
+        redundant = static_cast<int>(rows) - unknowns;
+        if (redundant > 0) {
+            const double chi = (a * solution - b).squaredNorm();
+            excess = std::max(0.0, std::sqrt(2 * chi) - std::sqrt(2.0 * redundant - 1));
+        }
+    }
+
+    static double square(double z) noexcept { return z * z; }
+};
+
+}  // namespace plumb

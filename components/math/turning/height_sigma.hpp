@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cmath>
+
+namespace plumb {
+
+// Standard uncertainties of a cut and of its measurement, in mu.
+struct CutSigmas {
+    double gauge = 0;          // of a measured diameter
+    double repeatability = 0;  // of the radius that a cut leaves, built-up edge included
+    double travel = 0;         // of the distance between two positions of X
+    double step = 0;           // of the distance between two positions of Y
+
+    double radius() const noexcept { return std::hypot(gauge / 2, repeatability); }
+};
+
+}  // namespace plumb

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Finds the height of a lathe tool from its trial cuts, on a thousand drawn lathes and by every method.
+
+configs/lathe/bench.hal runs in the virtual-time host. On each lathe the tool stands at another height, the work bends, the
+tool wears and carries a built-up edge, X grows and the spindle lifts. The residual is the difference between the height that
+centre_height reports and the effective height, the one under the cut.
+"""
+
+import os
+import sys
+
+import numpy as np
+
+from support import charts
+from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
+from support.figures import rms
+from support.lathe_machine import AT_A_TIME, METHODS, WORKS, Case, procedure, simulate
+from support.recordings import write_rows
+from support.simulations import simulate_all
+
+EDGE = 0.005  # mm
+ALLOWED = 0.001  # of moves that leave more than there was
+
+
+def table_cases():
+    """Every method on both bars and at three clearances, with built-up edge and, for lands, without; and by micrometer."""
+    cases = []
+    for diameter in WORKS:
+        for method in METHODS:
+            of_clearance = (0,) if method == "two cuts" else (0, 7, 11)
+            for clearance in of_clearance:
+                cases.append(Case(diameter, method, clearance, EDGE))
+                if "lands" in method:
+                    cases.append(Case(diameter, method, clearance, 0))
+        if diameter == 10:
+            cases += [Case(diameter, method, 0, EDGE, True) for method in METHODS]
+    return cases
+
+
+# --- print ---
+
+
+def name_of(case):
+    words = [case.method]
+    if case.clearance:
+        words.append(f"{case.clearance} deg")
+    if case.micrometer:
+        words.append("micrometer")
+    if not case.edge:
+        words.append("no built-up edge")
+    return ", ".join(words)
+
+
+def worse(outcome):
+    """How many moves left more than there was."""
+    moved = outcome.moved
+    return int(np.sum(np.abs(outcome.residual[moved]) > np.abs(outcome.truth[moved])))
+
+
+def head(diameter):
+    return f"{f'Residual of the height at D {diameter} mm, um':48}{'rms':>8}{'p95':>8}{'sigma':>8}{'ratio':>8}{'refused':>9}{'worse':>7}"
+
+
+def row(case, outcome):
+    """Of the moves: residual, the sigma that was reported, and the ratio of both; the share refused; moves that made it worse."""
+    moved = outcome.moved
+    refused = 1 - moved.mean()
+    if not moved.any():
+        return f"    {name_of(case):44}{'':32}{refused:>9.1%}"
+    residual, sigma = outcome.residual[moved], outcome.sigma[moved]
+    ratio = rms(residual / sigma)
+    return f"    {name_of(case):44}{rms(residual):8.2f}{np.percentile(np.abs(residual), 95):8.2f}{rms(sigma):8.2f}{ratio:8.2f}{refused:>9.1%}{worse(outcome):>7}"
+
+
+# --- write ---
+
+
+def write_lathes(path, results):
+    header = ["diameter_mm", "method", "clearance_deg", "built_up_edge_um", "micrometer"]
+    header += ["effective_height_um", "height_um", "sigma_um", "moved", "fault", "hold"]
+    write_rows(path, header, (each for case, outcome in results for each in lathe_rows(case, outcome)))
+
+
+def lathe_rows(case, outcome):
+    its = [case.diameter, case.method, case.clearance, round(1000 * case.edge), int(case.micrometer)]
+    for values in zip(outcome.truth, outcome.height, outcome.sigma, outcome.moved, outcome.fault, outcome.hold):
+        yield its + [f"{value:.4f}" for value in values[:3]] + [int(value) for value in values[3:]]
+
+
+def draw(paths, steps, case, seed):
+    """One procedure: where the tool stood, the diameters, and the estimate after each cut."""
+    pyplot = charts.prepared_pyplot()
+    figure, (where, diameters, estimate) = pyplot.subplots(3, 1, figsize=(9, 8), sharex=True, layout="constrained")
+    charts.write_title(figure, f"{name_of(case)} on lathe {seed}: cuts, diameters, and the height of the tool")
+    number = np.arange(1, len(steps.diameter) + 1)
+    where.step(number, steps.y, where="mid", color=charts.GREY)
+    where.plot(number, steps.y, "o", color=charts.BLUE)
+    where.set_ylabel("Y of the land (mm)")
+    for above, colour, name in ((True, charts.ORANGE, "upper lands"), (False, charts.BLUE, "lower lands")):
+        its = (steps.y > np.mean(steps.y)) == above
+        diameters.plot(number[its], steps.diameter[its], "o", color=colour, label=name)
+    diameters.set_ylabel("diameter (mm)")
+    diameters.legend(frameon=False)
+    known = np.isfinite(steps.height)
+    estimate.axhline(steps.truth, color=charts.GREY, linewidth=1, label="effective height")
+    estimate.errorbar(number[known], steps.height[known], 2 * steps.sigma[known], fmt="o", color=charts.GREEN, capsize=3, label="height ± 2 sigma")
+    estimate.set_ylabel("height (µm)")
+    estimate.set_xlabel("cut")
+    estimate.legend(frameon=False)
+    for axes in (where, diameters, estimate):
+        axes.grid(color=charts.GRID, linewidth=0.6)
+    charts.save(figure, paths)
+
+
+# --- the command ---
+
+
+def bench(seed, count, output, place):
+    cases = table_cases()
+    seeds = range(seed, seed + count)
+    outcomes = simulate_all(simulate, [(case, seeds) for case in cases], len(cases) * count * AT_A_TIME, place)
+    results = list(zip(cases, outcomes))
+    print(f"{count} lathes, {seeds[0]} to {seeds[-1]}. Ratio: residual / reported sigma. Worse: moves that left more than there was.\n")
+    for diameter in WORKS:
+        print(head(diameter))
+        print("\n".join(row(*each) for each in results if each[0].diameter == diameter) + "\n")
+    moves, bad = sum(outcome.moved.sum() for outcome in outcomes), sum(worse(outcome) for outcome in outcomes)
+    print(f"{bad} of {moves} moves ({bad / max(moves, 1):.3%}) left more than there was.")
+    case = Case(10, "lands ABBA x 3", 0, EDGE)
+    paths = [os.path.join(output, name) for name in ("procedure.png", "procedure.svg", "lathes.csv")]
+    draw(paths[:2], procedure(case, seed), case, seed)
+    write_lathes(paths[2], results)
+    print(written_line(paths))
+    return bad <= ALLOWED * moves
+
+
+def main():
+    parser = new_parser("lathe", __doc__)
+    parser.add_argument("--seed", type=whole(1, 2**30), default=1, metavar="N", help="draw from lathe N on (default: 1)")
+    parser.add_argument("--seeds", type=whole(1, 100000), default=1000, metavar="N", help="N drawn lathes a row (default: 1000)")
+    add_place(parser)
+    add_output(parser, "lathe")
+    options = parser.parse_args()
+    with errors_reported():
+        make_writable(options.output)
+        good = bench(options.seed, options.seeds, options.output, place_of(options))
+    sys.exit(0 if good else 1)

@@ -1,0 +1,570 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// centre_height against a lathe of exact geometry.
+#include "tests/support/bench.hpp"
+#include "tests/support/hal_pins.hpp"
+#include "tests/support/impossible.hpp"
+#include "tests/support/module.hpp"
+#include "tests/support/rounds.hpp"
+
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+const double degree = std::acos(-1.0) / 180;
+
+// The tip of a tool, and the positions of its axes.
+struct Lathe {
+    double tip_x = 0.02;   // true distance from the axis less the position of X, outward
+    double tip_y = 0.035;  // true height at Y = 0
+    double angle = 90 * degree;
+    double outward = 1;
+
+    double radius(double x, double y) const {
+        return std::hypot(outward * x + tip_x + y * std::cos(angle), tip_y + y * std::sin(angle));
+    }
+};
+
+class CentreHeight : public testing::Test {
+protected:
+    CentreHeight() : bench(Bench::Thread::servo, with_specimens(true)) {
+        bench.command("loadrt centre_height names=centre");
+        bench.command("addf centre.update servo-thread");
+        set("gauge-sigma", 0.0003);
+        set("automatic", 1);
+        set("land-step", 1);
+    }
+    ~CentreHeight() override {
+#ifndef PLUMB_SANITIZED
+        for (const host::GuardViolation& violation : bench.client().guard())
+            ADD_FAILURE() << violation.function << ": " << violation.what;
+#endif
+    }
+
+    void set(const std::string& pin, double value) {
+        bench.set("centre." + pin, value);
+    }
+    double get(const std::string& pin) {
+        return bench.get("centre." + pin);
+    }
+    void step() {
+        bench.run(0.002);
+    }
+    void pulse(const std::string& pin) {
+        set(pin, 1);
+        step();
+        set(pin, 0);
+        step();
+    }
+
+    void begin(int cuts, int method, double y = 0) {
+        set("y-position-0", y);
+        set("method", method);
+        set("cuts", cuts);
+        pulse("start");
+    }
+    void cut(const Lathe& lathe, double x, double y, const std::string& post = "0") {
+        place(x, y, post);
+        pulse("cut-done");
+        EXPECT_EQ(get("measure"), 1);
+        enter(2 * lathe.radius(x, y));
+    }
+    void place(double x, double y, const std::string& post = "0") {
+        set("x-position-" + post, x);
+        set("y-position-" + post, y);
+    }
+    void enter(double diameter) {
+        set("diameter", diameter);
+        pulse("value-ready");
+    }
+
+    // Computes from keyed cuts: diameter, X, Y of each.
+    struct Keyed {
+        double diameter, x = 0, y = 0;
+    };
+    void key(int method, const std::vector<Keyed>& cuts, double travel = 0) {
+        set("method", method);
+        set("keyed", 1);
+        set("cuts", static_cast<double>(cuts.size()));
+        set("travel", travel);
+        for (std::size_t i = 0; i < cuts.size(); ++i) {
+            const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
+            set("cut-diameter-" + number, cuts[i].diameter);
+            set("cut-x-" + number, cuts[i].x);
+            set("cut-y-" + number, cuts[i].y);
+        }
+        pulse("compute");
+    }
+    void expect_refused(int code) {
+        EXPECT_EQ(get("fault-code"), code);
+        EXPECT_EQ(get("fault"), 1);
+        EXPECT_EQ(get("value-valid"), 0);
+        EXPECT_EQ(get("move-allowed"), 0);
+        EXPECT_EQ(get("y-move"), 0);
+        EXPECT_EQ(get("x-correction"), 0);
+    }
+    void expect_held(int code) {
+        EXPECT_EQ(get("hold-code"), code);
+        EXPECT_EQ(get("value-valid"), 1);
+        EXPECT_EQ(get("move-allowed"), 0);
+    }
+
+    Bench bench;
+};
+
+enum { two_cuts, two_lands, y_step, any_cuts };
+
+TEST_F(CentreHeight, ComputesTheExampleOfItsSource) {
+    set("gauge-kind", 0);
+    key(two_cuts, {{10}, {2 * std::sqrt(10.0)}}, 3);
+    EXPECT_NEAR(get("height-size"), 3, 1e-12);
+    EXPECT_NEAR(get("tip-x"), 4, 1e-12);
+    EXPECT_NEAR(get("theta"), std::asin(0.6) / degree, 1e-9);
+    EXPECT_NEAR(get("smallest-diameter"), 6, 1e-12);
+    EXPECT_EQ(get("sign-known"), 0);
+    expect_held(2);  // nothing moves before the sign is known
+    EXPECT_EQ(get("y-move"), 0);
+    set("sign", -1);
+    pulse("compute");
+    EXPECT_NEAR(get("height"), -3, 1e-12);
+    expect_held(5);  // beyond max-move
+    set("max-move", 5);
+    pulse("compute");
+    EXPECT_EQ(get("move-allowed"), 1);
+    EXPECT_NEAR(get("y-move"), 3, 1e-12);
+    set("gauge-kind", 1);  // radii
+    key(two_cuts, {{5}, {std::sqrt(10.0)}}, 3);
+    EXPECT_NEAR(get("height"), -3, 1e-12);
+}
+
+TEST_F(CentreHeight, SensitivitiesOfTwoCutsAreDifferences) {
+    const auto height = [&](double d1, double d2, double travel) {
+        key(two_cuts, {{d1}, {d2}}, travel);
+        return get("height-size");
+    };
+    const double h = 1e-5, d2 = 2 * std::sqrt(10.0);
+    const double by_1 = (height(10 + h, d2, 3) - height(10 - h, d2, 3)) / (2 * h);
+    const double by_2 = (height(10, d2 + h, 3) - height(10, d2 - h, 3)) / (2 * h);
+    const double by_travel = (height(10, d2, 3 + h) - height(10, d2, 3 - h)) / (2 * h);
+    height(10, d2, 3);
+    EXPECT_NEAR(get("height-by-diameter-1"), by_1, 1e-6);
+    EXPECT_NEAR(get("height-by-diameter-2"), by_2, 1e-6);
+    EXPECT_NEAR(get("height-by-travel"), by_travel, 1e-6);
+}
+
+TEST_F(CentreHeight, LandsGiveTheMoveOfYAndTheCorrectionOfX) {
+    const Lathe lathe;
+    for (const double y0 : {0.0, -3.5}) {
+        SCOPED_TRACE(y0);
+        Lathe here = lathe;
+        here.tip_y -= y0;
+        place(10, y0);
+        begin(4, two_lands, y0);
+        EXPECT_EQ(get("state-code"), 1);
+        for (const char* land : {"land-1-y", "land-2-y", "land-2-y", "land-1-y"})
+            cut(here, 5, y0 + get(land));
+        EXPECT_EQ(get("state-code"), 3);
+        EXPECT_NEAR(get("height"), 0.035, 1e-9);
+        EXPECT_EQ(get("move-allowed"), 1);
+        EXPECT_NEAR(get("y-move"), -0.035, 1e-9);
+        EXPECT_NEAR(get("x-correction"), -lathe.tip_x, 1e-9);
+        EXPECT_NEAR(get("tip-x"), 5.02, 1e-9);
+    }
+}
+
+// The programmed radius is the one that is cut, at every diameter.
+TEST_F(CentreHeight, AfterTheMoveEachProgrammedRadiusIsTurned) {
+    for (const double angle : {90.0, 80.0, 100.0}) {
+        SCOPED_TRACE(angle);
+        set("axes-angle-0", angle);
+        set("x-zero-0", 2);  // the program's X0
+        Lathe lathe;
+        lathe.angle = angle * degree;
+        lathe.tip_x = -2.1;
+        place(7, 0);
+        begin(2, two_lands);
+        cut(lathe, 7, 1);
+        cut(lathe, 7, -1);
+        ASSERT_EQ(get("move-allowed"), 1);
+        const double y = get("y-move"), x_zero = 2 + get("x-correction");
+        for (const double programmed : {0.1, 2.0, 5.0})
+            EXPECT_NEAR(lathe.radius(x_zero + programmed, y), programmed, 1e-9);
+    }
+}
+
+TEST_F(CentreHeight, EveryMethodAndPostFindsTheHeight) {
+    for (const int post : {0, 3}) {
+        const std::string number = std::to_string(post);
+        set("post", post);
+        set("x-reversed-" + number, post == 3);
+        set("axes-angle-" + number, post == 3 ? 95 : 90);
+        Lathe lathe;
+        lathe.tip_y = -0.3;
+        lathe.outward = post == 3 ? -1 : 1;
+        lathe.angle = (post == 3 ? 95 : 90) * degree;
+        const auto x = [&](double outward) { return lathe.outward * outward; };
+        const std::vector<std::array<double, 2>> cuts{{5, 0}, {4, 0}, {3.5, 0.4}, {3, -0.4}, {2.5, 0.2}};
+        for (const int method : {two_cuts, y_step, any_cuts}) {
+            SCOPED_TRACE(method * 10 + post);
+            set("sign", method == two_cuts ? -1 : 0);
+            const int count = method == two_cuts ? 2 : method == y_step ? 3 : 5;
+            place(x(9), 0, number);
+            begin(count, method);
+            for (int i = 0; i < count; ++i) cut(lathe, x(cuts[i][0]), cuts[i][1], number);
+            EXPECT_EQ(get("fault-code"), 0);
+            EXPECT_NEAR(get("height"), -0.3, 1e-8);
+            EXPECT_NEAR(get("x-correction"), (-0.02 - get("y-move") * std::cos(lathe.angle)) * lathe.outward,
+                        1e-7);
+        }
+    }
+}
+
+TEST_F(CentreHeight, ProgramChoosesMethodAndCutsAndEntersDiameters) {
+    const Lathe lathe;
+    set("program-method", 2);  // two lands
+    set("program-cuts", 2);
+    begin(12, two_cuts);
+    for (const double y : {1.0, -1.0}) {
+        place(5, y);
+        pulse("cut-done");
+        set("entered-diameter", 2 * lathe.radius(5, y));
+        set("entered", 1);
+        step();
+        EXPECT_EQ(get("value-taken"), 1);
+        set("entered", 0);
+        step();
+        EXPECT_EQ(get("value-taken"), 0);
+    }
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    set("program-method", 5);
+    pulse("compute");
+    expect_refused(8);
+    set("program-method", 2);
+    set("program-post", 3);
+    set("post", 0);
+    set("inverted-2", 1);
+    set("clearance-angle", 7);
+    set("land-diameter", 10);
+    step();
+    EXPECT_EQ(get("land-2-y"), 0) << "the tool of post 2 rubs below";
+    set("program-post", 5);
+    pulse("compute");
+    expect_refused(8);
+}
+
+TEST_F(CentreHeight, InternalTurningGoesOutward) {
+    set("inside", 1);
+    set("sign", 1);
+    const Lathe lathe{0, 0.4};
+    begin(2, two_cuts);
+    cut(lathe, 5, 0);
+    cut(lathe, 8, 0);
+    EXPECT_NEAR(get("height"), 0.4, 1e-9);
+    begin(2, two_cuts);
+    cut(lathe, 8, 0);
+    cut(lathe, 5, 0);
+    EXPECT_EQ(get("fault"), 1);
+}
+
+TEST_F(CentreHeight, LaserBeamsGiveDiameters) {
+    const Lathe lathe;
+    const double pi = std::acos(-1.0);
+    for (const int kind : {2, 3}) {
+        set("gauge-kind", kind);
+        set("beam-size", kind == 2 ? 2 : 8);
+        set("emitted-area", kind == 2 ? 60 : 64 * pi);
+        begin(2, two_lands);
+        for (const double y : {1.0, -1.0}) {
+            place(5, y);
+            pulse("cut-done");
+            const double a = lathe.radius(5, y);
+            const double covered =
+                kind == 2 ? 4 * a : 2 * (a * std::sqrt(64 - a * a) + 64 * std::asin(a / 8));
+            set("received-area", get("emitted-area") - covered);
+            pulse("value-ready");
+        }
+        EXPECT_NEAR(get("height"), 0.035, 1e-8) << kind;
+        begin(2, two_lands);
+        pulse("cut-done");
+        set("received-area", 1000);
+        pulse("value-ready");
+        EXPECT_EQ(get("fault-code"), 6) << "more is received than emitted";
+        EXPECT_EQ(get("measure"), 1) << "measure again";
+    }
+}
+
+TEST_F(CentreHeight, SlipIsNamedAndEnteredAgain) {
+    set("x-is-radius", 1);
+    const Lathe lathe;
+    begin(2, two_lands);
+    place(5, 1);
+    pulse("cut-done");
+    const double diameter = 2 * lathe.radius(5, 1);
+    for (const auto& [entry, code] : std::vector<std::pair<double, int>>{{diameter / 2, 2},
+                                                                         {diameter * 2, 3},
+                                                                         {diameter / 25.4, 4},
+                                                                         {diameter * 25.4, 5},
+                                                                         {0, 1},
+                                                                         {-10, 1}}) {
+        enter(entry);
+        expect_refused(code);
+        EXPECT_EQ(get("measure"), 1);
+        EXPECT_EQ(get("cut-number"), 0);
+    }
+    enter(diameter);
+    EXPECT_EQ(get("fault"), 0);
+    EXPECT_EQ(get("cut-number"), 1);
+    cut(lathe, 5, -1);
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+}
+
+TEST_F(CentreHeight, ImpossibleCutsAreRefusedAndNothingMoves) {
+    set("sign", 1);
+    set("max-move", 100);
+    const auto refused = [&](int code, const std::vector<Keyed>& cuts, double travel = 0,
+                             int method = two_cuts) {
+        SCOPED_TRACE(code);
+        key(method, cuts, travel);
+        expect_refused(code);
+        key(two_cuts, {{10}, {8}}, 1.001);
+        EXPECT_EQ(get("value-valid"), 1);
+    };
+    refused(1, {{0}, {8}}, 1);
+    refused(1, {{std::nan("")}, {8}}, 1);
+    refused(9, {{10}});
+    refused(10, {{10, 5}, {8, 5}});
+    refused(10, {{10}, {8}}, -1);
+    refused(11, {{10, 5}, {8, 4}}, 2);  // in diameter
+    refused(12, {{8}, {10}}, 1);        // swapped
+    refused(12, {{10}, {10}}, 1);
+    refused(13, {{10}, {8}}, 0.95);
+    refused(14, {{10}, {8}}, 9.5);
+    refused(15, {{10}, {8}}, 3.5);
+    refused(18, {{10, 5}, {8, 4}, {6, 3}}, 0, any_cuts);
+    refused(19, {{10, 5, 0}, {8, 4, 0.1}, {6, 3, 0.2}}, 0, any_cuts);
+    refused(16, {{10, 5, 0}, {8, 4, 0}, {8, 3.5, 0.2}}, 0, y_step);
+    refused(7, {{10, 5, HUGE_VAL}, {8, 4, 0}}, 0, two_lands);
+    refused(9, {{10, 5, 0}, {8, 4, 0}}, 0, y_step);
+    set("stock-diameter", 9);
+    key(two_lands, {{8, 4, 0.1}, {9, 4, -0.1}});
+    expect_refused(16);
+    set("stock-diameter", 0);
+    set("clearance-angle", 7);
+    refused(17, {{8, 4, 0.6}, {8.1, 4, -0.6}}, 0, two_lands);
+    set("inverted-0", 1);
+    refused(17, {{8, 4, 0.4}, {8.1, 4, -0.6}}, 0, two_lands);
+    set("inverted-0", 0);
+    set("inverted-1", 1);
+    set("post", 1);
+    refused(17, {{8, 4, 0.4}, {8.1, 4, -0.6}}, 0, two_lands);
+    set("post", 0);
+    set("clearance-angle", 0);
+    for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{{"method", 4},
+                                                                                {"post", -1},
+                                                                                {"sign", 2},
+                                                                                {"axes-angle-0", 0},
+                                                                                {"gauge-sigma", -1},
+                                                                                {"max-move", std::nan("")},
+                                                                                {"correction-factor", 0}}) {
+        const double good = get(pin);
+        set(pin, value);
+        pulse("compute");
+        EXPECT_EQ(get("fault-code"), 8) << pin;
+        EXPECT_EQ(get("move-allowed"), 0) << pin;
+        set(pin, good);
+    }
+}
+
+TEST_F(CentreHeight, HeightIsValidButHeldForAReason) {
+    const Lathe lathe;
+    const auto lands = [&](double factor = 1) {
+        begin(2, two_lands);
+        cut(lathe, 5, 1);
+        place(5, -1);
+        pulse("cut-done");
+        enter(2 * lathe.radius(5, -1) * factor);
+    };
+    lands();
+    EXPECT_EQ(get("hold"), 0);
+    set("automatic", 0);
+    lands();
+    expect_held(1);
+    EXPECT_NEAR(get("y-move"), -0.035, 1e-9) << "to be moved by hand";
+    set("automatic", 1);
+    set("max-sigma", 0.001);
+    lands();
+    expect_held(4);
+    set("max-sigma", 0.1);
+    set("max-move", 0.03);
+    lands();
+    expect_held(5);
+    set("max-move", 0.5);
+    set("cut-repeatability", 0.02);
+    lands();
+    expect_held(3);
+    EXPECT_GT(3 * get("sigma"), 0.035);
+}
+
+TEST_F(CentreHeight, RedundantCutMustAgree) {
+    const Lathe lathe;
+    set("sign", 1);
+    set("max-sigma", 1);
+    for (const int method : {two_cuts, y_step}) {
+        for (const double error : {0.0, 0.02}) {
+            SCOPED_TRACE(method * 10 + error);
+            begin(method == two_cuts ? 2 : 3, method);
+            Lathe high = lathe;
+            high.tip_y = 0.45;
+            cut(high, 5, 0);
+            cut(high, 1, 0);
+            if (method == y_step) cut(high, 0.8, -0.3);
+            EXPECT_EQ(get("move-allowed"), 1);
+            const double x = method == two_cuts ? 0.7 : 0.6;
+            place(x, 0);
+            pulse("cut-done");
+            EXPECT_EQ(get("move-allowed"), 0) << "not before the check is measured";
+            enter(2 * (high.radius(x, 0) - error));
+            EXPECT_NEAR(get("predicted-diameter"), 2 * high.radius(x, 0), error == 0 ? 1e-9 : 0.1);
+            EXPECT_EQ(get("move-allowed"), error == 0);
+            EXPECT_EQ(get("hold-code"), error == 0 ? 0 : 6);
+        }
+    }
+}
+
+TEST_F(CentreHeight, AbortIsResumedOrBegunAgain) {
+    const Lathe lathe;
+    begin(2, two_lands);
+    cut(lathe, 5, 1);
+    place(5, -1);
+    pulse("cut-done");
+    pulse("abort");
+    EXPECT_EQ(get("state-code"), 5);
+    enter(1);
+    EXPECT_EQ(get("cut-number"), 1) << "interrupted";
+    pulse("resume");
+    EXPECT_EQ(get("measure"), 1);
+    enter(2 * lathe.radius(5, -1));
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    pulse("abort");
+    EXPECT_EQ(get("move-allowed"), 0);
+    EXPECT_EQ(get("y-move"), 0);
+    begin(2, two_lands);
+    EXPECT_EQ(get("cut-number"), 0);
+    EXPECT_EQ(get("state-code"), 1);
+}
+
+TEST_F(CentreHeight, TargetHeightAndHabitsOfTheMachineCount) {
+    set("target-height", 0.01);
+    set("correction-offset", 0.002);
+    set("correction-factor", 1.5);
+    const Lathe lathe;
+    begin(2, two_lands);
+    cut(lathe, 5, 1);
+    cut(lathe, 5, -1);
+    EXPECT_NEAR(get("height"), 0.002 + 1.5 * 0.035, 1e-9);
+    EXPECT_NEAR(get("y-move"), 0.01 - get("height"), 1e-12);
+    EXPECT_EQ(get("on-centre"), 0);
+    set("target-height", 0.0545);
+    pulse("compute");
+    EXPECT_EQ(get("on-centre"), 1);
+    EXPECT_EQ(get("hold"), 0);
+    EXPECT_EQ(get("move-allowed"), 0);
+    set("target-height", 0);
+    set("correction-offset", 0);
+    set("correction-factor", 1);
+    set("diameter-offset", 0.01);
+    set("diameter-factor", 2);
+    begin(2, two_lands);
+    for (const double y : {1.0, -1.0}) {
+        place(5, y);
+        pulse("cut-done");
+        enter((2 * lathe.radius(5, y) - 0.01) / 2);
+    }
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+}
+
+TEST_F(CentreHeight, ShowsWhichDiameterCanBeTurnedAndWhere) {
+    Lathe lathe;
+    set("target-diameter", 0.06);
+    begin(2, two_lands);
+    cut(lathe, 5, 1);
+    cut(lathe, 5, -1);
+    EXPECT_NEAR(get("smallest-diameter"), 0.07, 1e-9);
+    EXPECT_EQ(get("target-reachable"), 0);
+    set("target-diameter", 0.5);
+    step();
+    EXPECT_EQ(get("target-reachable"), 1);
+    EXPECT_NEAR(lathe.radius(get("target-x"), 0), 0.25, 1e-9);
+}
+
+TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
+    for (const char* pin :
+         {"gauge-sigma", "cut-repeatability", "travel-sigma", "step-sigma", "known-x-sigma"})
+        set(pin, 0);
+    const Lathe lathe;
+    set("x-known", 1);
+    set("known-x", 5.02);
+    key(y_step, {{2 * lathe.radius(5, 0), 5, 0}, {2 * lathe.radius(4.7, 0.2), 4.7, 0.2}});
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    EXPECT_EQ(get("move-allowed"), 1);
+    set("x-known", 0);
+    key(two_lands, {{2 * lathe.radius(5, 1), 5, 1}, {2 * lathe.radius(5, -1), 5, -1}});
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    EXPECT_LT(get("sigma"), 1e-9);
+    set("sign", 1);
+    key(two_cuts, {{2 * lathe.radius(0.5, 0), 0.5, 0}, {2 * lathe.radius(0.1, 0), 0.1, 0}});
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    EXPECT_EQ(get("move-allowed"), 1);
+}
+
+// Whatever an input holds, no output is nonsense, and Y moves no further than max-move.
+TEST_F(CentreHeight, NoInputMakesNonsense) {
+    const Lathe lathe;
+    const Module module(BUILD_DIR "/modules/centre_height.so");
+    const hal::Declarations declared(module.model());
+    for (const hal::PinInfo& pin : declared.pins)
+        if (pin.output && pin.type == hal::Type::real)
+            bench.expect("finite(x)", {{"x", "centre." + pin.name}});
+    bench.expect("allowed == 0 || abs(move) <= 0.5",
+                 {{"allowed", "centre.move-allowed"}, {"move", "centre.y-move"}});
+    int number = 0;
+    for (const hal::PinInfo& pin : declared.pins) {
+        if (pin.output || pin.type == hal::Type::bit || pin.name == "max-move") continue;
+        if (number++ % rounds(1, 6) != 0) continue;
+        SCOPED_TRACE(pin.name);
+        const double own = get(pin.name);
+        const std::vector<double> poisons = pin.type == hal::Type::real
+                                                ? std::vector<double>(impossible.begin(), impossible.end())
+                                                : std::vector<double>{-2147483648.0, -1, 2147483647.0};
+        for (const double poison : poisons) {
+            set("keyed", 0);
+            place(5, 1);
+            pulse("start");
+            for (const double y : {1.0, -1.0}) {
+                place(5, y);
+                set(pin.name, poison);
+                pulse("cut-done");
+                set("diameter", 2 * lathe.radius(5, y));
+                set(pin.name, poison);
+                pulse("value-ready");
+            }
+            set("keyed", 1);
+            pulse("compute");
+            set(pin.name, own);
+        }
+    }
+    place(0, 0);
+    set("keyed", 0);
+    begin(2, two_lands);
+    cut(lathe, 5, 1);
+    cut(lathe, 5, -1);
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+}
+
+}  // namespace
+}  // namespace plumb

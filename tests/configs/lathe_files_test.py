@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Files of configs/lathe that need no LinuxCNC: the check of the tool table, and the analog gauge."""
+
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+
+from support import simulations  # noqa: F401  for the way to plumb.py
+from tree import ROOT
+
+CHECK = os.path.join(ROOT, "configs", "functions", "centre_height", "tool_table_check")
+GAUGE = os.path.join(ROOT, "configs", "lathe", "analog_gauge.hal")
+WHOLE = "T1   P1   D+0.800000 X-100.017478 Y-0.098484 Q2 ;turning tool\nT2 P2 X-115 ;fine\n"
+
+
+class ToolTable(unittest.TestCase):
+    def answer(self, table, **copies):
+        """Exit status and message of the check; copies by the digits of their date."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in {"tool.tbl": table, **{"tool.tbl.%s" % day[1:]: text for day, text in copies.items()}}.items():
+                if text is not None:
+                    with open(os.path.join(folder, name), "w") as file:
+                        file.write(text)
+            done = subprocess.run([CHECK, "tool.tbl"], cwd=folder, capture_output=True, text=True, check=False)
+            return done.returncode, done.stderr
+
+    def test_whole_tables_are_silent(self):
+        self.assertEqual(self.answer(WHOLE), (0, ""))
+        self.assertEqual(self.answer(WHOLE, d20261101=WHOLE), (0, ""))
+        self.assertEqual(self.answer(WHOLE + "T7 P7 Z-1.5\n", d20261101=WHOLE), (0, ""), "a new tool")
+        self.assertEqual(self.answer("; mine\n\n" + WHOLE), (0, ""))
+
+    def test_every_kind_of_damage_offers_the_last_whole_copy(self):
+        for damaged, reason in (
+            ("", "it is empty"),
+            (WHOLE[:20], "its last line has no end"),
+            (WHOLE.replace("X-100.017478", "X-100.0.7478"), "line 1 has 'X-100.0.7478'"),
+            (WHOLE.replace("T2 P2", "P2"), "line 2 has no T or no P"),
+            (WHOLE.splitlines()[0] + "\n", "it lacks T2 of its copy"),
+            (WHOLE.replace("D+0.8", "\0\0\0\0\0"), "it holds bytes that are no text"),
+            (None, "No such file"),
+        ):
+            with self.subTest(reason):
+                status, message = self.answer(damaged, d20261101="T1 P1 X1\n", d20261102=WHOLE, d20261103="T1 P")
+                self.assertEqual(status, 1)
+                self.assertIn(reason, message)
+                self.assertIn("cp tool.tbl.20261102 tool.tbl", message)
+
+    def test_without_a_copy_it_says_so(self):
+        status, message = self.answer("T1 P1 X")
+        self.assertEqual(status, 1)
+        self.assertIn("there is no whole copy of it", message)
+
+
+class AnalogGauge(unittest.TestCase):
+    def test_two_lands_are_measured_when_the_reading_has_settled(self):
+        import plumb
+
+        with plumb.Host() as host:
+            for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "newsig gauge-voltage float"):
+                host.command(line)
+            host.command("net height-measure centre.measure")
+            host.load(GAUGE)
+            host.command("addf centre.update servo-thread")
+            host.command("start")
+            host.set("centre.start", True)
+            host.run(0.01)
+            for y in (1, -1):
+                host.set("gauge-voltage", 20)  # far off, until it has settled
+                host.set("centre.y-position-0", y)
+                host.set("centre.cut-done", True)
+                host.run(0.5)
+                self.assertTrue(host.get("centre.measure"))
+                host.set("gauge-voltage", math.hypot(5, y + 0.05))
+                host.run(1)
+                self.assertFalse(host.get("centre.measure"))
+                host.set("centre.cut-done", False)
+                host.run(0.01)
+            self.assertAlmostEqual(host.get("centre.height"), 0.05, delta=1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,101 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/lathe: centre_height in a complete LinuxCNC, by the gauge and by hand, and its tool table."""
+
+import os
+import subprocess
+import unittest
+
+import linuxcnc_runs
+from linuxcnc_runs import own_folder, read_recording
+
+
+class Shift(unittest.TestCase):
+    """One start of LinuxCNC, in which programs/lathe_scenario.py works through all scenes."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("lathe", folder)
+        cls.ini = ini = os.path.join(machine, "lathe.ini")
+        linuxcnc_runs.use_scenario(ini, "lathe_scenario.py")
+        stages = os.path.join(machine, "stages.hal")
+        linuxcnc_runs.change(stages, "loadrt interlock", "newsig scene s32\nloadrt interlock")
+        its, cls.output = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
+        cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.after_restart = linuxcnc_runs.work(folder, ini, "restart")[0]["facts"]
+
+    def test_tool_comes_on_centre_and_the_table_keeps_it(self):
+        self.assertEqual(self.facts["before"]["T1"], [-100, 0])
+        x, y = self.facts["centred"]["T1"]
+        self.assertAlmostEqual(y, -0.1, delta=0.012)
+        self.assertAlmostEqual(x, -100.02, delta=0.012)
+        self.assertTrue(self.facts["on centre"])
+        self.assertEqual(self.facts["centred"]["T2"], self.facts["before"]["T2"])
+        self.assertGreaterEqual(self.facts["copies"], 1)
+
+    def test_diameter_is_the_programmed_one_after_it(self):
+        self.assertGreater(abs(self.facts["turned before"] - 9.8), 0.03)
+        self.assertAlmostEqual(self.facts["turned after"], 8, delta=0.02)
+
+    def test_next_start_has_the_stored_height(self):
+        self.assertEqual(self.after_restart["offset"], self.facts["second"][1]["T1"])
+        self.assertNotEqual(self.after_restart["offset"][1], 0)
+
+    def test_preview_of_the_program_ends(self):
+        """A screen interprets the program without a machine that answers."""
+        command = ["rs274", "-g", "-i", self.ini + ".expanded", os.path.join(os.path.dirname(self.ini), "centre.ngc")]
+        done = subprocess.run(command, cwd=os.path.dirname(self.ini), capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("PROGRAM_END", done.stdout)
+        self.assertLess(done.stdout.count("STRAIGHT"), 10)  # no M-code of centre_height measures
+
+    def test_tools_of_two_turrets_come_on_centre_in_one_program(self):
+        self.assertAlmostEqual(self.facts["behind"]["T1"][1], -0.1, delta=0.012)
+        x, y = self.facts["behind"]["T3"]
+        self.assertAlmostEqual(y, -0.08, delta=0.012)
+        self.assertAlmostEqual(x, 100.015, delta=0.012)
+        self.assertAlmostEqual(self.facts["turned behind"], 8, delta=0.02)
+
+    def test_thin_bar_and_cone_need_a_tool_on_centre(self):
+        self.assertGreater(self.facts["thin before"], 0.19)
+        self.assertAlmostEqual(self.facts["thin after"], 0.06, delta=0.012)
+        self.assertLess(self.facts["nib"], 0.02)
+
+    def test_refusals_tell_the_operator_and_leave_the_table(self):
+        for name, text in (
+            ("nothing known", "Y may not move, and nothing is stored"),
+            ("compensated", "cutter compensation off"),
+            ("no cut", "no cut waits for a diameter"),
+            ("radius", "The entry is the radius, not the diameter"),
+            ("inch", "The entry is in inches"),
+            ("sign", "Y may not move, and nothing is stored"),
+        ):
+            with self.subTest(name):
+                self.assertIn(text, "\n".join(self.facts[name]))
+        self.assertTrue(self.facts["untouched"])
+        self.assertTrue(any("Two cuts do not show the sign" in text for text in self.messages))
+
+    def test_units_and_diameter_mode_of_the_program_do_not_matter(self):
+        self.assertEqual(len(self.facts["hand"]), 4)
+        for mode, length, x, y in self.facts["hand"]:
+            with self.subTest(mode + length):
+                self.assertAlmostEqual(y, -0.05, delta=2e-5)
+                self.assertAlmostEqual(x, -0.03, delta=2e-5)
+
+    def test_abort_leaves_the_table_and_the_operator_goes_on(self):
+        self.assertTrue(self.facts["resumed"])
+        self.assertEqual(self.facts["resumed cuts"], 1)
+        self.assertAlmostEqual(self.facts["resumed height"], 0.05, delta=1e-5)
+        self.assertIn("nothing is stored", "\n".join(self.facts["after abort"]))
+        self.assertTrue(self.facts["abort left the table"])
+
+    def test_each_tool_has_its_own_height(self):
+        before, after = self.facts["second"]
+        self.assertEqual(before["T1"], after["T1"])
+        self.assertAlmostEqual(after["T2"][1] - before["T2"][1], -0.05, delta=2e-5)
+
+
+if __name__ == "__main__":
+    linuxcnc_runs.main(Shift, __doc__)

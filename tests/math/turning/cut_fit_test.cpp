@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/turning/cut_fit.hpp"
+#include "components/math/blocks/random.hpp"
+#include "components/math/turning/y_step.hpp"
+#include "tests/support/rounds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+constexpr double um = 1e-3;
+const double square_axes = std::acos(-1.0) / 2;
+
+struct Tip {
+    double x, y;
+    double angle = square_axes;
+
+    // Where its axes stand, against the first cut, and the radius that it leaves there.
+    Cut at(double to_x, double to_y) const {
+        return {to_x, to_y, std::hypot(x + to_x + to_y * std::cos(angle), y + to_y * std::sin(angle))};
+    }
+};
+
+CutFit fit(const std::vector<Cut>& cuts, const CutSigmas& sigmas = {}, double angle = square_axes,
+           const CutFit::Known& known = {}) {
+    return CutFit::of(cuts.data(), cuts.size(), SkewedAxes(angle), sigmas, known);
+}
+
+Tip drawn(Random& random, double skew = 0) {
+    const double x = random.uniform(0.5, 30);
+    return {x, random.uniform(-0.2, 0.2) * x, square_axes + random.uniform(-skew, skew)};
+}
+
+TEST(CutFit, TwoLandsAreTheFormulaOfTwoLands) {
+    Random random(1);
+    for (int i = 0; i < 5000; ++i) {
+        const Tip tip = drawn(random);
+        const double s = random.uniform(0.1, 0.3) * tip.x;
+        const Cut above = tip.at(0, s), below = tip.at(0, -s);
+        const CutFit found = fit({above, below});
+        ASSERT_EQ(found.refusal, CutFit::Refusal::none);
+        const double d1 = 2 * above.radius, d2 = 2 * below.radius;
+        EXPECT_NEAR(found.y - s, (d1 * d1 - d2 * d2) / (16 * s), 1e-9 * tip.x);
+        EXPECT_NEAR(found.y - s, tip.y, 1e-9 * std::abs(tip.y) + 1e-14 * tip.x);
+        EXPECT_NEAR(found.x, tip.x, 1e-9 * tip.x);
+    }
+}
+
+TEST(CutFit, TwoLandsAreExactOnCentreAndOnSkewAxes) {
+    const CutFit centre = fit({Tip{5, 0}.at(0, 1), Tip{5, 0}.at(0, -1)});
+    EXPECT_NEAR(centre.y, 1, 1e-13);
+    Random random(2);
+    for (int i = 0; i < 5000; ++i) {
+        const Tip tip = drawn(random, 0.5);
+        const double s = random.uniform(0.1, 0.3) * tip.x;
+        const CutFit found = fit({tip.at(0, 0), tip.at(0, -s)}, {}, tip.angle);
+        EXPECT_NEAR(found.y, tip.y, 1e-9 * tip.x);
+        EXPECT_NEAR(found.x, tip.x, 1e-9 * tip.x);
+    }
+}
+
+TEST(CutFit, ThirdCutAfterAStepIsTheFormulaOfTheStep) {
+    Random random(3);
+    for (int i = 0; i < 5000; ++i) {
+        const Tip tip = drawn(random);
+        const double travel = random.uniform(0.1, 0.5) * tip.x, infeed = random.uniform(0.05, 0.3) * tip.x;
+        const double s = random.uniform(0.1, 0.3) * tip.x;
+        const Cut first = tip.at(0, 0), second = tip.at(-travel, 0), third = tip.at(-travel - infeed, s);
+        const double by_formula = height_by_y_step(second.radius, tip.x - travel, third.radius, infeed, s);
+        EXPECT_NEAR(by_formula, tip.y, 1e-9 * tip.x);
+        EXPECT_NEAR(fit({first, second, third}).y, tip.y, 1e-9 * tip.x);
+        // The same from two cuts, if x is known from elsewhere.
+        const CutFit known = fit({second, third}, {}, square_axes, {tip.x - travel, 0, true});
+        EXPECT_NEAR(known.y, tip.y, 1e-9 * tip.x);
+    }
+}
+
+TEST(CutFit, AnyNumberOfCutsIsExactOnAnyAxes) {
+    Random random(4);
+    for (int i = 0; i < 3000; ++i) {
+        const Tip tip = drawn(random, 0.5);
+        std::vector<Cut> cuts{tip.at(0, 0)};
+        const int count = 3 + random.index(9);
+        for (int k = 1; k < count; ++k)
+            cuts.push_back(tip.at(random.uniform(-0.5, 0.5) * tip.x, random.uniform(-0.3, 0.3) * tip.x));
+        cuts[1].y = 0;
+        cuts[1] = tip.at(-0.4 * tip.x, 0);
+        cuts[2] = tip.at(-0.2 * tip.x, 0.2 * tip.x);
+        const CutFit found = fit(cuts, {}, tip.angle);
+        ASSERT_EQ(found.refusal, CutFit::Refusal::none) << i;
+        EXPECT_NEAR(found.y, tip.y, 1e-9 * tip.x) << i << ' ' << count;
+        EXPECT_NEAR(found.x, tip.x, 1e-9 * tip.x) << i;
+        EXPECT_EQ(found.redundant, count >= 5 ? count - 4 : count - 3);
+    }
+}
+
+// From the side of -X, too: where outward is is a matter of the caller.
+TEST(CutFit, OriginOfThePositionsDoesNotMatter) {
+    const Tip tip{4, 0.1};
+    std::vector<Cut> cuts{tip.at(0, 0), tip.at(-1, 0), tip.at(-1, 0.5), tip.at(-2, -0.5)};
+    const CutFit here = fit(cuts);
+    for (Cut& cut : cuts) {
+        cut.x += 250;
+        cut.y -= 80;
+    }
+    EXPECT_NEAR(fit(cuts).y, here.y, 1e-12);
+}
+
+TEST(CutFit, LandsInAbbaOrderCancelWearAndShowIt) {
+    const Tip tip{0.5, 0.03};
+    std::vector<Cut> cuts;
+    for (const double s : {0.2, -0.2, -0.2, 0.2}) cuts.push_back(tip.at(0, s));
+    for (std::size_t k = 0; k < cuts.size(); ++k) cuts[k].radius += 2 * um * static_cast<double>(k);
+    const CutFit found = fit(cuts, {0, 1.2 * um, 0, 0});
+    EXPECT_NEAR(found.y - 0.2, 0.03, 0.02 * um);
+    EXPECT_NEAR(found.drift, 2 * um, 0.05 * um);
+    const CutFit pair = fit({cuts[0], cuts[1]});
+    EXPECT_GT(std::abs(pair.y - 0.23), 1 * um) << "one pair alone takes the wear for height";
+}
+
+struct Scatter {
+    double of_y, of_x, large;
+};
+
+// Errors in sigmas, of machines drawn around a pattern of cuts.
+Scatter scatter(const std::vector<Cut>& pattern, const CutSigmas& sigmas, int count,
+                const CutFit::Known& known = {}) {
+    Random random(5);
+    double of_y = 0, of_x = 0, large = 0;
+    for (int i = 0; i < count; ++i) {
+        const Tip tip{5, random.uniform(-0.3, 0.3)};
+        std::vector<Cut> cuts;
+        for (const Cut& each : pattern) {
+            Cut cut = tip.at(each.x + sigmas.travel / std::sqrt(2.0) * random.gaussian(),
+                             each.y + sigmas.step / std::sqrt(2.0) * random.gaussian());
+            cut.radius += sigmas.radius() * random.gaussian();
+            cut.x = each.x;
+            cut.y = each.y;
+            cuts.push_back(cut);
+        }
+        CutFit::Known its = known;
+        if (known.valid) its.x = tip.x + pattern[0].x + known.sigma * random.gaussian();
+        const CutFit found = fit(cuts, sigmas, square_axes, its);
+        const double ey = (found.y - pattern[0].y - tip.y) / found.sigma_y;
+        const double ex = (found.x - pattern[0].x - tip.x) / found.sigma_x;
+        of_y += ey * ey / count;
+        of_x += ex * ex / count;
+        large += found.excess > 3 ? 1.0 / count : 0;
+    }
+    return {std::sqrt(of_y), std::sqrt(of_x), large};
+}
+
+TEST(CutFit, ScatterIsItsSigma) {
+    const CutSigmas lands{2 * um, 1.2 * um, 0, 0}, all{2 * um, 1.2 * um, 1 * um, 2 * um};
+    const std::vector<Cut> pair{{0, 1, 0}, {0, -1, 0}}, abba{{0, 1, 0}, {0, -1, 0}, {0, -1, 0}, {0, 1, 0}};
+    const std::vector<Cut> step{{0, 0, 0}, {-2, 0, 0}, {-2.5, 0.5, 0}};
+    const std::vector<Cut> many{{0, 0, 0},     {-1, 0.5, 0}, {-2, -0.5, 0}, {-2, 0.5, 0},
+                                {-1, -0.5, 0}, {-3, 0.3, 0}, {-3, -0.3, 0}};
+    const int count = rounds(8000, 800);
+    for (const auto& [pattern, sigmas] :
+         {std::pair(pair, lands), std::pair(abba, lands), std::pair(step, all), std::pair(many, all)}) {
+        const Scatter found = scatter(pattern, sigmas, count);
+        EXPECT_NEAR(found.of_y, 1, 0.06) << pattern.size();
+        EXPECT_NEAR(found.of_x, 1, 0.06) << pattern.size();
+        EXPECT_LT(found.large, 0.01) << pattern.size();
+    }
+    const Scatter known = scatter({{0, 0, 0}, {-0.5, 0.5, 0}}, all, count, {0, 3 * um, true});
+    EXPECT_NEAR(known.of_y, 1, 0.06);
+}
+
+TEST(CutFit, OneBadCutShows) {
+    const Tip tip{5, 0.1};
+    std::vector<Cut> cuts;
+    for (const double s : {1, -1, -1, 1, 1, -1, -1, 1}) cuts.push_back(tip.at(0, s));
+    EXPECT_LT(fit(cuts, {0.3 * um, 1.2 * um, 0, 0}).excess, 1e-6);
+    cuts[3].radius += 10 * um;
+    EXPECT_GT(fit(cuts, {0.3 * um, 1.2 * um, 0, 0}).excess, 3);
+}
+
+TEST(CutFit, PredictsAnotherCut) {
+    const Tip tip{5, 0.1};
+    const CutFit found = fit({tip.at(0, 0), tip.at(-1, 0), tip.at(-2, 0.5)}, {0, 1.2 * um, 0, 0});
+    EXPECT_NEAR(found.predicted(-1.5, -0.5), tip.at(-1.5, -0.5).radius, 1e-10);
+    EXPECT_GT(found.sigma_predicted(-1.5, -0.5), 0);
+}
+
+TEST(CutFit, RefusesCutsThatShowNoSign) {
+    const Tip tip{5, 0.1};
+    EXPECT_EQ(fit({tip.at(0, 0)}).refusal, CutFit::Refusal::too_few);
+    EXPECT_EQ(fit({tip.at(0, 0), tip.at(-1, 0), tip.at(-2, 0)}).refusal, CutFit::Refusal::no_step);
+    EXPECT_EQ(fit({tip.at(0, 0), tip.at(-1, 0.5)}).refusal, CutFit::Refusal::too_few);
+    // X and Y always moved together.
+    EXPECT_EQ(fit({tip.at(0, 0), tip.at(-1, 0.5), tip.at(-2, 1)}).refusal, CutFit::Refusal::no_solution);
+}
+
+}  // namespace
+}  // namespace plumb

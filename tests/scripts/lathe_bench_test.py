@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/lathe/bench.hal: first the disease, then the cure; and the figures of scripts/bench lathe on a few lathes."""
+
+import os
+import tempfile
+import unittest
+
+import numpy as np
+
+import lathe
+from bench_runs import run_bench
+from support import lathe_machine
+from support.figures import rms
+from support.lathe_machine import Case, Outcome, simulate
+
+EDGE = lathe.EDGE
+SEEDS = range(1, 201)
+
+
+def no_news(_):
+    return True
+
+
+class Configuration(unittest.TestCase):
+    """As it is shipped."""
+
+    def turned(self, **pins):
+        """The height of the tool at the end in um, and the error of the finished diameter in um."""
+        import plumb
+
+        with plumb.Host() as host:
+            host.load(lathe_machine.CONFIG)
+            for name, value in pins.items():
+                host.set("trial." + name, value)
+            host.command("start")
+            host.run(10)
+            self.assertEqual(host.get(["trial.done", "centre.fault-code", "centre.hold-code"]), [True, 0, 0])
+            height, diameter = host.get(["lathe.truth-height", "lathe.truth-diameter"])
+            return 1000 * height, 1000 * (diameter - host.get("trial.finish-diameter"))
+
+    def test_without_correction_the_tool_stays_high_and_the_diameter_is_wrong(self):
+        height, diameter = self.turned(correct=False)
+        self.assertGreater(height, 90)
+        self.assertGreater(diameter, 30)
+
+    def test_with_correction_it_is_on_centre_and_the_diameter_is_right(self):
+        height, diameter = self.turned()
+        self.assertLess(abs(height), 12)
+        self.assertLess(abs(diameter), 20)  # growth, wear and built-up edge go on
+
+    def test_eight_cuts_do_as_well(self):
+        height, _ = self.turned(plan=3)
+        self.assertLess(abs(height), 12)
+
+
+class Figures(unittest.TestCase):
+    def residual(self, *case, least_moved=0.5):
+        outcome = simulate(Case(*case), SEEDS, no_news)
+        moved = outcome.moved
+        self.assertGreater(moved.mean(), least_moved)
+        self.assertLessEqual(lathe.worse(outcome), 3)
+        return rms(outcome.residual[moved]), rms(outcome.residual[moved] / outcome.sigma[moved])
+
+    def test_lands_reach_their_figures(self):
+        for case, limit in (
+            ((1, "lands ABBA", 0, 0), 0.5),
+            ((10, "lands ABBA", 0, 0), 0.6),
+            ((1, "one pair of lands", 0, EDGE), 2.5),
+            ((10, "one pair of lands", 0, EDGE), 4.6),
+            ((1, "lands ABBA x 3", 0, EDGE), 1.3),
+            ((10, "lands ABBA x 3", 0, EDGE), 1.9),
+            ((10, "lands ABBA", 7, 0), 0.9),
+            ((1, "one pair of lands", 7, EDGE), 8.5),
+            ((10, "lands ABBA x 3", 7, EDGE), 3.3),
+        ):
+            with self.subTest(case):
+                self.assertLess(self.residual(*case)[0], limit)
+
+    def test_sigma_is_the_scatter(self):
+        for case in ((10, "two cuts"), (1, "one pair of lands"), (10, "lands ABBA x 3"), (10, "step of Y"), (10, "eight cuts")):
+            with self.subTest(case):
+                self.assertAlmostEqual(self.residual(*case, 0, EDGE, least_moved=0.3)[1], 1, delta=0.25)
+
+    def test_micrometer_is_within_8_um(self):
+        outcome = simulate(Case(10, "lands ABBA", 0, EDGE, True), SEEDS, no_news)
+        self.assertLess(np.percentile(np.abs(outcome.residual[outcome.moved]), 95), 9)
+
+    def test_two_cuts_refuse_small_heights(self):
+        outcome = simulate(Case(1, "two cuts", 0, EDGE), SEEDS, no_news)
+        small = np.abs(outcome.truth) < 15
+        self.assertGreater(small.sum(), 10)
+        self.assertFalse(outcome.moved[small].any())
+
+    def test_a_row_counts_moves_that_made_it_worse(self):
+        moved = np.array([True, True, False, True])
+        outcome = Outcome(np.array([10.0, 1, 0, 5]), np.array([12.0, 4, 9, 5]), np.array([1.0, 2, 1, 1]), moved, np.zeros(4), np.zeros(4))
+        self.assertEqual(lathe.worse(outcome), 1)
+        row = lathe.row(Case(10, "two cuts"), outcome)
+        self.assertEqual(row.split()[-6:], ["2.08", "2.90", "1.41", "1.44", "25.0%", "1"])
+
+
+class Command(unittest.TestCase):
+    def test_prints_the_table_and_writes_chart_and_lathes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            answer = run_bench("lathe", "--seeds", "2", "--output", folder)
+            self.assertIn("Residual of the height at D 10 mm", answer.stdout, answer.stderr)
+            for name in ("procedure.png", "procedure.svg", "lathes.csv"):
+                self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
+
+
+if __name__ == "__main__":
+    unittest.main()
