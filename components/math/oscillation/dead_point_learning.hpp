@@ -52,6 +52,8 @@ public:
                 restart();
                 offset_ = each.offset;
                 reference_ = each.reference;
+                baseline_ = each.baseline;
+                has_baseline_ = true;
                 factor_ = 1;
                 return;
             }
@@ -66,6 +68,7 @@ public:
         known_ = {false, false};
         settling_ = true;
         cycles_ = good_ = beyond_ = 0;
+        has_baseline_ = false;
     }
 
     void forget() noexcept {
@@ -101,13 +104,26 @@ public:
 
     bool learned() const noexcept { return good_ >= 2; }
     int cycles() const noexcept { return cycles_; }  // at full speed
+    // Mu, since the stroke was first learned.
+    double drift() const noexcept {
+        return has_baseline_
+                   ? std::max(std::abs(offset_[0] - baseline_[0]), std::abs(offset_[1] - baseline_[1]))
+                   : 0;
+    }
+    // A correction is at its bound, and the dead point is not reached.
+    bool weak() const noexcept {
+        const auto at_bound = [&](std::size_t i) {
+            return offset_[i] >= settings_.most && error_[i] < -settings_.tolerance;
+        };
+        return cycles_ > 0 && (at_bound(0) || at_bound(1));
+    }
     int beyond() const noexcept { return beyond_; }  // dead points that the axis has passed by too much
 
 private:
     struct Memory {
         bool used = false;
         Stroke stroke;
-        std::array<double, 2> offset{};
+        std::array<double, 2> offset{}, baseline{};
         double reference = 0;
     };
 
@@ -124,6 +140,10 @@ private:
         const bool within =
             std::abs(error_[0]) <= settings_.tolerance && std::abs(error_[1]) <= settings_.tolerance;
         good_ = within ? std::min(good_ + 1, 2) : 0;
+        if (learned() && !has_baseline_) {
+            baseline_ = offset_;
+            has_baseline_ = true;
+        }
     }
 
     // The inset takes the growth of the overshoot, with a reserve of 30 %.
@@ -143,17 +163,17 @@ private:
         for (std::size_t i = 0; i < memory_.size(); ++i)
             if (memory_[i].used && memory_[i].stroke == stroke_) place = i;
         if (place == oldest_) oldest_ = (oldest_ + 1) % memory_.size();
-        memory_[place] = {true, stroke_, offset_, reference_};
+        memory_[place] = {true, stroke_, offset_, baseline_, reference_};
     }
 
     static constexpr double fastest_rise = 2.5;
 
     Settings settings_;
     Stroke stroke_;
-    bool used_ = false, settling_ = true;
+    bool used_ = false, settling_ = true, has_baseline_ = false;
     std::array<Memory, 8> memory_{};
     std::size_t oldest_ = 0;
-    std::array<double, 2> offset_{}, error_{}, excess_{};
+    std::array<double, 2> offset_{}, baseline_{}, error_{}, excess_{};
     std::array<bool, 2> known_{};
     double reference_ = 0, factor_ = slow;
     int cycles_ = 0, good_ = 0, beyond_ = 0;

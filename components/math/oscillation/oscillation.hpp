@@ -63,7 +63,7 @@ public:
         settings_ = settings;
         changed_ = held_ = false;
         leg_ = Leg::none;
-        sparking_ = limited_ = late_ = false;
+        sparking_ = late_ = limited_[0] = limited_[1] = false;
         position_ = position;
         velocity_ = acceleration_ = 0;
         state_ = State::waiting;
@@ -84,6 +84,9 @@ public:
         settings_ = settings;
         changed_ = true;
     }
+
+    // The learned ends have changed.
+    void refresh() noexcept { changed_ = true; }
 
     void stop(Stop kind) noexcept {
         if (state_ == State::rest || kind == stop_) return;
@@ -130,7 +133,9 @@ public:
     std::int32_t strokes() const noexcept { return strokes_; }
     bool sparking_out() const noexcept { return state_ != State::rest && sparking_; }
     bool held() const noexcept { return held_; }
-    bool limited() const noexcept { return limited_; }  // a section or the stroke does not reach its speed
+    bool limited() const noexcept {
+        return limited_[0] || limited_[1];
+    }                                                   // a section or the stroke does not reach its speed
     bool clipped() const noexcept { return clipped_; }  // by the soft limits
     double stroke_time(bool upward) const noexcept { return duration_[upward]; }  // s, of the last plan
     bool upward() const noexcept { return plan().upward(); }
@@ -250,7 +255,7 @@ private:
         state_ = State::stroke;
         time_ = late;
         held_ = false;
-        limited_ = plan().limited() && leg_ == Leg::regular;
+        limited_[plan().upward()] = plan().limited() && leg_ == Leg::regular;
         duration_[plan().upward()] = plan().duration();
         if (leg_ != Leg::closing) {
             (plan().upward() ? upper_ : lower_) = next_bound_;
@@ -401,10 +406,10 @@ private:
     double speed_ = 0;              // of the next stroke that will be planned
     double next_bound_ = 0, next_offset_ = 0, next_acceleration_ = 0, next_speed_ = 0;
     double duration_[2] = {0, 0};
+    bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;
     bool next_regular_ = false, next_sparks_ = false, sparking_ = false;
-    bool restart_upward_ = false, holding_ = false, held_ = false, limited_ = false, clipped_ = false,
-         late_ = false;
+    bool restart_upward_ = false, holding_ = false, held_ = false, clipped_ = false, late_ = false;
 };
 
 }  // namespace plumb
