@@ -86,12 +86,12 @@ set its max-offset and max-rate to those here, its offset-acceleration to twice 
 axis is.
 - go-to-end: A rising edge at rest returns the axis to position.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
-- Dead points: Taken over at the start, by a rising edge of shift, or when crossing-position crosses crossing-at. A new
+- Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
 - Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
-- Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused.
+- Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned.
 - Not homed: The stroke stops at once, and the offset returns to 0.)"},
         hal::Limits{R"(
@@ -114,7 +114,7 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> feed_hold{this, "feed-hold", false, "Brake and stand within the region."};
     hal::In<bool> go_to_end{this, "go-to-end", false, "A rising edge at rest moves the axis to position."};
-    hal::In<bool> shift{this, "shift", false, "A rising edge takes over the dead points while stroking."};
+    hal::In<bool> shift{this, "shift", false, "Each change takes over the dead points while stroking."};
     hal::In<bool> shift_at_crossing{this, "shift-at-crossing", false,
                                     "A crossing of crossing-at takes over the dead points, too."};
     hal::In<double> crossing_position{this, "crossing-position", 0, "mu", "Position of the crossing axis."};
@@ -195,6 +195,12 @@ private:
         return edge;
     }
 
+    static bool changed(bool now, bool& before) noexcept {
+        const bool change = now != before;
+        before = now;
+        return change;
+    }
+
     void read_position() noexcept {
         const double place = position, joint = joint_feedback, applied = applied_offset;
         known_ = std::abs(place) <= farthest;
@@ -206,7 +212,9 @@ private:
     // The commands of this period.
     void obey(const Values& given, bool ready, bool on, bool is_homed, double dt) noexcept {
         const bool wants = run, starts = rose(wants, wanted_), ends = rose(go_to_end, going_);
-        const bool shifts = rose(shift, shifting_) | crossed();
+        if (!wants && was_refused_) event_ = Fault::none;
+        was_refused_ = was_refused_ && wants;
+        const bool shifts = changed(shift, shifting_) | crossed();
         const bool forgets = rose(forget, forgetting_);
         if (running_ && (!on || !is_homed)) freeze();
         if (forgets) learning_.forget();
@@ -232,7 +240,8 @@ private:
         event_ = !ready    ? Fault::not_ready
                  : !known_ ? Fault::position
                            : ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt);
-        if (event_ != Fault::none) return;
+        was_refused_ = event_ != Fault::none;
+        if (was_refused_) return;
         values_ = given;
         lower_ = given.lower;
         upper_ = given.upper;
@@ -497,7 +506,8 @@ private:
     double side_ = 0, crossing_ = 0;
     Fault event_ = Fault::none, refused_ = Fault::none;
     int scale_doubts_ = 0;
-    bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false;
+    bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false,
+         was_refused_ = false;
     bool metering_ = false, meters_upper_ = false, kept_back_ = false, late_ = false, sparking_ = false;
     bool wanted_ = false, going_ = false, shifting_ = false, forgetting_ = false;
 };
