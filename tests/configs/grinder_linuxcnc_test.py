@@ -6,10 +6,10 @@
 """
 
 import os
+import unittest
 
 import linuxcnc_runs
 import numpy as np
-import unittest
 from linuxcnc_runs import PERIOD, STILL, change, nm, own_folder, read_recording, um
 
 UPPER, LOWER, R = 5, -25, 10  # of the stroke of the scenario and of the first one of contour.ngc
@@ -18,14 +18,16 @@ FEED = 20  # mm/s, of the contour
 HARDEST = 1000  # mm/s2, chop.max-acceleration
 
 
-class Shift(unittest.TestCase):
+class Recorded(unittest.TestCase):
+    """One start of LinuxCNC, in which a scenario works through all scenes."""
+
     @classmethod
-    def setUpClass(cls):
+    def work(cls, ini, scenario, hal):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("grinder", folder)
-        ini = os.path.join(machine, "grinder.ini")
-        linuxcnc_runs.use_scenario(ini, "grinder_scenario.py")
-        hal = os.path.join(machine, "functions", "chopping", "chopping.hal")
+        ini = os.path.join(machine, ini)
+        linuxcnc_runs.use_scenario(ini, scenario)
+        hal = os.path.join(machine, *hal)
         change(hal, "loadrt chopping", "newsig scene s32\nloadrt chopping")
         its, cls.output = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.scenes = its["facts"], its["scenes"]
@@ -35,13 +37,19 @@ class Shift(unittest.TestCase):
     def of(self, pin, scene):
         return self.shift[pin][self.rows[scene]]
 
+    def test_every_servo_cycle_is_recorded(self):
+        np.testing.assert_allclose(np.diff(self.shift["time"]), PERIOD, rtol=0, atol=1e-9)
+
+
+class Shift(Recorded):
+    @classmethod
+    def setUpClass(cls):
+        cls.work("grinder.ini", "grinder_scenario.py", ("functions", "chopping", "chopping.hal"))
+
     def strokes(self, scene):
         """Rows in which it strokes, behind the first stroke."""
         rows = self.rows[scene]
         return rows[(self.shift["chop.active"][rows] == 1) & (self.shift["chop.stroke-count"][rows] >= 1)]
-
-    def test_every_servo_cycle_is_recorded(self):
-        np.testing.assert_allclose(np.diff(self.shift["time"]), PERIOD, rtol=0, atol=1e-9)
 
     def test_drive_gets_the_stroke_whole(self):
         active = self.shift["chop.active"] == 1
@@ -136,6 +144,42 @@ class Shift(unittest.TestCase):
         self.assertEqual(self.facts["codes"], [0, 0])
         z = self.shift["grinder.truth-position"][self.strokes("learn")]
         self.assertGreater(z.min(), LOWER - 5 * um)
+
+
+class ExtraJoint(Recorded):
+    """The stroke on a joint of its own, for which LinuxCNC has neither soft limits nor following error."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.work("extra.ini", "grinder_extra_scenario.py", ("extra.hal",))
+
+    def test_table_strokes_while_the_path_goes_on(self):
+        rows = self.rows["cross_feed"]
+        z = self.shift["joint.3.motor-pos-cmd"][rows]
+        self.assertAlmostEqual(z.min(), -200, delta=0.3)  # a T^2 / 24 inside
+        self.assertGreaterEqual(z.min(), -200)
+        self.assertLessEqual(z.max(), 200)
+        self.assertGreater(z.max(), 199.7)
+        self.assertAlmostEqual(z[-1], 0, delta=nm)
+        self.assertEqual(self.of("chop.active", "cross_feed")[-1], 0)
+
+    def test_a_stroke_beyond_a_soft_limit_is_refused(self):
+        self.assertEqual(self.facts["beyond_a_limit"], 9)
+        self.assertEqual(self.of("chop.active", "beyond_a_limit").max(), 0)
+        self.assertIn("soft limits", self.facts["message"])
+
+    def test_emergency_stop_freezes_and_turning_on_moves_nothing(self):
+        z = self.of("chop.command", "on_again")
+        self.assertLess(abs(z[0]), 200)
+        self.assertLess(np.ptp(z), STILL)
+
+    def test_an_axis_that_does_not_follow_stops_the_stroke(self):
+        self.assertEqual(self.facts["lag"], 10)
+        self.assertIn("max-following-error", self.facts["lags"])
+        self.assertLessEqual(abs(self.of("chop.command", "lag")).max(), 200)
+
+
+del Recorded  # its tests are those of the machines
 
 
 if __name__ == "__main__":

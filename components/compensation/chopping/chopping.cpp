@@ -49,10 +49,10 @@ For Z. joint_offset(9) has the other lines of the stage.
   net z-homed        joint.2.homed          => chop.homed
   net z-position     joint.2.pos-cmd        => chop.position
   net z-fb           joint.2.pos-fb         => chop.joint-feedback
-  net z-applied      z-stage.applied-offset => chop.applied-offset
   net z-limited      z-stage.limited        => chop.stage-limited
   net chop-run       motion.digital-out-01  => chop.run
   net z-chop         chop.offset            => z-stage.offset-0
+  net z-chop                                => chop.applied-offset
 
   addf motion-command-handler  servo-thread
   addf z-stage.update-feedback servo-thread
@@ -124,7 +124,8 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
                                    "Measured position of the joint, without the offset: joint.N.pos-fb."};
     hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
-                                   "Offset that the stage applied; 0 for an extra joint."};
+                                   "Offset that joint-feedback lacks: offset, with joint_offset; 0 for an "
+                                   "extra joint."};
     hal::In<bool> stage_limited{this, "stage-limited", false, "The stage does not apply the whole offset."};
     hal::In<bool> forget{this, "forget", false, "A rising edge forgets all learned dead points."};
     hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
