@@ -28,11 +28,13 @@ W is 2 pi velocity-loop, S the integral. Friction is that of Coulomb, greater at
 force-limit. The load follows the motor through backlash, and on a spring of load-resonance if that is not 0. Lengths are
 millimetres.)",
         hal::Wiring{R"(
+  loadrt chopping    names=chop
   loadrt sim_grinder names=grinder
 
-  net z-motor-cmd z-stage.drive-command => grinder.position-cmd
-  net z-motor-fb  grinder.position      => z-stage.drive-feedback
+  net z-command  chop.command     => grinder.position-cmd
+  net z-measured grinder.position => chop.joint-feedback
 
+  addf chop.update    servo-thread
   addf grinder.update servo-thread
 
 configs/grinder/bench.hal has all lines.)"},

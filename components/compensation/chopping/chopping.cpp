@@ -35,7 +35,8 @@ The theory and the figures are in components/compensation/chopping/README.md of 
         hal::Wiring{R"(
 For Z. joint_offset(9) has the other lines of the stage.
 
-  loadrt chopping names=chop unit=[TRAJ]LINEAR_UNITS
+  loadrt chopping     names=chop    unit=[TRAJ]LINEAR_UNITS
+  loadrt joint_offset names=z-stage unit=[TRAJ]LINEAR_UNITS
 
   setp chop.min-limit [JOINT_2]MIN_LIMIT
   setp chop.max-limit [JOINT_2]MAX_LIMIT
@@ -60,18 +61,16 @@ For Z. joint_offset(9) has the other lines of the stage.
   addf chop.update             servo-thread
   addf z-stage.update          servo-thread
 
-For an extra joint, which LinuxCNC homes and then leaves to HAL: setp chop.position to point R, and
-
-  net w-homed   joint.3.homed  => chop.homed
-  net w-fb      joint.3.pos-fb => chop.joint-feedback
-  net w-command chop.command   => joint.3.posthome-cmd
+An extra joint, such as joint 3, needs no stage. LinuxCNC homes it, and then leaves it to HAL. Net joint.3.homed to
+chop.homed, joint.3.pos-fb to chop.joint-feedback, and chop.command to joint.3.posthome-cmd. Set chop.position to point
+R. configs/grinder/extra.hal has all lines.
 
 LinuxCNC watches neither the soft limits nor the following error of an extra joint. chopping does: set min-limit,
 max-limit and max-following-error.)"},
         hal::SettingUp{R"(
 1. Set min-limit and max-limit of the joint, and max-feed, max-acceleration and jerk-time for its drive. With joint_offset
-set its max-offset and max-rate to those here, its offset-acceleration to twice max-acceleration, and taper to
-4 x joint-acceleration / offset-acceleration of the stage, at least 4.
+set its max-offset and max-rate at least to those here, its offset-acceleration to eight times max-acceleration and twice
+its joint-acceleration, at least, and taper to 3: over three times its length it takes an offset away before a limit.
 2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
 3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones.
 4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.

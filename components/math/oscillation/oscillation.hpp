@@ -61,7 +61,7 @@ public:
     // From rest at a position. Settings are valid: lower < upper, speeds and accelerations above 0.
     void start(const Settings& settings, double position) noexcept {
         settings_ = settings;
-        changed_ = held_ = false;
+        changed_ = stops_ = held_ = false;
         leg_ = Leg::none;
         sparking_ = late_ = limited_[0] = limited_[1] = false;
         position_ = position;
@@ -91,7 +91,7 @@ public:
     void stop(Stop kind) noexcept {
         if (state_ == State::rest || kind == stop_) return;
         stop_ = kind;
-        changed_ = true;
+        changed_ = stops_ = true;
     }
 
     // To the end position from rest.
@@ -157,8 +157,8 @@ private:
         const double left = waits ? wait_ - time_ : plan().duration() - time_ + wait_after();
         const double work = static_cast<double>(StrokePlanner::most_work) / static_cast<double>(nodes) + 2;
         const bool late = !due_ && left < work * period_;
-        if (state_ == State::braking || (late && !(waits && (held_ || planner_.busy())))) return;
-        due_ = changed_ = false;
+        if (state_ == State::braking || (late && !(waits && (held_ || stops_)))) return;
+        due_ = changed_ = stops_ = false;
         plan_next(learned);
     }
 
@@ -395,10 +395,10 @@ private:
     StrokePlan plans_[2];
     StrokePlanner planner_;
     int running_ = 0;
-    Leg leg_ = Leg::none;                        // that runs
-    Leg next_ = Leg::none, wanted_ = Leg::none;  // after it: without a stop, and as planned
-    bool due_ = false, changed_ = false;         // the next leg is not planned; by old settings
-    Arrival arrival_, current_;                  // current_: of the leg that runs
+    Leg leg_ = Leg::none;                                 // that runs
+    Leg next_ = Leg::none, wanted_ = Leg::none;           // after it: without a stop, and as planned
+    bool due_ = false, changed_ = false, stops_ = false;  // the next leg is not planned; by old settings
+    Arrival arrival_, current_;                           // current_: of the leg that runs
     StrokePlan::Moment brake_{};
     double period_ = 0.001, time_ = 0, wait_ = 0;  // s; time_ since the leg or the wait began
     double position_ = 0, velocity_ = 0, acceleration_ = 0, phase_ = 0;

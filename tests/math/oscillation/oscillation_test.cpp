@@ -291,6 +291,18 @@ TEST(Oscillation, AnOverrideComesWithAStrokeAndKeepsTheRegion) {
     EXPECT_FALSE(watched.late);
 }
 
+// As from an analogue input.
+TEST(Oscillation, ASpeedThatChangesInEachPeriodDelaysNoStroke) {
+    Watched watched(usual(), 10);
+    Random random(9);
+    for (int i = 0; i < 5000; ++i) {
+        watched.settings.speed = 100 * random.uniform(0.99, 1.01);
+        watched.step();
+    }
+    EXPECT_EQ(watched.arrivals.size(), static_cast<std::size_t>(5 / (pi * 0.15)));
+    EXPECT_FALSE(watched.late);
+}
+
 // Everything at once, drawn: nothing breaks the acceleration or leaves all regions.
 TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
     Random random(7);
