@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/chopping_settings.hpp"
+#include "components/compensation/chopping/learned_row.hpp"
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/pi.hpp"
@@ -11,6 +12,7 @@
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "hal/records.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +90,7 @@ axis is.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
-- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered.
+- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered; retain(1) keeps them over a restart, with their first corrections.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned.
@@ -101,7 +103,7 @@ Measured dead points are those of the scale. What the wheel bends is not in them
 A stroke must last at least 16 periods.
 
 With jerk-time and without learning each stroke ends max-acceleration jerk-time^2 / 24 short, at most.)"},
-        hal::SeeAlso{"joint_offset(9), interlock(9), sim_grinder(9), motion(9)"}};
+        hal::SeeAlso{"joint_offset(9), interlock(9), retain(1), sim_grinder(9), motion(9)"}};
 
     using Component::Component;
 
@@ -126,7 +128,6 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
                                    "Offset that joint-feedback lacks: offset, with joint_offset; 0 for an "
                                    "extra joint."};
     hal::In<bool> stage_limited{this, "stage-limited", false, "The stage does not apply the whole offset."};
-    hal::In<bool> forget{this, "forget", false, "A rising edge forgets all learned dead points."};
     hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
     ChoppingSettings settings{this};
 
@@ -153,6 +154,8 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Out<double> speed_factor{this, "speed-factor", "1", "Part of the speed that learning permits."};
     hal::Out<bool> learned{this, "learned", "Both dead points were within tolerance twice."};
     hal::Out<double> drift{this, "drift", "mu", "Change of a correction since it was first learned."};
+    hal::Records records{this};
+    LearnedRow row{this};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
 
@@ -215,9 +218,9 @@ private:
         if (!wants && was_refused_) event_ = Fault::none;
         was_refused_ = was_refused_ && wants;
         const bool shifts = changed(shift, shifting_) | crossed();
-        const bool forgets = rose(forget, forgetting_);
         if (running_ && (!on || !is_homed)) freeze();
-        if (forgets) learning_.forget();
+        if (records.wants_forget()) learning_.forget();
+        if (records.wants_restore()) records.restored(learning_.restore(row.given()));
         if (starts && !running_) start(given, ready, dt);
         if (ends && !running_ && ready && !starts) return_to_end(given, dt);
         if (shifts && running_) take_over(given, dt);
@@ -466,6 +469,7 @@ private:
         speed_factor = learns ? learning_.speed_factor() : 1;
         learned = learns && learning_.learned();
         drift = learns ? learning_.drift() : 0;
+        records.show(learning_.size(), [&](std::int32_t i) noexcept { row.show(learning_[i]); });
         report(learns);
     }
 
@@ -509,7 +513,7 @@ private:
     bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false,
          was_refused_ = false;
     bool metering_ = false, meters_upper_ = false, kept_back_ = false, late_ = false, sparking_ = false;
-    bool wanted_ = false, going_ = false, shifting_ = false, forgetting_ = false;
+    bool wanted_ = false, going_ = false, shifting_ = false;
 };
 
 hal::Model hal::model() {

@@ -40,24 +40,40 @@ public:
         }
     };
 
+    // What was learned for a stroke. Offsets are outward: lower, upper.
+    struct Learned {
+        Stroke stroke;
+        std::array<double, 2> offset{}, first_offset{};  // mu, now, and when it was first learned
+        double reversal = 0;                             // mu/s2, the acceleration at the dead points
+
+        // False for NaN too.
+        bool valid() const noexcept {
+            const auto within = [](double x, double most) { return std::abs(x) <= most; };
+            return within(stroke.lower, 1e6) && within(stroke.upper, 1e6) && stroke.lower < stroke.upper &&
+                   stroke.speed > 0 && within(stroke.speed, 1e6) && stroke.acceleration > 0 &&
+                   within(stroke.acceleration, 1e9) && within(offset[0], 1e3) && within(offset[1], 1e3) &&
+                   within(first_offset[0], 1e3) && within(first_offset[1], 1e3) && reversal > 0 &&
+                   within(reversal, 1e9);
+        }
+    };
+
+    static constexpr int most_strokes = 8;  // that are remembered
+
     // Takes up a stroke: one that it remembers with its corrections, any other one from the beginning.
     void select(const Stroke& stroke, const Settings& settings) noexcept {
         settings_ = settings;
         if (stroke == stroke_ && used_) return;
-        store();
         stroke_ = stroke;
         used_ = true;
-        for (const Memory& each : memory_)
-            if (each.used && each.stroke == stroke) {
-                restart();
-                offset_ = each.offset;
-                reference_ = each.reference;
-                baseline_ = each.baseline;
-                has_baseline_ = true;
-                factor_ = 1;
-                return;
-            }
         restart();
+        const int place = place_of(stroke);
+        if (place == count_) return;
+        const Learned& known = strokes_[static_cast<std::size_t>(place)];
+        offset_ = {bounded(known.offset[0], settings.most), bounded(known.offset[1], settings.most)};
+        first_offset_ = known.first_offset;
+        reference_ = known.reversal;
+        has_first_ = true;
+        factor_ = 1;
     }
 
     // From the beginning, for the selected stroke.
@@ -68,12 +84,23 @@ public:
         known_ = {false, false};
         settling_ = true;
         cycles_ = good_ = beyond_ = 0;
-        has_baseline_ = false;
+        has_first_ = false;
     }
 
     void forget() noexcept {
-        for (Memory& each : memory_) each.used = false;
+        count_ = oldest_ = 0;
         restart();
+    }
+
+    // What is remembered; 0 <= i < size().
+    int size() const noexcept { return count_; }
+    const Learned& operator[](int i) const noexcept { return strokes_[static_cast<std::size_t>(i)]; }
+
+    // Remembers a stroke that was learned before; false if it is impossible. It is not that in progress.
+    bool restore(const Learned& learned) noexcept {
+        if (!learned.valid() || place_of(learned.stroke) != count_ || count_ == most_strokes) return false;
+        strokes_[static_cast<std::size_t>(count_++)] = learned;
+        return true;
     }
 
     // The part of the full speed at which the next stroke may run.
@@ -106,9 +133,9 @@ public:
     int cycles() const noexcept { return cycles_; }  // at full speed
     // Mu, since the stroke was first learned.
     double drift() const noexcept {
-        return has_baseline_
-                   ? std::max(std::abs(offset_[0] - baseline_[0]), std::abs(offset_[1] - baseline_[1]))
-                   : 0;
+        return has_first_ ? std::max(std::abs(offset_[0] - first_offset_[0]),
+                                     std::abs(offset_[1] - first_offset_[1]))
+                          : 0;
     }
     // A correction is at its bound, and the dead point is not reached.
     bool weak() const noexcept {
@@ -120,13 +147,6 @@ public:
     int beyond() const noexcept { return beyond_; }  // dead points that the axis has passed by too much
 
 private:
-    struct Memory {
-        bool used = false;
-        Stroke stroke;
-        std::array<double, 2> offset{}, baseline{};
-        double reference = 0;
-    };
-
     void cycle() noexcept {
         known_ = {false, false};
         if (factor_ < 1) {
@@ -140,10 +160,11 @@ private:
         const bool within =
             std::abs(error_[0]) <= settings_.tolerance && std::abs(error_[1]) <= settings_.tolerance;
         good_ = within ? std::min(good_ + 1, 2) : 0;
-        if (learned() && !has_baseline_) {
-            baseline_ = offset_;
-            has_baseline_ = true;
-        }
+        if (!learned()) return;
+        const int place = place_of(stroke_);
+        if (!has_first_) first_offset_ = place < count_ ? (*this)[place].first_offset : offset_;
+        has_first_ = true;
+        remember();
     }
 
     // The inset takes the growth of the overshoot, with a reserve of 30 %.
@@ -157,23 +178,33 @@ private:
         settling_ = true;
     }
 
-    void store() noexcept {
-        if (!used_ || good_ < 2) return;
-        std::size_t place = oldest_;
-        for (std::size_t i = 0; i < memory_.size(); ++i)
-            if (memory_[i].used && memory_[i].stroke == stroke_) place = i;
-        if (place == oldest_) oldest_ = (oldest_ + 1) % memory_.size();
-        memory_[place] = {true, stroke_, offset_, baseline_, reference_};
+    // Of a stroke that is not remembered, size().
+    int place_of(const Stroke& stroke) const noexcept {
+        int i = 0;
+        while (i < count_ && !((*this)[i].stroke == stroke)) ++i;
+        return i;
+    }
+
+    // In the place of the oldest one where all are taken.
+    void remember() noexcept {
+        int place = place_of(stroke_);
+        if (place == most_strokes) {
+            place = oldest_;
+            oldest_ = (oldest_ + 1) % most_strokes;
+        } else {
+            count_ = std::max(count_, place + 1);
+        }
+        strokes_[static_cast<std::size_t>(place)] = {stroke_, offset_, first_offset_, reference_};
     }
 
     static constexpr double fastest_rise = 2.5;
 
     Settings settings_;
     Stroke stroke_;
-    bool used_ = false, settling_ = true, has_baseline_ = false;
-    std::array<Memory, 8> memory_{};
-    std::size_t oldest_ = 0;
-    std::array<double, 2> offset_{}, baseline_{}, error_{}, excess_{};
+    bool used_ = false, settling_ = true, has_first_ = false;
+    std::array<Learned, most_strokes> strokes_{};
+    int count_ = 0, oldest_ = 0;
+    std::array<double, 2> offset_{}, first_offset_{}, error_{}, excess_{};
     std::array<bool, 2> known_{};
     double reference_ = 0, factor_ = slow;
     int cycles_ = 0, good_ = 0, beyond_ = 0;

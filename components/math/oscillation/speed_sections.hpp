@@ -36,10 +36,10 @@ struct SpeedSpan {
     }
 };
 
-// Up to six sections, and the pieces that they make of a stroke.
+// Up to four sections, and the pieces that they make of a stroke.
 class SpeedSections {
 public:
-    static constexpr std::size_t most = 6;
+    static constexpr std::size_t most = 4;
     static constexpr std::size_t most_spans = 2 * most;  // a section that wraps is two pieces
     static constexpr double least_ratio = 1e-3, largest_ratio = 1e3;
     using Table = std::array<SpeedSection, most>;

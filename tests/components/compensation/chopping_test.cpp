@@ -34,10 +34,10 @@ void bring_to_life(Bench& bench) {
     wire(bench);
     for (const char* line : {"setp chop.upper -19", "setp chop.learn 1", "setp chop.run 1", "start"})
         bench.command(line);
-    bench.run(3);
+    bench.run(1);
 }
 
-const Live live{{{"chopping", "chop"}}, bring_to_life, 3.6, 2};
+const Live live{{{"chopping", "chop"}}, bring_to_life, 3.6, 1};
 
 struct Chopping : testing::Test {
     Bench bench;
@@ -347,10 +347,10 @@ TEST_F(Chopping, ASectionInHeightsSlowsTheStrokeThere) {
 }
 
 TEST_F(Chopping, ASectionThatIsTooFastForTheAccelerationIsReported) {
-    set("section-5-kind", 1);
-    set("section-5-from", 80);
-    set("section-5-to", 100);
-    set("section-5-ratio", 3);
+    set("section-3-kind", 1);
+    set("section-3-from", 80);
+    set("section-3-to", 100);
+    set("section-3-ratio", 3);
     start();
     const std::vector<double> z = commands(3);
     EXPECT_EQ(get("limited-code"), 1);
@@ -415,6 +415,26 @@ TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
     EXPECT_GT(get("drift"), 0.002);
     EXPECT_EQ(get("fault-code"), 16);
     EXPECT_NEAR(get("upper-error"), 0, 0.002) << "corrected nevertheless";
+}
+
+TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
+    ASSERT_EQ(get("rows"), 1);
+    EXPECT_NEAR(get("row-upper-offset"), get("upper-correction"), 0.001);
+    Bench later;
+    wire(later);
+    later.set("axis.servo-gain", 20);
+    for (const char* field : {"lower", "upper", "speed", "acceleration", "sections", "lower-offset",
+                              "upper-offset", "lower-first", "upper-first", "reversal"})
+        later.set(std::string("chop.restore-") + field, get(std::string("row-") + field));
+    later.set("chop.restore", 1);
+    later.run(0.01);
+    EXPECT_EQ(later.get("chop.restores"), 1);
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
+        later.command(line);
+    later.run(0.5);
+    EXPECT_EQ(later.get("chop.speed-factor"), 1) << "at once";
+    later.run(4);
+    EXPECT_NEAR(later.get("axis.truth-upper"), -8, 0.003);
 }
 
 TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {

@@ -75,6 +75,48 @@ TEST(DeadPointLearning, RemembersTheStrokesThatItLearned) {
     EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow);
 }
 
+TEST(DeadPointLearning, WhatIsRestoredIsInForceWithItsFirstCorrection) {
+    const Axis axis{-0.2};
+    DeadPointLearning first, next;
+    first.select(stroke, usual());
+    for (int i = 0; i < 30; ++i) axis.cycle(first);
+    ASSERT_EQ(first.size(), 1);
+    EXPECT_TRUE(next.restore(first[0]));
+    EXPECT_FALSE(next.restore(first[0])) << "twice";
+    next.select(stroke, usual());
+    EXPECT_EQ(next.speed_factor(), 1);
+    EXPECT_NEAR(axis.cycle(next), 0, um);
+    const Axis rougher{-0.23};
+    for (int i = 0; i < 10; ++i) rougher.cycle(next);
+    EXPECT_NEAR(next.drift(), 0.03, um);
+    EXPECT_NEAR(next[0].offset[1], 0.23, um);
+    EXPECT_NEAR(next[0].first_offset[1], 0.2, um);
+}
+
+TEST(DeadPointLearning, AnImpossibleRecordIsRefused) {
+    const DeadPointLearning::Learned good{stroke, {0.1, 0.1}, {0.1, 0.1}, 600};
+    DeadPointLearning learning;
+    for (int i = 0; i < 4; ++i) {
+        DeadPointLearning::Learned bad = good;
+        (i == 0 ? bad.offset[0] : i == 1 ? bad.reversal : i == 2 ? bad.stroke.speed : bad.stroke.upper) = NAN;
+        EXPECT_FALSE(learning.restore(bad)) << i;
+    }
+    EXPECT_TRUE(learning.restore(good));
+}
+
+TEST(DeadPointLearning, TheNinthStrokeTakesThePlaceOfTheFirst) {
+    const Axis axis{-0.1};
+    DeadPointLearning learning;
+    for (int i = 0; i <= DeadPointLearning::most_strokes; ++i) {
+        learning.select({10.0 - i, 40, 100, 1000, 0}, usual());
+        for (int k = 0; k < 20; ++k) axis.cycle(learning);
+        ASSERT_TRUE(learning.learned()) << i;
+    }
+    EXPECT_EQ(learning.size(), DeadPointLearning::most_strokes);
+    EXPECT_EQ(learning[0].stroke.lower, 10.0 - DeadPointLearning::most_strokes);
+    EXPECT_EQ(learning[1].stroke.lower, 9);
+}
+
 TEST(DeadPointLearning, AnEndBeyondComesBackWithTheAcceleration) {
     const Axis axis{-0.2};
     DeadPointLearning learning;

@@ -58,9 +58,9 @@ Region drawn(Random& random) {
         const double from = edge + (random.uniform() < 0.3 ? 0 : random.uniform(0, 1));
         edge = from + random.uniform(0.01, 1.5);
         if (edge > first + 2 * pi) break;
-        region.table[static_cast<std::size_t>(i)] = {SpeedSection::phase, std::fmod(from, 2 * pi),
-                                                     std::fmod(edge, 2 * pi),
-                                                     std::pow(10, random.uniform(-1, 0.7))};
+        region.table[static_cast<std::size_t>(i - 1)] = {SpeedSection::phase, std::fmod(from, 2 * pi),
+                                                         std::fmod(edge, 2 * pi),
+                                                         std::pow(10, random.uniform(-1, 0.7))};
     }
     return region;
 }
