@@ -440,6 +440,10 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
 TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {
     ASSERT_EQ(get("learned"), 1);
     bench.expect("u <= -7.99 && l >= -20.01", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    const double before = get("row-upper-offset");
+    set("override", 0.5);
+    bench.run(8);
+    EXPECT_EQ(get("row-upper-offset"), before) << "not learned at another speed";
     for (const double part : {0.5, 0.1, 1.0, 0.3, 1.0}) {
         set("override", part);
         bench.run(3);

@@ -267,6 +267,27 @@ TEST(Oscillation, ARegionShiftChangesNothingBeforeItsDeadPoint) {
     }
 }
 
+// What was learned holds for a whole stroke of one region, at one speed.
+TEST(Oscillation, AStrokeBetweenTwoRegionsOrSpeedsEndsInside) {
+    Watched watched(usual(), 10);
+    watched.offset[0] = watched.offset[1] = 0.2;
+    Random random(11);
+    for (int i = 0; i < 30; ++i) {
+        if (i % 2 == 0) watched.settings.lower = random.uniform(0, 20);
+        if (i % 3 == 0) watched.settings.speed = random.uniform(50, 150);
+        watched.run(random.uniform(0.2, 1.5));
+    }
+    int mixed = 0, regular = 0;
+    for (const auto& arrival : watched.arrivals) {
+        (arrival.regular ? regular : mixed) += 1;
+        if (!arrival.regular) {
+            EXPECT_EQ(arrival.offset, 0);
+        }
+    }
+    EXPECT_GT(mixed, 5);
+    EXPECT_GT(regular, 5);
+}
+
 // Samples around a dead point are those of the continuous motion: what is left of a period after it belongs
 // to the next stroke.
 TEST(Oscillation, TheSampleWithTheDeadPointIsSplitThere) {

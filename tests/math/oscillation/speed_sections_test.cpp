@@ -28,6 +28,9 @@ TEST(SpeedSections, AHeightHoldsForBothStrokesOrForOne) {
     const SpeedSection up{SpeedSection::height_upward, 30, 70, 0.5};
     EXPECT_EQ(SpeedSections::spans(table(up), base, true).count, 1u);
     EXPECT_EQ(SpeedSections::spans(table(up), base, false).count, 0u);
+    const SpeedSection down{SpeedSection::height_downward, 30, 70, 0.5};
+    EXPECT_EQ(SpeedSections::spans(table(down), base, true).count, 0u);
+    EXPECT_EQ(SpeedSections::spans(table(down), base, false).count, 1u);
 }
 
 TEST(SpeedSections, APhaseBeyondPiIsOnTheDownwardStroke) {
