@@ -248,6 +248,7 @@ private:
         values_ = given;
         lower_ = given.lower;
         upper_ = given.upper;
+        stretch_ = 1;
         select();
         prepare_to_move(place, dt);
         oscillation_.start(wanted(), place);
@@ -330,7 +331,7 @@ private:
         its.upper = upper_;
         its.end_position = position_;
         const double whole = upper_ > lower_ ? values_.peak_speed(upper_ - lower_) : its.largest_speed;
-        its.speed = whole * (values_.override_value > 0 ? values_.override_value : 1) *
+        its.speed = whole * stretch_ * (values_.override_value > 0 ? values_.override_value : 1) *
                     (values_.learn ? learning_.speed_factor() : 1);
         return its;
     }
@@ -406,9 +407,23 @@ private:
         pending_[arrival.upper] = arrival;
         pulse_left_[arrival.upper] = arrival.infeed ? usable(pulse_time, 3600, 0) : 0;
         if (!arrival.upper) {
+            fit_cycle_time();
             if (since_lower_ >= 0) cycle_time_ = since_lower_;
             since_lower_ = 0;
         }
+    }
+
+    // Changes the speed so that a cycle with its sections and dwells takes the set time: in proportion, as
+    // far as the acceleration permits, once both strokes have had the present speed.
+    void fit_cycle_time() noexcept {
+        const double speed = wanted().speed, dwells = values_.stroke.lower_dwell + values_.stroke.upper_dwell;
+        const double target = values_.speed_value - dwells;
+        if (values_.speed_kind != ChoppingSettings::with_sections || values_.override_value != 1 ||
+            (values_.learn && learning_.speed_factor() != 1) || pending_[0].speed != speed ||
+            pending_[1].speed != speed || !(target > 0))
+            return;
+        const double ratio = (oscillation_.stroke_time(true) + oscillation_.stroke_time(false)) / target;
+        if (std::abs(ratio - 1) > 1e-3) stretch_ = std::clamp(stretch_ * ratio, 0.1, 10.0);
     }
 
     void evaluate(bool upper) noexcept {
@@ -501,6 +516,7 @@ private:
     double position_ = 0, measured_ = 0;  // last good inputs
     double lower_ = 0, upper_ = 0;        // the region in force
     double place_ = 0, jerk_place_ = 0, speed_ = 0, change_ = 0;
+    double stretch_ = 1;          // of the speed, for a cycle time with sections
     double rest_ = 0;             // offset at rest
     double most_ = 0, rate_ = 0;  // last good max-offset and max-rate
     double last_commanded_ = 0;

@@ -42,7 +42,8 @@ struct SectionPins final : hal::Group {
 struct ChoppingSettings final : hal::Group {
     using Group::Group;
 
-    static constexpr double farthest = 1e6;  // mu
+    static constexpr double farthest = 1e6;           // mu
+    static constexpr std::int32_t with_sections = 4;  // of speed_kind
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
     hal::In<double> lower{this, "lower", 0, "mu", "Lower dead point, in the frame of position."};
@@ -51,10 +52,11 @@ struct ChoppingSettings final : hal::Group {
     hal::In<double> stroke{this, "stroke", 0, "mu", "Distance of the dead points."};
     hal::In<std::int32_t> speed_kind{
         this, "speed-kind", 0,
-        "What gives the speed: 0 feed at its peak, 1 mean feed, 2 frequency, 3 cycle-time."};
+        "What gives the speed: 0 feed at its peak, 1 mean feed, 2 frequency, 3 cycle-time, 4 cycle-time with "
+        "sections and dwells."};
     hal::In<double> feed{this, "feed", 0, "mu/s", "Speed of the stroke, without sections."};
     hal::In<double> frequency{this, "frequency", 0, "Hz", "Cycles a second, without sections."};
-    hal::In<double> cycle_time{this, "cycle-time", 0, "s", "Time of both strokes, without sections."};
+    hal::In<double> cycle_time{this, "cycle-time", 0, "s", "Time of both strokes."};
     hal::In<double> override_{this, "override", 1, "1", "Multiplies the speed, 0.01 to 2; 0 holds."};
     hal::In<double> lower_dwell{this, "lower-dwell", 0, "s", "Rest at the lower dead point."};
     hal::In<double> upper_dwell{this, "upper-dwell", 0, "s", "Rest at the upper dead point."};
@@ -118,7 +120,8 @@ struct ChoppingSettings final : hal::Group {
             switch (speed_kind) {
                 case 1: return Reciprocation::speed_of_mean(speed_value);
                 case 2: return Reciprocation::speed_of_cycle(1 / speed_value, length);
-                case 3: return Reciprocation::speed_of_cycle(speed_value, length);
+                case 3:
+                case 4: return Reciprocation::speed_of_cycle(speed_value, length);
                 default: return speed_value;
             }
         }
@@ -159,7 +162,7 @@ struct ChoppingSettings final : hal::Group {
         now.speed_kind = speed_kind;
         const double given_feed = feed, given_frequency = frequency, given_time = cycle_time;
         now.speed_value = now.speed_kind == 2   ? given_frequency
-                          : now.speed_kind == 3 ? given_time
+                          : now.speed_kind >= 3 ? given_time
                                                 : given_feed;
         now.override_value = override_;
         now.stroke.lower_dwell = lower_dwell;
@@ -200,7 +203,7 @@ struct ChoppingSettings final : hal::Group {
         if (!values.possible(dt)) return Fault::settings;
         if (!(high - low > 1e-6 && low >= -farthest && high <= farthest)) return Fault::region;
         const double speed = values.peak_speed(high - low);
-        if (!(values.speed_kind >= 0 && values.speed_kind <= 3 && speed > 1e-6 &&
+        if (!(values.speed_kind >= 0 && values.speed_kind <= with_sections && speed > 1e-6 &&
               speed <= values.stroke.largest_speed * (1 + 1e-9)))
             return Fault::speed;
         const Reciprocation base{low, high, speed};

@@ -195,7 +195,7 @@ TEST_F(Chopping, RefusesWhatIsImpossibleAndSaysWhy) {
     try_it({{"feed", 0, 5}});
     try_it({{"feed", -5, 5}});
     try_it({{"feed", 501, 5}});
-    try_it({{"speed-kind", 4, 5}});
+    try_it({{"speed-kind", 5, 5}});
     try_it({{"section-0-kind", 2, 6}, {"section-0-from", -13, 0}, {"section-0-to", -10, 0}});
     try_it({{"section-1-ratio", 0, 6}});
     try_it({{"refuse-slower", 1, 7}, {"feed", 100, 0}});
@@ -344,6 +344,27 @@ TEST_F(Chopping, ASectionInHeightsSlowsTheStrokeThere) {
     bench.run(2);
     EXPECT_GT(get("planned-cycle-time"), 1);
     EXPECT_EQ(get("limited"), 0);
+}
+
+TEST_F(Chopping, ACycleTimeWithSectionsAndDwellsIsThatOfTheWholeCycle) {
+    set("speed-kind", 4);
+    set("cycle-time", 2);
+    set("lower-dwell", 0.1);
+    set("section-0-kind", 2);
+    set("section-0-from", -16);
+    set("section-0-to", -10);
+    set("section-0-ratio", 0.5);
+    start();
+    bench.run(12);
+    EXPECT_NEAR(get("planned-cycle-time"), 2, 0.002);
+    EXPECT_NEAR(get("actual-cycle-time"), 2, 0.003);
+    set("section-0-ratio", 1);
+    bench.run(12);
+    EXPECT_NEAR(get("actual-cycle-time"), 2, 0.003);
+    set("cycle-time", 0.2);
+    const std::vector<double> z = commands(8);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+    EXPECT_EQ(get("limited-code"), 1) << "max-acceleration does not permit it";
 }
 
 TEST_F(Chopping, ASectionThatIsTooFastForTheAccelerationIsReported) {
