@@ -218,6 +218,10 @@ TEST(Faults, NoSequenceBreaksSquareness) {
     expect_to_survive(*Live::of("squareness"), attacks);
 }
 
+TEST(Faults, NoSequenceBreaksChopping) {
+    expect_to_survive(*Live::of("chopping"), attacks / 2);
+}
+
 TEST(Faults, NoSequenceBreaksWhatIsLiveTogether) {
     expect_to_survive(*Live::together(), attacks / 5 + 1);
 }

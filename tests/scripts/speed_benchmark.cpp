@@ -361,6 +361,43 @@ void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
     with_tables_beside_pid(state, drifting(squareness()));
 }
 
+// A stroke with two sections, jerk limited, whose dead points are learned.
+Subject chopping() {
+    return {"chopping",
+            "update",
+            {{"motion-enabled", "1"},
+             {"homed", "1"},
+             {"lower", "-40"},
+             {"min-limit", "-100"},
+             {"max-limit", "100"},
+             {"feed", "100"},
+             {"jerk-time", "0.02"},
+             {"learn", "1"},
+             {"section-0-kind", "2"},
+             {"section-0-from", "-30"},
+             {"section-0-to", "-10"},
+             {"section-0-ratio", "0.5"},
+             {"section-1-kind", "4"},
+             {"section-1-from", "-9"},
+             {"section-1-to", "-1"},
+             {"section-1-ratio", "0.9"},
+             {"run", "1"}},
+            {},
+            "command"};
+}
+
+void chopping_beside_pid(benchmark::State& state) {
+    beside_pid(state, chopping());
+}
+
+// The most that a period can take: a section is another one in each, so that each plans, with all nodes.
+void planning_chopping_beside_pid(benchmark::State& state) {
+    Subject subject = chopping();
+    subject.settings.erase(subject.settings.begin() + 14);
+    subject.inputs.emplace_back("section-1-to", "heat");
+    beside_pid(state, subject);
+}
+
 // The cost of LinuxCNC's own kinematics in each period, for a machine that is not trivial: inverse and
 // forward.
 void stock_kinematics_beside_pid(benchmark::State& state) {
@@ -382,6 +419,8 @@ BENCHMARK(squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(chopping_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(planning_chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(stock_kinematics_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(joint_offset_beside_pid)->UseManualTime()->Iterations(40);
 

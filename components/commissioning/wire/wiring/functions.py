@@ -17,6 +17,7 @@ class Function:
         self.summary, self.axes, self.required = given["summary"], given["axes"], given["required"]
         self.joint_offset = given.get("joint_offset", {})
         self.axis_offset = given.get("axis_offset", {})
+        self.stroke = given.get("stroke", {})
         self.interlock = given["interlock"]
         self.records = given.get("records", [])
         self.abort = given.get("abort")

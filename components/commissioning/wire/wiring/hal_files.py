@@ -78,6 +78,11 @@ class HalFiles:
             if lines[-1].startswith("# Written"):
                 comment = [""]  # the sentence on top is about the file of the function
             lines += comment + ([line] if line else [])
+        for letter, instance in function.stroke.items():
+            limits = self.machine.limits(self.machine.joints[letter][0])
+            lines += ["", "# The limits of the joint, and the distance from them that its stage needs."]
+            lines += ["setp %s.%s %s" % (instance, *pair) for pair in zip(("min-limit", "max-limit"), limits)]
+            lines.append("setp %s.taper 3" % instance)
         return "\n".join(lines) + "\n"
 
     def _value(self, word):

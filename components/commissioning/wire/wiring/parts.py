@@ -41,7 +41,10 @@ class Parts:
             for prefix, joint in prefixes(letter, joints):
                 if sources and self._free(prefix, joint):
                     limits, acceleration = self.machine.limits(joint), self.machine.acceleration(joint)
-                    found.append(stages.joint_stage(prefix, joint, sources, limits, acceleration))
+                    stage = stages.joint_stage(prefix, joint, sources, limits, acceleration)
+                    if any(letter in function.stroke for function in self.functions):
+                        stages.let_strokes_through(stage, prefix, joint, acceleration, self.machine.unit)
+                    found.append(stage)
             offsetting = [function for function in self.functions if letter in function.axis_offset]
             if len(offsetting) > 1:
                 names = [function.name for function in offsetting[:2]]

@@ -52,6 +52,15 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     return part
 
 
+def let_strokes_through(part, prefix, joint, acceleration, unit):
+    """Makes the stage of a joint one that passes a stroke without a limit of its own; the function has the limits."""
+    stage = prefix + "-stage"
+    part.setp = [pair for pair in part.setp if pair[0] != stage + ".offset-acceleration"]
+    part.setp.append((stage + ".offset-acceleration", "%g" % (10 * acceleration)))
+    part.setp += [(stage + ".max-offset", "%g" % (500 * unit)), (stage + ".max-rate", "%g" % (1000 * unit))]
+    part.nets.append([prefix + "-measured", "joint.%d.pos-fb" % joint])
+
+
 def axis_stage(letter, source, clear):
     """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets."""
     stage, axis, own = letter + "-axis-stage", "axis." + letter, letter + "-axis"

@@ -1,0 +1,539 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/chopping/chopping_codes.hpp"
+#include "components/compensation/chopping/chopping_settings.hpp"
+#include "components/compensation/chopping/learned_row.hpp"
+#include "components/math/blocks/acceleration_limit.hpp"
+#include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/pi.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/math/oscillation/dead_point_learning.hpp"
+#include "components/math/oscillation/dead_point_meter.hpp"
+#include "components/math/oscillation/jerk_limit.hpp"
+#include "components/math/oscillation/oscillation.hpp"
+#include "hal/component.hpp"
+#include "hal/offset.hpp"
+#include "hal/records.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace plumb {
+
+struct Chopping final : hal::Component {
+    static constexpr hal::About about{
+        "chopping",
+        "strokes an axis between two dead points, while others follow a contour",
+        R"(
+chopping moves a linear axis to and fro between two dead points: the wheel of a grinder, the ram of a planer, a saw. The
+other axes follow their program meanwhile. The speed is that of a crank. Sections of the stroke get speeds of their
+own, such as slow in contact and fast in air, within one limit for the whole acceleration.
+
+The output is an offset for joint_offset(9) that starts and ends at 0, where the program left the axis, point R. An
+extra joint takes command instead. chopping measures both dead points and corrects them, so that the axis reaches them
+and does not pass them.
+
+The theory and the figures are in components/compensation/chopping/README.md of the sources.)",
+        hal::Wiring{R"(
+For Z. joint_offset(9) has the other lines of the stage.
+
+  loadrt chopping     names=chop    unit=[TRAJ]LINEAR_UNITS
+  loadrt joint_offset names=z-stage unit=[TRAJ]LINEAR_UNITS
+
+  setp chop.min-limit [JOINT_2]MIN_LIMIT
+  setp chop.max-limit [JOINT_2]MAX_LIMIT
+  setp chop.upper     -5
+  setp chop.lower    -45
+  setp chop.feed     200
+  setp z-stage.max-offset 500
+  setp z-stage.max-rate   500
+
+  net motion-enabled motion.motion-enabled  => chop.motion-enabled
+  net z-homed        joint.2.homed          => chop.homed
+  net z-position     joint.2.pos-cmd        => chop.position
+  net z-fb           joint.2.pos-fb         => chop.joint-feedback
+  net z-limited      z-stage.limited        => chop.stage-limited
+  net chop-run       motion.digital-out-01  => chop.run
+  net z-chop         chop.offset            => z-stage.offset-0
+  net z-chop                                => chop.applied-offset
+
+  addf motion-command-handler  servo-thread
+  addf z-stage.update-feedback servo-thread
+  addf motion-controller       servo-thread
+  addf chop.update             servo-thread
+  addf z-stage.update          servo-thread
+
+An extra joint, such as joint 3, needs no stage. LinuxCNC homes it, and then leaves it to HAL. Net joint.3.homed to
+chop.homed, joint.3.pos-fb to chop.joint-feedback, and chop.command to joint.3.posthome-cmd. Set chop.position to point
+R. configs/grinder/extra.hal has all lines.
+
+LinuxCNC watches neither the soft limits nor the following error of an extra joint. chopping does: set min-limit,
+max-limit and max-following-error.)"},
+        hal::SettingUp{R"(
+1. Set min-limit and max-limit of the joint, and max-feed, max-acceleration and jerk-time for its drive. With joint_offset
+set its max-offset and max-rate at least to those here, its offset-acceleration to eight times max-acceleration and twice
+its joint-acceleration, at least, and taper to 3: over three times its length it takes an offset away before a limit.
+2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
+3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones.
+4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.
+5. Set sections: kind 2, from, to and ratio for a window of heights.
+6. With a lead, set jerk-time to at least 2 lead max-acceleration / (max-output-accel - max-acceleration).)"},
+        hal::Behaviour{R"(
+- Start: A rising edge of run, from anywhere. Outside the dead points the axis moves to the far one first.
+- run or enable false: The stop that stop-kind selects, after spark-out strokes.
+- feed-hold, override 0: The axis brakes within its region, and stands. It goes on in its direction.
+- Abort of a program: Let it set run false. The axis returns to R.
+- Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
+axis is.
+- go-to-end: A rising edge at rest returns the axis to position.
+- Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
+- Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
+upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps.
+- Joint moves (another position): The stroke stays where it is. The end is at the new position.
+- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered; retain(1) keeps them over a restart, with their first corrections.
+- Near a dead point with a correction: No stop and no hold ends outside the region.
+- Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
+- Invalid position, feedback: The last good position stays; dead points are not learned.
+- Not homed: The stroke stops at once, and the offset returns to 0.)"},
+        hal::Limits{R"(
+A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
+
+Measured dead points are those of the scale. What the wheel bends is not in them.
+
+A stroke must last at least 16 periods.
+
+With jerk-time and without learning each stroke ends max-acceleration jerk-time^2 / 24 short, at most.)"},
+        hal::SeeAlso{"joint_offset(9), interlock(9), retain(1), sim_grinder(9), motion(9)"}};
+
+    using Component::Component;
+
+    hal::LengthUnit unit{this};
+
+    hal::In<bool> run{this, "run", false, "A rising edge starts strokes; false stops them."};
+    hal::In<bool> enable{this, "enable", true, "Strokes are permitted."};
+    hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
+    hal::In<bool> homed{this, "homed", false, "The joint is homed."};
+    hal::In<bool> feed_hold{this, "feed-hold", false, "Brake and stand within the region."};
+    hal::In<bool> go_to_end{this, "go-to-end", false, "A rising edge at rest moves the axis to position."};
+    hal::In<bool> shift{this, "shift", false, "Each change takes over the dead points while stroking."};
+    hal::In<bool> shift_at_crossing{this, "shift-at-crossing", false,
+                                    "A crossing of crossing-at takes over the dead points, too."};
+    hal::In<double> crossing_position{this, "crossing-position", 0, "mu", "Position of the crossing axis."};
+    hal::In<double> crossing_at{this, "crossing-at", 0, "mu", "Coordinate that it crosses, either way."};
+    hal::In<double> position{this, "position", 0, "mu",
+                             "Commanded position of the joint, point R: joint.N.pos-cmd."};
+    hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
+                                   "Measured position of the joint, without the offset: joint.N.pos-fb."};
+    hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
+                                   "Offset that joint-feedback lacks: offset, with joint_offset; 0 for an "
+                                   "extra joint."};
+    hal::In<bool> stage_limited{this, "stage-limited", false, "The stage does not apply the whole offset."};
+    hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
+    ChoppingSettings settings{this};
+
+    hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
+    hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
+    hal::Out<double> velocity{this, "velocity", "mu/s", "Velocity of the stroke, for a feed-forward."};
+    hal::Out<double> acceleration{this, "acceleration", "mu/s2", "Acceleration of the stroke."};
+    hal::Out<double> phase{this, "phase", "deg", "Phase: 0 at the lower, 180 at the upper dead point."};
+    hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
+    hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
+    hal::Out<bool> held{this, "held", "The axis stands for a hold."};
+    hal::Out<bool> sparking_out{this, "sparking-out", "Spark-out strokes are under way."};
+    hal::Out<bool> upper_pulse{this, "upper-pulse", "Infeed pulse at the upper dead point."};
+    hal::Out<bool> lower_pulse{this, "lower-pulse", "Infeed pulse at the lower dead point."};
+    hal::Out<std::int32_t> stroke_count{this, "stroke-count", "Strokes since the start; two are a cycle."};
+    hal::Out<double> planned_cycle_time{this, "planned-cycle-time", "s", "Both strokes with their dwells."};
+    hal::Out<double> actual_cycle_time{this, "actual-cycle-time", "s", "Time of the last cycle."};
+    hal::Out<double> measured_upper{this, "measured-upper", "mu", "Upper dead point of the last stroke."};
+    hal::Out<double> measured_lower{this, "measured-lower", "mu", "Lower dead point of the last stroke."};
+    hal::Out<double> upper_error{this, "upper-error", "mu", "Of it, positive outside the stroke."};
+    hal::Out<double> lower_error{this, "lower-error", "mu", "Of it, positive outside the stroke."};
+    hal::Out<double> upper_correction{this, "upper-correction", "mu", "Of the command, positive outside."};
+    hal::Out<double> lower_correction{this, "lower-correction", "mu", "Of the command, positive outside."};
+    hal::Out<double> speed_factor{this, "speed-factor", "1", "Part of the speed that learning permits."};
+    hal::Out<bool> learned{this, "learned", "Both dead points were within tolerance twice."};
+    hal::Out<double> drift{this, "drift", "mu", "Change of a correction since it was first learned."};
+    hal::Records records{this};
+    LearnedRow row{this};
+    hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
+    hal::Codes<Fault> fault{this, "fault"};
+
+    hal::Offset moves{
+        this,
+        hal::MovingPin(offset).bound(settings.max_offset).rate(settings.max_rate).limited(limited.active())};
+
+    hal::Function update_function{this, "update", &Chopping::update,
+                                  "After motion-controller and before the stage of the joint."};
+
+    void prepare() override {
+        values_ = settings.read();
+        most_ = values_.max_offset;
+        rate_ = values_.max_rate;
+    }
+
+    void update(double dt) noexcept {
+        const Values given = settings.read();
+        const bool on = motion_enabled, is_homed = homed, permitted = enable;
+        read_position();
+        obey(given, on && is_homed && permitted, on, is_homed, dt);
+        judge(given, dt);
+        generate(on, is_homed, dt);
+        learn(dt);
+        show();
+    }
+
+private:
+    using Values = ChoppingSettings::Values;
+    using State = Oscillation::State;
+
+    static constexpr double farthest = ChoppingSettings::farthest;  // mu
+    static constexpr double nothing = 1e-9;                         // mu
+    static constexpr std::size_t nodes = 64;                        // to plan in a period
+    static constexpr int most_cycles = 30;                          // of learning
+
+    static bool rose(bool now, bool& before) noexcept {
+        const bool edge = now && !before;
+        before = now;
+        return edge;
+    }
+
+    static bool changed(bool now, bool& before) noexcept {
+        const bool change = now != before;
+        before = now;
+        return change;
+    }
+
+    void read_position() noexcept {
+        const double place = position, joint = joint_feedback, applied = applied_offset;
+        known_ = std::abs(place) <= farthest;
+        position_ = usable(place, farthest, position_);
+        measurable_ = std::abs(joint) <= farthest && std::abs(applied) <= farthest;
+        measured_ = joint + applied;
+    }
+
+    // The commands of this period.
+    void obey(const Values& given, bool ready, bool on, bool is_homed, double dt) noexcept {
+        const bool wants = run, starts = rose(wants, wanted_), ends = rose(go_to_end, going_);
+        if (!wants && was_refused_) event_ = Fault::none;
+        was_refused_ = was_refused_ && wants;
+        const bool shifts = changed(shift, shifting_) | crossed();
+        if (running_ && (!on || !is_homed)) freeze();
+        if (records.wants_forget()) learning_.forget();
+        if (records.wants_restore()) records.restored(learning_.restore(row.given()));
+        if (starts && !running_) start(given, ready, dt);
+        if (ends && !running_ && ready && !starts) return_to_end(given, dt);
+        if (shifts && running_) take_over(given, dt);
+        if (running_ && !returning_ && !(wants && ready)) oscillation_.stop(values_.stop());
+        if (running_ && (stopping_ || (returning_ && !ready))) oscillation_.stop(Oscillation::Stop::at_once);
+    }
+
+    bool crossed() noexcept {
+        const double place = crossing_position, at = crossing_at;
+        const double side = place - at;
+        const bool valid = std::abs(place) <= farthest && std::abs(at) <= farthest;
+        const bool crosses = valid && at == crossing_ && side * side_ <= 0 && side != side_ && side_ != 0;
+        if (valid && (side != 0 || at != crossing_)) side_ = side;
+        crossing_ = valid ? at : crossing_;
+        return crosses && shift_at_crossing;
+    }
+
+    void start(const Values& given, bool ready, double dt) noexcept {
+        const double place = position_ + rest_;
+        event_ = !ready    ? Fault::not_ready
+                 : !known_ ? Fault::position
+                           : ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt);
+        was_refused_ = event_ != Fault::none;
+        if (was_refused_) return;
+        values_ = given;
+        lower_ = given.lower;
+        upper_ = given.upper;
+        stretch_ = 1;
+        select();
+        prepare_to_move(place, dt);
+        oscillation_.start(wanted(), place);
+    }
+
+    void return_to_end(const Values& given, double dt) noexcept {
+        if (!given.possible(dt) || !known_) return;
+        values_ = given;
+        lower_ = upper_ = position_;
+        prepare_to_move(position_ + rest_, dt);
+        returning_ = true;
+        oscillation_.go_to_end(wanted(), position_ + rest_);
+    }
+
+    void prepare_to_move(double place, double dt) noexcept {
+        running_ = true;
+        stopping_ = returning_ = false;
+        metering_ = false;
+        pending_[0] = pending_[1] = {};
+        since_lower_ = -1;
+        jerk_.reset(place, values_.jerk_samples(dt));
+        place_ = jerk_place_ = place;
+        speed_ = 0;
+    }
+
+    void take_over(const Values& given, double dt) noexcept {
+        const Fault reason = ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt);
+        if (reason != Fault::none) {
+            event_ = reason;
+            return;
+        }
+        lower_ = given.lower;
+        upper_ = given.upper;
+        values_ = given;
+        select();
+        metering_ = false;
+    }
+
+    // The drive is off: nothing moves, and nothing will by itself.
+    void freeze() noexcept {
+        running_ = false;
+        rest_ = guard_.value();
+        oscillation_.freeze(position_ + rest_);
+    }
+
+    // The settings for the present region; the last good ones, as a whole, if these are not.
+    void judge(const Values& given, double dt) noexcept {
+        const bool possible = given.possible(dt);
+        if (given.max_offset >= 0 && given.max_offset <= farthest) most_ = given.max_offset;
+        if (given.max_rate >= 1e-3 && given.max_rate <= 1e6) rate_ = given.max_rate;
+        refused_ = possible ? Fault::none : Fault::settings;
+        if (!running_) {
+            if (possible) values_ = given;
+        } else if (upper_ > lower_) {
+            refused_ = ChoppingSettings::refusal(given, lower_, upper_, position_, dt);
+            if (refused_ != Fault::none) return;
+            values_ = given;
+            select();
+        }
+    }
+
+    // The stroke that learning learns.
+    void select() noexcept {
+        values_.learning.inset = values_.inset_of(upper_ - lower_);
+        if (!values_.learn) return;
+        std::uint32_t number = 0;
+        for (const SpeedSection& each : values_.stroke.sections)
+            for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio})
+                number = number * 31 + static_cast<std::uint32_t>(
+                                           static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
+        learning_.select({lower_, upper_, values_.peak_speed(upper_ - lower_), values_.stroke.acceleration,
+                          static_cast<int>(number >> 1)},
+                         values_.learning);
+    }
+
+    // What the oscillation is to do now.
+    Oscillation::Settings wanted() const noexcept {
+        Oscillation::Settings its = values_.stroke;
+        its.lower = lower_;
+        its.upper = upper_;
+        its.end_position = position_;
+        const double whole = upper_ > lower_ ? values_.peak_speed(upper_ - lower_) : its.largest_speed;
+        its.speed = whole * stretch_ * (values_.override_value > 0 ? values_.override_value : 1) *
+                    (values_.learn ? learning_.speed_factor() : 1);
+        return its;
+    }
+
+    void generate(bool on, bool is_homed, double dt) noexcept {
+        if (running_) {
+            oscillation_.set(wanted());
+            const bool hold = feed_hold || values_.override_value == 0;
+            oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal) {
+                return values_.learn ? learning_.offset(upper, reversal) : 0;
+            });
+            const double before = jerk_place_, speed_before = speed_;
+            jerk_place_ = jerk_.step(oscillation_.position());
+            speed_ = (jerk_place_ - before) / dt;
+            change_ = (speed_ - speed_before) / dt;
+            place_ = jerk_place_ + values_.lead * speed_;
+            if (oscillation_.state() == State::rest && jerk_.settled()) {
+                running_ = false;
+                rest_ = jerk_place_ - position_;
+                if (std::abs(rest_) <= nothing) rest_ = 0;
+            }
+        } else {
+            speed_ = change_ = 0;
+        }
+        if (!is_homed) rest_ = 0;
+        const double target = running_ ? place_ - position_ : rest_;
+        apply(target, !on && is_homed, dt);
+    }
+
+    // The offset follows its target exactly, unless that breaks max-offset or max-rate.
+    void apply(double target, bool holds, double dt) noexcept {
+        const double most = most_, rate = rate_, before = guard_.value();
+        const double hardest = 10 * values_.stroke.acceleration;
+        const double possible = bounded(target, most);
+        if (holds) {
+            guard_.hold();
+        } else {
+            guard_.step(possible, {rate, rate, hardest}, dt);
+            const double bound = std::max(most, std::abs(before));
+            if (std::abs(guard_.value()) > bound)
+                guard_.move_to(std::copysign(bound, guard_.value()), hardest, dt);
+        }
+        kept_back_ = std::abs(guard_.value() - target) > 1e-6;
+    }
+
+    // Looks at the measured motion: following, dead points, learning.
+    void learn(double dt) noexcept {
+        const double commanded = position_ + guard_.value();
+        if (running_ && measurable_ && values_.max_following_error > 0 &&
+            std::abs(measured_ - last_commanded_) > values_.max_following_error)
+            stop_for(Fault::following);
+        last_commanded_ = commanded;
+
+        for (double& left : pulse_left_) left = std::max(left - dt, 0.0);
+        if (since_lower_ >= 0) since_lower_ += dt;
+        const Oscillation::Arrival& arrival = oscillation_.arrival();
+        if (running_ && arrival.happened) arrive(arrival);
+        if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held()) {
+            metering_ = false;
+            return;
+        }
+        const bool second = oscillation_.second_half(), upward = oscillation_.upward();
+        if (second && (!metering_ || upward != meters_upper_)) {
+            if (metering_) evaluate(meters_upper_);
+            metering_ = true;
+            meters_upper_ = upward;
+            meter_.begin(upward);
+        }
+        if (metering_) meter_.step(measured_);
+    }
+
+    void arrive(const Oscillation::Arrival& arrival) noexcept {
+        pending_[arrival.upper] = arrival;
+        pulse_left_[arrival.upper] = arrival.infeed ? usable(pulse_time, 3600, 0) : 0;
+        if (!arrival.upper) {
+            fit_cycle_time();
+            if (since_lower_ >= 0) cycle_time_ = since_lower_;
+            since_lower_ = 0;
+        }
+    }
+
+    // Changes the speed so that a cycle with its sections and dwells takes the set time: in proportion, as
+    // far as the acceleration permits, once both strokes have had the present speed.
+    void fit_cycle_time() noexcept {
+        const double speed = wanted().speed, dwells = values_.stroke.lower_dwell + values_.stroke.upper_dwell;
+        const double target = values_.speed_value - dwells;
+        if (values_.speed_kind != ChoppingSettings::with_sections || values_.override_value != 1 ||
+            (values_.learn && learning_.speed_factor() != 1) || pending_[0].speed != speed ||
+            pending_[1].speed != speed || !(target > 0))
+            return;
+        const double ratio = (oscillation_.stroke_time(true) + oscillation_.stroke_time(false)) / target;
+        if (std::abs(ratio - 1) > 1e-3) stretch_ = std::clamp(stretch_ * ratio, 0.1, 10.0);
+    }
+
+    void evaluate(bool upper) noexcept {
+        const Oscillation::Arrival& arrival = pending_[upper];
+        if (!meter_.found() || !arrival.happened) return;
+        const double place = meter_.position();
+        dead_point_[upper] = place;
+        error_[upper] = upper ? place - arrival.bound : arrival.bound - place;
+        const double commanded = pending_[1].bound - pending_[0].bound;
+        const bool both = pending_[0].regular && pending_[1].regular;
+        if (both && commanded > 0 &&
+            std::abs(dead_point_[1] - dead_point_[0] - commanded) > 0.1 * commanded + values_.inset)
+            scale_doubts_ += 1;
+        else
+            scale_doubts_ = 0;
+        if (values_.learn && scale_doubts_ >= 2) stop_for(Fault::scale);
+        if (!values_.learn || !arrival.regular || values_.override_value != 1 || scale_doubts_ > 0 ||
+            arrival.speed != wanted().speed)
+            return;
+        const int beyond = learning_.beyond();
+        learning_.measured(upper, error_[upper], arrival.offset, arrival.acceleration);
+        oscillation_.refresh();
+        if (learning_.beyond() > beyond) {
+            event_ = Fault::beyond;
+            learning_.restart();
+        }
+    }
+
+    void stop_for(Fault reason) noexcept {
+        event_ = reason;
+        stopping_ = true;
+    }
+
+    void show() noexcept {
+        offset = guard_.value();
+        command = position_ + guard_.value();
+        velocity = speed_;
+        acceleration = change_;
+        phase = oscillation_.phase() * (180 / pi);
+        active = running_;
+        at_end = !running_ && guard_.value() == 0;
+        held = running_ && oscillation_.held();
+        sparking_ = oscillation_.sparking_out();
+        sparking_out = running_ && sparking_;
+        upper_pulse = pulse_left_[1] > 0;
+        lower_pulse = pulse_left_[0] > 0;
+        stroke_count = oscillation_.strokes();
+        planned_cycle_time = oscillation_.stroke_time(true) + oscillation_.stroke_time(false) +
+                             values_.stroke.lower_dwell + values_.stroke.upper_dwell;
+        actual_cycle_time = cycle_time_;
+        measured_upper = dead_point_[1];
+        measured_lower = dead_point_[0];
+        upper_error = error_[1];
+        lower_error = error_[0];
+        const bool learns = values_.learn;
+        upper_correction = learns ? pending_[1].offset : 0;
+        lower_correction = learns ? pending_[0].offset : 0;
+        speed_factor = learns ? learning_.speed_factor() : 1;
+        learned = learns && learning_.learned();
+        drift = learns ? learning_.drift() : 0;
+        records.show(learning_.size(), [&](std::int32_t i) noexcept { row.show(learning_[i]); });
+        report(learns);
+    }
+
+    void report(bool learns) noexcept {
+        late_ = running_ && (late_ || oscillation_.late());
+        limited = hal::first<Bound>({{kept_back_, Bound::offset},
+                                     {running_ && stage_limited, Bound::stage},
+                                     {running_ && oscillation_.clipped(), Bound::soft_limit},
+                                     {running_ && learns && learning_.speed_factor() < 1, Bound::learning},
+                                     {running_ && oscillation_.limited(), Bound::speed},
+                                     {late_, Bound::plan}});
+        fault = hal::first<Fault>(
+            {{event_ != Fault::none, event_},
+             {!known_, Fault::position},
+             {refused_ != Fault::none, refused_},
+             {learns && running_ && !measurable_, Fault::feedback},
+             {learns && learning_.weak(), Fault::weak},
+             {learns && !learning_.learned() && learning_.cycles() >= most_cycles, Fault::not_learned},
+             {learns && learning_.drift() > values_.max_drift, Fault::drift}});
+    }
+
+    Values values_{};  // the last good ones
+    Oscillation oscillation_;
+    JerkLimit jerk_;
+    AccelerationLimit guard_;
+    DeadPointLearning learning_;
+    DeadPointMeter meter_;
+    Oscillation::Arrival pending_[2];     // the last dead points, lower and upper
+    double position_ = 0, measured_ = 0;  // last good inputs
+    double lower_ = 0, upper_ = 0;        // the region in force
+    double place_ = 0, jerk_place_ = 0, speed_ = 0, change_ = 0;
+    double stretch_ = 1;          // of the speed, for a cycle time with sections
+    double rest_ = 0;             // offset at rest
+    double most_ = 0, rate_ = 0;  // last good max-offset and max-rate
+    double last_commanded_ = 0;
+    double dead_point_[2] = {0, 0}, error_[2] = {0, 0};
+    double cycle_time_ = 0, since_lower_ = -1;
+    double pulse_left_[2] = {0, 0};
+    double side_ = 0, crossing_ = 0;
+    Fault event_ = Fault::none, refused_ = Fault::none;
+    int scale_doubts_ = 0;
+    bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false,
+         was_refused_ = false;
+    bool metering_ = false, meters_upper_ = false, kept_back_ = false, late_ = false, sparking_ = false;
+    bool wanted_ = false, going_ = false, shifting_ = false;
+};
+
+hal::Model hal::model() {
+    return model_of<Chopping>();
+}
+
+}  // namespace plumb

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace plumb {
+
+enum class Fault : std::int32_t {
+    none,
+    not_ready,
+    position,
+    settings,
+    region,
+    speed,
+    sections,
+    acceleration,
+    lead,
+    soft_limit,
+    following,
+    feedback,
+    scale,
+    beyond,
+    not_learned,
+    weak,
+    drift
+};
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::not_ready:
+            return "The stroke was refused: the machine is off, the joint is not homed, or enable is false.";
+        case Fault::position: return "The position is invalid or beyond 1e6; its last good value is used.";
+        case Fault::settings:
+            return "A setting is out of range, see the pins; the stroke was refused, or the last good set "
+                   "stays in force.";
+        case Fault::region:
+            return "The upper dead point is not above the lower one; the stroke or the shift was refused.";
+        case Fault::speed:
+            return "The speed of the stroke is not above 0, or above max-feed; the stroke was refused, or "
+                   "the "
+                   "last good set stays in force.";
+        case Fault::sections:
+            return "A section is impossible, or two overlap; the stroke was refused, or the last good set "
+                   "stays in force.";
+        case Fault::acceleration:
+            return "The stroke needs more than max-acceleration at its dead points, and refuse-slower is "
+                   "true; it was refused, or the last good set stays in force.";
+        case Fault::lead:
+            return "The lead is above max-lead, or jerk-time is too short for it and max-output-accel; the "
+                   "stroke was refused, or the last good set stays in force.";
+        case Fault::soft_limit:
+            return "A dead point, its correction and the taper of the stage do not fit between the soft "
+                   "limits, or within max-offset; the stroke or the shift was refused.";
+        case Fault::following:
+            return "The axis was farther from its command than max-following-error; the stroke was stopped.";
+        case Fault::feedback:
+            return "The joint-feedback or the applied-offset is invalid; dead points are not learned.";
+        case Fault::scale:
+            return "The measured stroke differs from the commanded one by more than a tenth: wrong scale, "
+                   "wrong wiring, or the axis is stuck; the stroke was stopped.";
+        case Fault::beyond:
+            return "The axis passed a dead point by more than max-beyond; learning began again, at reduced "
+                   "speed.";
+        case Fault::not_learned:
+            return "The dead points are not within tolerance after 30 cycles at full speed.";
+        case Fault::weak:
+            return "The axis does not keep the stroke: the correction of a dead point is at max-correction.";
+        case Fault::drift:
+            return "The correction of a dead point differs from the one first learned for this stroke by "
+                   "more "
+                   "than max-drift: look at guides, drive and lubrication.";
+        default: return nullptr;
+    }
+}
+
+enum class Bound : std::int32_t { none, speed, learning, soft_limit, stage, offset, plan };
+constexpr const char* sentence(Bound bound) {
+    switch (bound) {
+        case Bound::speed:
+            return "A section or the stroke does not reach its speed within max-acceleration and max-feed.";
+        case Bound::learning: return "The speed is reduced until the dead points are learned.";
+        case Bound::soft_limit: return "A soft limit keeps a correction from the end of the stroke.";
+        case Bound::stage: return "The stage does not apply the whole offset.";
+        case Bound::offset: return "The max-offset or the max-rate keeps the axis from its stroke.";
+        case Bound::plan: return "A stroke began late, because it was changed in its last moment.";
+        default: return nullptr;
+    }
+}
+
+}  // namespace plumb

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/chopping/chopping_codes.hpp"
+#include "components/math/blocks/pi.hpp"
+#include "components/math/oscillation/dead_point_learning.hpp"
+#include "components/math/oscillation/jerk_limit.hpp"
+#include "components/math/oscillation/oscillation.hpp"
+#include "hal/component.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace plumb {
+
+// One section of the stroke.
+struct SectionPins final : hal::Group {
+    SectionPins(hal::Owner owner, const std::string& stem)
+        : Group(owner),
+          kind{
+              owner, stem + "-kind", 0,
+              "What its ends are: 0 none, 1 phases in deg, 2 heights, 3 heights upward, 4 heights downward."},
+          from{owner, stem + "-from", 0, "1", "Where the section begins: deg or machine units, by its kind."},
+          to{owner, stem + "-to", 0, "1", "Where the section ends: deg or machine units, by its kind."},
+          ratio{owner, stem + "-ratio", 1, "1", "Speed in the section, as a part of the speed without it."} {}
+
+    SpeedSection read() const noexcept {
+        const std::int32_t its_kind = kind;
+        const double scale = its_kind == SpeedSection::phase ? pi / 180 : 1, begin = from, end = to;
+        return its_kind == SpeedSection::off ? SpeedSection{}
+                                             : SpeedSection{its_kind, begin * scale, end * scale, ratio};
+    }
+
+    hal::In<std::int32_t> kind;
+    hal::In<double> from, to, ratio;
+};
+
+// The settings of a stroke, and those in force: the last set that did not contradict itself.
+struct ChoppingSettings final : hal::Group {
+    using Group::Group;
+
+    static constexpr double farthest = 1e6;           // mu
+    static constexpr std::int32_t with_sections = 4;  // of speed_kind
+
+    hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
+    hal::In<double> lower{this, "lower", 0, "mu", "Lower dead point, in the frame of position."};
+    hal::In<bool> by_centre{this, "by-centre", false, "Centre and stroke give the dead points."};
+    hal::In<double> centre{this, "centre", 0, "mu", "Middle of the stroke."};
+    hal::In<double> stroke{this, "stroke", 0, "mu", "Distance of the dead points."};
+    hal::In<std::int32_t> speed_kind{
+        this, "speed-kind", 0,
+        "What gives the speed: 0 feed at its peak, 1 mean feed, 2 frequency, 3 cycle-time, 4 cycle-time with "
+        "sections and dwells."};
+    hal::In<double> feed{this, "feed", 0, "mu/s", "Speed of the stroke, without sections."};
+    hal::In<double> frequency{this, "frequency", 0, "Hz", "Cycles a second, without sections."};
+    hal::In<double> cycle_time{this, "cycle-time", 0, "s", "Time of both strokes."};
+    hal::In<double> override_{this, "override", 1, "1", "Multiplies the speed, 0.01 to 2; 0 holds."};
+    hal::In<double> lower_dwell{this, "lower-dwell", 0, "s", "Rest at the lower dead point."};
+    hal::In<double> upper_dwell{this, "upper-dwell", 0, "s", "Rest at the upper dead point."};
+    hal::In<std::int32_t> strokes{this, "strokes", 0, "Strokes to make; 0 until run is false."};
+    hal::In<std::int32_t> spark_out{this, "spark-out", 0,
+                                    "Strokes without infeed before the stop, unless that is at once."};
+    hal::In<bool> upward_first{this, "upward-first", false,
+                               "The first stroke is upward, where the axis starts between the dead points."};
+    hal::In<std::int32_t> stop_kind{
+        this, "stop-kind", 0,
+        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once."};
+    hal::In<bool> refuse_slower{this, "refuse-slower", false,
+                                "Refuse a stroke that max-acceleration makes slower, and do not limit it."};
+    hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
+
+    hal::In<double> max_feed{this, "max-feed", 500, "mu/s", "Largest speed of the stroke."};
+    hal::In<double> max_acceleration{this, "max-acceleration", 1000, "mu/s2",
+                                     "Largest acceleration of the stroke."};
+    hal::In<double> jerk_time{this, "jerk-time", 0, "s",
+                              "The jerk is at most 2 max-acceleration / jerk-time; 0 does not limit it."};
+    hal::In<double> lead{this, "lead", 0, "s",
+                         "The command leads by this time; below 0.8 / Kv of the drive."};
+    hal::In<double> max_lead{this, "max-lead", 0.02, "s", "Largest lead."};
+    hal::In<double> max_output_acceleration{this, "max-output-accel", 3000, "mu/s2",
+                                            "Largest acceleration of the command, with the lead."};
+    hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
+    hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint."};
+    hal::In<double> taper{this, "taper", 0, "1",
+                          "Distance from a soft limit that the stage needs, as a multiple of the offset."};
+    hal::In<double> max_offset{this, "max-offset", 500, "mu", "Largest offset either way."};
+    hal::In<double> max_rate{this, "max-rate", 500, "mu/s", "Fastest change of the offset."};
+
+    hal::In<bool> learn{this, "learn", false, "Correct the dead points by the measured ones."};
+    hal::In<double> gain{this, "gain", 0.7, "1", "Part of a measured error that is corrected each cycle."};
+    hal::In<double> inset{this, "inset", 0.3, "mu",
+                          "Largest distance inside the dead points at which learning begins."};
+    hal::In<double> max_correction{this, "max-correction", 1, "mu", "Largest correction of a dead point."};
+    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Error of a learned dead point."};
+    hal::In<double> max_beyond{this, "max-beyond", 0.005, "mu",
+                               "Largest distance of the axis beyond a dead point."};
+    hal::In<double> max_drift{this, "max-drift", 0.1, "mu",
+                              "Largest change of a correction since it was first learned."};
+    hal::In<double> max_following_error{
+        this, "max-following-error", 0, "mu",
+        "Largest distance of the axis from its command; 0 does not watch it."};
+
+    // All of it, read once.
+    struct Values {
+        Oscillation::Settings stroke;  // without the region, which is taken over by commands
+        double lower = 0, upper = 0;   // as given now
+        double speed_value = 0, override_value = 1;
+        std::int32_t speed_kind = 0, stop_kind = 0;
+        bool refuse_slower = false, learn = false;
+        double jerk_time = 0, lead = 0, max_lead = 0, max_output_acceleration = 0;
+        double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
+        double inset = 0;
+        DeadPointLearning::Settings learning;
+
+        // Of a region, without override; mu/s.
+        double peak_speed(double length) const noexcept {
+            switch (speed_kind) {
+                case 1: return Reciprocation::speed_of_mean(speed_value);
+                case 2: return Reciprocation::speed_of_cycle(1 / speed_value, length);
+                case 3:
+                case 4: return Reciprocation::speed_of_cycle(speed_value, length);
+                default: return speed_value;
+            }
+        }
+        Oscillation::Stop stop() const noexcept {
+            return stop_kind == 2   ? Oscillation::Stop::at_once
+                   : stop_kind == 1 ? Oscillation::Stop::dead_point
+                                    : Oscillation::Stop::end_position;
+        }
+        std::size_t jerk_samples(double dt) const noexcept {
+            return static_cast<std::size_t>(std::max(std::ceil(jerk_time / dt - 1e-9), 1.0));
+        }
+        double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
+
+        // Whether each value alone is possible. False for NaN.
+        bool possible(double dt) const noexcept {
+            const auto within = [](double x, double least, double most) { return x >= least && x <= most; };
+            return within(stroke.lower_dwell, 0, 3600) && within(stroke.upper_dwell, 0, 3600) &&
+                   stroke.strokes >= 0 && stroke.spark_out >= 0 && within(stop_kind, 0, 2) &&
+                   within(stroke.acceleration, 1e-3, 1e9) && within(stroke.largest_speed, 1e-3, 1e6) &&
+                   within(jerk_time, 0, dt * static_cast<double>(JerkLimit::most)) && within(lead, 0, 1) &&
+                   within(max_lead, 0, 1) && within(max_output_acceleration, 1e-3, 1e9) &&
+                   within(taper, 0, 100) && within(max_offset, 0, farthest) && within(max_rate, 1e-3, 1e6) &&
+                   within(learning.gain, 0.01, 0.95) && within(inset, 0, farthest) &&
+                   within(learning.most, 0, farthest) && within(learning.tolerance, 0, farthest) &&
+                   within(learning.most_beyond, 0, farthest) && within(max_drift, 0, farthest) &&
+                   within(max_following_error, 0, farthest) && within(stroke.lowest, -farthest, farthest) &&
+                   within(stroke.highest, -farthest, farthest) && stroke.lowest < stroke.highest &&
+                   (override_value == 0 || within(override_value, 0.01, 2));
+        }
+    };
+
+    Values read() noexcept {
+        Values now;
+        const bool centred = by_centre;
+        const double middle = centre, length = stroke, low = lower, high = upper;
+        now.lower = centred ? middle - length / 2 : low;
+        now.upper = centred ? middle + length / 2 : high;
+        now.speed_kind = speed_kind;
+        const double given_feed = feed, given_frequency = frequency, given_time = cycle_time;
+        now.speed_value = now.speed_kind == 2   ? given_frequency
+                          : now.speed_kind >= 3 ? given_time
+                                                : given_feed;
+        now.override_value = override_;
+        now.stroke.lower_dwell = lower_dwell;
+        now.stroke.upper_dwell = upper_dwell;
+        now.stroke.strokes = strokes;
+        now.stroke.spark_out = spark_out;
+        now.stroke.upward_first = upward_first;
+        now.stop_kind = stop_kind;
+        now.stroke.ending =
+            now.stop_kind == 0 ? Oscillation::Stop::end_position : Oscillation::Stop::dead_point;
+        now.refuse_slower = refuse_slower;
+        for (std::size_t i = 0; i < SpeedSections::most; ++i) now.stroke.sections[i] = section[i].read();
+        const double rate = max_rate, feed_limit = max_feed;
+        now.max_rate = rate;
+        now.stroke.acceleration = max_acceleration;
+        now.jerk_time = jerk_time;
+        now.lead = lead;
+        now.max_lead = max_lead;
+        now.max_output_acceleration = max_output_acceleration;
+        now.stroke.largest_speed = std::min(feed_limit, rate - now.lead * now.stroke.acceleration);
+        now.stroke.lowest = min_limit;
+        now.stroke.highest = max_limit;
+        now.taper = taper;
+        now.max_offset = max_offset;
+        now.learn = learn;
+        now.learning.gain = gain;
+        now.inset = inset;
+        now.learning.most = max_correction;
+        now.learning.tolerance = tolerance;
+        now.learning.most_beyond = max_beyond;
+        now.max_drift = max_drift;
+        now.max_following_error = max_following_error;
+        return now;
+    }
+
+    // Why a stroke with these values between these dead points, from a position, is not possible.
+    static Fault refusal(const Values& values, double low, double high, double position, double dt) noexcept {
+        if (!values.possible(dt)) return Fault::settings;
+        if (!(high - low > 1e-6 && low >= -farthest && high <= farthest)) return Fault::region;
+        const double speed = values.peak_speed(high - low);
+        if (!(values.speed_kind >= 0 && values.speed_kind <= with_sections && speed > 1e-6 &&
+              speed <= values.stroke.largest_speed * (1 + 1e-9)))
+            return Fault::speed;
+        const Reciprocation base{low, high, speed};
+        if (!SpeedSections::valid(values.stroke.sections) ||
+            SpeedSections::overlap(values.stroke.sections, base))
+            return Fault::sections;
+        if (values.refuse_slower && base.peak_acceleration() > values.stroke.acceleration)
+            return Fault::acceleration;
+        if (!leads(values)) return Fault::lead;
+        return fits(values, low, high, position) ? Fault::none : Fault::soft_limit;
+    }
+
+private:
+    // The lead adds its time, times the jerk 2 a / jerk-time, to the acceleration a.
+    static bool leads(const Values& values) noexcept {
+        if (values.lead == 0) return true;
+        return values.lead <= values.max_lead && values.jerk_time > 0 &&
+               values.stroke.acceleration * (1 + 2 * values.lead / values.jerk_time) <=
+                   values.max_output_acceleration;
+    }
+
+    static bool fits(const Values& values, double low, double high, double position) noexcept {
+        const double overlead = values.stroke.acceleration * values.lead * values.lead / 2;
+        const double more = (values.learn ? values.learning.most : 0) + overlead;
+        const double up = std::max(high + more - position, 0.0), down = std::max(position - low + more, 0.0);
+        return high + more <= values.stroke.highest && low - more >= values.stroke.lowest &&
+               std::max(up, down) <= values.max_offset &&
+               position + values.taper * up <= values.stroke.highest &&
+               position - values.taper * down >= values.stroke.lowest;
+    }
+};
+
+}  // namespace plumb

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Strokes drawn axes between two dead points: errors there by each kind of command, learned and not; cycle times; a chart.
+
+sim_grinder is the axis; its truth pins have the dead points of the load. The commands have the same stroke and the same cycle
+time: constant speed to the dead point, a trapezoid of speed, and chopping without and with learning.
+"""
+
+import csv
+import os
+import tempfile
+
+import numpy as np
+
+from support import charts
+from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
+from support.figures import percentile_lines
+from support.recordings import write_rows
+from support.simulations import ROOT, simulate_all
+
+CONFIG = os.path.join(ROOT, "configs", "grinder", "bench.hal")
+COMMANDS = {
+    "constant": "constant speed",
+    "trapezoid": "trapezoid of speed",
+    "crank": "chopping, not learned",
+    "learned": "chopping, learned",
+}
+STROKE, FEED, ACCELERATION = 30.0, 80.0, 500.0  # mm, mm/s, mm/s2
+UM = 1000  # per mm
+CYCLES = 8  # until the dead points are to be right
+SETTLED = 12  # s, in which an axis that does not learn settles
+DURATION = 45  # s, in which the slowest one has learned
+
+# --- one axis ---
+
+
+def simulate(command, seed, progress):
+    """Error at the dead points (outside positive, um), largest distance beyond them, cycles to learn: of one drawn axis."""
+    import plumb
+
+    with plumb.Host() as host:
+        prepare(host, command, seed)
+        host.command("start")
+        if command != "learned":
+            host.run(SETTLED, progress)
+            progress(DURATION)
+            errors = dead_point_errors(host)
+            return errors, max(errors)
+        beyond = -np.inf
+        host.run(3)
+        for _ in range(200):
+            host.run(0.5)
+            beyond = max(beyond, *dead_point_errors(host))
+            if host.get("chop.speed-factor") == 1:
+                break
+        cycle = host.get("chop.planned-cycle-time")
+        worst = [0, 0]
+        for half in range(2 * CYCLES + 12):
+            host.run(cycle / 2)
+            errors = dead_point_errors(host)
+            beyond = max(beyond, *errors)
+            if half >= 2 * CYCLES + 2:  # the first cycle at full speed is planned one stroke ahead
+                worst = [max(old, new, key=abs) for old, new in zip(worst, errors)]
+        progress(DURATION)
+        return worst, beyond
+
+
+def dead_point_errors(host):
+    upper, lower = host.get(["grinder.truth-upper", "grinder.truth-lower"])
+    return [UM * (upper - STROKE), UM * -lower]
+
+
+def prepare(host, command, seed):
+    """The configuration with this command."""
+    host.load(CONFIG)
+    settings = {
+        "grinder.seed": seed,
+        "grinder.wheel-force": 0,
+        "grinder.load-resonance": 0,
+        "chop.section-0-kind": 0,
+        "chop.upper": STROKE,
+        "chop.feed": FEED,
+        "chop.max-acceleration": ACCELERATION,
+        "chop.learn": command == "learned",
+    }
+    if command in ("crank", "trapezoid"):
+        settings["chop.jerk-time"] = 0
+    if command == "trapezoid":
+        # Every speed is far too fast, so that speed and acceleration alone bound the stroke.
+        settings.update({"chop.section-0-kind": 1, "chop.section-0-to": 360, "chop.section-0-ratio": 1000})
+        settings["chop.max-feed"] = settings["chop.feed"] = trapezoid_speed()
+    for name, value in settings.items():
+        host.set(name, value)
+    if command == "constant":
+        host.command("loadrt siggen names=saw")
+        host.command("addf saw.update servo-thread 1")
+        host.command("unlinkp grinder.position-cmd")
+        host.command("net saw saw.triangle => grinder.position-cmd")
+        for name, value in {"frequency": 1 / crank_time(), "amplitude": STROKE / 2, "offset": STROKE / 2}.items():
+            host.set("saw." + name, value)
+
+
+def crank_time():
+    return np.pi * STROKE / FEED
+
+
+def trapezoid_speed():
+    """With the acceleration of the crank's dead points it would take the same time: a t^2 - t T/2 a + S = 0."""
+    half, acceleration = crank_time() / 2, ACCELERATION
+    ramp = half / 2 - np.sqrt(half**2 / 4 - STROKE / acceleration)
+    return acceleration * ramp
+
+
+# --- cycle times ---
+
+CONTACT = 0.5  # of the stroke, in its middle
+RATIOS = (1, 2, 4, 8)
+ACCELERATIONS = (500, 1000, 2000, 5000)
+GRINDING = 50.0  # mm/s, peak in contact
+ALONG = 10.0  # mm/s, of the contour
+
+
+def planned_times(progress):
+    """Cycle time by (acceleration, ratio of the speed in air to that in contact)."""
+    import plumb
+
+    times = {}
+    with plumb.Host() as host:
+        host.load(CONFIG)
+        host.set("chop.learn", False)
+        host.set("chop.jerk-time", 0)
+        host.set("chop.max-feed", 500)
+        host.set("chop.feed", GRINDING)
+        for section, (low, high) in enumerate(((0, 10), (30, 40))):
+            host.set(f"chop.section-{section}-kind", 2)
+            host.set(f"chop.section-{section}-from", low)
+            host.set(f"chop.section-{section}-to", high)
+        host.command("start")
+        for acceleration in ACCELERATIONS:
+            for ratio in RATIOS:
+                host.set("chop.max-acceleration", acceleration)
+                host.set("chop.section-0-ratio", ratio)
+                host.set("chop.section-1-ratio", ratio)
+                host.run(10)
+                times[acceleration, ratio] = host.get("chop.planned-cycle-time")
+    return times
+
+
+def time_lines(times):
+    lines = [f"Cycle time, s, of a stroke of 40 mm with {GRINDING:g} mm/s in contact on 20 mm, by the speed in air;"]
+    lines.append(f"in brackets the spacing of scratches, mm, at {ALONG:g} mm/s along the contour")
+    lines.append(f"{'max-acceleration, mm/s2':28}" + "".join(f"{f'x {ratio}':>16}" for ratio in RATIOS))
+    for acceleration in ACCELERATIONS:
+        cells = (times[acceleration, ratio] for ratio in RATIOS)
+        lines.append(f"{acceleration:<28}" + "".join(f"{f'{time:.3f} ({ALONG * time / 2:.1f})':>16}" for time in cells))
+    return lines
+
+
+# --- print, write ---
+
+
+def error_lines(results):
+    rows = [(words, [max(map(abs, errors)) for errors, _ in results[command]]) for command, words in COMMANDS.items()]
+    title = "Error of the farther dead point, um"
+    return percentile_lines(title, rows, 10, lambda value: f"{value:.1f}", 40)
+
+
+def promise_lines(results):
+    good = [max(map(abs, errors)) <= 2 for errors, _ in results["learned"]]
+    beyond = max(beyond for _, beyond in results["learned"])
+    return [
+        f"Learned within 2 um after {CYCLES} cycles at full speed: {sum(good)} of {len(good)} axes.",
+        f"Farthest beyond a dead point, while learning and after: {beyond:.1f} um.",
+    ]
+
+
+def record_cycle(folder):
+    """The columns of one cycle of the configuration, learned."""
+    import plumb
+
+    path = os.path.join(folder, "cycle.csv")
+    names = ["chop.command", "chop.velocity", "chop.acceleration", "chop.phase", "grinder.truth-position"]
+    with plumb.Host() as host:
+        host.load(CONFIG)
+        host.command("start")
+        host.run(80)
+        while host.get("chop.phase") < 350:
+            host.run(0.005)
+        record = host.record(path, names, 0.001)
+        host.run(host.get("chop.planned-cycle-time") + 0.3)
+        host.stop_recording(record)
+    with open(path) as lines:
+        header = next(csv.reader(lines))
+        table = np.loadtxt(lines, delimiter=",")
+    cycle = {name: table[:, column] for column, name in enumerate(header)}
+    begin = np.flatnonzero(np.diff(cycle["chop.phase"]) < -180)
+    rows = slice(begin[0] + 1, begin[1] + 1) if len(begin) > 1 else slice(begin[0] + 1, None)
+    return {name: values[rows][::6] for name, values in cycle.items()}
+
+
+def draw(paths, cycle, results):
+    pyplot = charts.prepared_pyplot()
+    sheet, views = pyplot.subplots(5, 1, figsize=(9, 11), layout="constrained", height_ratios=(1, 1, 1, 1, 1.3))
+    charts.write_title(sheet, "One cycle with a slow section, and the dead points of drawn axes")
+    time = cycle["time"] - cycle["time"][0]
+    slow = (cycle["chop.command"] >= 10) & (cycle["chop.command"] <= 30)
+    rows = ("chop.command", "position (mm)"), ("chop.velocity", "speed (mm/s)"), ("chop.acceleration", "acceleration (mm/s²)"), ("chop.phase", "phase (°)")
+    for view, (name, label) in zip(views, rows):
+        view.fill_between(time, 0, 1, where=slow, transform=view.get_xaxis_transform(), color=charts.GRID, label="section, ratio 0.25")
+        view.plot(time, cycle[name], color=charts.BLUE, label="command")
+        view.set_ylabel(label)
+        view.set_xlim(0, time[-1])
+        view.grid(color=charts.GRID, linewidth=0.6)
+    views[0].plot(time, cycle["grinder.truth-position"], color=charts.ORANGE, linestyle="--", label="load")
+    views[0].legend(loc="upper right", fontsize=8)
+    views[3].set_xlabel("time (s)")
+    colours = (charts.GREY, charts.PURPLE, charts.ORANGE, charts.GREEN)
+    for (command, words), colour in zip(COMMANDS.items(), colours):
+        errors = np.sort([max(map(abs, its)) for its, _ in results[command]])
+        views[4].plot(np.maximum(errors, 1e-2), np.linspace(0, 100, len(errors)), color=colour, label=words)
+    views[4].set_xscale("log")
+    views[4].set_xlabel("error of the farther dead point (µm)")
+    views[4].set_ylabel("axes (%)")
+    views[4].grid(color=charts.GRID, linewidth=0.6)
+    views[4].legend(fontsize=8)
+    charts.save(sheet, paths)
+
+
+def write_axes(path, seeds, results):
+    header = ["seed"] + [f"{command}_{end}_um" for command in COMMANDS for end in ("upper", "lower")] + ["learned_beyond_um"]
+    rows = zip(seeds, *(results[command] for command in COMMANDS))
+    write_rows(path, header, ([seed, *(f"{error:.2f}" for errors, _ in its for error in errors), f"{its[-1][1]:.2f}"] for seed, *its in rows))
+
+
+# --- the command ---
+
+
+def main():
+    parser = new_parser("grinder", __doc__)
+    parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first axis (default: 1)")
+    parser.add_argument("--seeds", type=whole(2, 100000), default=200, metavar="N", help="N drawn axes (default: 200)")
+    add_place(parser)
+    add_output(parser, "grinder")
+    options = parser.parse_args()
+    with errors_reported():
+        make_writable(options.output)
+        seeds = range(options.seed, options.seed + options.seeds)
+        tasks = [(command, seed) for command in COMMANDS for seed in seeds]
+        outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
+        results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(COMMANDS)}
+        print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s\n")
+        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + time_lines(planned_times(None)) + [""]))
+        paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
+        with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
+            draw(paths[:2], record_cycle(folder), results)
+        write_axes(paths[2], seeds, results)
+        print(written_line(paths))

@@ -1,0 +1,32 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb wire chopping on a sample of LinuxCNC in inches: the axis strokes, and its stage lets the stroke through."""
+
+import os
+import unittest
+
+from wire_sample import Sample, read
+
+INCH = "sim/axis/axis.ini"
+
+
+class Chopping(Sample):
+    def test_it_strokes_through_a_stage_with_room_and_the_limits_of_the_joint(self):
+        status, output, flat = self.wire(INCH, "chopping")
+        self.assertEqual(status, 0, output)
+        seen = self.seen(output, "chopping")
+        self.assertTrue(any("Z strokes by" in text for text in seen), output)
+        self.assertTrue(all(seen.values()), output)
+        self.assertIn("num_dio=10 num_aio=11", flat)
+        self.assertRegex(flat, "Still missing.*REMAP = G81.1.*FERROR.*chopping_settings.hal")
+        stages = read(os.path.join(self.folder(INCH), "stages.hal"))
+        self.assertIn("setp z-stage.max-offset 19.685\n", stages)
+        self.assertEqual(stages.count("z-stage.offset-acceleration"), 1)
+        function = read(os.path.join(self.folder(INCH), "chopping.hal"))
+        self.assertIn("setp chop.max-limit [JOINT_2]MAX_LIMIT\n", function)
+        settings = read(os.path.join(self.folder(INCH), "chopping_settings.hal"))
+        self.assertIn("setp chop.max-feed           7.87402\n", settings)
+
+
+if __name__ == "__main__":
+    unittest.main()

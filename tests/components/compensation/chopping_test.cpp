@@ -1,0 +1,507 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// chopping on the simulated axis; grinder_linuxcnc_test.py has it in LinuxCNC itself.
+#include "tests/support/bench.hpp"
+#include "tests/support/live.hpp"
+#include "tests/support/rounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+constexpr double dt = 0.001;  // s
+constexpr double nm = 1e-6;   // mm
+
+// A stroke from -20 to -8 mm below R, which is 0, as an extra joint.
+void wire(Bench& bench) {
+    for (const char* line :
+         {"loadrt chopping names=chop", "loadrt sim_grinder names=axis", "setp chop.upper            -8",
+          "setp chop.lower           -20", "setp chop.feed             60", "setp chop.max-acceleration 1000",
+          "setp chop.min-limit      -100", "setp chop.max-limit       100", "setp chop.homed             1",
+          "setp chop.motion-enabled    1", "setp axis.resolution        0.0001",
+          "net command chop.command => axis.position-cmd",
+          "net feedback axis.position => chop.joint-feedback", "addf chop.update servo-thread",
+          "addf axis.update servo-thread"})
+        bench.command(line);
+}
+
+// Strokes far from R, so that the offset is about the same at any time.
+void bring_to_life(Bench& bench) {
+    bench.command("loadrt threads name1=servo-thread period1=1000000");
+    wire(bench);
+    for (const char* line : {"setp chop.upper -19", "setp chop.learn 1", "setp chop.run 1", "start"})
+        bench.command(line);
+    bench.run(1);
+}
+
+const Live live{{{"chopping", "chop"}}, bring_to_life, 3.6, 1};
+
+struct Chopping : testing::Test {
+    Bench bench;
+
+    Chopping() { wire(bench); }
+
+    void set(const std::string& pin, double value) { bench.set("chop." + pin, value); }
+    double get(const std::string& pin) { return bench.get("chop." + pin); }
+    void start() { set("run", 1); }
+    std::vector<double> commands(double seconds) {
+        return bench.trace(seconds, {"chop.command"}).column("chop.command");
+    }
+    double highest() {
+        const std::vector<double> z = commands(1);
+        return *std::max_element(z.begin(), z.end());
+    }
+    double hardest(const std::vector<double>& z) {
+        double result = 0;
+        for (std::size_t i = 2; i < z.size(); ++i)
+            result = std::max(result, std::abs(z[i] - 2 * z[i - 1] + z[i - 2]) / (dt * dt));
+        return result;
+    }
+};
+
+TEST_F(Chopping, StrokesBetweenItsDeadPointsAndReturnsToR) {
+    start();
+    std::vector<double> z = commands(1.5);
+    EXPECT_EQ(get("active"), 1);
+    z.erase(z.begin(), z.begin() + 700);
+    const auto [low, high] = std::minmax_element(z.begin(), z.end());
+    EXPECT_NEAR(*low, -20, 1000 * dt * dt / 8);
+    EXPECT_NEAR(*high, -8, 1000 * dt * dt / 8);
+    EXPECT_GE(*low, -20);
+    EXPECT_LE(*high, -8);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+    EXPECT_NEAR(get("planned-cycle-time"), 3.14159265 * 12 / 60, 0.001);
+    EXPECT_NEAR(get("actual-cycle-time"), get("planned-cycle-time"), dt + 1e-9);
+    set("run", 0);
+    bench.run(2);
+    EXPECT_EQ(get("offset"), 0);
+    EXPECT_EQ(get("at-end"), 1);
+    EXPECT_EQ(get("active"), 0);
+}
+
+TEST_F(Chopping, EntersTheStrokeInEachWay) {
+    set("by-centre", 1);
+    set("centre", -10);
+    set("stroke", 5);
+    struct Way {
+        int kind;
+        std::string pin;
+        double value, cycle;
+    };
+    constexpr double pi = 3.14159265;
+    for (const Way& way : std::vector<Way>{{0, "feed", 50, pi * 5 / 50},
+                                           {1, "feed", 20, 2 * 5.0 / 20},
+                                           {2, "frequency", 3, 1 / 3.0},
+                                           {3, "cycle-time", 0.4, 0.4}}) {
+        set("speed-kind", way.kind);
+        set(way.pin, way.value);
+        start();
+        bench.run(2);
+        EXPECT_EQ(get("fault-code"), 0) << way.kind;
+        EXPECT_NEAR(get("planned-cycle-time"), way.cycle, 0.001 * way.cycle) << way.kind;
+        set("run", 0);
+        bench.run(2);
+    }
+}
+
+TEST_F(Chopping, MachineOffFreezesAndOnMovesNothingUntilStartedAgain) {
+    start();
+    bench.run(1.123);
+    set("motion-enabled", 0);
+    bench.run(dt);
+    const double frozen = get("offset");
+    EXPECT_NE(frozen, 0);
+    bench.expect("c_rate == 0", {{"c", "chop.command"}});
+    bench.run(1);
+    set("motion-enabled", 1);
+    bench.run(1);
+    set("run", 0);
+    bench.run(1);
+    EXPECT_EQ(get("offset"), frozen);
+    EXPECT_EQ(get("active"), 0);
+}
+
+TEST_F(Chopping, StartsAgainFromWhereItStands) {
+    start();
+    bench.run(1.123);
+    set("motion-enabled", 0);
+    bench.run(0.1);
+    set("motion-enabled", 1);
+    set("run", 0);
+    bench.run(0.1);
+    start();
+    const std::vector<double> z = commands(2);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+    EXPECT_GE(get("stroke-count"), 4);
+    set("run", 0);
+    bench.run(2);
+    EXPECT_EQ(get("at-end"), 1);
+}
+
+TEST_F(Chopping, GoesToTheEndOnlyWhenAskedAfterAStopAtOnce) {
+    set("stop-kind", 2);
+    start();
+    bench.run(1);
+    set("run", 0);
+    bench.run(1);
+    const double place = get("offset");
+    EXPECT_NE(place, 0);
+    bench.run(1);
+    EXPECT_EQ(get("offset"), place);
+    set("go-to-end", 1);
+    const std::vector<double> z = commands(1);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+    EXPECT_EQ(get("offset"), 0);
+    EXPECT_EQ(get("at-end"), 1);
+}
+
+// Codes in the order of chopping_codes.hpp.
+TEST_F(Chopping, RefusesWhatIsImpossibleAndSaysWhy) {
+    struct Case {
+        std::string pin;
+        double value;
+        int code;
+    };
+    set("section-1-kind", 2);
+    set("section-1-from", -15);
+    set("section-1-to", -12);
+    const auto try_it = [&](const std::vector<Case>& cases) {
+        std::vector<double> before;
+        for (const Case& each : cases) {
+            before.push_back(get(each.pin));
+            set(each.pin, each.value);
+        }
+        start();
+        bench.run(0.5);
+        EXPECT_EQ(get("fault-code"), cases[0].code) << cases[0].pin << " = " << cases[0].value;
+        EXPECT_EQ(get("offset"), 0) << cases[0].pin;
+        EXPECT_EQ(get("active"), 0) << cases[0].pin;
+        set("run", 0);
+        for (std::size_t i = 0; i < cases.size(); ++i) set(cases[i].pin, before[i]);
+        bench.run(0.01);
+    };
+    try_it({{"motion-enabled", 0, 1}});
+    try_it({{"homed", 0, 1}});
+    try_it({{"enable", 0, 1}});
+    try_it({{"stop-kind", 3, 3}});
+    try_it({{"upper-dwell", -1, 3}});
+    try_it({{"jerk-time", 1, 3}});
+    try_it({{"max-limit", -200, 3}});
+    try_it({{"upper", -20, 4}});
+    try_it({{"upper", -30, 4}});
+    try_it({{"feed", 0, 5}});
+    try_it({{"feed", -5, 5}});
+    try_it({{"feed", 501, 5}});
+    try_it({{"speed-kind", 5, 5}});
+    try_it({{"section-0-kind", 2, 6}, {"section-0-from", -13, 0}, {"section-0-to", -10, 0}});
+    try_it({{"section-1-ratio", 0, 6}});
+    try_it({{"refuse-slower", 1, 7}, {"feed", 100, 0}});
+    try_it({{"lead", 0.01, 8}});
+    try_it({{"lead", 0.03, 8}, {"jerk-time", 0.1, 0}});
+    try_it({{"min-limit", -19, 9}});
+    try_it({{"max-offset", 15, 9}});
+    try_it({{"taper", 6, 9}});
+    start();
+    bench.run(0.5);
+    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_EQ(get("active"), 1);
+}
+
+TEST_F(Chopping, InvalidSettingsLeaveTheLastGoodSetInForce) {
+    start();
+    bench.run(1);
+    bench.expect("z >= -20.000001 && z <= -7.999999", {{"z", "chop.command"}});
+    set("feed", 1e9);
+    set("upper-dwell", 1);
+    bench.run(2);
+    EXPECT_EQ(get("fault-code"), 5);
+    EXPECT_NEAR(get("actual-cycle-time"), 0.628, 0.002);
+    set("upper-dwell", 0);
+    set("feed", 30);
+    bench.run(4);
+    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_NEAR(get("actual-cycle-time"), 1.257, 0.002);
+}
+
+TEST_F(Chopping, ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay) {
+    start();
+    bench.run(1);
+    set("upper", -4);
+    set("lower", -12);
+    bench.run(2);
+    EXPECT_LE(get("measured-upper"), -7) << "not before the command";
+    set("shift", 1);
+    std::vector<double> z = commands(2);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+    EXPECT_NEAR(*std::min_element(z.begin() + 1000, z.end()), -12, 0.001);
+    EXPECT_NEAR(*std::max_element(z.begin() + 1000, z.end()), -4, 0.001);
+
+    set("shift-at-crossing", 1);
+    set("crossing-at", 50);
+    set("crossing-position", 40);
+    set("upper", -1);
+    bench.run(1);
+    set("crossing-position", 60);
+    bench.run(2);
+    EXPECT_NEAR(highest(), -1, 0.001);
+    set("upper", -6);
+    bench.run(1);
+    EXPECT_NEAR(highest(), -1, 0.001);
+    set("crossing-position", 49);
+    bench.run(2);
+    EXPECT_NEAR(highest(), -6, 0.001);
+
+    set("upper", -13);
+    set("shift", 0);
+    bench.run(2);
+    EXPECT_EQ(get("fault-code"), 4) << "below the lower dead point";
+    EXPECT_NEAR(highest(), -6, 0.001);
+}
+
+TEST_F(Chopping, TheStrokeStaysWhenTheJointMovesAndEndsAtTheNewPlace) {
+    bench.command("loadrt limit3 names=joint");
+    bench.command("setp joint.maxv 50");
+    bench.command("setp joint.maxa 500");
+    bench.command("net place joint.out => chop.position");
+    bench.command("addf joint servo-thread 1");
+    start();
+    bench.run(1);
+    bench.expect("z >= -20.000001 && z <= -7.999999", {{"z", "chop.command"}});
+    bench.set("joint.in", -5);
+    bench.run(2);
+    EXPECT_EQ(get("limited"), 0);
+    bench.set("joint.in", 0);
+    bench.run(1);
+}
+
+TEST_F(Chopping, HoldsWithinTheRegionAndGoesOn) {
+    start();
+    bench.run(1);
+    for (const char* pin : {"feed-hold", "override"}) {
+        const bool hold = std::string(pin) == "feed-hold";
+        set(pin, hold ? 1 : 0);
+        bench.run(0.5);
+        EXPECT_EQ(get("held"), 1) << pin;
+        const double place = get("command");
+        EXPECT_GE(place, -20);
+        EXPECT_LE(place, -8);
+        bench.run(0.5);
+        EXPECT_EQ(get("command"), place);
+        set(pin, hold ? 0 : 1);
+        bench.run(2);
+        EXPECT_EQ(get("held"), 0) << pin;
+    }
+    EXPECT_NEAR(get("actual-cycle-time"), 0.628, 0.002);
+}
+
+TEST_F(Chopping, GivesInfeedPulsesButNotInSparkOut) {
+    bench.command("loadrt updown names=infeeds");
+    bench.command("net upper-pulse chop.upper-pulse => infeeds.countup");
+    bench.command("addf infeeds servo-thread");
+    set("strokes", 6);
+    set("spark-out", 4);
+    start();
+    bench.run(0.01);
+    bench.expect("s == 0 || p == 0", {{"s", "chop.sparking-out"}, {"p", "chop.upper-pulse"}});
+    bench.run(8);
+    EXPECT_EQ(get("at-end"), 1);
+    EXPECT_EQ(get("stroke-count"), 10);
+    EXPECT_EQ(bench.get("infeeds.count"), 3);
+}
+
+TEST_F(Chopping, AJerkTimeBoundsTheJerkAndALeadTheOutput) {
+    set("jerk-time", 0.04);
+    set("lead", 0.01);
+    set("max-output-accel", 1600);
+    start();
+    const std::vector<double> z = commands(3);
+    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_LE(hardest(z), 1600 * 1.01);
+    EXPECT_GT(hardest(z), 600) << "the lead adds to the acceleration";
+    set("lead", 0);
+    set("run", 0);
+    bench.run(2);
+    start();
+    const std::vector<double> y = commands(2);
+    double jerk = 0;
+    for (std::size_t i = 3; i < y.size(); ++i)
+        jerk = std::max(jerk, std::abs(y[i] - 3 * y[i - 1] + 3 * y[i - 2] - y[i - 3]) / (dt * dt * dt));
+    EXPECT_LE(jerk, 2 * 1000 / 0.04 * 1.01);
+    EXPECT_LE(hardest(y), 1000 * 1.01);
+}
+
+TEST_F(Chopping, ASectionInHeightsSlowsTheStrokeThere) {
+    set("section-2-kind", 2);
+    set("section-2-from", -16);
+    set("section-2-to", -12);
+    set("section-2-ratio", 0.25);
+    start();
+    bench.run(2);
+    bench.expect("z < -16 || z > -12 || abs(v) <= 15.1", {{"z", "chop.command"}, {"v", "chop.velocity"}});
+    bench.run(2);
+    EXPECT_GT(get("planned-cycle-time"), 1);
+    EXPECT_EQ(get("limited"), 0);
+}
+
+TEST_F(Chopping, ACycleTimeWithSectionsAndDwellsIsThatOfTheWholeCycle) {
+    set("speed-kind", 4);
+    set("cycle-time", 2);
+    set("lower-dwell", 0.1);
+    set("section-0-kind", 2);
+    set("section-0-from", -16);
+    set("section-0-to", -10);
+    set("section-0-ratio", 0.5);
+    start();
+    bench.run(12);
+    EXPECT_NEAR(get("planned-cycle-time"), 2, 0.002);
+    EXPECT_NEAR(get("actual-cycle-time"), 2, 0.003);
+    set("section-0-ratio", 1);
+    bench.run(12);
+    EXPECT_NEAR(get("actual-cycle-time"), 2, 0.003);
+    set("cycle-time", 0.2);
+    const std::vector<double> z = commands(8);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+    EXPECT_EQ(get("limited-code"), 1) << "max-acceleration does not permit it";
+}
+
+TEST_F(Chopping, ASectionThatIsTooFastForTheAccelerationIsReported) {
+    set("section-3-kind", 1);
+    set("section-3-from", 80);
+    set("section-3-to", 100);
+    set("section-3-ratio", 3);
+    start();
+    const std::vector<double> z = commands(3);
+    EXPECT_EQ(get("limited-code"), 1);
+    EXPECT_LE(hardest(z), 1000 * 1.01);
+}
+
+// Drawn axes: friction, delay, backlash, all gains.
+TEST_F(Chopping, LearnsTheDeadPointsWithoutPassingThem) {
+    const int axes = rounds(8, 2);
+    for (int seed = 1; seed <= axes; ++seed) {
+        SCOPED_TRACE(seed);
+        Bench own;
+        wire(own);
+        for (const char* line :
+             {"setp axis.seed 0", "setp chop.upper 22", "setp chop.feed 80", "setp chop.lower -8",
+              "setp chop.max-acceleration 500", "setp chop.jerk-time 0.01", "setp chop.learn 1",
+              "setp axis.load-resonance 0"})
+            own.command(line);
+        own.set("axis.seed", seed);
+        own.set("chop.run", 1);
+        own.run(4);
+        own.expect("u <= 22.005 && l >= -8.005", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+        for (int i = 0; i < 100 && own.get("chop.speed-factor") < 1; ++i) own.run(0.5);
+        ASSERT_EQ(own.get("chop.speed-factor"), 1);
+        own.run(9 * own.get("chop.planned-cycle-time") + 2);
+        own.expect("abs(u - 22) <= 0.002 && abs(l + 8) <= 0.002",
+                   {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+        own.run(10);
+        EXPECT_EQ(own.get("chop.learned"), 1);
+        EXPECT_EQ(own.get("chop.fault-code"), 0);
+    }
+}
+
+struct Learned : Chopping {
+    Learned() {
+        bench.command("setp axis.servo-gain 20");
+        set("learn", 1);
+        set("jerk-time", 0.01);
+        start();
+        bench.run(30);
+    }
+};
+
+TEST_F(Learned, AnAxisThatGoesBeyondStartsLearningAgain) {
+    ASSERT_EQ(get("learned"), 1);
+    bench.set("axis.servo-gain", 60);
+    bench.run(4);
+    EXPECT_EQ(get("fault-code"), 13);
+    EXPECT_LT(get("speed-factor"), 1);
+    bench.run(3);
+    bench.expect("u <= -7.999 && l >= -20.001", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    bench.run(30);
+    EXPECT_EQ(get("learned"), 1);
+}
+
+TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
+    ASSERT_EQ(get("learned"), 1);
+    EXPECT_LT(get("drift"), 0.001);
+    set("max-drift", 0.002);
+    bench.set("axis.servo-gain", 19);
+    bench.run(30);
+    EXPECT_GT(get("drift"), 0.002);
+    EXPECT_EQ(get("fault-code"), 16);
+    EXPECT_NEAR(get("upper-error"), 0, 0.002) << "corrected nevertheless";
+}
+
+TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
+    ASSERT_EQ(get("rows"), 1);
+    EXPECT_NEAR(get("row-upper-offset"), get("upper-correction"), 0.001);
+    Bench later;
+    wire(later);
+    later.set("axis.servo-gain", 20);
+    for (const char* field : {"lower", "upper", "speed", "acceleration", "sections", "lower-offset",
+                              "upper-offset", "lower-first", "upper-first", "reversal"})
+        later.set(std::string("chop.restore-") + field, get(std::string("row-") + field));
+    later.set("chop.restore", 1);
+    later.run(0.01);
+    EXPECT_EQ(later.get("chop.restores"), 1);
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
+        later.command(line);
+    later.run(0.5);
+    EXPECT_EQ(later.get("chop.speed-factor"), 1) << "at once";
+    later.run(4);
+    EXPECT_NEAR(later.get("axis.truth-upper"), -8, 0.003);
+}
+
+TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {
+    ASSERT_EQ(get("learned"), 1);
+    bench.expect("u <= -7.99 && l >= -20.01", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    const double before = get("row-upper-offset");
+    set("override", 0.5);
+    bench.run(8);
+    EXPECT_EQ(get("row-upper-offset"), before) << "not learned at another speed";
+    for (const double part : {0.5, 0.1, 1.0, 0.3, 1.0}) {
+        set("override", part);
+        bench.run(3);
+    }
+    set("feed-hold", 1);
+    bench.run(1);
+    EXPECT_GE(bench.get("axis.truth-position"), -20.001);
+    EXPECT_LE(bench.get("axis.truth-position"), -7.999);
+}
+
+TEST_F(Learned, AScaleThatDoesNotFollowStopsTheStroke) {
+    bench.command("unlinkp chop.joint-feedback");
+    bench.run(3);
+    EXPECT_EQ(get("fault-code"), 12);
+    EXPECT_EQ(get("active"), 0);
+    const double place = get("command");
+    EXPECT_GE(place, -20);
+    EXPECT_LE(place, -8);
+}
+
+TEST_F(Learned, AnAxisThatIsTooWeakForTheCorrectionIsReported) {
+    set("max-correction", 0.1);
+    bench.run(30);
+    EXPECT_EQ(get("fault-code"), 15);
+    EXPECT_LE(get("upper-correction"), 0.1);
+}
+
+TEST_F(Chopping, AFollowingErrorStopsTheStroke) {
+    set("max-following-error", 5);
+    start();
+    bench.run(2);
+    EXPECT_EQ(get("fault-code"), 0);
+    bench.set("axis.enabled", 0);
+    bench.run(1);
+    EXPECT_EQ(get("fault-code"), 10);
+    EXPECT_EQ(get("active"), 0);
+}
+
+}  // namespace
+}  // namespace plumb

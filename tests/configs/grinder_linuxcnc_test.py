@@ -1,0 +1,186 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/grinder: chopping in a complete LinuxCNC, judged by the servo cycles of a shift.
+
+    python3 tests/support/run.py tests/configs/grinder_linuxcnc_test.py --repeat 20 --hogs 2 --speed 10
+"""
+
+import os
+import unittest
+
+import linuxcnc_runs
+import numpy as np
+from linuxcnc_runs import PERIOD, STILL, change, nm, own_folder, read_recording, um
+
+UPPER, LOWER, R = 5, -25, 10  # of the stroke of the scenario and of the first one of contour.ngc
+SHIFT = 10  # mm, of the second region of contour.ngc
+FEED = 20  # mm/s, of the contour
+HARDEST = 1000  # mm/s2, chop.max-acceleration
+
+
+class Recorded(unittest.TestCase):
+    """One start of LinuxCNC, in which a scenario works through all scenes."""
+
+    @classmethod
+    def work(cls, ini, scenario, hal):
+        folder = own_folder(cls)
+        machine = linuxcnc_runs.copy_configuration("grinder", folder)
+        ini = os.path.join(machine, ini)
+        linuxcnc_runs.use_scenario(ini, scenario)
+        hal = os.path.join(machine, *hal)
+        change(hal, "loadrt chopping", "newsig scene s32\nloadrt chopping")
+        its, cls.output = linuxcnc_runs.work(folder, ini)
+        cls.facts, cls.scenes = its["facts"], its["scenes"]
+        cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, cls.scenes)
+
+    def of(self, pin, scene):
+        return self.shift[pin][self.rows[scene]]
+
+    def test_every_servo_cycle_is_recorded(self):
+        np.testing.assert_allclose(np.diff(self.shift["time"]), PERIOD, rtol=0, atol=1e-9)
+
+
+class Shift(Recorded):
+    @classmethod
+    def setUpClass(cls):
+        cls.work("grinder.ini", "grinder_scenario.py", ("functions", "chopping", "chopping.hal"))
+
+    def strokes(self, scene):
+        """Rows in which it strokes, behind the first stroke."""
+        rows = self.rows[scene]
+        return rows[(self.shift["chop.active"][rows] == 1) & (self.shift["chop.stroke-count"][rows] >= 1)]
+
+    def test_drive_gets_the_stroke_whole(self):
+        active = self.shift["chop.active"] == 1
+        difference = self.shift["z-stage.applied-offset"] - self.shift["chop.offset"]
+        self.assertLess(abs(difference[active]).max(), 0.1 * nm)
+
+    def test_strokes_of_the_contour_stay_in_their_regions_and_fill_them(self):
+        rows = self.strokes("contour")
+        z = self.shift["z-stage.drive-command"][rows]
+        middle = np.flatnonzero(np.diff((z > UPPER + 1).astype(int)) > 0)[0]  # first beyond the old region
+        first, second = z[:middle], z[middle:]
+        a = HARDEST * PERIOD**2 / 8 + HARDEST * 0.02**2 / 24  # of sampling, and by jerk-time
+        self.assertLessEqual(first.max(), UPPER + 2)
+        self.assertGreaterEqual(first.min(), LOWER)
+        self.assertAlmostEqual(first.min(), LOWER, delta=a)
+        self.assertLessEqual(second.max(), UPPER + SHIFT)
+        self.assertAlmostEqual(second.max(), UPPER + SHIFT, delta=a)
+        later = second[3000:-2000]
+        self.assertAlmostEqual(later.min(), LOWER + SHIFT, delta=a)
+        self.assertGreaterEqual(later.min(), LOWER + SHIFT)
+
+    def test_stroke_begins_and_ends_at_r_without_an_offset(self):
+        offset, command = self.of("chop.offset", "contour"), self.of("joint.2.pos-cmd", "contour")
+        active = self.of("chop.active", "contour") == 1
+        self.assertEqual(abs(offset[~active]).max(), 0)
+        self.assertEqual(np.ptp(command[active]), 0)
+        self.assertAlmostEqual(command[active][0], R, delta=nm)
+
+    def test_path_speed_is_undisturbed(self):
+        rows = self.strokes("contour")
+        speed = self.shift["motion.current-vel"][rows]
+        moving = np.flatnonzero(speed > 0)
+        inner = rows[moving[0] : moving[-1]]
+        inner = inner[100:-100]  # without acceleration and braking
+        self.assertGreater(len(inner), 5000)
+        self.assertGreater(self.shift["motion.current-vel"][inner].min(), 0.99 * FEED)
+
+    def test_acceleration_of_the_command_is_limited(self):
+        for scene in ("contour", "pause", "abort", "back_at_r", "learn"):
+            rows = self.rows[scene]
+            z = self.shift["chop.command"][rows]
+            still = np.ptp(np.lib.stride_tricks.sliding_window_view(self.shift["joint.2.pos-cmd"][rows], 3), axis=1) == 0
+            hardest = abs(np.diff(z, 2))[still].max() / PERIOD**2
+            self.assertLess(hardest, 1.01 * HARDEST, scene)
+
+    def test_pause_of_the_program_does_not_stop_the_stroke(self):
+        rows = self.strokes("pause")
+        standing = rows[self.shift["motion.current-vel"][rows] == 0]
+        self.assertGreater(np.ptp(self.shift["chop.stroke-count"][standing]), 1)
+
+    def test_abort_returns_to_r(self):
+        self.assertEqual(self.of("chop.offset", "abort")[-1], 0)
+        self.assertEqual(self.of("chop.active", "after_abort").max(), 0)
+
+    def test_emergency_stop_and_off_freeze_and_turning_on_moves_nothing(self):
+        for scene in ("on_again", "off_and_on"):
+            command, offset = self.of("z-stage.drive-command", scene), self.of("chop.offset", scene)
+            self.assertGreater(abs(offset[-1]), 0.1, scene)
+            begin = 0 if scene == "on_again" else np.flatnonzero(self.of("chop.active", scene) == 0)[0] + 200
+            self.assertLess(np.ptp(self.of("grinder.truth-position", scene)[begin:]), 2 * um, scene)
+            self.assertLess(np.ptp(offset[begin:]), STILL, scene)
+            self.assertLess(np.ptp(command[begin + 1 :]), 10 * um, scene)
+
+    def test_stroke_after_a_stop_is_where_it_was_commanded(self):
+        z = self.shift["chop.command"][self.strokes("start_again")][1000:]
+        self.assertGreaterEqual(z.min(), LOWER - nm)
+        self.assertLessEqual(z.max(), R + nm)
+        self.assertEqual(self.facts["at_r"], [0, 0])
+
+    def test_refusals_give_the_reason(self):
+        reasons = {
+            "fast": "max-feed",
+            "far": "soft limits",
+            "deep": "soft limits",
+            "flat": "Q must not be 0",
+            "no_q": "missing: Q",
+            "negative": "P must be above 0",
+        }
+        for name, reason in reasons.items():
+            self.assertIn(reason, self.facts["refused"][name], name)
+        self.assertEqual(abs(self.of("chop.offset", "refusals")).max(), 0)
+
+    def test_words_are_in_work_coordinates_with_any_origin_and_tool(self):
+        r = self.facts["joint"]
+        self.assertAlmostEqual(self.facts["with_a_tool"][0], r - 5, delta=1e-6)
+        self.assertAlmostEqual(self.facts["with_a_tool"][1], r - 35, delta=1e-6)
+
+    def test_learns_the_dead_points(self):
+        upper, lower = self.facts["dead_points"]
+        self.assertAlmostEqual(upper, UPPER, delta=2 * um)
+        self.assertAlmostEqual(lower, LOWER, delta=2 * um)
+        self.assertEqual(self.facts["codes"], [0, 0])
+        z = self.shift["grinder.truth-position"][self.strokes("learn")]
+        self.assertGreater(z.min(), LOWER - 5 * um)
+
+
+class ExtraJoint(Recorded):
+    """The stroke on a joint of its own, for which LinuxCNC has neither soft limits nor following error."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.work("extra.ini", "grinder_extra_scenario.py", ("extra.hal",))
+
+    def test_table_strokes_while_the_path_goes_on(self):
+        rows = self.rows["cross_feed"]
+        z = self.shift["joint.3.motor-pos-cmd"][rows]
+        self.assertAlmostEqual(z.min(), -200, delta=0.3)  # a T^2 / 24 inside
+        self.assertGreaterEqual(z.min(), -200)
+        self.assertLessEqual(z.max(), 200)
+        self.assertGreater(z.max(), 199.7)
+        self.assertAlmostEqual(z[-1], 0, delta=nm)
+        self.assertEqual(self.of("chop.active", "cross_feed")[-1], 0)
+
+    def test_a_stroke_beyond_a_soft_limit_is_refused(self):
+        self.assertEqual(self.facts["beyond_a_limit"], 9)
+        self.assertEqual(self.of("chop.active", "beyond_a_limit").max(), 0)
+        self.assertIn("soft limits", self.facts["message"])
+
+    def test_emergency_stop_freezes_and_turning_on_moves_nothing(self):
+        z = self.of("chop.command", "on_again")
+        self.assertLess(abs(z[0]), 200)
+        self.assertLess(np.ptp(z), STILL)
+
+    def test_an_axis_that_does_not_follow_stops_the_stroke(self):
+        self.assertEqual(self.facts["lag"], 10)
+        self.assertIn("max-following-error", self.facts["lags"])
+        self.assertLessEqual(abs(self.of("chop.command", "lag")).max(), 200)
+
+
+del Recorded  # its tests are those of the machines
+
+
+if __name__ == "__main__":
+    linuxcnc_runs.main(Shift, __doc__)

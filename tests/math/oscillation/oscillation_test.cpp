@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/oscillation/oscillation.hpp"
+
+#include "components/math/blocks/random.hpp"
+#include "tests/support/rounds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+using Stop = Oscillation::Stop;
+using State = Oscillation::State;
+
+constexpr double dt = 0.001;
+constexpr double nm = 1e-6;  // mm
+constexpr std::size_t nodes = 32;
+
+Oscillation::Settings usual() {
+    Oscillation::Settings settings;
+    settings.lower = 10;
+    settings.upper = 40;
+    settings.speed = 100;
+    settings.acceleration = 1000;
+    settings.largest_speed = 500;
+    settings.lowest = -1000;
+    settings.highest = 1000;
+    settings.end_position = 50;
+    settings.upward_first = true;
+    return settings;
+}
+
+// An oscillation that is watched: its samples never break the acceleration, and stay where they may be.
+struct Watched {
+    explicit Watched(const Oscillation::Settings& its, double position = 50) : settings(its) {
+        it.start(settings, position);
+        samples.assign(3, position);
+    }
+
+    void step() {
+        it.set(settings);
+        it.step(dt, hold, nodes, [this](bool upper, double) { return offset[upper]; });
+        const std::size_t n = samples.size();
+        samples.push_back(it.position());
+        hardest = std::max(hardest, std::abs(samples[n] - 2 * samples[n - 1] + samples[n - 2]) / (dt * dt));
+        if (it.arrival().happened) arrivals.push_back(it.arrival());
+        late |= it.late();
+        if (it.state() == State::stroke) lowest = std::min(lowest, it.position());
+    }
+    void run(double seconds) {
+        for (int i = 0; i < seconds / dt; ++i) step();
+    }
+    void until(const std::function<bool()>& condition) {
+        for (int i = 0; i < 100000; ++i) {
+            if (condition()) return;
+            step();
+        }
+        FAIL() << "never";
+    }
+    void stop(Stop kind) { it.stop(kind); }
+
+    Oscillation::Settings settings;
+    Oscillation it;
+    bool hold = false, late = false;
+    double offset[2] = {0, 0};
+    std::vector<double> samples;
+    std::vector<Oscillation::Arrival> arrivals;
+    double hardest = 0, lowest = 1e9;
+};
+
+TEST(Oscillation, StartsAtPointRAndTakesUpTheRealDeadPointAtTheOppositeEnd) {
+    Watched watched(usual());
+    watched.run(5);
+    const auto [low, high] = std::minmax_element(watched.samples.begin(), watched.samples.end());
+    EXPECT_EQ(*high, 50);
+    EXPECT_NEAR(*low, 10, 1000 * dt * dt / 8);
+    ASSERT_GE(watched.arrivals.size(), 3u);
+    EXPECT_FALSE(watched.arrivals[0].upper);
+    EXPECT_EQ(watched.arrivals[1].bound, 40);
+    const double later = *std::max_element(watched.samples.begin() + 2000, watched.samples.end());
+    EXPECT_LE(later, 40);
+    EXPECT_NEAR(later, 40, 1000 * dt * dt / 8);
+    EXPECT_LE(watched.hardest, 1000 * 1.01);
+    EXPECT_FALSE(watched.late);
+}
+
+TEST(Oscillation, StartsAnywhereInTheDirectionThatIsSet) {
+    for (const bool upward : {true, false})
+        for (const double place : {10.0, 10.001, 25.0, 39.999, 40.0, 0.0, 60.0}) {
+            Oscillation::Settings settings = usual();
+            settings.upward_first = upward;
+            Watched watched(settings, place);
+            watched.run(3);
+            ASSERT_FALSE(watched.arrivals.empty());
+            const bool first = place <= 10 ? true : place >= 40 ? false : upward;
+            EXPECT_EQ(watched.arrivals[0].upper, first) << place;
+            EXPECT_LE(watched.hardest, 1000 * 1.01) << place;
+            const auto [low, high] =
+                std::minmax_element(watched.samples.begin() + 1500, watched.samples.end());
+            EXPECT_GE(*low, 10);
+            EXPECT_LE(*high, 40);
+        }
+}
+
+TEST(Oscillation, CycleTimeIsThatOfThePlanAndNeverDrifts) {
+    Watched watched(usual());
+    watched.until([&] { return watched.arrivals.size() == 2; });
+    const double cycle = watched.it.stroke_time(true) + watched.it.stroke_time(false);
+    EXPECT_NEAR(cycle, pi * 30 / 100, 1e-4);
+    // The phase of a late sample is the one that follows from the time alone.
+    const double start = watched.it.phase();
+    const double z = watched.it.position();
+    const int cycles = 300;
+    const double periods = cycles * cycle / dt;
+    const int whole = static_cast<int>(std::floor(periods));
+    for (int i = 0; i < whole; ++i) watched.step();
+    const double before = watched.it.position();
+    watched.step();
+    const double part = periods - whole;
+    EXPECT_NEAR(before + part * (watched.it.position() - before), z, 1000 * dt * dt);
+    EXPECT_GE(start, 0);
+}
+
+TEST(Oscillation, DwellsAtEachDeadPointForItsTime) {
+    Oscillation::Settings settings = usual();
+    settings.lower_dwell = 0.25;
+    settings.upper_dwell = 0.1;
+    Watched watched(settings, 25);
+    watched.run(4);
+    int low = 0, high = 0;
+    std::size_t strokes = 0;
+    for (std::size_t i = 1; i < watched.samples.size(); ++i) {
+        low += watched.samples[i] == 10 && watched.samples[i - 1] == 10;
+        high += watched.samples[i] == 40 && watched.samples[i - 1] == 40;
+        strokes += watched.samples[i] == 40 && watched.samples[i - 1] != 40;
+    }
+    EXPECT_NEAR(high / static_cast<double>(strokes), 100, 2);
+    EXPECT_NEAR(low / static_cast<double>(strokes), 250, 60);
+}
+
+TEST(Oscillation, StopsAfterItsStrokesAndSparkOutAtTheEndPosition) {
+    Oscillation::Settings settings = usual();
+    settings.strokes = 6;
+    settings.spark_out = 3;
+    Watched watched(settings);
+    watched.until([&] { return watched.it.state() == State::rest; });
+    EXPECT_EQ(watched.it.strokes(), 9);
+    EXPECT_EQ(watched.it.position(), 50);
+    int infeeds = 0;
+    for (const auto& arrival : watched.arrivals) infeeds += arrival.infeed;
+    EXPECT_EQ(infeeds, 7) << "the first arrival and those of six strokes";
+    EXPECT_LE(watched.hardest, 1000 * 1.01);
+}
+
+TEST(Oscillation, AStopAtTheDeadPointStaysThere) {
+    for (double when = 1; when < 2; when += 0.0377) {
+        Watched watched(usual());
+        watched.run(when);
+        watched.stop(Stop::dead_point);
+        watched.until([&] { return watched.it.state() == State::rest; });
+        const double place = watched.it.position();
+        EXPECT_TRUE(place == 10 || place == 40) << place;
+        watched.run(1);
+        EXPECT_EQ(watched.it.position(), place);
+        EXPECT_LE(watched.hardest, 1000 * 1.01);
+    }
+}
+
+TEST(Oscillation, AStopAtOnceBrakesWithTheLargestAcceleration) {
+    for (double when = 1; when < 2; when += 0.0377) {
+        Watched watched(usual());
+        watched.run(when);
+        const double speed = watched.it.velocity(), from = watched.it.position();
+        watched.stop(Stop::at_once);
+        watched.until([&] { return watched.it.state() == State::rest; });
+        EXPECT_NEAR(watched.it.position(), from + speed * std::abs(speed) / 2000, 0.15) << when;
+        EXPECT_LE(watched.hardest, 1000 * 1.01);
+    }
+}
+
+// A correction that has the command end 0.2 mm outside: the axis lags behind, and must not come to rest
+// there.
+TEST(Oscillation, NoStopOrHoldEndsBeyondADeadPointThatIsCommandedOutside) {
+    for (const Stop kind : {Stop::dead_point, Stop::at_once, Stop::none})
+        for (double when = 1; when < 3; when += 0.0131) {
+            Watched watched(usual(), 25);
+            watched.offset[0] = watched.offset[1] = 0.2;
+            watched.run(when);
+            if (kind == Stop::none)
+                watched.hold = true;
+            else
+                watched.stop(kind);
+            watched.until([&] { return watched.it.state() == State::rest || watched.it.held(); });
+            ASSERT_GE(watched.it.position(), 10 - 1e-9) << when;
+            ASSERT_LE(watched.it.position(), 40 + 1e-9) << when;
+            if (kind == Stop::dead_point) {
+                ASSERT_TRUE(std::abs(watched.it.position() - 10) < nm ||
+                            std::abs(watched.it.position() - 40) < nm);
+            }
+            ASSERT_LE(watched.hardest, 1000 * 1.01) << when;
+        }
+}
+
+TEST(Oscillation, AHeldStrokeGoesOnInItsDirection) {
+    for (double when = 1; when < 2; when += 0.0377) {
+        Watched watched(usual());
+        watched.run(when);
+        watched.hold = true;
+        watched.until([&] { return watched.it.held(); });
+        const double place = watched.it.position();
+        const bool upward = watched.it.upward();
+        watched.run(0.5);
+        EXPECT_EQ(watched.it.position(), place);
+        watched.hold = false;
+        const std::size_t before = watched.arrivals.size();
+        watched.until([&] { return watched.arrivals.size() > before; });
+        if (place > 10.001 && place < 39.999) {
+            EXPECT_EQ(watched.arrivals.back().upper, upward);
+        }
+        EXPECT_LE(watched.hardest, 1000 * 1.01);
+    }
+}
+
+TEST(Oscillation, FrozenItRestsUntilStarted) {
+    Watched watched(usual());
+    watched.run(1.234);
+    const double place = watched.it.position();
+    watched.it.freeze(place);
+    watched.run(1);
+    EXPECT_EQ(watched.it.position(), place);
+    watched.it.start(watched.settings, place);
+    watched.hardest = 0;
+    watched.run(2);
+    EXPECT_GE(watched.arrivals.size(), 4u);
+    EXPECT_LE(watched.hardest, 1000 * 1.01);
+}
+
+// The new upper dead point comes with an upward stroke, the new lower one with a downward stroke; between
+// them the position is that of the plan to the nanometre: the same samples as without any shift.
+TEST(Oscillation, ARegionShiftChangesNothingBeforeItsDeadPoint) {
+    for (const auto& [lower, upper] :
+         {std::pair{5.0, 35.0}, {20.0, 60.0}, {60.0, 90.0}, {-50.0, -20.0}, {15.0, 35.0}}) {
+        Watched shifted(usual(), 10), same(usual(), 10);
+        for (Watched* each : {&shifted, &same}) each->run(1.5);
+        shifted.settings.lower = lower;
+        shifted.settings.upper = upper;
+        const std::size_t count = shifted.arrivals.size();
+        const std::size_t from = shifted.samples.size();
+        shifted.until([&] { return shifted.arrivals.size() >= count + 6; });
+        same.run(5);
+        std::size_t i = from;
+        while (i < shifted.samples.size() && std::abs(shifted.samples[i] - same.samples[i]) < nm) ++i;
+        const double there = shifted.samples[i - 1];  // the last that is the same is at a dead point
+        EXPECT_LT(std::min(std::abs(there - 10), std::abs(there - 40)), 0.01);
+        EXPECT_LE(shifted.hardest, 1000 * 1.01);
+        const auto [low, high] = std::minmax_element(shifted.samples.begin(), shifted.samples.end());
+        EXPECT_GE(*low, std::min(lower, 10.0));
+        EXPECT_LE(*high, std::max(upper, 40.0));
+        EXPECT_EQ(shifted.arrivals.back().bound, shifted.arrivals.back().upper ? upper : lower);
+        EXPECT_EQ(shifted.arrivals[shifted.arrivals.size() - 2].bound,
+                  shifted.arrivals.back().upper ? lower : upper);
+    }
+}
+
+// What was learned holds for a whole stroke of one region, at one speed.
+TEST(Oscillation, AStrokeBetweenTwoRegionsOrSpeedsEndsInside) {
+    Watched watched(usual(), 10);
+    watched.offset[0] = watched.offset[1] = 0.2;
+    Random random(11);
+    for (int i = 0; i < 30; ++i) {
+        if (i % 2 == 0) watched.settings.lower = random.uniform(0, 20);
+        if (i % 3 == 0) watched.settings.speed = random.uniform(50, 150);
+        watched.run(random.uniform(0.2, 1.5));
+    }
+    int mixed = 0, regular = 0;
+    for (const auto& arrival : watched.arrivals) {
+        (arrival.regular ? regular : mixed) += 1;
+        if (!arrival.regular) {
+            EXPECT_EQ(arrival.offset, 0);
+        }
+    }
+    EXPECT_GT(mixed, 5);
+    EXPECT_GT(regular, 5);
+}
+
+// Samples around a dead point are those of the continuous motion: what is left of a period after it belongs
+// to the next stroke.
+TEST(Oscillation, TheSampleWithTheDeadPointIsSplitThere) {
+    Watched watched(usual(), 10);
+    watched.until([&] { return watched.arrivals.size() == 1 && watched.it.velocity() != 0; });
+    const double v = watched.it.velocity(), a = watched.it.acceleration(), t = v / a;
+    EXPECT_LT(t, dt + 1e-12);
+    EXPECT_NEAR(watched.it.position(), 40 + a * t * t / 2, nm);
+}
+
+TEST(Oscillation, AnOverrideComesWithAStrokeAndKeepsTheRegion) {
+    Watched watched(usual(), 10);
+    Random random(4);
+    for (int i = 0; i < 60; ++i) {
+        watched.settings.speed = 100 * random.uniform(0.1, 2);
+        watched.run(random.uniform(0, 1));
+    }
+    const auto [low, high] = std::minmax_element(watched.samples.begin(), watched.samples.end());
+    EXPECT_GE(*low, 10);
+    EXPECT_LE(*high, 40);
+    EXPECT_LE(watched.hardest, 1000 * 1.01);
+    EXPECT_FALSE(watched.late);
+}
+
+// As from an analogue input.
+TEST(Oscillation, ASpeedThatChangesInEachPeriodDelaysNoStroke) {
+    Watched watched(usual(), 10);
+    Random random(9);
+    for (int i = 0; i < 5000; ++i) {
+        watched.settings.speed = 100 * random.uniform(0.99, 1.01);
+        watched.step();
+    }
+    EXPECT_EQ(watched.arrivals.size(), static_cast<std::size_t>(5 / (pi * 0.15)));
+    EXPECT_FALSE(watched.late);
+}
+
+// Everything at once, drawn: nothing breaks the acceleration or leaves all regions.
+TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
+    Random random(7);
+    for (int run = 0; run < rounds(150, 10); ++run) {
+        SCOPED_TRACE(run);
+        Oscillation::Settings settings = usual();
+        settings.sections[0] = {SpeedSection::height, 15, random.uniform(16, 30), random.uniform(0.2, 3)};
+        settings.sections[1] = {SpeedSection::phase, 5.5, random.uniform(0, 0.5), random.uniform(0.2, 2)};
+        Watched watched(settings, random.uniform(0, 50));
+        double lowest = watched.it.position(), highest = lowest;
+        const auto widen = [&] {
+            lowest = std::min(lowest, watched.settings.lower);
+            highest = std::max(highest, watched.settings.upper);
+        };
+        widen();
+        for (int i = 0; i < 40; ++i) {
+            switch (random.index(7)) {
+                case 0: watched.hold = true; break;
+                case 1: watched.hold = false; break;
+                case 2: watched.settings.speed = random.uniform(10, 300); break;
+                case 3:
+                    watched.settings.lower = random.uniform(-20, 30);
+                    watched.settings.upper = watched.settings.lower + random.uniform(5, 40);
+                    break;
+                case 4: watched.settings.upper_dwell = random.uniform(0, 0.1); break;
+                case 5: watched.settings.sections[0].ratio = random.uniform(0.2, 3); break;
+                case 6:
+                    if (random.uniform() < 0.3)
+                        watched.stop(random.uniform() < 0.5 ? Stop::at_once : Stop::dead_point);
+                    break;
+            }
+            widen();
+            if (watched.it.state() == State::rest) watched.it.start(watched.settings, watched.it.position());
+            watched.run(random.uniform(0, 0.6));
+        }
+        EXPECT_LE(watched.hardest, 1000 * 1.01);
+        const auto [low, high] = std::minmax_element(watched.samples.begin(), watched.samples.end());
+        EXPECT_GE(*low, lowest - 1e-9);
+        EXPECT_LE(*high, highest + 1e-9);
+    }
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,157 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of grinder_linuxcnc_test: strokes of Z beside a contour, stopped in every way that there is."""
+
+import sys
+
+import linuxcnc
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
+
+STROKE = "G81.1 Z5 Q-30 R5 P3600"
+
+
+class Shift(Scenario):
+    columns = [
+        "scene",
+        "joint.0.pos-cmd",
+        "joint.2.pos-cmd",
+        "joint.2.f-error",
+        "motion.current-vel",
+        "motion.program-line",
+        "chop.active",
+        "chop.command",
+        "chop.offset",
+        "chop.stroke-count",
+        "z-stage.applied-offset",
+        "z-stage.drive-command",
+        "grinder.truth-position",
+    ]
+
+    def work(self):
+        self.play(
+            self.turn_on,
+            self.contour,
+            self.pause,
+            self.abort,
+            self.after_abort,
+            self.emergency_stop,
+            self.on_again,
+            self.start_again,
+            self.off_and_on,
+            self.back_at_r,
+            self.refusals,
+            self.with_a_tool,
+            self.learn,
+        )
+
+    def turn_on(self):
+        self.host.set("chop.learn", 0)
+        self.machine.turn_on()
+        self.machine.home()
+
+    def contour(self):
+        self.machine.run("contour.ngc")
+
+    def strokes(self, count):
+        """Waits for so many more strokes."""
+        last = self.host.get("chop.stroke-count") + count
+        self.await_condition(lambda: self.host.get("chop.stroke-count") >= last, "%d strokes" % count)
+
+    def await_strokes(self):
+        """Two strokes of a start that may be yet to come."""
+        get = self.host.get
+        self.await_condition(lambda: get("chop.active") == 1 and get("chop.stroke-count") >= 2, "the strokes")
+
+    def start(self):
+        self.machine.mdi(STROKE)
+        self.await_strokes()
+
+    def pause(self):
+        self.machine.start("contour.ngc")
+        self.await_strokes()
+        self.machine.pause()
+        self.strokes(2)
+        self.machine.resume()
+
+    def abort(self):
+        self.machine.abort()
+        self.await_pin("chop.at-end", 1)
+
+    def after_abort(self):
+        """No stroke comes back with the next block."""
+        self.machine.mdi("G0 X0 Y0 Z10")
+
+    def emergency_stop(self):
+        self.start()
+        self.machine.emergency_stop()
+
+    def on_again(self):
+        self.machine.turn_on()
+        self.machine.wait(0.5)
+        self.machine.mode(linuxcnc.MODE_MDI)
+        self.machine.wait(0.5)
+
+    def start_again(self):
+        self.start()
+        self.strokes(2)
+
+    def off_and_on(self):
+        self.machine.turn_off()
+        self.machine.wait(0.3)
+        self.machine.turn_on()
+        self.machine.wait(0.5)
+
+    def back_at_r(self):
+        self.start()
+        self.machine.mdi("G80.1")
+        self.facts["at_r"] = [self.host.get("chop.offset"), self.host.get("z-stage.applied-offset")]
+
+    def refuse(self, block):
+        """All that the operator reads until the block has ended."""
+        texts = []
+        carry_out, words = self.machine.mdi, (block,)
+        while carry_out:
+            try:
+                carry_out(*words)
+                carry_out = None
+            except OperatorError as error:
+                texts.append(str(error))
+                carry_out, words = self.machine.wait_until_idle, ()
+        return "; ".join(texts)
+
+    def refusals(self):
+        """Each as the operator reads it."""
+        fast, far, deep = "G81.1 Z5 Q-30 R5 P60000", "G81.1 Z-200 Q-110 R5 P600", "G81.1 Z-250 Q-20 R200 P600"
+        flat, no_q, negative = "G81.1 Z5 Q0 R5 P600", "G81.1 Z5 R5 P600", "G81.1 Z5 Q-30 P-5"
+        blocks = {"fast": fast, "far": far, "deep": deep, "flat": flat, "no_q": no_q, "negative": negative}
+        self.facts["refused"] = {name: self.refuse(block) for name, block in blocks.items()}
+        self.machine.mdi("G0 Z10")
+
+    def with_a_tool(self):
+        """The words are of the work, whatever its origin and the tool."""
+        self.machine.mdi("G10 L2 P1 Z-3")
+        self.machine.mdi("T2 M6 G43")
+        self.machine.mdi("G81.1 Z-60 Q-30 R5 P3600")
+        self.await_strokes()
+        self.strokes(2)
+        self.facts["with_a_tool"] = [self.host.get("chop.upper"), self.host.get("chop.lower")]
+        self.facts["joint"] = self.host.get("joint.2.pos-cmd")
+        self.machine.mdi("G80.1")
+        self.machine.mdi("G49")
+        self.machine.mdi("G10 L2 P1 Z0")
+        self.machine.mdi("G0 Z10")
+
+    def learn(self):
+        self.host.set("chop.learn", 1)
+        self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+        self.await_pin("chop.learned", 1)
+        self.strokes(2)
+        names = ("upper", "lower")
+        self.facts["dead_points"] = [self.host.get("grinder.truth-" + name) for name in names]
+        self.facts["codes"] = [self.host.get("chop.fault-code"), self.host.get("z-stage.limited")]
+        self.machine.mdi("G80.1")
+
+
+if __name__ == "__main__":
+    sys.exit(run(Shift, recording="shift.csv"))

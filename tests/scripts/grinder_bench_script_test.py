@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The figures of scripts/bench grinder, on errors made by hand; and one axis of it."""
+
+import unittest
+
+import grinder
+from bench_runs import run_bench
+
+
+def results(learned=((0.5, -1), (1, 3))):
+    every = {command: [((10, -20), 10), ((5, 5), 5)] for command in grinder.COMMANDS}
+    every["learned"] = [(errors, max(errors)) for errors in learned]
+    return every
+
+
+class Figures(unittest.TestCase):
+    def test_table_has_the_farther_dead_point_of_each_command(self):
+        lines = grinder.error_lines(results())
+        self.assertEqual(lines[1].split()[-1], "20.0")
+        self.assertEqual(lines[4].split()[-1], "3.0")
+
+    def test_promise_counts_axes_within_two_micrometres(self):
+        lines = grinder.promise_lines(results())
+        self.assertIn("1 of 2 axes", lines[0])
+        self.assertIn("3.0 um", lines[1])
+
+    def test_trapezoid_takes_the_time_of_the_crank(self):
+        v, a, way = grinder.trapezoid_speed(), grinder.ACCELERATION, grinder.STROKE
+        self.assertAlmostEqual(way / v + v / a, grinder.crank_time() / 2, places=9)
+        self.assertLessEqual(v * v / a, way)
+
+    def test_spacing_is_half_a_cycle_along_the_contour(self):
+        times = {(a, r): 2.0 for a in grinder.ACCELERATIONS for r in grinder.RATIOS}
+        self.assertEqual(grinder.time_lines(times)[3].split()[1:3], ["2.000", "(%.1f)" % grinder.ALONG])
+
+
+class Command(unittest.TestCase):
+    def test_a_single_axis_has_no_percentiles(self):
+        done = run_bench("grinder", "--seeds", "1")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("not a whole number from 2", done.stderr)
+
+
+class OneAxis(unittest.TestCase):
+    def test_each_command_strokes_and_the_learned_one_is_right(self):
+        errors = {command: grinder.simulate(command, 3, lambda seconds: True)[0] for command in grinder.COMMANDS}
+        self.assertLess(max(map(abs, errors["learned"])), 2)
+        for command in ("constant", "trapezoid", "crank"):
+            self.assertTrue(5 < max(map(abs, errors[command])) < 2000, command)
+
+
+if __name__ == "__main__":
+    unittest.main()
