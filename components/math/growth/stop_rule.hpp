@@ -49,50 +49,36 @@ public:
     using Temperatures = std::array<double, most_sensors>;  // degC; not a number: unknown
 
     void clear() noexcept {
-        next_ = kept - 1;
-        count_ = cycles_ = 0;
-        change_by_cycle_ = unknown;
+        samples_.clear();
+        ends_.clear();
+        cycles_ = 0;
         for (Series& its : series_) its.count = 0;
     }
 
     // Temperatures at a time, a few seconds or more after the last ones.
     void sample(double time, const Temperatures& now, const Settings& settings) noexcept {
-        if (settings.interval <= 0) {
-            latest_ = now;
-            return;
-        }
-        const double every = settings.interval / (kept - 1);
         latest_ = now;
         latest_time_ = time;
-        if (count_ == 0 || time - times_[newest()] >= every * (1 - 1e-9)) {
-            next_ = (next_ + 1) % kept;
-            times_[newest()] = time;
-            values_[newest()] = now;
-            count_ = std::min(count_ + 1, kept);
-        }
+        const double every = settings.interval / (History::most - 1);
+        if (settings.interval > 0) samples_.take(time, now, every * (1 - 1e-9));
     }
 
     // A cycle of the machine ends: the temperatures of now are those of this cycle.
-    void cycle_ends(const Settings& settings) noexcept {
+    void cycle_ends(double time, const Settings& settings) noexcept {
         ++cycles_;
-        if (settings.interval > 0) return;
-        change_by_cycle_ = cycles_ > 1 ? largest(latest_, at_cycle_, settings.sensors) : unknown;
-        at_cycle_ = latest_;
+        latest_time_ = time;
+        ends_.take(time, latest_, settings.interval / (History::most - 1) * (1 - 1e-9));
     }
 
-    // Largest change of a sensor within the interval, in K; infinite while it is unknown.
+    // Largest change of a sensor within the interval, in K; infinite while it is unknown. A machine that
+    // works in cycles is compared at the ends of cycles: its temperatures rise and fall within each.
     double change(const Settings& settings) const noexcept {
-        if (settings.interval <= 0) return change_by_cycle_;
-        const double then = latest_time_ - settings.interval;
-        double change = unknown;
-        // The youngest sample that is as old as the interval.
-        for (int i = 0; i < count_; ++i) {
-            const auto at = static_cast<std::size_t>((next_ - i + kept) % kept);
-            if (times_[at] > then + 1e-6 * settings.interval) continue;
-            change = largest(latest_, values_[at], settings.sensors);
-            break;
-        }
-        return change;
+        if (cycles_ == 0)
+            return settings.interval > 0
+                       ? change(samples_, latest_, latest_time_ - settings.interval, settings)
+                       : unknown;
+        const double then = ends_.time(0) - std::max(settings.interval, 1e-3);
+        return change(ends_, ends_.value(0), then, settings);
     }
 
     // The deviation number `index` at a time, in mu. Those of one pass come together.
@@ -104,7 +90,7 @@ public:
             its.first = Range();
             its.last_hour.clear();
         }
-        if (time <= its.began + hour) its.first.take(value);
+        if (time <= its.began + hour || its.count < 2) its.first.take(value);
         its.last_hour.take(time, value);
         ++its.count;
     }
@@ -136,8 +122,36 @@ public:
     int cycles() const noexcept { return cycles_; }
 
 private:
-    static constexpr int kept = 65;  // samples within an interval
     static constexpr double unknown = HUGE_VAL;
+
+    // The last temperatures.
+    class History {
+    public:
+        static constexpr int most = 65;
+
+        // Those that come sooner than `every` after the last ones are left out.
+        void take(double time, const Temperatures& value, double every) noexcept {
+            if (count_ > 0 && time - times_[index(0)] < every) return;
+            next_ = (next_ + 1) % most;
+            count_ = std::min(count_ + 1, most);
+            times_[index(0)] = time;
+            values_[index(0)] = value;
+        }
+        void clear() noexcept { count_ = 0; }
+        int count() const noexcept { return count_; }
+        // So many before the last.
+        double time(int before) const noexcept { return times_[index(before)]; }
+        const Temperatures& value(int before) const noexcept { return values_[index(before)]; }
+
+    private:
+        std::size_t index(int before) const noexcept {
+            return static_cast<std::size_t>((next_ - before + most) % most);
+        }
+
+        std::array<double, most> times_{};
+        std::array<Temperatures, most> values_{};
+        int next_ = most - 1, count_ = 0;
+    };
 
     struct Range {
         double low = HUGE_VAL, high = -HUGE_VAL;
@@ -203,7 +217,14 @@ private:
         Recent last_hour;
     };
 
-    std::size_t newest() const noexcept { return static_cast<std::size_t>(next_); }
+    // Against the youngest ones that are at least as old as `then`.
+    static double change(const History& history, const Temperatures& now, double then,
+                         const Settings& settings) noexcept {
+        for (int i = 0; i < history.count(); ++i)
+            if (history.time(i) <= then + 1e-6 * settings.interval)
+                return largest(now, history.value(i), settings.sensors);
+        return unknown;
+    }
 
     static double largest(const Temperatures& now, const Temperatures& then, std::uint32_t sensors) noexcept {
         double most = -1;
@@ -216,13 +237,9 @@ private:
         return most >= 0 ? most : unknown;
     }
 
-    std::array<double, kept> times_{};
-    std::array<Temperatures, kept> values_{};
-    int next_ = kept - 1, count_ = 0;
+    History samples_, ends_;
     Temperatures latest_{};
     double latest_time_ = 0;
-    Temperatures at_cycle_{};
-    double change_by_cycle_ = unknown;
     int cycles_ = 0;
     std::array<Series, most_values> series_{};
 };

@@ -90,7 +90,7 @@ struct Stop : testing::Test {
             if (t >= next) {
                 next += pass;
                 rule.deviation(t, 2, drift(t));
-                rule.cycle_ends(settings);
+                rule.cycle_ends(t, settings);
                 if (rule.reason(t, settings) != StopReason::none) return t;
             }
         }
@@ -145,6 +145,13 @@ TEST_F(Stop, TakesAnyThresholdAboveZeroAndCallsUnusualOnesSo) {
         settings.threshold = threshold;
         EXPECT_FALSE(settings.valid());
     }
+}
+
+TEST_F(Stop, ComparesCyclesAtTheirEndsNotWithinThem) {
+    settings.by_displacement = false;
+    const auto sawtooth = [](double t) { return warming(t) + 4 * std::sin(t * 3.14159265358979 / 1500); };
+    const double stop = stopped(sawtooth, growing, 3000);  // cycles of 50 min, an interval of 60
+    EXPECT_LT(stop, 6 * hour);
 }
 
 TEST_F(Stop, LostSensorDecidesNothing) {
