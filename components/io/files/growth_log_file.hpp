@@ -49,6 +49,7 @@ struct GrowthLog {
 namespace growth_log_file {
 
 constexpr int version = 1;
+constexpr std::size_t most_bytes = 16 << 20;
 constexpr std::array<const char*, 10> event_names{"begin", "pass-begin", "pass-end", "cycle-end",
                                                   "stop",  "resumed",    "rejected", "fault",
                                                   "end",   "measured"};
@@ -263,7 +264,7 @@ inline GrowthLog parse(const std::string& text, const std::string& file) {
 
 // Throws std::runtime_error with file, line and reason.
 inline GrowthLog read_growth_log(const std::filesystem::path& file) {
-    return growth_log_file::parse(csv::text_of(file), file.string());
+    return growth_log_file::parse(csv::text_of(file, growth_log_file::most_bytes), file.string());
 }
 
 }  // namespace plumb

@@ -61,7 +61,7 @@ public:
         head.begun = date;
         for (int copy = 0;; ++copy) {
             path_ = folder_ /
-                    ("growth-" + std::string(stamp) + (copy > 0 ? "-" + std::to_string(copy) : "") + ".csv");
+                    ("growth-" + std::string(stamp) + (copy > 0 ? "_" + std::to_string(copy) : "") + ".csv");
             try {
                 file_.emplace(path_, O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_NOFOLLOW, 0644);
                 break;

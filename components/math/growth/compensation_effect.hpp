@@ -86,8 +86,12 @@ struct CompensationRecord {
     Eigen::MatrixX3d drift;         // mu, of each pass, without compensation; 0 in the first
     Eigen::MatrixX3d compensation;  // mu, as applied in each pass, and not relative to the first
     Eigen::MatrixXd temperatures;   // degC, a column for each logged sensor; no columns if none is logged
-    double uncertainty = 0.001;     // mu, of a drift
-    double millimetres = 1;         // in a machine unit
+    // The same at each visit of a bore, by which the law of the compensation is found; the above if there are
+    // no rows.
+    Eigen::MatrixXd visit_temperatures;
+    Eigen::MatrixX3d visit_compensation;
+    double uncertainty = 0.001;  // mu, of a drift
+    double millimetres = 1;      // in a machine unit
 };
 
 struct CompensationFinding {
@@ -101,8 +105,8 @@ struct CompensationFinding {
 namespace compensation_fault {
 
 constexpr double weak = 0.9, strong = 1.15;  // gains between these are good
-constexpr double still = 0.1;                // K, less than the noise of a sensor that works
-constexpr double warmed = 2;                 // K, a machine that has warmed
+constexpr double still = 0.02;               // K, less than the noise of a sensor that works
+constexpr double warmed = 1;                 // K, a machine that has warmed
 constexpr double apart = 1.5;                // K, between sensors of a machine that is cold throughout
 
 inline double range(const Eigen::VectorXd& values) {
@@ -165,11 +169,6 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
 
     const double own = square;
     const int frozen = frozen_sensor(record.temperatures);
-    if (std::sqrt(cc) < 0.1 * std::sqrt(dd)) {
-        finding.fault = frozen >= 0 ? CompensationFault::frozen_sensor : CompensationFault::absent;
-        finding.sensor = frozen;
-        return finding;
-    }
     const double gain_rest = [&] {  // of a compensation that has one wrong factor
         double rest = 0;
         for (int axis = 0; axis < 3; ++axis) {
@@ -183,13 +182,22 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
     // A compensation is a law of temperatures. If the law with two sensors exchanged removes the drift, they
     // are swapped.
     const Eigen::Index sensors = record.temperatures.cols();
-    if (sensors >= 2 && passes > sensors) {
+    if (sensors >= 2 && passes > sensors && own > 0.03 * dd + noise) {
         const Eigen::MatrixXd t = record.temperatures.rowwise() - record.temperatures.row(0);
-        Eigen::MatrixXd normal = t.transpose() * t;
-        const double little = 0.05 * 0.05 * static_cast<double>(passes);  // the noise of a sensor, in K
-        normal.diagonal().array() += little;
-        const Eigen::MatrixXd law = normal.ldlt().solve(t.transpose() * c);
-        const bool follows = (t * law - c).squaredNorm() < 0.05 * cc + noise;
+        const bool by_visit = record.visit_temperatures.rows() > passes;
+        const Eigen::MatrixXd warm = by_visit ? Eigen::MatrixXd(record.visit_temperatures.rowwise() -
+                                                                record.visit_temperatures.colwise().mean())
+                                              : t;
+        const Eigen::MatrixX3d found = by_visit ? Eigen::MatrixX3d(record.visit_compensation.rowwise() -
+                                                                   record.visit_compensation.colwise().mean())
+                                                : c;
+        Eigen::MatrixXd normal = warm.transpose() * warm;
+        normal.diagonal().array() +=
+            0.03 * 0.03 * static_cast<double>(warm.rows());  // the noise of a sensor, in K
+        const Eigen::MatrixXd law = normal.ldlt().solve(warm.transpose() * found);
+        const bool follows = (warm * law - found).squaredNorm() <
+                             0.1 * found.squaredNorm() +
+                                 noise / static_cast<double>(passes) * static_cast<double>(warm.rows());
         for (int i = 0; follows && i < sensors; ++i)
             for (int j = i + 1; j < sensors; ++j) {
                 Eigen::MatrixXd exchanged = law;
@@ -202,6 +210,11 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
                 finding.other_sensor = j;
             }
         if (finding.fault == CompensationFault::swapped_sensors) return finding;
+    }
+    if (std::sqrt(cc) < 0.1 * std::sqrt(dd)) {
+        finding.fault = frozen >= 0 ? CompensationFault::frozen_sensor : CompensationFault::absent;
+        finding.sensor = frozen;
+        return finding;
     }
     if (finding.gain < -0.3 && gain_rest < 0.2 * dd * finding.gain * finding.gain + noise) {
         finding.fault = CompensationFault::wrong_sign;

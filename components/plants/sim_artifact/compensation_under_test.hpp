@@ -46,7 +46,7 @@ public:
                          const TemperatureSensors& sensors, double dt) noexcept {
         Eigen::Vector3d c = Eigen::Vector3d::Zero();
         for (std::size_t i = 0; i < 2; ++i)
-            c -= factor_[i] * sensitivities[i] * (sensors.value(i) - 20 - sensors.own_offset(i));
+            c -= factor_[i] * sensitivities[i] * (sensors.true_value(i) - sensors.true_value(2));
         switch (error_) {
             case absent: c.setZero(); break;
             case wrong_sign: c = -c; break;

@@ -58,7 +58,8 @@ public:
     }
 
     double value(std::size_t sensor) const noexcept { return shown_[sensor]; }
-    double own_offset(std::size_t sensor) const noexcept { return offset_[sensor]; }
+    // Calibrated: without its own offset, but with its faults.
+    double true_value(std::size_t sensor) const noexcept { return shown_[sensor] - offset_[sensor]; }
 
 private:
     void show() noexcept {

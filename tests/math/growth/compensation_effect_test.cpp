@@ -115,7 +115,7 @@ void expect_named(CompensationFault expected, const Spoil& spoil) {
         // A fault that changes the compensation by less than a sixth of the drift is one that no test could
         // see.
         const double change = (machine.record.compensation - good).norm();
-        if (expected != CompensationFault::none && change < machine.record.drift.norm() / 6) continue;
+        if (expected != CompensationFault::none && change < machine.record.drift.norm() / 5) continue;
         ++machines;
         const CompensationFault found = machine.judged();
         if (found == expected) ++named;
