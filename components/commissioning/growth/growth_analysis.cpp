@@ -191,7 +191,6 @@ Means means_of(const GrowthAnalysis& analysis, bool compensated) {
 }
 
 void measure_axes(GrowthAnalysis& analysis) {
-    std::vector<double> scatters;
     for (const bool compensated : {false, true}) {
         const Means means = means_of(analysis, compensated);
         for (int axis = 0; axis < 3; ++axis) {
@@ -226,14 +225,15 @@ void measure_axes(GrowthAnalysis& analysis) {
                 y[i] = means.deviation[static_cast<std::size_t>(i)][axis];
             }
             its.fit = fit_exponential(t, y);
-            if (its.fit) scatters.push_back(its.fit->scatter);
         }
     }
     // A deviation contains two bores, the seat of the probe, and what else scatters about a smooth curve.
-    analysis.uncertainty = std::max(analysis.touch_scatter, 0.0002);
-    if (!scatters.empty()) {
-        std::sort(scatters.begin(), scatters.end());
-        analysis.uncertainty = std::max(analysis.uncertainty, scatters[scatters.size() / 2]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        double& its = analysis.uncertainties[axis];
+        its = std::max(analysis.touch_scatter, 0.0002);
+        for (const GrowthOfAxis& each : {analysis.off[axis], analysis.on[axis]})
+            if (each.fit) its = std::max(its, each.fit->scatter);
+        analysis.uncertainty = std::max(analysis.uncertainty, its);
     }
 }
 
@@ -268,7 +268,9 @@ void judge_compensation(GrowthAnalysis& analysis, const std::vector<Visit>& visi
             if (off.pass[i] == on.pass[j]) both.emplace_back(i, j);
     const auto passes = static_cast<Eigen::Index>(both.size());
     CompensationRecord record;
-    record.uncertainty = analysis.uncertainty;
+    std::array<double, 3> sorted = analysis.uncertainties;
+    std::sort(sorted.begin(), sorted.end());
+    record.uncertainty = sorted[1];
     record.drift.resize(passes, 3);
     record.compensation.resize(passes, 3);
     Eigen::MatrixX3d residual(passes, 3);
@@ -285,7 +287,8 @@ void judge_compensation(GrowthAnalysis& analysis, const std::vector<Visit>& visi
             continue;
         }
         CompensationGain& gain = analysis.gain[static_cast<std::size_t>(axis)];
-        gain = compensation_gain(record.drift.col(axis), residual.col(axis), analysis.uncertainty);
+        gain = compensation_gain(record.drift.col(axis), residual.col(axis),
+                                 analysis.uncertainties[static_cast<std::size_t>(axis)]);
         const double most = analysis.off[static_cast<std::size_t>(axis)].largest;
         if (gain.determined)
             gain.effectiveness = 1 - analysis.on[static_cast<std::size_t>(axis)].largest / most;
@@ -377,7 +380,7 @@ void decide(GrowthAnalysis& analysis) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::string letter(1, "XYZ"[axis]);
         if (!axes[axis].probed) continue;
-        const double most = axes[axis].largest, room = 2 * analysis.uncertainty,
+        const double most = axes[axis].largest, room = 2 * analysis.uncertainties[axis],
                      tolerance = analysis.log->tolerance[axis];
         GrowthVerdict& verdict = analysis.verdicts[axis];
         if (most - room > tolerance) {

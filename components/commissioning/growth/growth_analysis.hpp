@@ -56,8 +56,9 @@ struct GrowthAnalysis {
     double duration = 0;
     int stop = 0;  // as in thermal_growth_test: 0 not yet, 1 stable, 2 maximum time
     bool cooling_toggled = false;
-    double uncertainty = 0;    // standard, of a deviation
-    double touch_scatter = 0;  // rms about the circles
+    std::array<double, 3> uncertainties{};  // standard, of a deviation of each axis
+    double uncertainty = 0;                 // of the worst;     // standard, of a deviation
+    double touch_scatter = 0;               // rms about the circles
     std::array<GrowthOfAxis, 3> off, on;
     bool has_off = false, has_on = false;
     std::array<CompensationGain, 3> gain;

@@ -108,6 +108,7 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
         nlohmann::json& its = j["axes"][std::string(1, letters[axis])];
         its["tolerance_mm"] = log.tolerance[i];
         its["verdict"] = word(test.verdicts[i]);
+        its["uncertainty_mm"] = test.uncertainties[i];
         its["off"] = test.has_off ? axis_json(test.off[i]) : nullptr;
         its["on"] = test.has_on ? axis_json(test.on[i]) : nullptr;
         const CompensationGain& gain = test.gain[i];
@@ -180,7 +181,7 @@ details{margin:.5rem 0}summary{cursor:pointer}
 void write_axes(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<div class=\"wide\"><table><caption class=\"soft\">Largest deviation of a bore from the cold "
            "pass, in "
-           "\u00b5m; u is its standard uncertainty: "
+           "\u00b5m; u of the worst axis is "
         << um(test.uncertainty)
         << " \u00b5m</caption><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">1 h</th><th "
            "scope=\"col\">4 h</th>"

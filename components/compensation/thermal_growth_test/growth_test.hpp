@@ -37,6 +37,8 @@ public:
     Stop stop() const noexcept { return stop_; }
     double time() const noexcept { return records_.empty() ? 0 : records_.back().time; }
     std::int32_t pass() const noexcept { return pass_; }
+    // The pass has not ended: an interrupted one goes on under its number, as its references belong together.
+    bool pass_open() const noexcept { return pass_open_; }
     std::int32_t visit() const noexcept { return visit_; }
     std::int32_t touches() const noexcept { return touches_; }
     int cycles() const noexcept { return rule_.cycles(); }
@@ -64,6 +66,7 @@ public:
         circle_.clear();
         pass_ = visit_ = touches_ = 0;
         sides_ = 0;
+        pass_open_ = false;
         stop_ = Stop::none;
         bore_ = Bore();
     }
@@ -140,7 +143,11 @@ private:
 
     void event(const Record& r, const Settings& settings) noexcept {
         switch (static_cast<Event>(r.item)) {
-            case Event::pass_begin: pass_ = r.pass; break;
+            case Event::pass_begin:
+                pass_ = r.pass;
+                pass_open_ = true;
+                break;
+            case Event::pass_end: pass_open_ = false; break;
             case Event::cycle_end: rule_.cycle_ends(r.time, settings.stop); break;
             case Event::stop: stop_ = static_cast<Stop>(std::clamp(static_cast<int>(r.x), 0, 2)); break;
             case Event::measured: measure(r); break;
@@ -191,6 +198,7 @@ private:
     double face_ = 0, face_low_ = 0, face_high_ = 0;
     int faces_ = 0;
     std::int32_t pass_ = 0, visit_ = 0, touches_ = 0;
+    bool pass_open_ = false;
     int sides_ = 0;  // 0 unknown, 1 without compensation, 2 with it
     Stop stop_ = Stop::none;
     Bore bore_;

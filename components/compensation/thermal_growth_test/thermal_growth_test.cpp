@@ -42,9 +42,10 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   addf motion-controller      servo-thread
   addf growth-test.update     servo-thread
 
-Wire Y and Z like X. configs/growth has all lines. x-joint-fb must contain the compensation, and x-applied-offset is the
-compensation that it contains: through axis_offset(9) both are those of LinuxCNC. Through joint_offset(9) take
-drive-feedback and applied-offset of the stage.)"},
+Wire Y and Z like X; configs/growth has all lines. Load motmod with num_dio=16 num_aio=5.
+
+x-joint-fb must contain the compensation, and x-applied-offset is the compensation that it contains: through
+axis_offset(9) both are those of LinuxCNC. Through joint_offset(9) take drive-feedback and applied-offset of the stage.)"},
         hal::SettingUp{R"(
 1. Mount the artifact on the table and calibrate the probe. Note the place of each bore for growth_log(1).
 2. Net the temperatures, with valid and age, and set sensors to their number.
@@ -66,7 +67,8 @@ compensation of that period. Its direction is that of the motion.
 - Stop: done becomes true when temperatures and displacements stand, never before minimum-time, or at maximum-time.
 - Sensor fault: A sensor that decides and is not valid holds the first rule back. The test goes on.
 - State of compensation: compensation-request follows compensate. confirmed is true when compensation-on agrees.
-- Abort: The records stay. The visit that was interrupted does not count.
+- Abort: The records stay. The visit that was interrupted does not count. A pass that was interrupted goes on under its
+number when the test is resumed.
 - Invalid position: The touch is not latched, and the visit does not count.)"},
         hal::Limits{R"(
 A stopped spindle cools while the probe works: 3 to 15 of 60 um in a pass. plumb-growth(1) removes the drift within a pass
@@ -229,7 +231,7 @@ private:
 
     void follow_pass() noexcept {
         if (now_.pass && !pass_begun_) {
-            ++pass_;
+            if (!test_.pass_open()) ++pass_;
             happen(Event::pass_begin);
         }
         if (!now_.pass && pass_begun_) happen(Event::pass_end);

@@ -56,8 +56,7 @@ public:
             default: break;
         }
         const double share = share_.step(asked_ ? 1 : 0, 0.5, dt);
-        on_ = share > 0.999 || (share > 0.001 && asked_ && was_on_);
-        was_on_ = share > 0.999;
+        on_ = asked_ ? share > 0.999 : share >= 0.001;
         const Eigen::Vector3d applied = (share > 0.999 ? 1 : share < 0.001 ? 0 : share) * c;
         for (int i = 0; i < 3; ++i) out_[static_cast<std::size_t>(i)] = applied[i];
         return applied;
@@ -73,7 +72,7 @@ private:
     std::array<double, 2> factor_{1, 1};
     FirstOrderLag share_;
     std::int32_t error_ = 0;
-    bool asked_ = false, was_on_ = false;
+    bool asked_ = false;
 };
 
 }  // namespace plumb

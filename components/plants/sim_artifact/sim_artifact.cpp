@@ -25,8 +25,7 @@ spindle come from LinuxCNC, and the probe touches where the ball meets the artif
 
   net x-motor-cmd x-stage.drive-command => artifact.x-position-cmd
   net x-motor-fb  artifact.x-position   => x-stage.drive-feedback
-  net b-motor-cmd   joint.3.motor-pos-cmd
-  net b-motor-cmd   => artifact.table-position-cmd
+  net table-motor-cmd => artifact.table-position-cmd
   net spindle-speed spindle.0.speed-out
   net spindle-speed => artifact.spindle-speed-cmd
   net probe artifact.probe => motion.probe-input

@@ -334,6 +334,28 @@ TEST_F(ThermalGrowthTest, SettingsOutOfRangeLeaveTheLastGoodOnes) {
     EXPECT_EQ(code("advice"), 1);
 }
 
+TEST_F(ThermalGrowthTest, InterruptedPassGoesOnUnderItsNumber) {
+    begin();
+    set("pass-running", 1);
+    probe_bore(1, 50, 20, -100);
+    set("running", 0);
+    set("pass-running", 0);
+    tick();
+    EXPECT_EQ(state(), State::interrupted);
+    set("resume", 1);
+    begin();
+    set("pass-running", 1);
+    probe_bore(2, 90, 20, -100);
+    EXPECT_EQ(get("pass"), 1);
+    EXPECT_EQ(fault(), Fault::none);
+    EXPECT_EQ(get("repeat"), 0);
+    set("pass-running", 0);
+    tick();
+    set("pass-running", 1);
+    tick();
+    EXPECT_EQ(get("pass"), 2);
+}
+
 // Its records give the same test: pass, visits, references and history go on where they were.
 TEST_F(ThermalGrowthTest, RestoredRecordsContinueTheTest) {
     begin();
