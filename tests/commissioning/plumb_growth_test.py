@@ -13,7 +13,7 @@ import unittest
 from html.parser import HTMLParser
 
 from support.growth_tests import results_of, run_test
-from tree import BUILD
+from tree import BUILD, ROOT
 
 PLUMB_GROWTH = os.path.join(BUILD, "bin", "plumb-growth")
 UM = 1e-3
@@ -24,6 +24,10 @@ FAULTS = {0: "removes the drift", 1: "does nothing", 2: "wrong sign", 3: "too we
 def growth(*arguments):
     done = subprocess.run([PLUMB_GROWTH, *arguments], capture_output=True, text=True, check=False)
     return done.returncode, done.stdout, done.stderr
+
+
+def is_record(line):
+    return line.split(",")[0] in ("touch", "temperature", "event")
 
 
 class Page(HTMLParser):
@@ -192,6 +196,32 @@ class Faults(unittest.TestCase):
             log = run_test(folder, 3, {"artifact.compensation-fault": 1}, sensors=("bed", "air"))
             results = results_of(log, folder)
         self.assertIn("If a sensor that is not logged were frozen", results["compensation"]["sentence"])
+
+
+class MeasuredCurve(unittest.TestCase):
+    def test_a_measured_growth_does_not_pass_before_the_minimum_time(self):
+        with tempfile.TemporaryDirectory() as folder:
+            replay = os.path.join(folder, "replay.csv")
+            with open(os.path.join(ROOT, "configs/mill/measured_growth.csv"), encoding="ascii") as curve, open(replay, "w", encoding="ascii") as file:
+                file.write("time,artifact.replay-z\n")
+                file.writelines(",".join(line.split(",")[:2]) + "\n" for line in list(curve)[1:])
+            settings = {"artifact.use-replay": True, "artifact.both-states": False, "artifact.both-orientations": False}
+            log = run_test(folder, 5, settings, replay=replay)
+            with open(log, encoding="ascii") as file:
+                lines = file.read().split("\n")
+            stops = [float(line.split(",")[2]) for line in lines if line.startswith("event") and ",stop," in line]
+            self.assertEqual(len(stops), 1)
+            self.assertGreaterEqual(stops[0], 4 * 3600)
+            predicted = []
+            for hours in (1.5, 2.5, 3.5):
+                part = [line for line in lines if line and not (is_record(line) and float(line.split(",")[2]) > hours * 3600)]
+                path = os.path.join(folder, "part.csv")
+                with open(path, "w", encoding="ascii") as file:
+                    file.write("\n".join(part) + "\n")
+                results = results_of(path, os.path.join(folder, "part"))
+                self.assertNotEqual(results["verdict"], "pass")
+                predicted.append(results["axes"]["Z"]["off"]["exponential"])
+            self.assertTrue(any(fit is None or not fit["determined"] or fit["steady_high_mm"] > fit["steady_low_mm"] for fit in predicted))
 
 
 class Fit(unittest.TestCase):

@@ -19,7 +19,7 @@ SIDES = {-3: "-Z", -2: "-Y", -1: "-X", 1: "+X", 2: "+Y", 3: "+Z"}
 TRUTH = ["growth-test.visit", "growth-test.at-bore", "growth-test.elapsed"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
 
 
-def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False):
+def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=None):
     """The path of the log of one test; with `truth`, a recording truth.csv lies beside it."""
     import plumb
 
@@ -31,6 +31,8 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False):
         host.command("start")
         if truth:
             recording = host.record(os.path.join(folder, "truth.csv"), TRUTH, 5)
+        if replay:
+            host.replay(replay)
         while not host.get("artifact.finished") and host.time < LONGEST:
             host.run(600)
         if truth:
