@@ -98,7 +98,10 @@ std::string GrowthChart::svg(bool alone) const {
         out << "<line class=\"g\" x1=\"" << number(x_of(x)) << "\" x2=\"" << number(x_of(x)) << "\" y1=\""
             << top << "\" y2=\"" << height - bottom << "\"/><text class=\"t\" x=\"" << number(x_of(x))
             << "\" y=\"" << height - bottom + 16 << "\" font-size=\"11\" text-anchor=\"middle\">"
-            << number(x, hours < 1 ? 1 : 0) << "</text>\n";
+            << number(x, hours < 0.1 ? 2
+                         : hours < 1 ? 1
+                                     : 0)
+            << "</text>\n";
     out << "<line class=\"a\" x1=\"" << left << "\" x2=\"" << width - right << "\" y1=\""
         << number(y_of(std::max(low, 0.0))) << "\" y2=\"" << number(y_of(std::max(low, 0.0)))
         << "\"/><text class=\"t\" x=\"" << (left + width - right) / 2 << "\" y=\"" << height - 8

@@ -224,7 +224,14 @@ void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
 }
 
 void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {
-    out << "<h2>Prediction</h2><p>Advice, never the verdict: real machines do not follow one exponential.</p>"
+    const auto fitted = [](const GrowthOfAxis& axis) { return axis.fit.has_value(); };
+    out << "<h2>Prediction</h2>";
+    if (std::none_of(test.off.begin(), test.off.end(), fitted) &&
+        std::none_of(test.on.begin(), test.on.end(), fitted)) {
+        out << "<p>None: a prediction needs five passes.</p>\n";
+        return;
+    }
+    out << "<p>Advice, never the verdict: real machines do not follow one exponential.</p>"
            "<table><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">steady state</th><th "
            "scope=\"col\">95 of 100 "
            "between</th><th scope=\"col\">time constant</th><th scope=\"col\">95 % "
@@ -246,7 +253,10 @@ void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {
 }
 
 void write_places(std::ostringstream& out, const GrowthAnalysis& test) {
-    if (test.rigid) {
+    if (test.rigid && test.rigid->rank <= 3) {
+        out << "<h2>Rigid part in the last pass</h2><p>None: one bore cannot show rotations and "
+               "scales.</p>\n";
+    } else if (test.rigid) {
         out << "<h2>Rigid part in the last pass</h2><p>dx = tx + sx x + ry z \u2212 rz y; dy = ty + sy y "
                "\u2212 rx z + rz "
                "x; dz = tz + sz z + rx y \u2212 ry x. Rank "

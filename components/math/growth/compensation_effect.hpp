@@ -104,7 +104,7 @@ struct CompensationFinding {
 
 namespace compensation_fault {
 
-constexpr double weak = 0.93, strong = 1.17;  // gains between these are good
+constexpr double weak = 0.9, strong = 1.15;  // gains between these are good
 constexpr double still = 0.02;               // K, less than the noise of a sensor that works
 constexpr double warmed = 1;                 // K, a machine that has warmed
 constexpr double apart = 1.5;                // K, between sensors of a machine that is cold throughout

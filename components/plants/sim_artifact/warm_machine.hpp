@@ -74,8 +74,9 @@ public:
     std::array<Eigen::Vector3d, 2> sensitivities(const Eigen::Vector3d& place) noexcept {
         const Eigen::Vector3d by_bed =
             (tip_error(place, 0, 1, 0.8, 0) - table_sensitivity()) / std::max(bed_rise_(seed_), 0.1);
-        const Eigen::Vector3d by_spindle =
-            tip_error(place, 1, 0, 0.2, 0) / std::max(spindle_rise_(seed_), 0.1);
+        constexpr double usual = 0.75;  // of the spindle at work, where somebody measured it
+        const Eigen::Vector3d by_spindle = tip_error(place, std::pow(usual, 1.15), 0, 0.1, 0) /
+                                           (usual * std::max(spindle_rise_(seed_), 0.1));
         return {by_spindle, by_bed - 0.15 * by_spindle};
     }
 
