@@ -21,7 +21,7 @@ def benches():
 
 def usage():
     lines = ["Usage: scripts/bench NAME [OPTION ...]", ""]
-    lines += [f"    {name:8}{words}" for name, words in benches().items()]
+    lines += [f"    {name:12}{words}" for name, words in benches().items()]
     return "\n".join(lines + ["", "`scripts/bench NAME --help` prints the options of a bench.", ""])
 
 

@@ -22,14 +22,14 @@ namespace plumb::csv {
 constexpr std::size_t most_bytes = 4 << 20;
 
 // Throws std::runtime_error with the file and the reason.
-inline std::string text_of(const std::filesystem::path& file) {
+inline std::string text_of(const std::filesystem::path& file, std::size_t most = most_bytes) {
     const auto refuse = [&](const std::string& why) { throw std::runtime_error(file.string() + ": " + why); };
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(file, error);
     if (!std::filesystem::exists(status)) refuse(std::strerror(ENOENT));
     if (!std::filesystem::is_regular_file(status)) refuse("is no regular file");
-    if (std::filesystem::file_size(file, error) > most_bytes)
-        refuse("is longer than " + std::to_string(most_bytes >> 20) + " MiB");
+    if (std::filesystem::file_size(file, error) > most)
+        refuse("is longer than " + std::to_string(most >> 20) + " MiB");
     std::ifstream stream(file, std::ios::binary);
     std::ostringstream text;
     if (!stream) refuse(std::strerror(errno));

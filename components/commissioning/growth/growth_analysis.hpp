@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// What a log of a growth test shows. Lengths are millimetres, times s since the test began.
+#pragma once
+
+#include "components/io/files/growth_log_file.hpp"
+#include "components/math/growth/compensation_effect.hpp"
+#include "components/math/growth/exponential_fit.hpp"
+#include "components/math/growth/rigid_part.hpp"
+#include "components/math/growth/turned_table.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace plumb::commissioning {
+
+// One bore at one orientation in one state, in one pass.
+struct GrowthPoint {
+    int pass = 0;
+    double time = 0;                     // of the pass, to which the drift within it was removed
+    Eigen::Vector3d deviation{0, 0, 0};  // from the first pass; not a number where it was not probed
+    Eigen::Vector3d compensation{0, 0, 0};
+    double diameter = 0, scatter = 0;
+};
+
+struct GrowthSeries {
+    int bore = 0;
+    bool turned = false, compensated = false;
+    std::vector<GrowthPoint> points;
+
+    std::string name() const;
+};
+
+enum class GrowthVerdict { undetermined, pass, fail };
+std::string word(GrowthVerdict verdict);
+
+// One axis in one state, over all bores and orientations.
+struct GrowthOfAxis {
+    bool probed = false;
+    double largest = 0;  // of |deviation|
+    double at_1_hour = 0, at_4_hours = 0,
+           at_end = 0;                  // deviation of the worst bore then; not a number if not reached
+    double range = 0, rate = 0;         // largest of a bore; rate in mm/h between two passes
+    std::optional<ExponentialFit> fit;  // of the mean over bores
+};
+
+struct GrowthAnalysis {
+    const GrowthLog* log = nullptr;
+    std::vector<GrowthSeries> series;
+    int passes = 0, visits = 0, rejected = 0, faults = 0, resumed = 0;
+    double duration = 0;
+    int stop = 0;  // as in thermal_growth_test: 0 not yet, 1 stable, 2 maximum time
+    bool cooling_toggled = false;
+    std::array<double, 3> uncertainties{};  // standard, of a deviation of each axis
+    double uncertainty = 0;                 // of the worst;     // standard, of a deviation
+    double touch_scatter = 0;               // rms about the circles
+    std::array<GrowthOfAxis, 3> off, on;
+    bool has_off = false, has_on = false;
+    std::array<CompensationGain, 3> gain;
+    CompensationFinding finding;
+    std::vector<std::string> logged_sensors;  // columns of the temperatures of the finding
+    std::array<GrowthVerdict, 3> verdicts{};
+    GrowthVerdict verdict = GrowthVerdict::undetermined;
+    std::vector<std::string> reasons;
+    std::optional<RigidPart> rigid;  // of the last pass, without compensation where there is that
+    std::vector<int> rigid_bores;
+    struct Turned {
+        int bore;
+        TurnedTable table;
+        std::optional<double> tilt;  // about X
+    };
+    std::vector<Turned> turned;
+    // Temperatures: time and value, by sensor.
+    std::map<int, std::vector<std::pair<double, double>>> temperatures;
+    std::vector<std::string> notes;
+
+    const GrowthSeries* worst(bool compensated) const;  // null if there is none
+};
+
+// The log must outlive the analysis.
+GrowthAnalysis analysed(const GrowthLog& log);
+
+}  // namespace plumb::commissioning

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// plumb-growth: reports of growth tests.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include "components/commissioning/growth/growth_fit.hpp"
+#include "components/commissioning/growth/growth_report.hpp"
+#include "hal/command_line.hpp"
+
+extern char** environ;
+
+namespace plumb::commissioning {
+namespace {
+
+namespace fs = std::filesystem;
+
+hal::CommandPage growth_manual() {
+    return {
+        "plumb-growth",
+        "report LOG... [--output DIR] | fit SERIES.csv [--time COLUMN] [--columns A,B]",
+        {{"DESCRIPTION",
+          R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
+log of a test that still runs, or that was interrupted, is as good: only a fail can be stated then.)"},
+         {"REPORT",
+          R"(plumb growth report LOG... writes a folder, LOG-report beside the first log or DIR:
+
+  report.html   verdict, tables, charts, method; one file that needs nothing else
+  results.json  all results in full precision, with rank and "determined"
+  results.csv   every deviation and compensation of the first log
+  *.png         the charts of the first log, if rsvg-convert is installed
+
+Several logs are compared, such as before and after a repair. They must be of one machine.
+
+The verdict of an axis is pass if it stays within its tolerance by two standard uncertainties, and the test reached its end. It
+is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.)"},
+         {"FIT",
+          R"(plumb growth fit SERIES.csv fits a + b (1 - exp(-t / tau)) to each column. The first line names the columns; --time
+names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments. --uncertainty is that of a
+value. --json prints JSON.)"},
+         {"EXIT STATUS",
+          R"(0 after success, with any verdict; 1 if a log is refused, with its line, and nothing was written; 2 for a wrong
+command line.)"},
+         {"EXAMPLES",
+          R"(  plumb growth report growth-20261122-080000.csv
+
+  plumb growth report before.csv after.csv --output repair
+
+  plumb growth fit gauge.csv --time minutes --time-unit 60)"},
+         {"LIMITS",
+          R"(A compensation that is absent looks like one whose sensor is frozen, unless that sensor is logged. Swapped sensors
+that change the compensation by less than a fifth of the drift may be called good.)"}},
+        ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9)"};
+}
+
+void write(const fs::path& path, const std::string& text) {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file << text;
+    file.close();
+    if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+// False if the program is not installed.
+bool to_png(const fs::path& svg, const fs::path& png) {
+    std::string program = "rsvg-convert", option = "-o", to = png.string(), from = svg.string();
+    char* words[] = {program.data(), option.data(), to.data(), from.data(), nullptr};
+    pid_t child = 0;
+    if (posix_spawnp(&child, "rsvg-convert", nullptr, nullptr, words, environ) != 0) return false;
+    int status = 0;
+    return waitpid(child, &status, 0) == child && status == 0;
+}
+
+int report(const std::vector<std::string>& files, std::string output) {
+    std::vector<GrowthLog> logs;
+    for (const std::string& file : files) logs.push_back(read_growth_log(file));
+    for (const GrowthLog& log : logs)
+        if (log.machine != logs.front().machine)
+            throw std::runtime_error(log.file + " is of the machine '" + log.machine + "', and " +
+                                     logs.front().file + " of '" + logs.front().machine + "'");
+    std::vector<GrowthAnalysis> tests;
+    for (const GrowthLog& log : logs) tests.push_back(analysed(log));
+    const fs::path first = fs::absolute(files.front());
+    const fs::path folder =
+        output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
+    fs::create_directories(folder);
+    write(folder / "report.html", growth_page(tests));
+    write(folder / "results.json", growth_json(tests));
+    write(folder / "results.csv", growth_csv(tests.front()));
+    bool drawn = true;
+    for (const GrowthChart& chart : growth_charts(tests.front())) {
+        const fs::path svg = folder / (chart.file + ".svg");
+        write(svg, chart.svg(true));
+        drawn = drawn && to_png(svg, folder / (chart.file + ".png"));
+        fs::remove(svg);
+    }
+    for (const GrowthAnalysis& test : tests) std::cout << growth_summary(test);
+    std::cout << "Report: " << (folder / "report.html").string() << '\n';
+    if (!drawn) std::cout << "No PNG charts: install rsvg-convert (librsvg2-bin).\n";
+    return 0;
+}
+
+}  // namespace
+}  // namespace plumb::commissioning
+
+int main(int argc, char** argv) {
+    using namespace plumb::commissioning;
+    CLI::App app("reports how much a machine grows as it warms", "plumb growth");
+    plumb::hal::begin_command_line(app, growth_manual);
+    app.require_subcommand(1);
+    std::vector<std::string> logs;
+    std::string output;
+    CLI::App* const reporting = app.add_subcommand("report", "Makes a report of one or several logs.");
+    reporting->add_option("logs", logs, "Logs of growth_log, of one machine.")->required()->type_name("LOG");
+    reporting->add_option("--output", output, "Folder for the report.")->type_name("DIR");
+    GrowthFitOptions fit;
+    bool json = false;
+    CLI::App* const fitting = app.add_subcommand("fit", "Fits an exponential to columns of a CSV file.");
+    fitting->add_option("series", fit.file, "CSV file whose first line names the columns.")
+        ->required()
+        ->type_name("SERIES");
+    fitting->add_option("--time", fit.time, "Column of times; time_s by default.")->type_name("COLUMN");
+    fitting->add_option("--time-unit", fit.time_unit, "Length of its unit in s.")
+        ->check(CLI::PositiveNumber)
+        ->type_name("S");
+    fitting->add_option("--columns", fit.columns, "Columns to fit; all by default.")
+        ->delimiter(',')
+        ->type_name("A,B");
+    fitting->add_option("--uncertainty", fit.uncertainty, "Standard uncertainty of a value.")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("U");
+    fitting->add_flag("--json", json, "Print JSON.");
+    return plumb::hal::carry_out(app, argc, argv, [&] {
+        if (*fitting) {
+            std::cout << growth_fit(fit, json);
+            return 0;
+        }
+        return report(logs, output);
+    });
+}

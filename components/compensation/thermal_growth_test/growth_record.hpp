@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "hal/records.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+namespace plumb::growth_test {
+
+enum class Kind : std::int32_t { touch = 1, temperature = 2, event = 3 };
+
+// The item of a record of an event.
+enum class Event : std::int32_t {
+    begin = 1,  // of the test
+    pass_begin = 2,
+    pass_end = 3,
+    cycle_end = 4,
+    stop = 5,  // x is the reason
+    resumed = 6,
+    rejected = 7,   // the touches of this visit do not count
+    fault = 8,      // x is its code
+    end = 9,        // the program of the test ended
+    measured = 10,  // the touches of this visit count
+};
+
+// One thing that happened. A test is the row of its records: restored, they give the same test.
+struct Record {
+    std::int32_t kind = 0;
+    double time = 0;         // s since the test began
+    std::int32_t pass = 0;   // from 1
+    std::int32_t visit = 0;  // of a bore; counts up through the test
+    std::int32_t bore = 0;
+    std::int32_t item = 0;  // direction of a touch, number of a sensor, or an event
+    bool turned = false, compensated = false, cooled = false;
+    double x = 0, y = 0, z = 0;  // a temperature: value, valid, age
+    double x_offset = 0, y_offset = 0, z_offset = 0;
+
+    bool usable() const noexcept {
+        for (const double value : {time, x, y, z, x_offset, y_offset, z_offset})
+            if (!(std::abs(value) <= 1e9)) return false;
+        return kind >= 1 && kind <= 3 && time >= 0 && pass >= 0 && visit >= 0 && bore >= 0 && bore <= 16 &&
+               item >= -3 && item <= 10;
+    }
+};
+
+class RecordRow : public hal::Group {
+public:
+    using Group::Group;
+
+    void show(const Record& r) noexcept {
+        kind_.row = r.kind;
+        time_.row = r.time;
+        pass_.row = r.pass;
+        visit_.row = r.visit;
+        bore_.row = r.bore;
+        item_.row = r.item;
+        turned_.row = r.turned;
+        compensated_.row = r.compensated;
+        cooled_.row = r.cooled;
+        x_.row = r.x;
+        y_.row = r.y;
+        z_.row = r.z;
+        x_offset_.row = r.x_offset;
+        y_offset_.row = r.y_offset;
+        z_offset_.row = r.z_offset;
+    }
+
+    Record given() const noexcept {
+        Record r;
+        r.kind = kind_.restore;
+        r.time = time_.restore;
+        r.pass = pass_.restore;
+        r.visit = visit_.restore;
+        r.bore = bore_.restore;
+        r.item = item_.restore;
+        r.turned = turned_.restore;
+        r.compensated = compensated_.restore;
+        r.cooled = cooled_.restore;
+        r.x = x_.restore;
+        r.y = y_.restore;
+        r.z = z_.restore;
+        r.x_offset = x_offset_.restore;
+        r.y_offset = y_offset_.restore;
+        r.z_offset = z_offset_.restore;
+        return r;
+    }
+
+private:
+    template <class T>
+    using Field = hal::Field<T>;
+    Field<std::int32_t> kind_{this, "kind", "", "Kind of the record: 1 touch, 2 temperature, 3 event."};
+    Field<double> time_{this, "time", "s", "Time since the test began."};
+    Field<std::int32_t> pass_{this, "pass", "", "Number of the pass."};
+    Field<std::int32_t> visit_{this, "visit", "", "Number of the visit of a bore."};
+    Field<std::int32_t> bore_{this, "bore", "", "Number of the bore."};
+    Field<std::int32_t> item_{this, "item", "", "Direction of the touch, number of the sensor, or event."};
+    Field<bool> turned_{this, "turned", "", "The table was at 180 deg."};
+    Field<bool> compensated_{this, "compensated", "", "The compensation was on."};
+    Field<bool> cooled_{this, "cooled", "", "The temperature control was on."};
+    Field<double> x_{this, "x", "1", "X of a touch in mu, a temperature in degC, or a code."};
+    Field<double> y_{this, "y", "1", "Y of a touch in mu, or 1 for a valid temperature."};
+    Field<double> z_{this, "z", "1", "Z of a touch in mu, or the age of a temperature in s."};
+    Field<double> x_offset_{this, "x-offset", "mu", "Compensation in X."};
+    Field<double> y_offset_{this, "y-offset", "mu", "Compensation in Y."};
+    Field<double> z_offset_{this, "z-offset", "mu", "Compensation in Z."};
+};
+
+}  // namespace plumb::growth_test

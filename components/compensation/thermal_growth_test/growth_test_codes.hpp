@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace plumb::growth_test {
+
+enum class State : std::int32_t { idle, probing_cold, warming, probing, stopped, interrupted };
+
+constexpr const char* sentence(State state) {
+    switch (state) {
+        case State::probing_cold: return "The first pass runs; it is the reference.";
+        case State::warming: return "The machine warms between two passes.";
+        case State::probing: return "A pass runs.";
+        case State::stopped: return "The test has ended; stop-reason gives the reason.";
+        case State::interrupted: return "A test is not complete; it can be resumed.";
+        default: return nullptr;
+    }
+}
+
+enum class Stop : std::int32_t { none, stable, maximum_time };
+
+constexpr const char* sentence(Stop stop) {
+    switch (stop) {
+        case Stop::stable: return "The machine is warm by the rules.";
+        case Stop::maximum_time: return "The maximum time is over.";
+        default: return nullptr;
+    }
+}
+
+enum class Fault : std::int32_t {
+    none,
+    position,
+    sensor,
+    settings,
+    probe_miss,
+    overtravel,
+    false_trigger,
+    orientation,
+    unconfirmed,
+    no_reference,
+    artifact_temperature,
+    no_warm_up,
+    not_stable,
+    full,
+    bore,
+};
+
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::position: return "A position, an offset or a velocity is invalid.";
+        case Fault::sensor: return "A temperature is invalid, not valid by its sensor, or too old.";
+        case Fault::settings: return "The settings are out of range; the last good ones are used.";
+        case Fault::probe_miss: return "The probe did not touch; probe the bore again.";
+        case Fault::overtravel: return "The probe reports overtravel.";
+        case Fault::false_trigger: return "A touch is off the circle of the others; probe the bore again.";
+        case Fault::orientation: return "The table is not at the orientation that the program names.";
+        case Fault::unconfirmed: return "The control did not confirm the state of compensation or cooling.";
+        case Fault::no_reference: return "This bore has no position in the first pass.";
+        case Fault::artifact_temperature: return "The temperature of the artifact is out of its limits.";
+        case Fault::no_warm_up: return "The machine did not warm: no temperature rose.";
+        case Fault::not_stable: return "The maximum time is over, and the machine is not stable.";
+        case Fault::full: return "There is no room for further records.";
+        case Fault::bore: return "The number of the bore is not one of 1 to 16.";
+        default: return nullptr;
+    }
+}
+
+enum class Advice : std::int32_t { none, threshold, one_rule };
+
+constexpr const char* sentence(Advice advice) {
+    switch (advice) {
+        case Advice::threshold: return "The threshold is outside 0.5 to 5 K, the range of the method.";
+        case Advice::one_rule:
+            return "The temperatures alone decide: they can stand long before the machine does.";
+        default: return nullptr;
+    }
+}
+
+}  // namespace plumb::growth_test

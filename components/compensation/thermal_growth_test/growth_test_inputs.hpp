@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/thermal_growth_test/growth_test.hpp"
+#include "hal/axes.hpp"
+#include "hal/component.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+namespace plumb::growth_test {
+
+// The sensors of temperature.
+struct Temperatures : hal::Group {
+    using Group::Group;
+
+    hal::In<std::int32_t> sensors{this, "sensors", 0, "Number of temperature sensors, 0 to 8."};
+    hal::Row<hal::In<double>, 8> value{this, "temperature", 20.0, "degC", "Temperature of this sensor."};
+    hal::Row<hal::In<bool>, 8> valid{this, "temperature-valid", true, "The sensor reports that it is valid."};
+    hal::Row<hal::In<double>, 8> age{this, "temperature-age", 0.0, "s", "Age of the temperature."};
+    hal::Row<hal::In<bool>, 8> decides{this, "temperature-decides", true, "The stop rule reads this sensor."};
+    hal::In<double> max_age{this, "max-age", 30, "s", "Largest age of a temperature."};
+    hal::In<double> sample_time{this, "sample-time", 60, "s", "Time between two temperature records."};
+    hal::In<std::int32_t> artifact{this, "artifact-sensor", -1, "Sensor of the artifact; -1 for none."};
+    hal::In<double> artifact_low{this, "artifact-low", 10, "degC", "Lowest temperature of the artifact."};
+    hal::In<double> artifact_high{this, "artifact-high", 35, "degC", "Highest temperature of the artifact."};
+
+    struct Reading {
+        int count = 0;
+        StopRule::Temperatures value{};  // not a number: invalid
+        StopRule::Temperatures age{};
+        std::uint32_t decides = 0;
+        bool good = true, artifact_good = true;
+    };
+
+    Reading read() noexcept {
+        Reading r;
+        const std::int32_t wanted = sensors;
+        r.count = wanted < 0 ? 0 : wanted > 8 ? 8 : wanted;
+        r.good = wanted == r.count;
+        const double oldest = max_age;
+        for (std::size_t i = 0; i < 8; ++i) {
+            const double now = value[i], since = age[i];
+            const bool fine = valid[i] && now > -100 && now < 500 && since >= 0 && since <= oldest;
+            const bool used = static_cast<int>(i) < r.count;
+            r.value[i] = used && fine ? now : NAN;
+            r.age[i] = std::abs(since) <= 1e6 ? since : 1e6;
+            if (used && decides[i]) r.decides |= 1U << i;
+            if (used && !fine) r.good = false;
+        }
+        const std::int32_t its = artifact;
+        if (its >= 0 && its < r.count) {
+            const double now = r.value[static_cast<std::size_t>(its)];
+            r.artifact_good = !std::isfinite(now) || (now >= artifact_low && now <= artifact_high);
+        }
+        return r;
+    }
+};
+
+// When the machine is warm.
+struct StopSettings : hal::Group {
+    using Group::Group;
+
+    hal::In<double> threshold{this, "threshold", 0.5, "K",
+                              "Largest change of a temperature in the interval."};
+    hal::In<double> interval{this, "interval", 3600, "s", "Interval of the threshold; 0 for one cycle."};
+    hal::In<double> minimum_time{this, "minimum-time", 14400, "s", "The test does not pass before."};
+    hal::In<double> maximum_time{this, "maximum-time", 43200, "s", "The test ends then in any case."};
+    hal::In<bool> by_displacement{this, "by-displacement", true, "The displacements must stand, too."};
+    hal::In<double> range_share{this, "range-share", 0.15, "1",
+                                "Range of a displacement in the last hour, of that in the first."};
+    hal::In<double> range_floor{this, "range-floor", 0.002, "mu", "A range this small is always accepted."};
+    hal::In<double> uncertainty{this, "position-uncertainty", 0.0007, "mu",
+                                "Standard uncertainty of a displacement; four of it are accepted."};
+    hal::In<double> most_scatter{this, "max-scatter", 0.01, "mu",
+                                 "Largest scatter of the touches of a bore about its circle."};
+
+    GrowthTest::Settings read(std::uint32_t sensors) const noexcept {
+        GrowthTest::Settings s;
+        s.stop.threshold = threshold;
+        s.stop.interval = interval;
+        s.stop.minimum_time = minimum_time;
+        s.stop.maximum_time = maximum_time;
+        s.stop.by_displacement = by_displacement;
+        s.stop.range_share = range_share;
+        s.stop.range_floor = range_floor;
+        s.stop.uncertainty = uncertainty;
+        s.stop.sensors = sensors;
+        s.most_scatter = most_scatter;
+        return s;
+    }
+};
+
+// The position of the machine, and the compensation that it contains.
+struct Machine : hal::Group {
+    using Group::Group;
+
+    hal::Axes<hal::In<double>, 3> position{this, "%-position", 0.0, "mu",
+                                           "Position of % by its encoder, compensation included."};
+    hal::Axes<hal::In<double>, 3> offset{this, "%-offset", 0.0, "mu",
+                                         "Compensation that %-position contains."};
+    hal::Axes<hal::In<double>, 3> velocity{this, "%-velocity", 0.0, "mu/s", "Velocity of %."};
+    hal::In<double> table_position{this, "table-position", 0, "deg", "Position of the table or trunnion."};
+    hal::In<double> table_0{this, "table-0", 0, "deg", "Its position for the orientation 0."};
+    hal::In<double> table_180{this, "table-180", 180, "deg", "Its position for the other orientation."};
+    hal::In<double> table_tolerance{this, "table-tolerance", 0.01, "deg",
+                                    "Largest error of the orientation."};
+    hal::In<bool> table{this, "table", false, "The machine has a table or trunnion; check its position."};
+
+    struct Reading {
+        double position[3], offset[3], velocity[3];
+        bool good = true;
+    };
+
+    Reading read() noexcept {
+        Reading r;
+        for (std::size_t i = 0; i < 3; ++i) {
+            r.position[i] = position[i];
+            r.offset[i] = offset[i];
+            r.velocity[i] = velocity[i];
+            for (const double value : {r.position[i], r.offset[i], r.velocity[i]})
+                if (!(std::abs(value) <= 1e6)) r.good = false;
+        }
+        return r;
+    }
+
+    bool at(bool turned) const noexcept {
+        const double wanted = turned ? table_180 : table_0;
+        return !table || std::abs(std::remainder(table_position - wanted, 360)) <= table_tolerance;
+    }
+};
+
+// A state of the machine that the program wants and the control confirms.
+class ConfirmedState {
+public:
+    // True while the control does not confirm the wanted state for longer than `patience`.
+    bool step(bool wanted, bool is, double patience, double dt) noexcept {
+        waited_ = wanted == is ? 0 : waited_ + dt;
+        is_ = is;
+        confirmed_ = wanted == is;
+        return waited_ > (patience >= 0 ? patience : 0);
+    }
+    bool confirmed() const noexcept { return confirmed_; }
+    bool is() const noexcept { return is_; }
+
+private:
+    double waited_ = 0;
+    bool is_ = false, confirmed_ = false;
+};
+
+}  // namespace plumb::growth_test

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The log of a growth test: CSV, one line a fact, appended as it comes. growth_log(1) describes the format.
+#pragma once
+
+#include "components/io/files/csv.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace plumb {
+
+// One record, in the order of time. The fields are those of the records of thermal_growth_test.
+struct GrowthRecord {
+    enum Kind { touch = 1, temperature = 2, event = 3 };
+    int line = 0;  // of the file
+    int kind = 0;
+    double time = 0;
+    int pass = 0, visit = 0, bore = 0, item = 0;
+    bool turned = false, compensated = false, cooled = false;
+    std::array<double, 3> at{};  // mu; of a temperature: degC, 1 for valid, age in s; of an event: a number
+    std::array<double, 3> offset{};  // mu
+};
+
+struct GrowthLog {
+    struct Bore {
+        std::array<double, 3> place{};  // mm, from the centre of the table at the orientation 0
+    };
+
+    std::string file;
+    std::string machine, begun, compensation = "none", warming = "spindle";
+    double millimetres = 1;  // in a machine unit
+    double ball = 6;         // mm
+    bool trunnion = false;
+    std::array<double, 3> tolerance{0.01, 0.01, 0.01};  // mm
+    std::map<int, std::string> sensors;                 // from 1
+    std::map<int, Bore> bores;
+    std::vector<GrowthRecord> records;
+    std::string torn;  // why the last line was left out; empty if it is whole
+};
+
+namespace growth_log_file {
+
+constexpr int version = 1;
+constexpr std::size_t most_bytes = 16 << 20;
+constexpr std::array<const char*, 10> event_names{"begin", "pass-begin", "pass-end", "cycle-end",
+                                                  "stop",  "resumed",    "rejected", "fault",
+                                                  "end",   "measured"};
+
+inline std::string text_of(double value) {
+    char digits[32];
+    return std::string(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+}
+
+// The head of a log, of whole lines.
+inline std::string head(const GrowthLog& log) {
+    std::string text = "growth-log," + std::to_string(version) + '\n';
+    const auto add = [&](const std::string& key, const std::string& value) {
+        text += key + ',' + value + '\n';
+    };
+    add("machine", log.machine);
+    add("begun", log.begun);
+    add("unit", text_of(log.millimetres));
+    add("ball", text_of(log.ball));
+    add("table", log.trunnion ? "A" : "B");
+    add("tolerance",
+        text_of(log.tolerance[0]) + ',' + text_of(log.tolerance[1]) + ',' + text_of(log.tolerance[2]));
+    add("warming", log.warming);
+    add("compensation", log.compensation);
+    for (const auto& [number, name] : log.sensors) add("sensor", std::to_string(number) + ',' + name);
+    for (const auto& [number, bore] : log.bores)
+        add("bore", std::to_string(number) + ',' + text_of(bore.place[0]) + ',' + text_of(bore.place[1]) +
+                        ',' + text_of(bore.place[2]));
+    return text;
+}
+
+// One line of a record, whose number counts from 1.
+inline std::string line(const GrowthRecord& r, std::size_t number) {
+    const auto join = [](std::initializer_list<std::string> fields) {
+        std::string text;
+        for (const std::string& field : fields) text += (text.empty() ? "" : ",") + field;
+        return text + '\n';
+    };
+    const std::string n = std::to_string(number), time = text_of(r.time);
+    if (r.kind == GrowthRecord::temperature)
+        return join({"temperature", n, time, std::to_string(r.item), text_of(r.at[0]),
+                     r.at[1] != 0 ? "1" : "0", text_of(r.at[2])});
+    const auto bit = [](bool value) { return std::string(value ? "1" : "0"); };
+    const std::string where = std::to_string(r.pass) + ',' + std::to_string(r.visit) + ',' +
+                              std::to_string(r.bore) + ',' + bit(r.turned) + ',' + bit(r.compensated) + ',' +
+                              bit(r.cooled);
+    if (r.kind == GrowthRecord::event)
+        return join(
+            {"event", n, time, where, event_names[static_cast<std::size_t>(r.item - 1)], text_of(r.at[0])});
+    static constexpr std::array<const char*, 7> sides{"-Z", "-Y", "-X", "?", "+X", "+Y", "+Z"};
+    return join({"touch", n, time, where, sides[static_cast<std::size_t>(r.item + 3)], text_of(r.at[0]),
+                 text_of(r.at[1]), text_of(r.at[2]), text_of(r.offset[0]), text_of(r.offset[1]),
+                 text_of(r.offset[2])});
+}
+
+class Parser {
+public:
+    explicit Parser(const std::string& file) { log_.file = file; }
+
+    GrowthLog parse(std::string_view text) {
+        text = csv::without_byte_order_mark(text);
+        if (text.empty()) refuse("is empty: it has no line 'growth-log,1'", false);
+        while (!text.empty()) {
+            ++line_;
+            const std::size_t end = text.find('\n');
+            if (end == std::string_view::npos) {
+                if (line_ == 1) first(csv::split_at_commas(text));
+                log_.torn = "line " + std::to_string(line_) + " is not complete and was left out";
+                break;
+            }
+            const std::string_view whole = text.substr(0, end);
+            text.remove_prefix(end + 1);
+            take(whole);
+        }
+        if (log_.machine.empty()) refuse("has no line 'machine': its head is not complete", false);
+        if (log_.records.empty()) refuse("has no record: the test has not begun", false);
+        return std::move(log_);
+    }
+
+private:
+    using Fields = std::vector<std::string_view>;
+
+    [[noreturn]] void refuse(const std::string& why, bool at_line = true) const {
+        throw std::runtime_error(log_.file + (at_line ? ":" + std::to_string(line_) + ": " : ": ") + why);
+    }
+
+    void first(const Fields& fields) const {
+        if (fields[0] != "growth-log" || fields.size() != 2)
+            refuse("is no growth log: the first line is " + csv::quoted(fields[0]) + ", not 'growth-log,1'");
+        if (fields[1] != std::to_string(version))
+            refuse("is of version " + csv::quoted(fields[1]) + "; this plumb reads version " +
+                   std::to_string(version));
+    }
+
+    double number(std::string_view field, const char* what) const {
+        const auto value = csv::number(field);
+        if (!value || !(std::abs(*value) <= 1e9)) refuse(std::string(what) + " is " + csv::quoted(field));
+        return *value;
+    }
+    int whole(std::string_view field, const char* what, int least, int most) const {
+        const double value = number(field, what);
+        if (value != std::trunc(value) || value < least || value > most)
+            refuse(std::string(what) + " is " + csv::quoted(field) + ", not a whole number from " +
+                   std::to_string(least) + " to " + std::to_string(most));
+        return static_cast<int>(value);
+    }
+    void need(const Fields& fields, std::size_t count) const {
+        if (fields.size() != count)
+            refuse("has " + std::to_string(fields.size()) + " fields; a line '" + std::string(fields[0]) +
+                   "' has " + std::to_string(count));
+    }
+
+    void take(std::string_view line) {
+        const Fields fields = csv::split_at_commas(line);
+        if (line_ == 1) return first(fields);
+        const std::string_view key = fields[0];
+        if (key == "touch" || key == "temperature" || key == "event") return record(fields);
+        if (!log_.records.empty())
+            refuse(csv::quoted(key) + " among the records: two logs are mixed, or the file was changed");
+        if (key == "machine")
+            need(fields, 2), log_.machine = fields[1];
+        else if (key == "begun")
+            need(fields, 2), log_.begun = fields[1];
+        else if (key == "warming")
+            need(fields, 2), log_.warming = fields[1];
+        else if (key == "compensation")
+            need(fields, 2), log_.compensation = fields[1];
+        else if (key == "table")
+            need(fields, 2), log_.trunnion = fields[1] == "A";
+        else if (key == "ball")
+            need(fields, 2), log_.ball = number(fields[1], "the ball");
+        else if (key == "unit") {
+            need(fields, 2);
+            log_.millimetres = number(fields[1], "the unit");
+            if (!(log_.millimetres >= 1e-3 && log_.millimetres <= 1e3)) refuse("the unit is out of range");
+        } else if (key == "tolerance") {
+            need(fields, 4);
+            for (std::size_t i = 0; i < 3; ++i) {
+                log_.tolerance[i] = number(fields[i + 1], "the tolerance");
+                if (!(log_.tolerance[i] > 0)) refuse("a tolerance is not positive");
+            }
+        } else if (key == "sensor") {
+            need(fields, 3);
+            log_.sensors[whole(fields[1], "the sensor", 1, 8)] = fields[2];
+        } else if (key == "bore") {
+            need(fields, 5);
+            GrowthLog::Bore& bore = log_.bores[whole(fields[1], "the bore", 1, 16)];
+            for (std::size_t i = 0; i < 3; ++i)
+                bore.place[i] = number(fields[i + 2], "the place of the bore");
+        } else {
+            refuse("unknown line " + csv::quoted(key));
+        }
+    }
+
+    void record(const Fields& fields) {
+        GrowthRecord r;
+        r.line = line_;
+        const bool touch = fields[0] == "touch", event = fields[0] == "event";
+        need(fields, touch ? 16 : event ? 11 : 7);
+        const int n = whole(fields[1], "the number of the record", 1, 1000000);
+        const int expected = static_cast<int>(log_.records.size()) + 1;
+        if (n != expected)
+            refuse("record " + std::to_string(n) + " where record " + std::to_string(expected) +
+                   " should be: lines are lost, or two logs are mixed");
+        r.time = number(fields[2], "the time");
+        if (r.time < 0 || (!log_.records.empty() && r.time < log_.records.back().time))
+            refuse("the time runs backwards");
+        if (!touch && !event) {
+            r.kind = GrowthRecord::temperature;
+            r.item = whole(fields[3], "the sensor", 1, 8);
+            r.at = {number(fields[4], "the temperature"), double(whole(fields[5], "valid", 0, 1)),
+                    number(fields[6], "the age")};
+            log_.records.push_back(r);
+            return;
+        }
+        r.kind = touch ? GrowthRecord::touch : GrowthRecord::event;
+        r.pass = whole(fields[3], "the pass", 0, 100000);
+        r.visit = whole(fields[4], "the visit", 0, 1000000);
+        r.bore = whole(fields[5], "the bore", 0, 16);
+        r.turned = whole(fields[6], "turned", 0, 1) != 0;
+        r.compensated = whole(fields[7], "compensated", 0, 1) != 0;
+        r.cooled = whole(fields[8], "cooled", 0, 1) != 0;
+        if (event) {
+            for (std::size_t i = 0; i < event_names.size(); ++i)
+                if (fields[9] == event_names[i]) r.item = static_cast<int>(i) + 1;
+            if (r.item == 0) refuse("unknown event " + csv::quoted(fields[9]));
+            r.at[0] = number(fields[10], "the number of the event");
+        } else {
+            const std::string_view side = fields[9];
+            if (side.size() != 2 || (side[0] != '+' && side[0] != '-') || side[1] < 'X' || side[1] > 'Z')
+                refuse("the direction is " + csv::quoted(side));
+            r.item = (side[1] - 'X' + 1) * (side[0] == '+' ? 1 : -1);
+            for (std::size_t i = 0; i < 3; ++i) {
+                r.at[i] = number(fields[10 + i], "the position");
+                r.offset[i] = number(fields[13 + i], "the compensation");
+            }
+        }
+        if (log_.records.empty() && !(event && r.item == 1)) refuse("the first record is not 'begin'");
+        log_.records.push_back(r);
+    }
+
+    GrowthLog log_;
+    int line_ = 0;
+};
+
+// Throws std::runtime_error with file, line and reason.
+inline GrowthLog parse(const std::string& text, const std::string& file) {
+    return Parser(file).parse(text);
+}
+
+}  // namespace growth_log_file
+
+// Throws std::runtime_error with file, line and reason.
+inline GrowthLog read_growth_log(const std::filesystem::path& file) {
+    return growth_log_file::parse(csv::text_of(file, growth_log_file::most_bytes), file.string());
+}
+
+}  // namespace plumb

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/io/growth_log/growth_log_settings.hpp"
+#include "components/io/growth_log/growth_log_writer.hpp"
+#include "components/io/growth_log/growth_rows.hpp"
+#include "hal/component.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+namespace plumb {
+
+enum class LogFault : std::int32_t { none, component, disk, damaged, foreign, refused };
+
+constexpr const char* sentence(LogFault fault) {
+    switch (fault) {
+        case LogFault::component:
+            return "The component thermal_growth_test is not there, or does not answer.";
+        case LogFault::disk: return "The log cannot be written.";
+        case LogFault::damaged: return "The last log cannot be read; it is not resumed.";
+        case LogFault::foreign:
+            return "The last log is of another machine, or of other bores; it is not resumed.";
+        case LogFault::refused: return "The component refuses records of the last log.";
+        default: return nullptr;
+    }
+}
+
+struct GrowthLogProgram final : hal::Component {
+    static constexpr hal::About about{
+        "growth_log",
+        "writes the log of thermal_growth_test, and gives it back after a restart",
+        R"(
+growth_log writes each touch, temperature and event of a growth test into a CSV file, as it comes. The file is complete at any
+moment: after a crash or a power cut the test goes on where it was.)",
+        hal::Wiring{R"(
+  loadrt thermal_growth_test names=growth-test unit=[TRAJ]LINEAR_UNITS
+  loadusr -W growth_log --file $(CONFIG_DIR)/growth.toml
+
+  net log-fault growth-log.fault
+
+growth_log finds the pins of growth-test by their names. Do not net row, row-... and restore-... of growth-test.)"},
+        hal::SettingUp{R"(
+1. Write the TOML file. machine and folder are required. Lengths are millimetres.
+
+    machine      = "mill 3"
+    folder       = "/home/mill/growth"     # of the logs
+    component    = "growth-test"           # the default
+    ball         = 6                       # diameter of the probe's ball
+    table        = "B"                     # or "A", a trunnion
+    tolerance    = { x = 0.01, y = 0.01, z = 0.01 }
+    warming      = "spindle"               # or "axes", or "none"
+    compensation = "thermal_displacement"  # under test, as the report names it
+    [[sensor]]
+    number = 1
+    name   = "spindle"
+    [[bore]]                               # from the centre of the table
+    number = 1                             # at the orientation 0; z of the face
+    x = 0
+    y = -60
+    z = 60
+
+Set unit = 25.4 on an inch machine.
+
+2. Start the program of the test. growth_log begins a file growth-DATE-TIME.csv.
+3. See lines count up.)"},
+        hal::Behaviour{R"(
+- Each record: It is on the disk within 0.1 s. kill -9 and a power cut lose at most the bore that is being probed.
+- Start after a test that did not stop: The records of the last log are given back, and resumable becomes true. With
+growth-test.resume the test goes on in the same file. Without, a new file begins.
+- Torn last line: It is cut off when the test is resumed, and nothing else is changed.
+- Last log that is damaged, or of another machine: It stays as it is. The next test has a file of its own.
+- Second growth_log with the same folder: It is refused.
+- Full disk: fault 2. The records wait in growth-test, and growth_log tries again.
+
+Format of a log. The first line is growth-log,1; then come lines of the head; then records, numbered from 1, in the order of
+time. Times are s since the test began, lengths of records machine units.
+
+    unit,MM                      # millimetres in a machine unit
+    machine,NAME
+    begun,DATE
+    ball,MM
+    table,B
+    tolerance,X,Y,Z              # mm
+    warming,spindle
+    compensation,NAME
+    sensor,NUMBER,NAME
+    bore,NUMBER,X,Y,Z            # mm
+    touch,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
+        DIRECTION,X,Y,Z,X-OFFSET,Y-OFFSET,Z-OFFSET       (one line)
+    temperature,N,TIME,SENSOR,DEGC,VALID,AGE
+    event,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
+        NAME,NUMBER                                      (one line)
+
+Events are begin, pass-begin, pass-end, cycle-end, stop (with its reason), resumed, measured and rejected (a visit that counts,
+or not), fault (with its code) and end.)"},
+        hal::Limits{R"(
+A log ends with its folder: copy it to keep it. Lines must not be edited, as their numbers must follow.)"},
+        hal::SeeAlso{"thermal_growth_test(9), plumb-growth(1), retain(1)"}};
+
+    using Component::Component;
+
+    hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
+    hal::Out<bool> resumable{this, "resumable", "A test of before was given back and can be resumed."};
+    hal::Out<std::int32_t> lines{this, "lines", "Number of records in the log."};
+    hal::Codes<LogFault> fault{this, "fault"};
+    hal::Option<std::string> file{this, "file", "", "TOML file with the settings, absolute path."};
+    hal::Function run{this, "update", &GrowthLogProgram::update, "Once per period."};
+
+    void prepare() override {
+        if (file.get().empty()) throw std::invalid_argument("give the TOML file of the machine by --file");
+        settings_ = GrowthLogSettings::read(hal::absolute_path("file", file));
+        writer_ = std::make_unique<GrowthLogWriter>(settings_.folder);
+        rows_ = std::make_unique<GrowthRows>(settings_.component);
+        look_back();
+    }
+
+    void update(double) noexcept {
+        beat_ = !beat_;
+        heartbeat = beat_;
+    }
+
+    void background() override {
+        try {
+            work();
+        } catch (const std::exception& error) {
+            note(LogFault::disk, error.what());
+        }
+        fault = problem_;
+        lines = static_cast<std::int32_t>(written_);
+        resumable = given_ > 0 && given_ == written_;
+    }
+
+    void finish() override { background(); }
+
+private:
+    // The last log, if it is of this machine and its test has not stopped.
+    void look_back() {
+        try {
+            last_ = writer_->unfinished();
+        } catch (const std::exception& error) {
+            note(LogFault::damaged, error.what());
+            return;
+        }
+        if (!last_) return;
+        GrowthLog head = *last_;
+        head.begun = settings_.head.begun;
+        if (growth_log_file::head(head) != growth_log_file::head(settings_.head)) {
+            note(LogFault::foreign, last_->file);
+            last_.reset();
+        }
+    }
+
+    void work() {
+        const auto now = std::chrono::steady_clock::now();
+        if (now >= find_again_) {  // not more often: HAL is locked meanwhile
+            found_ = rows_->find();
+            find_again_ = now + std::chrono::seconds(1);
+        }
+        if (!found_) return note(LogFault::component, settings_.component);
+        std::int64_t count = rows_->count();
+        if (last_ && count == 0 && !give_back()) return;
+        last_.reset();
+        count = rows_->count();
+        if (count < written_) {  // a new test
+            written_ = 0;
+            given_ = 0;
+            begun_ = false;
+        }
+        std::string text;
+        std::int64_t row = written_;
+        for (; row < count && row < written_ + most_at_once; ++row) {
+            const auto record = rows_->read(row);
+            if (!record) break;
+            if (!usable(*record)) return note(LogFault::component, "row " + std::to_string(row));
+            if (row > 0 && record->kind == GrowthRecord::event && record->item == 1)
+                return;  // it began again meanwhile
+            text += growth_log_file::line(*record, static_cast<std::size_t>(row) + 1);
+        }
+        if (text.empty()) {
+            if (count != written_) return;
+            // What was wrong with the last log stays until the next one begins.
+            if (problem_ == LogFault::component || problem_ == LogFault::disk) problem_ = LogFault::none;
+            if (given_ > 0 && given_ == written_) rows_->set_gap(GrowthLogWriter::age(writer_->path()));
+            return;
+        }
+        if (!begun_) {
+            writer_->begin(settings_.head);
+            begun_ = true;
+        }
+        writer_->append(text);
+        written_ = row;
+        problem_ = LogFault::none;
+    }
+
+    static bool usable(const GrowthRecord& r) {
+        return r.kind >= 1 && r.kind <= 3 &&
+               (r.kind != GrowthRecord::event || (r.item >= 1 && r.item <= 10)) &&
+               (r.kind != GrowthRecord::touch || (r.item >= -3 && r.item <= 3));
+    }
+
+    // The records of the last log; false while the component does not answer.
+    bool give_back() {
+        for (std::size_t i = static_cast<std::size_t>(given_); i < last_->records.size(); ++i) {
+            const auto accepted = rows_->give(last_->records[i]);
+            if (!accepted) return false;
+            if (!*accepted) {
+                note(LogFault::refused, last_->file + ":" + std::to_string(last_->records[i].line));
+                given_ = 0;
+                return true;
+            }
+            ++given_;
+        }
+        rows_->set_gap(GrowthLogWriter::age(last_->file));
+        writer_->resume(last_->file);
+        written_ = given_;
+        begun_ = true;
+        return true;
+    }
+
+    void note(LogFault problem, const std::string& what) {
+        if (problem != problem_) std::cerr << "growth_log: " + what + ": " + sentence(problem) + '\n';
+        problem_ = problem;
+    }
+
+    static constexpr std::int64_t most_at_once = 500;
+
+    GrowthLogSettings settings_;
+    std::unique_ptr<GrowthLogWriter> writer_;
+    std::unique_ptr<GrowthRows> rows_;
+    std::optional<GrowthLog> last_;
+    std::int64_t written_ = 0, given_ = 0;
+    bool begun_ = false, beat_ = false, found_ = false;
+    std::chrono::steady_clock::time_point find_again_{};
+    LogFault problem_ = LogFault::none;
+};
+
+hal::Model hal::model() {
+    hal::Model its = model_of<GrowthLogProgram>();
+    its.period = 0.05;
+    return its;
+}
+
+}  // namespace plumb

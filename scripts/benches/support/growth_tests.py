@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Growth tests on drawn machines: runs configs/growth/bench.hal, writes the log, and reads the results of plumb growth."""
+
+import csv
+import json
+import os
+import subprocess
+
+from support.simulations import BUILD, ROOT
+
+PERIOD = 0.5  # s, of the bench
+LONGEST = 14 * 3600  # s
+SENSORS = ("spindle", "bed", "air", "artifact")
+# The bores of the simulated artifact, from the centre of its table, and the faces towards the spindle at 0 deg, in mm.
+BORES = ((0, -60, 60), (0, 60, 60), (-80, -60, 60), (80, 60, 60), (-80, 60, 110), (80, -60, 110), (-160, 0, 110), (160, 0, 110))
+FIELDS = ("kind", "time", "pass", "visit", "bore", "item", "turned", "compensated", "cooled", "x", "y", "z", "x-offset", "y-offset", "z-offset")
+EVENTS = ("begin", "pass-begin", "pass-end", "cycle-end", "stop", "resumed", "rejected", "fault", "end", "measured")
+SIDES = {-3: "-Z", -2: "-Y", -1: "-X", 1: "+X", 2: "+Y", 3: "+Z"}
+TRUTH = ["growth-test.visit", "growth-test.at-bore", "growth-test.elapsed"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
+
+
+def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=None):
+    """The path of the log of one test; with `truth`, a recording truth.csv lies beside it."""
+    import plumb
+
+    with plumb.Host() as host:
+        host.load(os.path.join(ROOT, "configs", "growth", "bench.hal"))
+        host.set("artifact.seed", seed)
+        for name, value in (settings or {}).items():
+            host.set(name, value)
+        host.command("start")
+        if truth:
+            recording = host.record(os.path.join(folder, "truth.csv"), TRUTH, 5)
+        if replay:
+            host.replay(replay)
+        while not host.get("artifact.finished") and host.time < LONGEST:
+            host.run(600)
+        if truth:
+            host.stop_recording(recording)
+        records = read_records(host, folder)
+    path = os.path.join(folder, "growth-%d.csv" % seed)
+    with open(path, "w", encoding="ascii") as file:
+        file.write(log_text(seed, records, sensors))
+    return path
+
+
+def read_records(host, folder):
+    """All records of the component, a period each."""
+    count = host.get("growth-test.rows")
+    walk, rows = os.path.join(folder, "walk.csv"), os.path.join(folder, "rows.csv")
+    with open(walk, "w", encoding="ascii") as file:
+        file.write("time,growth-test.row\n")
+        file.writelines("%r,%d\n" % (PERIOD * index, index) for index in range(count))
+    recording = host.record(rows, ["growth-test.row-shown"] + ["growth-test.row-" + field for field in FIELDS], PERIOD)
+    host.replay(walk)
+    host.run(PERIOD * (count + 2))
+    host.stop_recording(recording)
+    found = {}
+    with open(rows, newline="", encoding="ascii") as file:
+        for row in csv.reader(file):
+            if row[0] == "time" or float(row[1]) < 0:
+                continue
+            found[int(float(row[1]))] = dict(zip(FIELDS, map(float, row[2:])))
+    return [found[index] for index in range(count)]
+
+
+def log_text(seed, records, sensors):
+    lines = ["growth-log,1", "machine,simulated %d" % seed, "begun,2026-01-01T08:00:00Z", "unit,1", "ball,6", "table,B"]
+    lines += ["tolerance,0.01,0.01,0.015", "warming,spindle", "compensation,by temperatures"]
+    lines += ["sensor,%d,%s" % (index + 1, name) for index, name in enumerate(SENSORS) if name in sensors]
+    lines += ["bore,%d,%g,%g,%g" % (index + 1, *place) for index, place in enumerate(BORES)]
+    number = 0
+    for r in records:
+        kind, item = int(r["kind"]), int(r["item"])
+        if kind == 2 and SENSORS[item - 1] not in sensors:
+            continue
+        number += 1
+        if kind == 2:
+            lines.append("temperature,%d,%r,%d,%r,%d,%r" % (number, r["time"], item, r["x"], r["y"], r["z"]))
+            continue
+        where = ",".join("%d" % r[name] for name in ("pass", "visit", "bore", "turned", "compensated", "cooled"))
+        if kind == 3:
+            lines.append("event,%d,%r,%s,%s,%r" % (number, r["time"], where, EVENTS[item - 1], r["x"]))
+        else:
+            values = ",".join("%r" % r[name] for name in ("x", "y", "z", "x-offset", "y-offset", "z-offset"))
+            lines.append("touch,%d,%r,%s,%s,%s" % (number, r["time"], where, SIDES[item], values))
+    return "\n".join(lines) + "\n"
+
+
+def results_of(log, folder):
+    """The first test in results.json of plumb growth report."""
+    program = os.path.join(BUILD, "bin", "plumb-growth")
+    subprocess.run([program, "report", log, "--output", folder], check=True, stdout=subprocess.DEVNULL)
+    with open(os.path.join(folder, "results.json"), encoding="utf-8") as file:
+        return json.load(file)["tests"][0]

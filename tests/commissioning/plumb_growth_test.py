@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb growth on logs of the simulated machine, on logs that are broken, and on numbers from elsewhere."""
+
+import glob
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+from html.parser import HTMLParser
+
+from support.growth_tests import results_of, run_test
+from tree import BUILD, ROOT
+
+PLUMB_GROWTH = os.path.join(BUILD, "bin", "plumb-growth")
+UM = 1e-3
+# compensation-fault of sim_artifact, and the number in results.json.
+FAULTS = {0: "removes the drift", 1: "does nothing", 2: "wrong sign", 3: "too weak", 4: "too strong", 5: "Axes: Y and Z", 6: "frozen", 7: "offset", 8: "swapped"}
+
+
+def growth(*arguments):
+    done = subprocess.run([PLUMB_GROWTH, *arguments], capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def is_record(line):
+    return line.split(",")[0] in ("touch", "temperature", "event")
+
+
+class Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.links = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.links += [value for name, value in attributes if name in ("src", "href")]
+
+
+class Report(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+        cls.log = run_test(cls.folder, 3, truth=True)
+        with open(cls.log, encoding="ascii") as file:
+            cls.text = file.read()
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def out(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        path = self.out(name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def test_results_agree_with_the_truth_of_the_machine(self):
+        results = results_of(self.log, self.out("truth-report"))
+        truth = {}
+        with open(self.out("truth.csv"), encoding="ascii") as file:
+            names = file.readline().strip().split(",")
+            for line in file:
+                row = dict(zip(names, map(float, line.split(","))))
+                if row["growth-test.at-bore"]:
+                    truth.setdefault(int(row["growth-test.visit"]), []).append(row)
+        visits = {}
+        for line in self.text.split("\n"):
+            fields = line.split(",")
+            if fields[0] == "event" and fields[9] == "measured":
+                visits.setdefault((int(fields[5]), fields[6] == "1", fields[7] == "1", int(fields[3])), int(fields[4]))
+        errors = []
+        for series in results["series"]:
+            if series["compensated"]:
+                continue
+            def true(point, axis):
+                visit = visits[(series["bore"], series["turned"], False, point["pass"])]
+                rows = truth[visit]
+                return sum(row["artifact.truth-%s-deviation" % axis] for row in rows) / len(rows)
+            for point in series["points"]:
+                for axis, found in zip("xyz", point["deviation_mm"]):
+                    errors.append(found - (true(point, axis) - true(series["points"][0], axis)))
+        # Seats of the probe, and the drift within the pass between this visit and the middle of the pass.
+        self.assertLess(math.sqrt(sum(error * error for error in errors) / len(errors)), 3 * UM)
+        self.assertTrue(results["axes"]["Z"]["gain"]["determined"])
+        self.assertLess(abs(results["axes"]["Z"]["gain"]["value"] - 1), 0.15)
+        self.assertEqual(results["rigid_part"]["rank"], 8)  # four bores in one plane leave a scale open
+        self.assertFalse(results["rigid_part"]["parameters"]["sz"]["determined"])
+        self.assertEqual(len(results["orientations"]), 4)
+        self.assertIn("rotating spindle", results["clause"])
+
+    def test_the_page_needs_nothing_else_and_the_charts_are_there(self):
+        status, output, error = growth("report", self.log, "--output", self.out("page"))
+        self.assertEqual((status, error), (0, ""))
+        self.assertIn("Verdict: ", output)
+        with open(self.out("page/report.html"), encoding="utf-8") as file:
+            text = file.read()
+        page = Page(text)
+        self.assertEqual(page.tags.count("svg"), 7)
+        self.assertEqual([link for link in page.links if not link.startswith(("#", "data:"))], [])
+        self.assertNotIn("<script", text)
+        self.assertIn("prefers-color-scheme:dark", text)
+        self.assertEqual(len(re.findall('<figure tabindex="0">', text)), 7)
+        with open(self.out("page/results.csv"), encoding="ascii") as file:
+            lines = file.read().strip().split("\n")
+        self.assertEqual(len({line.count(",") for line in lines}), 1)
+        if shutil.which("rsvg-convert"):
+            pictures = glob.glob(self.out("page/*.png"))
+            self.assertEqual(len(pictures), 7)
+            for picture in pictures:
+                with open(picture, "rb") as file:
+                    self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(glob.glob(self.out("page/*.svg")), [])
+
+    @unittest.skipUnless(shutil.which("chromium"), "chromium is not installed")
+    def test_chromium_shows_the_page_without_an_error(self):
+        growth("report", self.log, "--output", self.out("shown"))
+        picture = self.out("shown.png")
+        done = subprocess.run(
+            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--v=0",
+             "--user-data-dir=" + self.out("chromium"), "--screenshot=" + picture, "file://" + self.out("shown/report.html")],
+            capture_output=True, text=True, timeout=120, check=False,
+        )
+        self.assertNotIn("CONSOLE", done.stderr)
+        self.assertGreater(os.path.getsize(picture), 10000)
+
+    def test_a_log_of_a_test_that_runs_is_as_good_but_never_passes(self):
+        lines = self.text.split("\n")
+        part = self.write("part.csv", "\n".join(lines[: len(lines) * 6 // 10]) + "\ntouch,99")
+        results = results_of(part, self.out("part"))
+        self.assertEqual(results["stop"], "not reached")
+        self.assertNotEqual(results["verdict"], "pass")
+        self.assertTrue(any("is not complete and was left out" in note for note in results["notes"]))
+        self.assertTrue(any("has not reached its end" in reason for reason in results["reasons"]))
+
+    def test_broken_logs_are_refused_with_their_line_and_nothing_is_written(self):
+        lines = self.text.split("\n")
+        first = next(index for index, line in enumerate(lines) if line.startswith("touch"))
+        touch = lines[first].split(",")
+        def changed(field, value):
+            return "\n".join(lines[:first] + [",".join(touch[:field] + [value] + touch[field + 1 :])] + lines[first + 1 :])
+        cases = [
+            ("", "is empty"),
+            ("\n", ":1: is no growth log"),
+            (self.text.replace("growth-log,1", "growth-log,2"), ":1: is of version '2'"),
+            ("\n".join(lines[:first] + lines[first + 1 :]), ":%d: record" % (first + 1)),
+            (self.text + self.text, ":%d: 'growth-log' among the records" % len(lines)),
+            (changed(10, "nan"), ":%d: the position is 'nan'" % (first + 1)),
+            (changed(2, "-5"), ":%d: the time runs backwards" % (first + 1)),
+            (changed(9, "+W"), ":%d: the direction is '+W'" % (first + 1)),
+            (changed(5, "17"), ":%d: the bore is '17'" % (first + 1)),
+            ("\n".join(line for line in lines if not line.startswith("machine")), "has no line 'machine'"),
+            ("\n".join(lines[:8]) + "\n", "has no record"),
+            ("\x00\xff" * 50, "is no growth log"),
+        ]
+        for text, reason in cases:
+            path = self.write("broken.csv", text)
+            status, output, error = growth("report", path)
+            self.assertEqual(status, 1, reason)
+            self.assertIn("broken.csv", error)
+            self.assertIn(reason, error)
+            self.assertEqual(output, "")
+            self.assertFalse(os.path.exists(self.out("broken-report")))
+
+    def test_two_tests_of_a_machine_are_compared_and_of_two_machines_refused(self):
+        after = self.write("after.csv", self.text.replace("begun,2026-01-01", "begun,2026-02-01"))
+        self.assertEqual(growth("report", self.log, after, "--output", self.out("both"))[0], 0)
+        with open(self.out("both/report.html"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("<h2>Comparison</h2>", text)
+        self.assertIn('href="#test2"', text)
+        with open(self.out("both/results.json"), encoding="utf-8") as file:
+            self.assertEqual(len(json.load(file)["tests"]), 2)
+        other = self.write("other.csv", self.text.replace("machine,simulated 3", "machine,another"))
+        status, _, error = growth("report", self.log, other)
+        self.assertEqual(status, 1)
+        self.assertIn("of the machine 'another'", error)
+
+
+class Faults(unittest.TestCase):
+    def test_each_fault_of_a_compensation_is_named(self):
+        for fault, words in FAULTS.items():
+            with tempfile.TemporaryDirectory() as folder, self.subTest(fault=fault):
+                results = results_of(run_test(folder, 3, {"artifact.compensation-fault": fault}), folder)
+                self.assertIn(words, results["compensation"]["sentence"])
+
+    def test_a_frozen_sensor_that_is_not_logged_is_called_absent_and_the_sentence_says_why(self):
+        with tempfile.TemporaryDirectory() as folder:
+            log = run_test(folder, 3, {"artifact.compensation-fault": 1}, sensors=("bed", "air"))
+            results = results_of(log, folder)
+        self.assertIn("If a sensor that is not logged were frozen", results["compensation"]["sentence"])
+
+
+class MeasuredCurve(unittest.TestCase):
+    def test_a_measured_growth_does_not_pass_before_the_minimum_time(self):
+        with tempfile.TemporaryDirectory() as folder:
+            replay = os.path.join(folder, "replay.csv")
+            with open(os.path.join(ROOT, "configs/mill/measured_growth.csv"), encoding="ascii") as curve, open(replay, "w", encoding="ascii") as file:
+                file.write("time,artifact.replay-z\n")
+                file.writelines(",".join(line.split(",")[:2]) + "\n" for line in list(curve)[1:])
+            settings = {"artifact.use-replay": True, "artifact.both-states": False, "artifact.both-orientations": False}
+            log = run_test(folder, 5, settings, replay=replay)
+            with open(log, encoding="ascii") as file:
+                lines = file.read().split("\n")
+            stops = [float(line.split(",")[2]) for line in lines if line.startswith("event") and ",stop," in line]
+            self.assertEqual(len(stops), 1)
+            self.assertGreaterEqual(stops[0], 4 * 3600)
+            predicted = []
+            for hours in (1.5, 2.5, 3.5):
+                part = [line for line in lines if line and not (is_record(line) and float(line.split(",")[2]) > hours * 3600)]
+                path = os.path.join(folder, "part.csv")
+                with open(path, "w", encoding="ascii") as file:
+                    file.write("\n".join(part) + "\n")
+                results = results_of(path, os.path.join(folder, "part"))
+                self.assertNotEqual(results["verdict"], "pass")
+                predicted.append(results["axes"]["Z"]["off"]["exponential"])
+            self.assertTrue(any(fit is None or not fit["determined"] or fit["steady_high_mm"] > fit["steady_low_mm"] for fit in predicted))
+
+
+class Fit(unittest.TestCase):
+    def test_columns_from_elsewhere_are_fitted(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "gauge.csv")
+            with open(path, "w", encoding="ascii") as file:
+                file.write("# by hand\nminutes,z,line\n")
+                for minute in range(0, 241, 15):
+                    file.write("%d,%r,%r\n" % (minute, 2 + 40 * (1 - math.exp(-minute / 60)), 0.1 * minute))
+            status, output, _ = growth("fit", path, "--time", "minutes", "--time-unit", "60", "--json")
+            self.assertEqual(status, 0)
+            z, line = json.loads(output)
+            self.assertAlmostEqual(z["steady"], 42, delta=0.1)
+            self.assertAlmostEqual(z["tau_s"], 3600, delta=40)
+            self.assertFalse(line["determined"])
+            status, _, error = growth("fit", path)
+            self.assertEqual(status, 1)
+            self.assertIn("there is no column 'time_s'; there are minutes, z, line", error)
+            with open(path, "a", encoding="ascii") as file:
+                file.write("250,x,1\n")
+            status, _, error = growth("fit", path, "--time", "minutes")
+            self.assertEqual(status, 1)
+            self.assertIn("gauge.csv:20: z is 'x', no number", error)
+
+
+if __name__ == "__main__":
+    unittest.main()

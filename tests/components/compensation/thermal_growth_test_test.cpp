@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/thermal_growth_test/growth_test_codes.hpp"
+#include "tests/support/bench.hpp"
+
+#include <cmath>
+
+namespace plumb {
+namespace {
+
+using growth_test::Fault;
+using growth_test::State;
+using growth_test::Stop;
+
+constexpr double hour = 3600;
+
+// The program of a test, and a probe that touches where it is told to.
+struct ThermalGrowthTest : testing::Test {
+    static constexpr double period = 0.1;  // s: the component does not mind, and hours pass sooner
+    Bench bench{Bench::Thread::none};
+
+    ThermalGrowthTest() {
+        bench.command("loadrt threads name1=servo-thread period1=100000000");
+        bench.command("loadrt thermal_growth_test names=it");
+        bench.command("addf it.update servo-thread");
+        bench.command("start");
+        bench.set("it.sensors", 2);
+        bench.set("it.minimum-time", 0);
+    }
+
+    void set(const std::string& pin, double value) { bench.set("it." + pin, value); }
+    double get(const std::string& pin) { return bench.get("it." + pin); }
+    int code(const std::string& pin) { return static_cast<int>(get(pin + "-code")); }
+    Fault fault() { return static_cast<Fault>(code("fault")); }
+    State state() { return static_cast<State>(code("state")); }
+    void tick() { bench.run(period); }
+    void pulse(const std::string& pin) {
+        set(pin, 1);
+        tick();
+        set(pin, 0);
+        tick();
+    }
+    void begin() {
+        set("running", 1);
+        tick();
+    }
+
+    void move(double x, double y, double z, int axis, double velocity) {
+        const double at[] = {x, y, z};
+        for (int i = 0; i < 3; ++i) {
+            const std::string letter(1, "xyz"[i]);
+            set(letter + "-position", at[i]);
+            set(letter + "-velocity", i == axis ? velocity : 0);
+        }
+    }
+    void touch(double x, double y, double z, int axis, double direction, bool hits = true) {
+        set("measuring", 1);
+        move(x - (axis == 0 ? direction : 0), y - (axis == 1 ? direction : 0),
+             z - (axis == 2 ? direction : 0), axis, direction);
+        tick();
+        move(x, y, z, axis, direction / 2);
+        set("probe", hits ? 1 : 0);
+        tick();
+        set("measuring", 0);
+        set("probe", 0);
+        tick();
+    }
+    void open(int number, bool turned = false) {
+        set("bore-key", number);
+        set("turned", turned);
+        set("at-bore", 1);
+        tick();
+    }
+    void close() {
+        set("at-bore", 0);
+        tick();
+    }
+    void probe_bore(int number, double x, double y, double z, double spoil = 0) {
+        open(number);
+        touch(x, y, z, 2, -1);
+        touch(x + 12, y, z - 5, 0, 1);
+        touch(x - 12, y, z - 5, 0, -1);
+        touch(x, y + 12 + spoil, z - 5, 1, 1);
+        touch(x, y - 12, z - 5, 1, -1);
+        close();
+    }
+    void pass(double grown = 0) {
+        set("pass-running", 1);
+        tick();
+        probe_bore(1, 50, 20, -100 + grown);
+        set("pass-running", 0);
+        tick();
+    }
+};
+
+TEST_F(ThermalGrowthTest, GivesTheBoreWithoutTheCompensation) {
+    begin();
+    set("x-offset", 0.004);
+    set("z-offset", -0.030);
+    probe_bore(3, 50.004, 20, -100.030);
+    EXPECT_NEAR(get("bore-x"), 50, 1e-9);
+    EXPECT_NEAR(get("bore-y"), 20, 1e-9);
+    EXPECT_NEAR(get("bore-z"), -100, 1e-9);
+    EXPECT_NEAR(get("bore-diameter"), 30, 1e-9);
+    EXPECT_NEAR(get("bore-scatter"), 0, 1e-9);
+    EXPECT_NEAR(get("touch-y"), 8, 1e-9);
+    EXPECT_NEAR(get("touch-z-offset"), -0.030, 1e-9);
+    EXPECT_EQ(get("touches"), 5);
+    EXPECT_EQ(get("repeat"), 0);
+    EXPECT_EQ(fault(), Fault::none);
+    set("outside", 1);
+    probe_bore(3, 50.004, 20, -100.030);
+    EXPECT_NEAR(get("bore-diameter"), 18, 1e-9);
+}
+
+TEST_F(ThermalGrowthTest, LatchesThePeriodOfTheTouchAndItsDirection) {
+    begin();
+    open(1);
+    touch(7, 8, 9, 0, -3);
+    move(99, 99, 99, 1, 5);
+    tick();
+    EXPECT_EQ(get("touch-x"), 7);
+    EXPECT_EQ(get("touches"), 1);
+    const int last = static_cast<int>(get("rows")) - 1;
+    set("row", last);
+    tick();
+    EXPECT_EQ(get("row-shown"), last);
+    EXPECT_EQ(get("row-kind"), 1);
+    EXPECT_EQ(get("row-item"), -1);
+    EXPECT_EQ(get("row-x"), 7);
+    set("probe", 1);  // not while measuring
+    tick();
+    EXPECT_EQ(get("touches"), 1);
+}
+
+TEST_F(ThermalGrowthTest, GoesThroughItsStates) {
+    tick();
+    EXPECT_EQ(state(), State::idle);
+    begin();
+    EXPECT_EQ(state(), State::warming);
+    set("pass-running", 1);
+    tick();
+    EXPECT_EQ(state(), State::probing_cold);
+    set("pass-running", 0);
+    tick();
+    set("pass-running", 1);
+    tick();
+    EXPECT_EQ(state(), State::probing);
+    EXPECT_EQ(get("pass"), 2);
+    set("pass-running", 0);
+    set("running", 0);
+    tick();
+    EXPECT_EQ(state(), State::interrupted);
+}
+
+TEST_F(ThermalGrowthTest, MissOutlierAndOrientationAskForAnotherVisit) {
+    begin();
+    open(1);
+    touch(0, 0, 0, 2, -1, false);
+    close();
+    EXPECT_EQ(fault(), Fault::probe_miss);
+    EXPECT_EQ(get("repeat"), 1);
+    probe_bore(1, 50, 20, -100, 0.2);
+    EXPECT_EQ(fault(), Fault::false_trigger);
+    EXPECT_EQ(get("repeat"), 1);
+    probe_bore(1, 50, 20, -100);
+    EXPECT_EQ(fault(), Fault::none);
+    EXPECT_EQ(get("repeat"), 0);
+    open(1);
+    touch(50, 20, -100, 2, -1);
+    touch(50, 20, -99.9, 2, -1);
+    close();
+    EXPECT_EQ(fault(), Fault::false_trigger);
+    set("table", 1);
+    set("turned", 1);
+    set("table-position", 179.5);
+    open(1, true);
+    touch(1, 1, 1, 2, -1);
+    close();
+    EXPECT_EQ(fault(), Fault::orientation);
+    set("table-position", -180);
+    open(1, true);
+    touch(1, 1, 1, 2, -1);
+    close();
+    EXPECT_EQ(fault(), Fault::none);
+    open(17);
+    touch(1, 1, 1, 2, -1);
+    close();
+    EXPECT_EQ(fault(), Fault::bore);
+    open(1);
+    set("probe-overtravel", 1);
+    touch(1, 1, 1, 2, -1);
+    close();
+    EXPECT_EQ(fault(), Fault::overtravel);
+}
+
+TEST_F(ThermalGrowthTest, BoreOfALaterPassNeedsItsReference) {
+    begin();
+    pass();
+    pass();
+    EXPECT_EQ(fault(), Fault::none);
+    set("pass-running", 1);
+    probe_bore(2, 90, 20, -100);
+    EXPECT_EQ(fault(), Fault::no_reference);
+    EXPECT_EQ(get("repeat"), 1);
+}
+
+TEST_F(ThermalGrowthTest, StateThatTheControlDoesNotConfirmIsAFault) {
+    set("confirm-time", 2);
+    begin();
+    EXPECT_EQ(get("confirmed"), 1);
+    set("compensate", 1);
+    bench.run(1);
+    EXPECT_EQ(get("compensation-request"), 1);
+    EXPECT_EQ(get("confirmed"), 0);
+    EXPECT_EQ(fault(), Fault::none);
+    bench.run(1.5);
+    EXPECT_EQ(fault(), Fault::unconfirmed);
+    set("compensation-on", 1);
+    tick();
+    EXPECT_EQ(get("confirmed"), 1);
+    EXPECT_EQ(fault(), Fault::none);
+    set("cool", 1);
+    tick();
+    EXPECT_EQ(get("cooling-request"), 1);
+    EXPECT_EQ(get("confirmed"), 0);
+}
+
+TEST_F(ThermalGrowthTest, StopsByTemperaturesTimeAndCyclesAlone) {
+    set("by-displacement", 0);
+    set("interval", 0);
+    set("threshold", 5);
+    set("temperature-0", 20);
+    begin();
+    EXPECT_EQ(code("advice"), 2);
+    double warm = 20;
+    for (const double rise : {12.0, 7.0, 4.0}) {
+        warm += rise;
+        set("temperature-0", warm);
+        bench.run(70);
+        EXPECT_EQ(get("done"), 0);
+        pulse("cycle");
+    }
+    EXPECT_EQ(get("done"), 1);
+    EXPECT_EQ(get("cycle-index"), 3);
+    EXPECT_EQ(code("stop-reason"), static_cast<int>(Stop::stable));
+    EXPECT_NEAR(get("temperature-change"), 4, 1e-9);
+    EXPECT_EQ(fault(), Fault::none);
+}
+
+TEST_F(ThermalGrowthTest, NeverStopsBeforeTheMinimumTime) {
+    set("by-displacement", 0);
+    set("minimum-time", 3 * hour);
+    begin();
+    set("temperature-0", 25);
+    bench.run(3 * hour - 1);
+    EXPECT_EQ(get("done"), 0);
+    bench.run(120);
+    EXPECT_EQ(get("done"), 1);
+}
+
+TEST_F(ThermalGrowthTest, DisplacementsThatGoOnHoldTheEndBack) {
+    set("minimum-time", 0.5 * hour);
+    begin();
+    set("temperature-0", 25);
+    double grown = 0;
+    for (int i = 0; i < 8; ++i) {
+        pass(grown);
+        grown += 0.01;
+        bench.run(hour / 2);
+        EXPECT_EQ(get("done"), 0) << i;
+    }
+    for (int i = 0; i < 3; ++i) {
+        pass(grown);
+        bench.run(hour / 2);
+    }
+    EXPECT_EQ(get("done"), 1);
+}
+
+TEST_F(ThermalGrowthTest, MaximumTimeAndAColdMachineAreReported) {
+    set("maximum-time", hour);
+    set("minimum-time", 0.5 * hour);
+    begin();
+    bench.run(hour + 70);
+    EXPECT_EQ(code("stop-reason"), static_cast<int>(Stop::maximum_time));
+    EXPECT_EQ(fault(), Fault::no_warm_up);
+    pulse("acknowledge");
+    EXPECT_EQ(fault(), Fault::none);
+    set("running", 0);
+    tick();
+    EXPECT_EQ(state(), State::stopped);
+    begin();
+    bench.run(60);
+    set("temperature-1", 30);
+    bench.run(hour + 70);
+    EXPECT_EQ(fault(), Fault::not_stable);
+}
+
+TEST_F(ThermalGrowthTest, SensorThatIsOldOrNotValidIsReportedAndDecidesNothing) {
+    set("by-displacement", 0);
+    set("interval", 600);
+    begin();
+    set("temperature-age-1", 31);
+    tick();
+    EXPECT_EQ(fault(), Fault::sensor);
+    bench.run(0.4 * hour);
+    EXPECT_EQ(get("done"), 0);
+    set("temperature-decides-1", 0);
+    bench.run(0.4 * hour);
+    EXPECT_EQ(get("done"), 1);
+    set("temperature-age-1", 0);
+    tick();
+    EXPECT_NE(fault(), Fault::sensor);
+}
+
+TEST_F(ThermalGrowthTest, ArtifactThatIsTooWarmIsReported) {
+    set("artifact-sensor", 1);
+    begin();
+    set("temperature-1", 36);
+    tick();
+    EXPECT_EQ(fault(), Fault::artifact_temperature);
+}
+
+TEST_F(ThermalGrowthTest, SettingsOutOfRangeLeaveTheLastGoodOnes) {
+    set("by-displacement", 0);
+    tick();
+    set("threshold", 0);
+    begin();
+    EXPECT_EQ(fault(), Fault::settings);
+    set("temperature-0", 25);
+    bench.run(1.2 * hour);
+    EXPECT_EQ(get("done"), 1);
+    set("threshold", 0.2);
+    tick();
+    EXPECT_EQ(code("advice"), 1);
+}
+
+TEST_F(ThermalGrowthTest, InterruptedPassGoesOnUnderItsNumber) {
+    begin();
+    set("pass-running", 1);
+    probe_bore(1, 50, 20, -100);
+    set("running", 0);
+    set("pass-running", 0);
+    tick();
+    EXPECT_EQ(state(), State::interrupted);
+    set("resume", 1);
+    begin();
+    set("pass-running", 1);
+    probe_bore(2, 90, 20, -100);
+    EXPECT_EQ(get("pass"), 1);
+    EXPECT_EQ(fault(), Fault::none);
+    EXPECT_EQ(get("repeat"), 0);
+    set("pass-running", 0);
+    tick();
+    set("pass-running", 1);
+    tick();
+    EXPECT_EQ(get("pass"), 2);
+}
+
+// Its records give the same test: pass, visits, references and history go on where they were.
+TEST_F(ThermalGrowthTest, RestoredRecordsContinueTheTest) {
+    begin();
+    pass();
+    set("temperature-0", 28);
+    bench.run(600);
+    set("running", 0);
+    tick();
+    const int rows = static_cast<int>(get("rows"));
+    const char* const fields[] = {"kind", "time",   "pass",        "visit",    "bore",
+                                  "item", "turned", "compensated", "cooled",   "x",
+                                  "y",    "z",      "x-offset",    "y-offset", "z-offset"};
+    std::vector<std::map<std::string, double>> kept;
+    for (int i = 0; i < rows; ++i) {
+        set("row", i);
+        tick();
+        for (const char* const field : fields) {
+            if (kept.size() <= static_cast<std::size_t>(i)) kept.emplace_back();
+            kept.back()[field] = get(std::string("row-") + field);
+        }
+    }
+    pulse("forget");
+    EXPECT_EQ(get("rows"), 0);
+    EXPECT_EQ(state(), State::idle);
+    for (const auto& record : kept) {
+        for (const auto& [field, value] : record) set("restore-" + field, value);
+        pulse("restore");
+    }
+    EXPECT_EQ(get("rows"), rows);
+    EXPECT_EQ(get("restores"), rows);
+    EXPECT_EQ(state(), State::interrupted);
+    set("restore-time", 0);  // older than the last one
+    pulse("restore");
+    EXPECT_EQ(get("restores-refused"), 1);
+
+    set("resume", 1);
+    set("gap", 5000);
+    begin();
+    EXPECT_NEAR(get("elapsed"), 5600, 10);
+    EXPECT_EQ(get("pass"), 1);
+    pass(0.02);
+    EXPECT_EQ(get("pass"), 2);
+    EXPECT_EQ(get("visit"), 2);
+    EXPECT_EQ(fault(), Fault::none);  // the reference is known
+    set("running", 0);
+    tick();
+    set("resume", 0);
+    begin();
+    EXPECT_LT(get("rows"), 5);
+    EXPECT_EQ(get("pass"), 0);
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""growth_log, the real program, beside thermal_growth_test and the simulated machine in the virtual-time host."""
+
+import glob
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+import plumb
+from tree import BUILD, ROOT, own_folder
+
+GROWTH_LOG = os.path.join(BUILD, "bin", "growth_log")
+PATIENCE = 60  # s of real time, for an event that takes a moment
+COMPONENT, DISK, DAMAGED, FOREIGN, REFUSED = range(1, 6)
+
+SETTINGS = """machine = "%s"
+folder = "logs"
+tolerance = { x = 0.01, y = 0.01, z = 0.015 }
+[[sensor]]
+number = 1
+name = "spindle"
+[[bore]]
+number = 1
+x = 0
+y = -60
+z = 60
+"""
+
+
+class GrowthLog(unittest.TestCase):
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.toml = os.path.join(self.folder, "growth.toml")
+        self.write(SETTINGS % "mill 3")
+        self.host = None
+        self.start_machine()
+
+    def tearDown(self):
+        self.host.close()
+
+    def write(self, text):
+        with open(self.toml, "w", encoding="ascii") as file:
+            file.write(text)
+
+    def start_machine(self):
+        """LinuxCNC is started again: a fresh component."""
+        if self.host:
+            self.host.close()
+        self.host = plumb.Host()
+        self.host.load(os.path.join(ROOT, "configs/growth/bench.hal"))
+        self.host.set("artifact.play", False)
+        self.host.set("artifact.touch-time", 2)
+        self.host.command("start")
+
+    def start_log(self):
+        self.host.command("loadusr -W %s --file %s" % (GROWTH_LOG, self.toml))
+
+    def process(self):
+        for line in glob.glob("/proc/[0-9]*/cmdline"):
+            try:
+                with open(line, "rb") as file:
+                    words = file.read().decode().split("\0")
+            except OSError:
+                continue
+            if os.path.basename(words[0]) == "growth_log" and self.toml in words:
+                return int(line.split("/")[2])
+        return None
+
+    def kill(self):
+        os.kill(self.process(), signal.SIGKILL)
+        self.until(lambda: self.process() is None, "the killed growth_log is gone")
+
+    def until(self, holds, what, tick=False):
+        end = time.monotonic() + PATIENCE
+        while not holds():
+            self.assertLess(time.monotonic(), end, what)
+            if tick:
+                self.host.run(0.5)
+            else:
+                time.sleep(0.005)
+
+    def get(self, name):
+        return self.host.get(name)
+
+    def play(self, seconds):
+        """The test goes on; then the program stops, so that no record comes while the log catches up."""
+        self.host.set("artifact.play", True)
+        self.host.run(seconds)
+        self.catch_up()
+
+    def catch_up(self):
+        self.until(lambda: self.get("growth-log.lines") == self.get("growth-test.rows"), "the log has all records", tick=True)
+
+    def logs(self):
+        return sorted(glob.glob(os.path.join(self.folder, "logs", "growth-*.csv")))
+
+    def lines(self, path):
+        with open(path, encoding="ascii") as file:
+            return file.read().split("\n")
+
+    def test_the_log_has_each_record_in_order(self):
+        self.start_log()
+        self.play(300)
+        (path,) = self.logs()
+        lines = self.lines(path)
+        self.assertEqual(lines[0], "growth-log,1")
+        self.assertIn("machine,mill 3", lines)
+        self.assertIn("bore,1,0,-60,60", lines)
+        records = [line.split(",") for line in lines if line.split(",")[0] in ("touch", "temperature", "event")]
+        self.assertEqual([int(record[1]) for record in records], list(range(1, len(records) + 1)))
+        self.assertEqual(records[0][9], "begin")
+        touches = [record for record in records if record[0] == "touch"]
+        self.assertEqual(len(touches), self.get("growth-test.touches"))
+        self.assertEqual({record[9] for record in touches}, {"-Z", "+X", "-X", "+Y", "-Y"})
+        last = [float(value) for value in touches[-1][10:13]]
+        self.assertEqual(last, [self.get("growth-test.touch-" + letter) for letter in "xyz"])
+        report = subprocess.run([GROWTH_LOG, "--declarations"], capture_output=True, text=True, check=True)
+        self.assertIn("resumable", report.stdout)
+
+    def test_a_second_writer_is_refused(self):
+        self.start_log()
+        self.play(100)
+        before = self.lines(self.logs()[0])
+        with self.assertRaises(plumb.Refused) as refusal:
+            self.host.command("loadusr -Wn other %s other --file %s" % (GROWTH_LOG, self.toml))
+        self.assertIn("written by another growth_log", str(refusal.exception))
+        self.assertEqual(self.lines(self.logs()[0]), before)
+
+    def test_kill_and_restart_continue_the_same_test(self):
+        self.start_log()
+        self.play(400)
+        rows = self.get("growth-test.rows")
+        self.kill()
+        with open(self.logs()[0], "a", encoding="ascii") as file:
+            file.write("touch,99,5")  # torn
+        self.start_machine()
+        self.assertEqual(self.get("growth-test.rows"), 0)
+        self.start_log()
+        self.until(lambda: self.get("growth-log.resumable"), "the test was given back", tick=True)
+        self.assertEqual(self.get("growth-test.rows"), rows)
+        self.assertEqual(self.get("growth-test.pass"), 1)
+        self.host.set("growth-test.resume", True)
+        self.play(400)
+        self.assertEqual(len(self.logs()), 1)
+        text = "\n".join(self.lines(self.logs()[0]))
+        self.assertIn(",resumed,", text)
+        self.assertNotIn("touch,99,5", text)
+        numbers = [int(line.split(",")[1]) for line in text.split("\n") if line.split(",")[0] in ("touch", "temperature", "event")]
+        self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
+        self.assertGreater(len(numbers), rows)
+
+    def test_without_resume_a_new_file_begins_and_the_old_one_stays(self):
+        self.start_log()
+        self.play(200)
+        self.kill()
+        before = self.lines(self.logs()[0])
+        self.start_machine()
+        self.start_log()
+        self.until(lambda: self.get("growth-log.resumable"), "the test was given back", tick=True)
+        self.play(0.5)
+        self.until(lambda: len(self.logs()) == 2, "a second file", tick=True)
+        self.assertEqual(self.lines(self.logs()[0]), before)
+
+    def test_a_damaged_or_foreign_log_stays_and_is_not_resumed(self):
+        self.start_log()
+        self.play(200)
+        self.kill()
+        path = self.logs()[0]
+        good = self.lines(path)
+        for text, settings, code in (
+            ("\n".join(good[:12] + good[13:]), "mill 3", DAMAGED),
+            ("\n".join(good), "mill 4", FOREIGN),
+        ):
+            with open(path, "w", encoding="ascii") as file:
+                file.write(text)
+            self.write(SETTINGS % settings)
+            self.start_machine()
+            self.start_log()
+            self.until(lambda code=code: self.get("growth-log.fault-code") == code, "the fault", tick=True)
+            self.assertEqual(self.get("growth-test.rows"), 0)
+            with open(path, encoding="ascii") as file:
+                self.assertEqual(file.read(), text)
+            self.kill()
+
+    def test_wrong_settings_are_refused_with_their_line(self):
+        for wrong, reason in (("ball = -1", "growth.toml:1: ball is no number"), ("bal = 6", "unknown key 'bal'")):
+            self.write(wrong + "\n" + SETTINGS % "mill 3")
+            with self.assertRaises(plumb.Refused) as refusal:
+                self.start_log()
+            self.assertIn(reason, str(refusal.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()

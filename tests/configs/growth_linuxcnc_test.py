@@ -1,0 +1,144 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/growth: a growth test by the G-code in a complete LinuxCNC, killed and resumed; and one on a trunnion."""
+
+import csv
+import glob
+import json
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+from linuxcnc_runs import ATTEMPTS, BUILD, PATIENCE, RACE, change, copy_configuration, finish, own_folder, start, um
+
+SHORT = "#<_growth_rounds> = 1\n#<_growth_dwell> = 6\n#<_growth_feed> = 60\n"
+
+
+def logs(machine):
+    return sorted(glob.glob(os.path.join(machine, "logs", "growth-*.csv")))
+
+
+def records(machine, kind):
+    (path,) = logs(machine)
+    with open(path, encoding="ascii") as file:
+        return [line for line in csv.reader(file) if line and line[0] == kind]
+
+
+def report(machine):
+    (path,) = logs(machine)
+    out = os.path.join(machine, "report")
+    subprocess.run([os.path.join(BUILD, "bin", "plumb-growth"), "report", path, "--output", out], check=True, stdout=subprocess.DEVNULL)
+    with open(os.path.join(out, "results.json"), encoding="utf-8") as file:
+        return json.load(file)["tests"][0]
+
+
+def program(machine, name, call, settings=SHORT):
+    with open(os.path.join(machine, name), "w", encoding="ascii") as file:
+        file.write("o<settings> call\n%so<growth_test> call %s\nM2\n" % (settings, call))
+
+
+def shorten(machine, longest):
+    hal = os.path.join(machine, "accelerated.hal")
+    change(hal, "growth-test.minimum-time  900", "growth-test.minimum-time    1")
+    change(hal, "growth-test.maximum-time 3600", "growth-test.maximum-time  %d" % longest)
+    change(hal, "artifact.tau-turning 125", "artifact.tau-turning   5")
+    change(hal, "artifact.sensor-lag   10", "artifact.sensor-lag    1")
+
+
+def gone(folder):
+    """Until the programs of a killed LinuxCNC have left its folder."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        busy = False
+        for path in glob.glob("/proc/[0-9]*/cmdline"):
+            try:
+                with open(path, "rb") as file:
+                    busy = busy or (folder.encode() in file.read() and int(path.split("/")[2]) != os.getpid())
+            except OSError:
+                continue
+        if not busy:
+            return
+        time.sleep(0.05)
+    raise AssertionError("programs of a killed LinuxCNC are still there")
+
+
+class KilledAndResumed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = own_folder(cls)
+        cls.machine = copy_configuration("growth", cls.folder)
+        shorten(cls.machine, 200)
+        program(cls.machine, "short.ngc", "[1] [1] [1] [0]")
+        program(cls.machine, "again.ngc", "[1] [1] [1] [1]")
+        ini = os.path.join(cls.machine, "growth.ini")
+        first = start(cls.folder, ini, "short.ngc")
+        end = time.monotonic() + PATIENCE
+        while not logs(cls.machine) or len(records(cls.machine, "touch")) < 15:
+            if time.monotonic() > end or first.poll() is not None:
+                raise AssertionError("no touches came:\n" + finish(first)[1])
+            time.sleep(0.02)
+        first.send_signal(signal.SIGKILL)
+        first.wait()
+        first.stdout.close()
+        gone(cls.folder)
+        cls.kept = len(records(cls.machine, "touch"))
+        for _ in range(ATTEMPTS):
+            cls.status, cls.output = finish(start(cls.folder, ini, "again.ngc"))
+            if RACE not in cls.output:
+                break
+        cls.results = report(cls.machine) if cls.status == 0 else None
+
+    def test_the_test_goes_on_in_the_same_log_to_its_end(self):
+        self.assertEqual(self.status, 0, self.output)
+        self.assertIn("again.ngc is done", self.output)
+        events = [line[9] for line in records(self.machine, "event")]
+        self.assertEqual(events[0], "begin")
+        self.assertIn("resumed", events)
+        self.assertIn("stop", events)
+        self.assertEqual(events[-1], "end")
+        self.assertGreater(len(records(self.machine, "touch")), self.kept)
+
+    def test_each_touch_has_the_direction_and_the_place_of_its_bore(self):
+        for line in records(self.machine, "touch"):
+            x, y, z = (float(value) for value in line[10:13])
+            axis = {"X": x, "Y": y + 60, "Z": z + 137 + 12}[line[9][1]]
+            expected = 12 if line[9][0] == "+" else -12
+            if line[9][1] == "Z":
+                expected = 12
+            self.assertLess(abs(axis - expected), 0.2, line)
+
+    def test_both_states_and_orientations_are_in_the_results(self):
+        self.assertEqual({(s["turned"], s["compensated"]) for s in self.results["series"]}, {(a, b) for a in (False, True) for b in (False, True)})
+        for series in self.results["series"]:
+            for point in series["points"]:
+                self.assertLess(abs(point["diameter_mm"] - 30), 50 * um)
+                self.assertLess(point["scatter_mm"], 5 * um)
+            if not series["compensated"]:
+                self.assertTrue(all(value == 0 for point in series["points"] for value in point["compensation_mm"]))
+        self.assertTrue(any(abs(value) > um for s in self.results["series"] if s["compensated"] for p in s["points"] for value in p["compensation_mm"]))
+
+
+class Trunnion(unittest.TestCase):
+    def test_a_trunnion_and_one_state_are_probed(self):
+        folder = own_folder(type(self))
+        machine = copy_configuration("growth", folder)
+        shorten(machine, 60)
+        program(machine, "trunnion.ngc", "[1] [1] [0] [0]", "#<_growth_trunnion> = 1\n" + SHORT)
+        change(os.path.join(machine, "growth.toml"), "folder       =", 'table        = "A"\nfolder       =')
+        for _ in range(ATTEMPTS):
+            for log in logs(machine):
+                os.remove(log)
+            status, output = finish(start(folder, os.path.join(machine, "trunnion.ini")))
+            if RACE not in output:
+                break
+        self.assertEqual(status, 0, output)
+        results = report(machine)
+        self.assertEqual([(s["turned"], s["compensated"]) for s in results["series"]], [(False, False), (True, False)])
+        self.assertIn("Only one state was probed", results["compensation"]["sentence"])
+        self.assertEqual(len(results["orientations"]), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/growth/compensation_effect.hpp"
+#include "components/math/blocks/random.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+namespace plumb {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double um = 1e-3;
+
+TEST(CompensationGain, IsThatOfTheTextbook) {
+    const VectorXd off = (VectorXd(5) << 0, 20, 35, 45, 50).finished() * um;
+    for (const double gain : {-1.0, 0.0, 0.8, 1.0, 1.3}) {
+        const CompensationGain found = compensation_gain(off, (1 - gain) * off, 0.7 * um);
+        EXPECT_TRUE(found.determined);
+        EXPECT_NEAR(found.gain, gain, 1e-9);
+        EXPECT_NEAR(found.effectiveness, 1 - std::abs(1 - gain), 1e-9);
+    }
+}
+
+TEST(CompensationGain, TwoUncertaintiesCoverIt) {
+    Random random(5);
+    int covered = 0;
+    constexpr int tests = 500;
+    for (int i = 0; i < tests; ++i) {
+        const double gain = random.uniform(-1, 1.5), s = 0.8 * um;
+        const double size = random.uniform(15, 70) * um, reference = s * random.gaussian();
+        const double reference_on = s * random.gaussian();
+        VectorXd off(9), on(9);
+        for (int k = 0; k < 9; ++k) {
+            const double drift = -size * std::expm1(-0.4 * k);
+            off[k] = drift + s * random.gaussian() - reference;
+            on[k] = (1 - gain) * drift + s * random.gaussian() - reference_on;
+        }
+        const CompensationGain found = compensation_gain(off, on, s);
+        if (std::abs(found.gain - gain) <= 2 * found.uncertainty) ++covered;
+    }
+    EXPECT_GE(covered, 0.9 * tests);
+}
+
+TEST(CompensationGain, WithoutDriftThereIsNone) {
+    EXPECT_FALSE(compensation_gain(VectorXd::Constant(6, um), VectorXd::Zero(6), um).determined);
+    EXPECT_FALSE(compensation_gain(VectorXd::Ones(1), VectorXd::Zero(1), um).determined);
+}
+
+// A machine whose three axes follow its spindle and its bed, and a compensation by two of three sensors.
+struct Machine {
+    enum Sensor { spindle, bed, air };
+    CompensationRecord record;
+    Eigen::Matrix<double, 2, 3> law;
+    Eigen::MatrixX2d seen;  // temperatures for the compensation
+    Random random;
+
+    explicit Machine(std::uint64_t seed) : random(seed) {
+        constexpr int passes = 10;
+        const double spindle_rise = random.uniform(8, 20), bed_rise = random.uniform(3, 8);
+        const double spindle_tau = random.uniform(600, 1500), bed_tau = random.uniform(4000, 9000);
+        record.drift.resize(passes, 3);
+        record.compensation.resize(passes, 3);
+        record.temperatures.resize(passes, 3);
+        seen.resize(passes, 2);
+        const double sizes[3] = {random.uniform(5, 15), random.uniform(8, 25), random.uniform(30, 60)};
+        for (int axis = 0; axis < 3; ++axis) {
+            const double share = random.uniform(0.4, 0.8), sign = random.index(2) == 0 ? 1 : -1;
+            law(spindle, axis) = sign * sizes[axis] * share / spindle_rise * um;
+            law(bed, axis) = sign * sizes[axis] * (1 - share) / bed_rise * um * random.uniform(-0.6, 1);
+        }
+        const double begin = random.uniform(18, 24);
+        for (int k = 0; k < passes; ++k) {
+            const double t = 1800.0 * k;
+            record.temperatures(k, spindle) = begin - spindle_rise * std::expm1(-t / spindle_tau);
+            record.temperatures(k, bed) = begin - bed_rise * std::expm1(-t / bed_tau);
+            record.temperatures(k, air) = begin + 0.5 * std::sin(t / 4000);
+            record.drift.row(k) = rise(k) * law;
+        }
+        seen = record.temperatures.leftCols<2>();
+        for (int sensor = 0; sensor < 3; ++sensor) noisy(sensor);
+        const Eigen::MatrixX3d truth = record.drift;
+        for (int k = 0; k < passes; ++k)
+            for (int axis = 0; axis < 3; ++axis)
+                record.drift(k, axis) = truth(k, axis) + 0.8 * um * random.gaussian();
+        record.drift.rowwise() -= record.drift.row(0).eval();
+        compensate();
+    }
+
+    Eigen::RowVector2d rise(int k) const {
+        return record.temperatures.row(k).leftCols<2>() - record.temperatures.row(0).leftCols<2>();
+    }
+    void noisy(int sensor) {
+        const double offset = 0.3 * random.gaussian() / 2;
+        for (int k = 0; k < record.temperatures.rows(); ++k)
+            record.temperatures(k, sensor) += offset + 0.05 * random.gaussian();
+    }
+    // By the temperatures as the compensation gets them; it was set to 0 on a machine of 21 degC.
+    void compensate() {
+        const Eigen::RowVector2d cold = seen.row(0);
+        for (int k = 0; k < seen.rows(); ++k) record.compensation.row(k) = (seen.row(k) - cold) * law * 0.97;
+    }
+    CompensationFault judged() const { return judged_compensation(record).fault; }
+};
+
+template <class Spoil>
+void expect_named(CompensationFault expected, const Spoil& spoil) {
+    int named = 0, machines = 0;
+    for (int seed = 1; seed <= 200; ++seed) {
+        Machine machine(static_cast<std::uint64_t>(seed));
+        const Eigen::MatrixX3d good = machine.record.compensation;
+        spoil(machine);
+        // Sensors that change the compensation by less than a fifth of the drift when they are swapped are no
+        // fault that a test could see.
+        const double change = (machine.record.compensation - good).norm();
+        if (expected == CompensationFault::swapped_sensors && change < machine.record.drift.norm() / 5)
+            continue;
+        ++machines;
+        const CompensationFault found = machine.judged();
+        if (found == expected) ++named;
+        if (expected != CompensationFault::none) {
+            EXPECT_NE(found, CompensationFault::none) << "machine " << seed;
+        }
+    }
+    EXPECT_GE(machines, 120);
+    EXPECT_GE(named, 0.95 * machines);
+}
+
+TEST(JudgedCompensation, CallsAGoodOneGood) {
+    expect_named(CompensationFault::none, [](Machine&) {});
+}
+TEST(JudgedCompensation, NamesOneThatIsAbsent) {
+    expect_named(CompensationFault::absent, [](Machine& its) { its.record.compensation.setZero(); });
+}
+TEST(JudgedCompensation, NamesAWrongSign) {
+    expect_named(CompensationFault::wrong_sign, [](Machine& its) { its.record.compensation *= -1; });
+}
+TEST(JudgedCompensation, NamesOneThatIsTooWeak) {
+    expect_named(CompensationFault::too_weak, [](Machine& its) { its.record.compensation *= 0.8 / 0.97; });
+}
+TEST(JudgedCompensation, NamesOneThatIsTooStrong) {
+    expect_named(CompensationFault::too_strong, [](Machine& its) { its.record.compensation *= 1.3 / 0.97; });
+}
+TEST(JudgedCompensation, NamesSwappedAxes) {
+    expect_named(CompensationFault::swapped_axes,
+                 [](Machine& its) { its.record.compensation.col(1).swap(its.record.compensation.col(2)); });
+}
+TEST(JudgedCompensation, NamesAFrozenSensorThatIsLogged) {
+    expect_named(CompensationFault::frozen_sensor, [](Machine& its) {
+        its.record.temperatures.col(Machine::spindle).setConstant(20.1);
+        its.seen.setConstant(20.1);
+        its.compensate();
+    });
+}
+TEST(JudgedCompensation, CallsAFrozenSensorAbsentIfItIsNotLogged) {
+    expect_named(CompensationFault::absent, [](Machine& its) {
+        its.record.temperatures = its.record.temperatures.rightCols<2>().eval();
+        its.seen.setConstant(20.1);
+        its.compensate();
+    });
+}
+TEST(JudgedCompensation, NamesAnOffsetOfASensor) {
+    expect_named(CompensationFault::sensor_offset, [](Machine& its) {
+        its.record.temperatures.col(Machine::spindle).array() += 4;
+        its.record.compensation.rowwise() += (Eigen::RowVector2d(4, 0) * its.law).eval();
+    });
+}
+TEST(JudgedCompensation, NamesSwappedSensors) {
+    expect_named(CompensationFault::swapped_sensors, [](Machine& its) {
+        its.seen.col(0).swap(its.seen.col(1));
+        its.record.temperatures.col(0).swap(its.record.temperatures.col(1));
+        its.compensate();
+    });
+}
+
+TEST(JudgedCompensation, ThreePassesAndAStillMachineAreNotJudged) {
+    Machine machine(1);
+    CompensationRecord few = machine.record;
+    few.drift = machine.record.drift.topRows(3).eval();
+    few.compensation = machine.record.compensation.topRows(3).eval();
+    few.temperatures = machine.record.temperatures.topRows(3).eval();
+    EXPECT_EQ(judged_compensation(few).fault, CompensationFault::undetermined);
+    machine.record.drift *= 0.02;
+    EXPECT_EQ(machine.judged(), CompensationFault::undetermined);
+}
+
+TEST(CompensationFault, EachHasASentence) {
+    std::set<std::string> all;
+    for (int i = 0; i <= static_cast<int>(CompensationFault::other); ++i) {
+        const std::string text = sentence(static_cast<CompensationFault>(i));
+        EXPECT_GT(text.size(), 10u);
+        all.insert(text);
+    }
+    EXPECT_EQ(all.size(), 11u);
+}
+
+}  // namespace
+}  // namespace plumb
