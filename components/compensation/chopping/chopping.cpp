@@ -316,7 +316,8 @@ private:
         if (!values_.learn) return;
         std::uint32_t number = 0;
         for (const SpeedSection& each : values_.stroke.sections)
-            for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio})
+            for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
+                                       values_.stroke.lower_dwell, values_.stroke.upper_dwell})
                 number = number * 31 + static_cast<std::uint32_t>(
                                            static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
         learning_.select({lower_, upper_, values_.peak_speed(upper_ - lower_), values_.stroke.acceleration,
@@ -340,8 +341,8 @@ private:
         if (running_) {
             oscillation_.set(wanted());
             const bool hold = feed_hold || values_.override_value == 0;
-            oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal) {
-                return values_.learn ? learning_.offset(upper, reversal) : 0;
+            oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
+                return values_.learn ? learning_.offset(upper, reversal, speed) : 0;
             });
             const double before = jerk_place_, speed_before = speed_;
             jerk_place_ = jerk_.step(oscillation_.position());

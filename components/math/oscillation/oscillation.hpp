@@ -167,9 +167,8 @@ private:
         due_ = true;
     }
 
-    double wait_after() const noexcept {
-        return leg_ == Leg::closing ? 0 : upward() ? settings_.upper_dwell : settings_.lower_dwell;
-    }
+    // As planned: an end beyond the dead point must not become one at which the axis dwells, and creeps.
+    double wait_after() const noexcept { return leg_ == Leg::closing ? 0 : dwell_; }
 
     // Chooses the leg after the one that runs, or the one that is waited for.
     template <class Learned>
@@ -214,13 +213,14 @@ private:
         double bound = upward ? settings_.upper : settings_.lower;
         if (upward ? bound <= from + nothing : bound >= from - nothing) bound = upward ? upper_ : lower_;
         next_bound_ = bound;
+        next_dwell_ = upward ? settings_.upper_dwell : settings_.lower_dwell;
         const bool whole = wanted_ == Leg::regular;
         next_regular_ =
             whole && lower_ == settings_.lower && upper_ == settings_.upper && speed_ == settings_.speed;
         const Reciprocation region{upward ? std::min(from, lower_) : bound,
                                    upward ? bound : std::max(from, upper_), speed_};
         next_acceleration_ = reversal(region, bound);
-        double offset = learned(upward, next_acceleration_);
+        double offset = learned(upward, next_acceleration_, speed_);
         if (!next_regular_) offset = std::min(offset, 0.0);  // not learned for this stroke
         const double end = upward ? bound + offset : bound - offset;
         request.to = std::clamp(end, settings_.lowest, settings_.highest);
@@ -269,6 +269,7 @@ private:
             }
         }
         sparking_ = next_sparks_;
+        dwell_ = next_dwell_;
         speed_ = settings_.speed;
         begin_plan(leg_ == Leg::closing ? Leg::closing : Leg::regular);
     }
@@ -404,7 +405,8 @@ private:
     double position_ = 0, velocity_ = 0, acceleration_ = 0, phase_ = 0;
     double lower_ = 0, upper_ = 0;  // dead points in force
     double speed_ = 0;              // of the next stroke that will be planned
-    double next_bound_ = 0, next_offset_ = 0, next_acceleration_ = 0, next_speed_ = 0;
+    double dwell_ = 0;              // s, after the leg that runs
+    double next_bound_ = 0, next_dwell_ = 0, next_offset_ = 0, next_acceleration_ = 0, next_speed_ = 0;
     double duration_[2] = {0, 0};
     bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;
