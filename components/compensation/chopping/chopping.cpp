@@ -88,7 +88,8 @@ axis is.
 - go-to-end: A rising edge at rest returns the axis to position.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
-upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps.
+upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
+correction in force they come one stroke later.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
 - Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered; retain(1) keeps them over a restart, with their first corrections.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
