@@ -88,7 +88,8 @@ axis is.
 - go-to-end: A rising edge at rest returns the axis to position.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
-upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps.
+upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
+correction in force they come one stroke later.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
 - Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered; retain(1) keeps them over a restart, with their first corrections.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
@@ -316,7 +317,8 @@ private:
         if (!values_.learn) return;
         std::uint32_t number = 0;
         for (const SpeedSection& each : values_.stroke.sections)
-            for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio})
+            for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
+                                       values_.stroke.lower_dwell, values_.stroke.upper_dwell})
                 number = number * 31 + static_cast<std::uint32_t>(
                                            static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
         learning_.select({lower_, upper_, values_.peak_speed(upper_ - lower_), values_.stroke.acceleration,
@@ -340,8 +342,8 @@ private:
         if (running_) {
             oscillation_.set(wanted());
             const bool hold = feed_hold || values_.override_value == 0;
-            oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal) {
-                return values_.learn ? learning_.offset(upper, reversal) : 0;
+            oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
+                return values_.learn ? learning_.offset(upper, reversal, speed) : 0;
             });
             const double before = jerk_place_, speed_before = speed_;
             jerk_place_ = jerk_.step(oscillation_.position());

@@ -32,7 +32,7 @@ public:
     // What a correction holds for.
     struct Stroke {
         double lower = 0, upper = 0, speed = 0, acceleration = 0;
-        int sections = 0;  // a number that changes with them
+        int sections = 0;  // a number that changes with them, and with dwells
 
         bool operator==(const Stroke& other) const noexcept {
             return lower == other.lower && upper == other.upper && speed == other.speed &&
@@ -106,12 +106,13 @@ public:
     // The part of the full speed at which the next stroke may run.
     double speed_factor() const noexcept { return factor_; }
 
-    // Where the end of a stroke lies, with the acceleration of its reversal. An end beyond the dead point
-    // comes back with the acceleration, as the axis then follows closer.
-    double offset(bool upper, double acceleration) const noexcept {
-        const double its = offset_[upper];
-        if (its <= 0 || !(acceleration < reference_)) return its;
-        return its * acceleration / reference_;
+    // Where the end of a stroke lies, with the acceleration of its reversal and its speed. An end beyond the
+    // dead point comes back with the acceleration, as the axis then follows closer. One inside goes farther
+    // inside with the square of a speed above the full one, as the axis then overshoots more.
+    double offset(bool upper, double acceleration, double speed) const noexcept {
+        const double its = offset_[upper], faster = speed / stroke_.speed;
+        if (its < 0) return faster > 1 ? its * faster * faster : its;
+        return acceleration < reference_ ? its * acceleration / reference_ : its;
     }
 
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, and

@@ -69,7 +69,6 @@ public:
         state_ = State::waiting;
         stop_ = Stop::none;
         strokes_ = sparks_ = 0;
-        speed_ = settings.speed;
         lower_ = settings.lower;
         upper_ = settings.upper;
         wait_ = 0;
@@ -167,9 +166,8 @@ private:
         due_ = true;
     }
 
-    double wait_after() const noexcept {
-        return leg_ == Leg::closing ? 0 : upward() ? settings_.upper_dwell : settings_.lower_dwell;
-    }
+    // As planned: an end beyond the dead point must not become one at which the axis dwells, and creeps.
+    double wait_after() const noexcept { return leg_ == Leg::closing ? 0 : dwell_; }
 
     // Chooses the leg after the one that runs, or the one that is waited for.
     template <class Learned>
@@ -201,50 +199,56 @@ private:
 
     template <class Learned>
     StrokeRequest request(double from, bool upward, const Learned& learned) noexcept {
+        // An end that lies outside was planned for the settings of then: the next stroke leaves it by them.
+        const Settings& now =
+            next_ == Leg::regular && leg_ == Leg::regular && ends_outside() ? running_settings_ : settings_;
+        planned_settings_ = settings_;
         StrokeRequest request;
         request.from = from;
-        request.largest_speed = settings_.largest_speed;
-        request.acceleration = settings_.acceleration;
+        request.largest_speed = now.largest_speed;
+        request.acceleration = now.acceleration;
         if (wanted_ == Leg::closing) {
             request.to = end_position();
-            request.shape = {std::min(from, request.to), std::max(from, request.to), settings_.speed};
+            request.shape = {std::min(from, request.to), std::max(from, request.to), fastest};
+            request.largest_speed = std::min(now.speed, now.largest_speed);
             return request;
         }
         // With a new region that does not reach beyond this dead point the old one holds once more.
-        double bound = upward ? settings_.upper : settings_.lower;
+        double bound = upward ? now.upper : now.lower;
         if (upward ? bound <= from + nothing : bound >= from - nothing) bound = upward ? upper_ : lower_;
         next_bound_ = bound;
+        next_dwell_ = upward ? now.upper_dwell : now.lower_dwell;
         const bool whole = wanted_ == Leg::regular;
-        next_regular_ =
-            whole && lower_ == settings_.lower && upper_ == settings_.upper && speed_ == settings_.speed;
+        next_regular_ = whole && lower_ == settings_.lower && upper_ == settings_.upper &&
+                        now.speed == settings_.speed && now.sections == settings_.sections;
         const Reciprocation region{upward ? std::min(from, lower_) : bound,
-                                   upward ? bound : std::max(from, upper_), speed_};
-        next_acceleration_ = reversal(region, bound);
-        double offset = learned(upward, next_acceleration_);
+                                   upward ? bound : std::max(from, upper_), now.speed};
+        next_acceleration_ = reversal(region, bound, now);
+        double offset = learned(upward, next_acceleration_, now.speed);
         if (!next_regular_) offset = std::min(offset, 0.0);  // not learned for this stroke
         const double end = upward ? bound + offset : bound - offset;
-        request.to = std::clamp(end, settings_.lowest, settings_.highest);
+        request.to = std::clamp(end, now.lowest, now.highest);
         if (upward ? request.to <= from + nothing : request.to >= from - nothing) request.to = bound;
         clipped_ = request.to != end;
         next_offset_ = upward ? request.to - bound : bound - request.to;
-        next_speed_ = speed_;
+        next_speed_ = now.speed;
         const double behind = whole    ? from
                               : upward ? std::min(from, settings_.lower)
                                        : std::max(from, settings_.upper);
-        request.shape = {std::min(behind, request.to), std::max(behind, request.to), speed_};
-        request.spans = SpeedSections::spans(settings_.sections, request.shape, upward);
+        request.shape = {std::min(behind, request.to), std::max(behind, request.to), now.speed};
+        request.spans = SpeedSections::spans(now.sections, request.shape, upward);
         return request;
     }
 
     // The smaller acceleration of both strokes at a dead point: this one's, and the one's after it.
-    double reversal(const Reciprocation& region, double position) const noexcept {
-        double least = settings_.acceleration;
-        for (const bool upward : {true, false}) {
-            const auto spans = SpeedSections::spans(settings_.sections, region, upward);
-            const double ratio = SpeedSections::ratio_at(spans, position);
-            const double speed = ratio * std::min(speed_, settings_.speed);
-            least = std::min(least, 2 * speed * speed / region.stroke());
-        }
+    double reversal(const Reciprocation& region, double position, const Settings& now) const noexcept {
+        double least = std::min(now.acceleration, settings_.acceleration);
+        for (const Settings* each : {&now, &settings_})
+            for (const bool upward : {true, false}) {
+                const auto spans = SpeedSections::spans(each->sections, region, upward);
+                const double speed = SpeedSections::ratio_at(spans, position) * each->speed;
+                least = std::min(least, 2 * speed * speed / region.stroke());
+            }
         return least;
     }
 
@@ -269,7 +273,8 @@ private:
             }
         }
         sparking_ = next_sparks_;
-        speed_ = settings_.speed;
+        dwell_ = next_dwell_;
+        running_settings_ = planned_settings_;
         begin_plan(leg_ == Leg::closing ? Leg::closing : Leg::regular);
     }
 
@@ -388,8 +393,10 @@ private:
     }
 
     static constexpr double nothing = 1e-9;  // mu
+    static constexpr double fastest = 1e6;   // mu/s, a bound that is none
 
-    Settings settings_;
+    Settings settings_, planned_settings_,
+        running_settings_;  // now; of the planned leg, of the one that runs
     State state_ = State::rest;
     Stop stop_ = Stop::none;
     StrokePlan plans_[2];
@@ -403,8 +410,8 @@ private:
     double period_ = 0.001, time_ = 0, wait_ = 0;  // s; time_ since the leg or the wait began
     double position_ = 0, velocity_ = 0, acceleration_ = 0, phase_ = 0;
     double lower_ = 0, upper_ = 0;  // dead points in force
-    double speed_ = 0;              // of the next stroke that will be planned
-    double next_bound_ = 0, next_offset_ = 0, next_acceleration_ = 0, next_speed_ = 0;
+    double dwell_ = 0;              // s, after the leg that runs
+    double next_bound_ = 0, next_dwell_ = 0, next_offset_ = 0, next_acceleration_ = 0, next_speed_ = 0;
     double duration_[2] = {0, 0};
     bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // chopping on the simulated axis; grinder_linuxcnc_test.py has it in LinuxCNC itself.
+#include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/rounds.hpp"
@@ -490,6 +491,43 @@ TEST_F(Learned, AnAxisThatIsTooWeakForTheCorrectionIsReported) {
     bench.run(30);
     EXPECT_EQ(get("fault-code"), 15);
     EXPECT_LE(get("upper-correction"), 0.1);
+}
+
+// Holds, overrides, shifts, stops and starts of a learned axis, at drawn times.
+TEST_F(Chopping, NothingThatAnOperatorDoesTakesTheAxisBeyond) {
+    for (const int seed : {8, 10}) {
+        SCOPED_TRACE(seed);
+        Random random(static_cast<std::uint64_t>(seed));
+        Bench own;
+        wire(own);
+        for (const char* line : {"setp chop.max-acceleration 600", "setp chop.learn 1",
+                                 "setp chop.jerk-time 0.01", "setp axis.load-resonance 0"})
+            own.command(line);
+        own.set("axis.seed", seed);
+        own.set("chop.run", 1);
+        own.run(40);
+        ASSERT_EQ(own.get("chop.learned"), 1);
+        own.expect("z <= -7.995 && z >= -20.005", {{"z", "axis.truth-position"}});
+        for (int i = 0; i < rounds(80, 20); ++i) {
+            switch (random.index(4)) {
+                case 0: own.set("chop.feed-hold", random.uniform() < 0.3); break;
+                case 1: {
+                    const double parts[] = {1, 1, 0.5, 0.1, 1.5};
+                    own.set("chop.override", parts[random.index(5)]);
+                    break;
+                }
+                case 2:
+                    own.set("chop.upper", random.uniform() < 0.6 ? -8 : -10);
+                    own.set("chop.shift", random.uniform() < 0.5);
+                    break;
+                case 3:
+                    own.set("chop.stop-kind", 1 + random.index(2));
+                    own.set("chop.run", random.uniform() < 0.7);
+                    break;
+            }
+            own.run(random.uniform(0.05, 1.5));
+        }
+    }
 }
 
 TEST_F(Chopping, AFollowingErrorStopsTheStroke) {

@@ -29,7 +29,7 @@ struct Axis {
         const double k = learning.speed_factor(), acceleration = 600 * k * k;
         double farthest = -1e9;
         for (const bool upper : {false, true}) {
-            const double used = learning.offset(upper, acceleration);
+            const double used = learning.offset(upper, acceleration, 100 * k);
             const double error = used + overshoot * k * k + constant;
             farthest = std::max(farthest, error);
             learning.measured(upper, error, used, acceleration);
@@ -63,14 +63,14 @@ TEST(DeadPointLearning, RemembersTheStrokesThatItLearned) {
     DeadPointLearning learning;
     learning.select(stroke, usual());
     for (int i = 0; i < 30; ++i) axis.cycle(learning);
-    const double offset = learning.offset(true, 600);
+    const double offset = learning.offset(true, 600, 100);
     EXPECT_NEAR(offset, 0.2, um);
     learning.select({10, 60, 100, 1000, 0}, usual());
     EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow);
-    EXPECT_NEAR(learning.offset(true, 600), -0.3, 1e-12);
+    EXPECT_NEAR(learning.offset(true, 600, 100), -0.3, 1e-12);
     learning.select(stroke, usual());
     EXPECT_EQ(learning.speed_factor(), 1);
-    EXPECT_EQ(learning.offset(true, 600), offset);
+    EXPECT_EQ(learning.offset(true, 600, 100), offset);
     learning.forget();
     EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow);
 }
@@ -122,8 +122,18 @@ TEST(DeadPointLearning, AnEndBeyondComesBackWithTheAcceleration) {
     DeadPointLearning learning;
     learning.select(stroke, usual());
     for (int i = 0; i < 30; ++i) axis.cycle(learning);
-    EXPECT_NEAR(learning.offset(true, 300), 0.1, um);
-    EXPECT_NEAR(learning.offset(true, 6000), 0.2, um) << "never farther than learned";
+    EXPECT_NEAR(learning.offset(true, 300, 100), 0.1, um);
+    EXPECT_NEAR(learning.offset(true, 6000, 100), 0.2, um) << "never farther than learned";
+}
+
+TEST(DeadPointLearning, AboveFullSpeedAnAxisThatOvershootsEndsFartherInside) {
+    const Axis axis{0.1};
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    for (int i = 0; i < 30; ++i) axis.cycle(learning);
+    EXPECT_NEAR(learning.offset(true, 600, 100), -0.1, um);
+    EXPECT_NEAR(learning.offset(true, 600, 150), -0.225, 2.25 * um);
+    EXPECT_NEAR(learning.offset(true, 600, 50), -0.1, um);
 }
 
 TEST(DeadPointLearning, StaysWithinTheLargestCorrection) {
@@ -131,7 +141,7 @@ TEST(DeadPointLearning, StaysWithinTheLargestCorrection) {
     DeadPointLearning learning;
     learning.select(stroke, usual());
     for (int i = 0; i < 60; ++i) axis.cycle(learning);
-    EXPECT_EQ(learning.offset(true, 600), 1);
+    EXPECT_EQ(learning.offset(true, 600, 100), 1);
     EXPECT_FALSE(learning.learned());
     EXPECT_GE(learning.cycles(), 20);
 }
@@ -141,9 +151,9 @@ TEST(DeadPointLearning, GoesBackAtOnceFromFarBeyond) {
     DeadPointLearning learning;
     learning.select(stroke, usual());
     for (int i = 0; i < 30; ++i) axis.cycle(learning);
-    const double used = learning.offset(true, 600);
+    const double used = learning.offset(true, 600, 100);
     learning.measured(true, 0.05, used, 600);
-    EXPECT_NEAR(learning.offset(true, 600), used - 0.05, 1e-12);
+    EXPECT_NEAR(learning.offset(true, 600, 100), used - 0.05, 1e-12);
     EXPECT_EQ(learning.beyond(), 1);
 }
 
