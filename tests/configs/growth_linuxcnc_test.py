@@ -114,7 +114,7 @@ class KilledAndResumed(unittest.TestCase):
         for series in self.results["series"]:
             for point in series["points"]:
                 self.assertLess(abs(point["diameter_mm"] - 30), 50 * um)
-                self.assertLess(point["scatter_mm"], 5 * um)
+                self.assertLess(point["scatter_mm"], 10 * um)  # a period is 1 um here
             if not series["compensated"]:
                 self.assertTrue(all(value == 0 for point in series["points"] for value in point["compensation_mm"]))
         self.assertTrue(any(abs(value) > um for s in self.results["series"] if s["compensated"] for p in s["points"] for value in p["compensation_mm"]))

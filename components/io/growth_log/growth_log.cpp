@@ -127,7 +127,7 @@ A log ends with its folder: copy it to keep it. Lines must not be edited, as the
         } catch (const std::exception& error) {
             note(LogFault::disk, error.what());
         }
-        fault = problem_;
+        fault = problem_ != LogFault::none ? problem_ : past_;
         lines = static_cast<std::int32_t>(written_);
         resumable = given_ > 0 && given_ == written_;
     }
@@ -140,14 +140,16 @@ private:
         try {
             last_ = writer_->unfinished();
         } catch (const std::exception& error) {
-            note(LogFault::damaged, error.what());
+            past_ = LogFault::damaged;
+            report(past_, error.what());
             return;
         }
         if (!last_) return;
         GrowthLog head = *last_;
         head.begun = settings_.head.begun;
         if (growth_log_file::head(head) != growth_log_file::head(settings_.head)) {
-            note(LogFault::foreign, last_->file);
+            past_ = LogFault::foreign;
+            report(past_, last_->file);
             last_.reset();
         }
     }
@@ -180,8 +182,7 @@ private:
         }
         if (text.empty()) {
             if (count != written_) return;
-            // What was wrong with the last log stays until the next one begins.
-            if (problem_ == LogFault::component || problem_ == LogFault::disk) problem_ = LogFault::none;
+            problem_ = LogFault::none;
             if (given_ > 0 && given_ == written_) rows_->set_gap(GrowthLogWriter::age(writer_->path()));
             return;
         }
@@ -191,7 +192,7 @@ private:
         }
         writer_->append(text);
         written_ = row;
-        problem_ = LogFault::none;
+        problem_ = past_ = LogFault::none;
     }
 
     static bool usable(const GrowthRecord& r) {
@@ -206,7 +207,8 @@ private:
             const auto accepted = rows_->give(last_->records[i]);
             if (!accepted) return false;
             if (!*accepted) {
-                note(LogFault::refused, last_->file + ":" + std::to_string(last_->records[i].line));
+                past_ = LogFault::refused;
+                report(past_, last_->file + ":" + std::to_string(last_->records[i].line));
                 given_ = 0;
                 return true;
             }
@@ -220,8 +222,11 @@ private:
     }
 
     void note(LogFault problem, const std::string& what) {
-        if (problem != problem_) std::cerr << "growth_log: " + what + ": " + sentence(problem) + '\n';
+        if (problem != problem_) report(problem, what);
         problem_ = problem;
+    }
+    static void report(LogFault problem, const std::string& what) {
+        std::cerr << "growth_log: " + what + ": " + sentence(problem) + '\n';
     }
 
     static constexpr std::int64_t most_at_once = 500;
@@ -233,7 +238,8 @@ private:
     std::int64_t written_ = 0, given_ = 0;
     bool begun_ = false, beat_ = false, found_ = false;
     std::chrono::steady_clock::time_point find_again_{};
-    LogFault problem_ = LogFault::none;
+    LogFault problem_ = LogFault::none;  // now
+    LogFault past_ = LogFault::none;     // of the last log, until the next one begins
 };
 
 hal::Model hal::model() {

@@ -57,6 +57,7 @@ public:
         show();
     }
 
+    double lag(std::int32_t seed) noexcept { return lag_time_(seed); }  // s
     double value(std::size_t sensor) const noexcept { return shown_[sensor]; }
     // Calibrated: without its own offset, but with its faults.
     double true_value(std::size_t sensor) const noexcept { return shown_[sensor] - offset_[sensor]; }

@@ -80,7 +80,7 @@ public:
         return {by_spindle, by_bed - 0.15 * by_spindle};
     }
 
-    double air() const noexcept { return air_; }
+    double cooling_time() noexcept { return std::max(tau_stopped_(seed_), 1.0); }  // s, of the spindle
 
 private:
     Eigen::Vector3d table_sensitivity() noexcept {

@@ -147,6 +147,12 @@ TEST_F(Stop, TakesAnyThresholdAboveZeroAndCallsUnusualOnesSo) {
     }
 }
 
+TEST_F(Stop, NeedsTwoHoursOfDisplacements) {
+    settings.minimum_time = 0;
+    settings.interval = 600;
+    EXPECT_GE(stopped([](double) { return 20.0; }, still, 600), 2 * hour);
+}
+
 TEST_F(Stop, ComparesCyclesAtTheirEndsNotWithinThem) {
     settings.by_displacement = false;
     const auto sawtooth = [](double t) { return warming(t) + 4 * std::sin(t * 3.14159265358979 / 1500); };
