@@ -17,7 +17,7 @@ class Chopping(Sample):
         seen = self.seen(output, "chopping")
         self.assertTrue(any("Z strokes by" in text for text in seen), output)
         self.assertTrue(all(seen.values()), output)
-        self.assertIn("num_dio=10 num_aio=11", flat)
+        self.assertIn("num_dio=18 num_aio=19", flat)
         self.assertRegex(flat, "Still missing.*REMAP = G81.1.*FERROR.*chopping_settings.hal")
         stages = read(os.path.join(self.folder(INCH), "stages.hal"))
         self.assertIn("setp z-stage.max-offset 19.685\n", stages)

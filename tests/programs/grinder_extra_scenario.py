@@ -31,13 +31,13 @@ class Shift(Scenario):
 
     def beyond_a_limit(self):
         self.host.set("chop.upper", 270)
-        self.facts["message"] = self.message_of(lambda: self.machine.mdi("M64 P8"))
+        self.facts["message"] = self.message_of(lambda: self.machine.mdi("M64 P16"))
         self.facts["beyond_a_limit"] = self.host.get("chop.fault-code")
         self.host.set("chop.upper", 200)
-        self.machine.mdi("M65 P8")
+        self.machine.mdi("M65 P16")
 
     def start(self):
-        self.machine.mdi("M64 P8")
+        self.machine.mdi("M64 P16")
         self.await_condition(lambda: self.host.get("chop.command") < -100, "the stroke")
 
     def emergency_stop(self):
@@ -49,7 +49,7 @@ class Shift(Scenario):
         self.machine.wait(0.5)
 
     def lag(self):
-        self.machine.mdi("M65 P8")
+        self.machine.mdi("M65 P16")
         self.start()
         self.facts["lags"] = self.message_of(lambda: self.host.set("table.servo-gain", 4))
         self.await_pin("chop.active", 0)

@@ -63,7 +63,7 @@ class Wiring(unittest.TestCase):
 loadrt trivkins coordinates=xyz
 loadrt tpmod
 loadrt homemod
-loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=16 num_aio=16
+loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=32 num_aio=32
 """
     LIMITS = "[JOINT_%d]\nMIN_LIMIT = -400\nMAX_LIMIT = 400\nMAX_ACCELERATION = 2000\n"
     # Instances that a page names, and does not load.

@@ -21,14 +21,14 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
         hal::Wiring{R"(
   loadrt thermal_growth_test names=growth-test unit=[TRAJ]LINEAR_UNITS
 
-  net test-running  motion.digital-out-08 => growth-test.running
-  net test-pass     motion.digital-out-09 => growth-test.pass-running
-  net test-at-bore  motion.digital-out-10 => growth-test.at-bore
-  net test-measure  motion.digital-out-11 => growth-test.measuring
-  net test-cycle    motion.digital-out-12 => growth-test.cycle
-  net test-turned   motion.digital-out-13 => growth-test.turned
-  net test-comp     motion.digital-out-14 => growth-test.compensate
-  net test-resume   motion.digital-out-15 => growth-test.resume
+  net test-running  motion.digital-out-24 => growth-test.running
+  net test-pass     motion.digital-out-25 => growth-test.pass-running
+  net test-at-bore  motion.digital-out-26 => growth-test.at-bore
+  net test-measure  motion.digital-out-27 => growth-test.measuring
+  net test-cycle    motion.digital-out-28 => growth-test.cycle
+  net test-turned   motion.digital-out-29 => growth-test.turned
+  net test-comp     motion.digital-out-30 => growth-test.compensate
+  net test-resume   motion.digital-out-31 => growth-test.resume
   net test-bore     motion.analog-out-04  => growth-test.bore-key
   net probe                               => growth-test.probe
   net x-joint-fb                          => growth-test.x-position
@@ -36,13 +36,13 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   net x-velocity    joint.0.vel-cmd       => growth-test.x-velocity
   net test-request  growth-test.compensation-request
   net comp-on                             => growth-test.compensation-on
-  net test-done     growth-test.done      => motion.digital-in-08
+  net test-done     growth-test.done      => motion.digital-in-24
 
   addf motion-command-handler servo-thread
   addf motion-controller      servo-thread
   addf growth-test.update     servo-thread
 
-Wire Y and Z like X; configs/growth has all lines. Load motmod with num_dio=16 num_aio=5.
+Wire Y and Z like X; configs/growth has all lines. Load motmod with num_dio=32 num_aio=5.
 
 x-joint-fb must contain the compensation, and x-applied-offset is the compensation that it contains: through
 axis_offset(9) both are those of LinuxCNC. Through joint_offset(9) take drive-feedback and applied-offset of the stage.)"},

@@ -12,16 +12,16 @@ def check(machinery):
     begin = machinery.inside("Z")
     machinery.move(Z=begin)
     lower, upper = sorted((begin, machinery.room("Z", STROKE)))
-    for number, value in ((8, upper), (9, lower), (10, FEED * unit)):
+    for number, value in ((16, upper), (17, lower), (18, FEED * unit)):
         machine.mdi("M68 E%d Q%.6f" % (number, value))
-    machine.mdi("M64 P8")
+    machine.mdi("M64 P16")
     waited = 0
     while machinery.get("chop.stroke-count") < 4 and not machinery.get("chop.fault") and waited < PATIENCE:
         machine.wait(0.5)
         waited += 0.5
     strokes, fault = machinery.get("chop.stroke-count"), machinery.get("chop.fault-code")
     off = [machinery.get("chop.upper-error") / unit, machinery.get("chop.lower-error") / unit]
-    machine.mdi("M65 P8")
+    machine.mdi("M65 P16")
     machine.wait(5)
     left = machinery.get("chop.offset") / unit
     faults = [name for name in ("z-stage", "interlock") if machinery.get(name + ".fault")]

@@ -186,7 +186,17 @@ class Settings(unittest.TestCase):
 
 
 class Shipped(unittest.TestCase):
-    """The messages of the configurations and of the functions."""
+    """The messages of the configurations and of the functions, and the pins of programs that the functions take."""
+
+    def test_no_two_functions_take_the_same_pin_of_programs(self):
+        owners = {}
+        for path in glob.glob(os.path.join(ROOT, "configs", "functions", "*", "*.hal")):
+            with open(path) as file:
+                text = re.sub(r"#.*", "", file.read())
+            for pin in re.findall(r"\bmotion\.(?:digital|analog)-(?:in|out)-\d\d\b", text):
+                owners.setdefault(pin, set()).add(os.path.basename(os.path.dirname(path)))
+        self.assertGreater(len(owners), 20)
+        self.assertEqual({pin: its for pin, its in owners.items() if len(its) > 1}, {})
 
     def test_codes_are_those_of_the_pin_that_is_netted_to_the_message(self):
         folders = [os.path.join(ROOT, "configs", name) for name in ("mill", "portal")]
