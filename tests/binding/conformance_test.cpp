@@ -455,15 +455,22 @@ std::vector<std::filesystem::path> configurations() {
     return result;
 }
 
+// What may not read the truth: every compensation, and every stage that moves an axis.
 class Configuration : public testing::TestWithParam<std::filesystem::path> {
 protected:
     const std::set<std::string> compensations = [] {
         std::set<std::string> names;
-        for (const std::string& name : built_modules())
-            if (!hal::Declarations(Module(BUILD_DIR "/modules/" + name + ".so").model()).offsets.empty())
+        for (const std::string& name : built_modules()) {
+            const Module module(BUILD_DIR "/modules/" + name + ".so");
+            if (!hal::Declarations(module.model()).offsets.empty() ||
+                is_directory(compensation_folder / name))
                 names.insert(name);
+        }
         return names;
     }();
+
+private:
+    static inline const std::filesystem::path compensation_folder = SOURCE_DIR "/components/compensation";
 };
 
 TEST_P(Configuration, ScoresWithTruthButNeverCompensatesFromIt) {
