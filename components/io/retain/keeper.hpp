@@ -178,12 +178,28 @@ private:
 
     void keep() {
         due_ = Clock::now() + std::min<Clock::duration>(every_, between_looks);
+        follow_list();
         look();
         if (Clock::now() >= write_due_) write();
     }
 
+    // A screen adds pins to the list while all works. Only the list is followed, not the other settings.
+    void follow_list() {
+        try {
+            const RetainSettings now = RetainSettings::read(toml_);
+            if (now.pins == settings_.pins) return;
+            for (const std::string& name : now.pins) writable(name);
+            settings_.pins = now.pins;
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const std::exception& error) {
+            report(std::string(error.what()) + ": the list of before stays in force");
+        }
+    }
+
     void look() {
         Retained seen = image_.value_or(Retained());
+        seen.pins.clear();
         for (const std::string& name : settings_.pins) seen.pins[name] = writable(name).read();
         for (auto& [component, walk] : walks_)
             if (auto records = walk.read()) seen.records[component] = std::move(*records);
@@ -262,7 +278,7 @@ private:
     }
 
     const std::string toml_;
-    const RetainSettings settings_;
+    RetainSettings settings_;
     const Clock::duration every_ =
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.every));
     std::optional<AtomicFile> file_;

@@ -70,6 +70,8 @@ and never before restored is true.
 A store that can no longer be written is tried again at every look; restored stays true.
 - Pin or component that is missing, netted, or of another type: Nothing is restored, or restored becomes false. retain goes
 on after you correct it.
+- List of pins changed in the TOML file: retain follows it within a second while restored is true. A new pin keeps its
+value, and is saved from then on. A list with a pin that is missing or netted is not followed.
 - Unreadable program file: program-id is 0.
 
 stderr gives the details of a fault. program-id is the CRC-32 of the files of the program in order, as a signed number.

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Who may do what, and when a button may move the machine."""
+
+from panel.texts import _
+
+LEVELS = ("view", "operator", "integrator")
+
+
+class Access:
+    def __init__(self, level):
+        if level not in LEVELS:
+            raise ValueError("%s is none of %s" % (level, ", ".join(LEVELS)))
+        self.level = level
+
+    def refusal(self, needed):
+        """Why this screen may not do what needs a level; '' if it may."""
+        if LEVELS.index(self.level) >= LEVELS.index(needed):
+            return ""
+        return _("This screen has the access \"{level}\", and this needs \"{needed}\". The INI file sets it: [PLUMB] ACCESS.").format(
+            level=_(self.level), needed=_(needed))
+
+
+# For gettext: _("view"), _("operator"), _("integrator")
+
+
+def unsafe(values):
+    """Why the machine may not be moved now; '' if it may. `values` are those of all pins."""
+    if "motion.motion-enabled" not in values:
+        return _("LinuxCNC's motion is not loaded.")
+    if not values["motion.motion-enabled"]:
+        return _("The machine is off.")
+    if not values.get("motion.is-all-homed", True):
+        return _("The machine is not homed.")
+    if values.get("halui.program.is-running"):
+        return _("A program runs.")
+    if values.get("halui.program.is-paused"):
+        return _("A program is paused.")
+    if values.get("motion.motion-type", 0):
+        return _("An axis moves.")
+    return ""

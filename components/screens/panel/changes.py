@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The log of changed settings: who changed which pin, when, from which value to which. One JSON object a line."""
+
+import collections
+import contextlib
+import fcntl
+import json
+import os
+import time
+
+Change = collections.namedtuple("Change", "time who pin old new why")
+Change.__doc__ = "time is in s since 1970; old and new are texts as setp takes them; why is '' or such as 'undo'."
+
+
+class ChangeLog:
+    """Several screens append to one file."""
+
+    def __init__(self, path):
+        self.path = path
+        self._read_to = 0
+        self._changes = []
+
+    @contextlib.contextmanager
+    def alone(self):
+        """While the block runs, no other screen changes a setting. Raises OSError."""
+        with open(self.path + ".lock", "a", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+    def add(self, change):
+        """Raises OSError."""
+        with open(self.path, "a", encoding="utf-8") as file:
+            file.write(json.dumps(change._asdict()) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def all(self):
+        """All changes, oldest first; a line that cannot be read is left out."""
+        try:
+            size = os.stat(self.path).st_size
+        except OSError:
+            self._read_to, self._changes = 0, []
+            return self._changes
+        if size < self._read_to:
+            self._read_to, self._changes = 0, []
+        if size > self._read_to:
+            with open(self.path, "rb") as file:
+                file.seek(self._read_to)
+                added = file.read()
+            whole = added[: added.rfind(b"\n") + 1]
+            self._read_to += len(whole)
+            for line in whole.splitlines():
+                with contextlib.suppress(ValueError, TypeError):
+                    self._changes.append(Change(**json.loads(line)))
+        return self._changes
+
+    def last(self, pin):
+        return next((change for change in reversed(self.all()) if change.pin == pin), None)
+
+
+def now():
+    return time.time()

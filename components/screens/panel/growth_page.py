@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""thermal_displacement: growth and offset over hours, contacts, and the buttons of the operator."""
+
+import collections
+import time
+
+
+from panel.chart import Chart, History
+from panel.function_page import FunctionPage
+from panel.growth_state import learning_steps, verdict
+from panel.texts import _, in_micrometres, seconds
+from panel.widgets import Figures, button, card, clear, column, label, set_text
+
+CONTACTS = 8  # shown in the list
+
+_histories = {}  # by instance: pages are built again when components come
+
+
+class GrowthPage(FunctionPage):
+    heading = "Growth of Z"  # for gettext: _("Growth of Z")
+
+    def verdict(self, values):
+        return verdict(self.instance, values)
+
+    def content(self):
+        history, contacts = _histories.setdefault(self.instance.name, (History(), collections.deque(maxlen=CONTACTS)))
+        self._history, self._contacts, self._listed, self._seen = history, contacts, None, None
+        self._figures = Figures(_("Growth"), _("Offset wanted"), _("Offset in force"), _("Uncertainty (k=2)"))
+        scale = 25400.0 if self.panel.ini.get("TRAJ", "LINEAR_UNITS").lower().startswith("in") else 1000.0
+        self._chart = Chart(self.panel, history, (_("Growth"), _("Offset in force")), "\u00b5m", scale)
+        self._reference = label("", "soft")
+        self._steps = label("")
+        self._list = column(spacing=2)
+        return [self._figures, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
+                card(label(_("Last contacts"), "value"), self._list)]
+
+    def buttons(self):
+        its = [button(_("Learn from the next part"), self._learn)]
+        if "dry-run" in self.instance.settings():
+            its.append(button(_("Dry run on / off"), self._dry_run))
+        its.append(button(_("Take the offset back"), self._take_back))
+        if "acknowledge" in self.instance.settings():
+            its.append(button(_("Acknowledge"), self._acknowledge))
+        return its
+
+    def observe(self, values):
+        """Called at each look, seen or not: the history goes on behind other pages."""
+        get = lambda short: self.get(values, short)  # noqa: E731
+        added = self._history.add(float(get("growth-estimate")), float(get("applied-offset")))
+        counted = get("contacts"), get("contacts-rejected")
+        if self._seen is not None and counted[0] > self._seen[0]:
+            rejected = counted[1] > self._seen[1]
+            why = self.instance.sentence(values, "rejection-code") if rejected else ""
+            kind = _("learnt") if get("learning") else _("accepted")
+            self._contacts.appendleft((time.strftime("%H:%M:%S"), float(get("displacement")), float(get("displacement-sigma")), why, kind))
+            self._history.mark(float(get("displacement")), float(get("displacement-sigma")), not rejected)
+            added = True
+        self._seen = counted
+        if added and self.panel.page is self:
+            self._chart.queue_draw()
+
+    def entered(self):
+        self._chart.queue_draw()
+
+    def refresh(self, values):
+        super().refresh(values)
+        for name, short in ((_("Growth"), "growth-estimate"), (_("Offset wanted"), "z-offset"), (_("Offset in force"), "applied-offset")):
+            self._figures.show_value(name, in_micrometres(float(self.get(values, short))))
+        sigma = in_micrometres(2 * float(self.get(values, "offset-sigma"))).lstrip("+")
+        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + sigma)
+        set_text(self._reference, self._reference_text(values))
+        steps = learning_steps(self.instance, values)
+        busy = self.get(values, "learn") or self.get(values, "learning")
+        set_text(self._steps, "\n".join("%s %s" % ("\u2714" if done else "\u25cb", text) for text, done in steps) if busy else "")
+        self._show_contacts()
+
+    def _reference_text(self, values):
+        get = lambda short: self.get(values, short)  # noqa: E731
+        if get("reference-refused"):
+            return _("Refused: {why}").format(why=_(self.instance.sentence(values, "refusal-code")))
+        if not get("reference-valid"):
+            return _("There is none for this program and these tools.")
+        return _("Valid, of {count} contacts, with a standard deviation of {sigma}. Last contact that counts: {age} ago.").format(
+            count=get("rows"), sigma=in_micrometres(float(get("reference-sigma"))).lstrip("+"), age=seconds(float(get("contact-age"))))
+
+    def _show_contacts(self):
+        if self._listed == list(self._contacts):
+            return
+        self._listed = list(self._contacts)
+        clear(self._list)
+        for when, growth, sigma, why, kind in self._contacts:
+            text = "%s   %s \u00b1%s   %s" % (when, in_micrometres(growth), in_micrometres(2 * sigma).lstrip("+"),
+                                              "\u2716 " + _(why) if why else "\u2714 " + kind)
+            self._list.pack_start(label(text), False, False, 0)
+        self._list.show_all()
+
+    # --- buttons ---
+
+    def _learn(self):
+        text = _("Learn from the next part? The machine must be cold, and the offset must be taken back. Nothing moves now.")
+        if "learn" in self.instance.settings():
+            self.panel.move(text, _("Learn"), lambda: self.panel.hal.set(self.instance.full("learn"), "1"), must_be_safe=False)
+        else:
+            self.panel.move(text, _("Learn"), lambda: self.panel.mdi("M64 P2"))
+
+    def _dry_run(self):
+        on = self.panel.hal.get(self.instance.full("dry-run"))
+        text = (_("End the dry run? From the next cycle on Z moves by the growth.") if on
+                else _("Begin a dry run? The offset returns to 0: Z moves by it."))
+        self.panel.move(text, _("End the dry run") if on else _("Dry run"),
+                        lambda: self.panel.settings.change(self.instance, "dry-run", "0" if on else "1", why="switch"))
+
+    def _take_back(self):
+        offset = in_micrometres(float(self.panel.hal.get(self.instance.full("applied-offset"))))
+        self.panel.move(_("Take the offset back? Z moves by {offset}.").format(offset=offset), _("Take back"),
+                        lambda: self.panel.mdi("O <take_back> call"))
+
+    def _acknowledge(self):
+        text = _("Acknowledge? The refused reference is used again.")
+        self.panel.move(text, _("Acknowledge"), lambda: self.panel.pulse(self.instance.full("acknowledge")), must_be_safe=False)

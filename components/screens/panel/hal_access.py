@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The HAL of this computer: the one module that imports hal. It makes a component without pins."""
+
+import os
+import subprocess
+
+import hal
+
+from panel.pin_lines import parse_pins
+
+MEMORY_KEY = 0x48414C32  # of HAL's shared memory
+
+
+class HalGone(RuntimeError):
+    """LinuxCNC has ended, or no HAL runs."""
+
+
+class Hal:
+    def __init__(self):
+        if _memory() is None:
+            raise HalGone("no HAL runs")
+        try:
+            self._component = hal.component("plumb-panel-%d" % os.getpid())
+        except (hal.error, RuntimeError) as error:
+            raise HalGone(str(error)) from None
+        self._component.ready()
+        self._memory = _memory()
+
+    def is_gone(self):
+        """Whether the HAL of the start has ended: a program keeps its memory, with values that stand still."""
+        return _memory() != self._memory
+
+    def values(self):
+        """All pins' values by name."""
+        return {pin["NAME"]: pin["VALUE"] for pin in hal.get_info_pins()}
+
+    def pins(self):
+        """All pins, by halcmd, which knows owners and signals."""
+        try:
+            shown = subprocess.run(["halcmd", "-s", "show", "pin"], capture_output=True, text=True, timeout=20, check=False).stdout
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise HalGone("halcmd does not answer: %s" % error) from None
+        return parse_pins(shown)
+
+    def get(self, name):
+        try:
+            return hal.get_value(name)
+        except RuntimeError:
+            raise KeyError(name) from None
+
+    def set(self, name, text):
+        """Raises ValueError if HAL refuses it."""
+        try:
+            hal.set_p(name, text)
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
+
+    def close(self):
+        if not self.is_gone():
+            self._component.exit()
+
+
+def _memory():
+    """The number of HAL's shared memory; None without one."""
+    try:
+        with open("/proc/sysvipc/shm", encoding="ascii") as file:
+            for line in list(file)[1:]:
+                words = line.split()
+                if int(words[0]) & 0xFFFFFFFF == MEMORY_KEY:
+                    return int(words[1])
+    except OSError:
+        return 0  # the system does not tell: HAL is taken to live
+    return None

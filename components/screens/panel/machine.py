@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Which functions a machine has: instances of components, found by the owners and the names of the pins."""
+
+import collections
+
+SENSOR_PROGRAMS = ("modbus_sensor", "can_sensor")
+FUNCTIONS = ("thermal_displacement", "squareness", "centre_height", "chopping", "thermal_growth_test")
+
+Channel = collections.namedtuple("Channel", "name module pins")
+Channel.__doc__ = "A sensor's channel; pins are full names by their last words: value, age, valid, fault, fault-code."
+
+
+class Instance:
+    """One instance of a component: its pins by short name."""
+
+    def __init__(self, name, declared, pins):
+        self.name, self.declared, self.pins = name, declared, pins
+
+    @property
+    def module(self):
+        return self.declared.name
+
+    def full(self, short):
+        return self.name + "." + short
+
+    def value(self, values, short, otherwise=None):
+        return values.get(self.name + "." + short, otherwise)
+
+    def sentence(self, values, short):
+        """The sentence of a code pin now."""
+        return self.declared.sentence(short, self.value(values, short, 0))
+
+    def settings(self):
+        """Short names of the inputs that a screen may set: those without a signal, and not retain's."""
+        return [short for short, pin in self.pins.items() if not pin.output and not pin.signal and not self.declared.is_of_records(short)]
+
+    def inputs(self):
+        return [short for short, pin in self.pins.items() if not pin.output and pin.signal and not self.declared.is_of_records(short)]
+
+    def outputs(self):
+        return [short for short, pin in self.pins.items() if pin.output and not self.declared.is_of_records(short)]
+
+
+class Machine:
+    """All that the pins of one moment show."""
+
+    def __init__(self, pins, declared):
+        self.pins = {pin.name: pin for pin in pins}
+        self.instances = _instances(pins, declared)
+        self.channels = _channels(pins, declared)
+        self._writers = {pin.signal: pin.name for pin in pins if pin.signal and pin.output}
+
+    def of(self, *modules):
+        return [instance for instance in self.instances if instance.module in modules]
+
+    def named(self, name):
+        return next((instance for instance in self.instances if instance.name == name), None)
+
+    def writer(self, pin):
+        """The pin that writes the signal at a pin, '' without one."""
+        there = self.pins.get(pin)
+        return self._writers.get(there.signal, "") if there and there.signal else ""
+
+    def owner_of(self, pin):
+        """The instance of a pin, and its short name; None, '' for a pin of another component."""
+        for instance in self.instances:
+            if pin.startswith(instance.name + ".") and pin[len(instance.name) + 1:] in instance.pins:
+                return instance, pin[len(instance.name) + 1:]
+        return None, ""
+
+    def switch_of(self, instance):
+        """The pin by which the interlock switches a function, or the function's own enable."""
+        enable = self.writer(instance.full("enable"))
+        owner, short = self.owner_of(enable)
+        if owner is not None and short.startswith("function-enable-"):
+            return owner.full("function-switch-" + short.rsplit("-", 1)[1])
+        return instance.full("enable") if "enable" in instance.pins and not instance.pins["enable"].signal else ""
+
+
+def _instances(pins, declared):
+    by_owner = collections.defaultdict(dict)
+    for pin in pins:
+        by_owner[pin.owner][pin.name] = pin
+    found = []
+    for owner, its in by_owner.items():
+        module = declared.get(owner)
+        modules = [module] if module else [each for each in declared.values() if each.name not in SENSOR_PROGRAMS]
+        groups = collections.defaultdict(dict)
+        for name, pin in its.items():
+            for each in modules:
+                short = _short(name, each)
+                if short:
+                    groups[each.name, name[: -len(short) - 1]][short] = pin
+        best = {}  # the module that has most of its pins there, by instance
+        for (name, instance), there in groups.items():
+            share = len(there) / len(declared[name].pins)
+            if module or (share == 1 and len(there) == len(its)):
+                if share > best.get(instance, (0, ""))[0]:
+                    best[instance] = (share, name)
+        for instance, (_, name) in best.items():
+            order = {short: place for place, short in enumerate(declared[name].pins)}
+            there = groups[name, instance]
+            found.append(Instance(instance, declared[name], {short: there[short] for short in sorted(there, key=order.get)}))
+    rank = {name: place for place, name in enumerate(FUNCTIONS)}
+    return sorted(found, key=lambda each: (rank.get(each.module, len(rank)), each.name))
+
+
+def _short(name, declared):
+    """The longest declared name at the end of a pin's name."""
+    parts = name.split(".")
+    for start in range(1, len(parts)):
+        short = ".".join(parts[start:])
+        if short in declared.pins:
+            return short
+    return ""
+
+
+def _channels(pins, declared):
+    """The channels of sensor programs: groups of pins value, age and valid."""
+    names = {pin.name: pin for pin in pins}
+    found = []
+    for pin in pins:
+        if not pin.name.endswith(".value") or pin.owner in declared:
+            continue
+        stem = pin.name[: -len(".value")]
+        if stem + ".age" in names and stem + ".valid" in names:
+            module = "can_sensor" if stem.split(".")[0].startswith("can") else "modbus_sensor"
+            parts = ("value", "age", "valid", "fault", "fault-code", "error-count")
+            found.append(Channel(stem, module, {part: stem + "." + part for part in parts if stem + "." + part in names}))
+    return found

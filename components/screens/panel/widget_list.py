@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A file with the accessible names, texts and places of all widgets that are seen, for tests that press them."""
+
+import json
+import os
+
+from gi.repository import Gtk
+
+
+class WidgetList:
+    def __init__(self, path, window):
+        self._path, self._window, self._looks = path, window, 0
+
+    def write(self):
+        """With the number of looks, so that a test can wait for the next one; nobody reads half of it."""
+        surface = self._window.get_window()
+        if surface is None:
+            return
+        _, left, top = surface.get_origin()
+        found = []
+        self._walk(self._window, left, top, found, None)
+        self._looks += 1
+        with open(self._path + ".new", "w", encoding="utf-8") as file:
+            json.dump({"looks": self._looks, "widgets": found}, file)
+        os.replace(self._path + ".new", self._path)
+
+    def _walk(self, widget, left, top, found, view):
+        if not widget.get_mapped() or widget.get_allocated_width() <= 1:
+            return
+        if isinstance(widget, (Gtk.Button, Gtk.Label, Gtk.Entry, Gtk.DrawingArea, Gtk.EventBox, Gtk.Expander)):
+            place = widget.translate_coordinates(self._window, 0, 0) or (0, 0)
+            entry = {"kind": type(widget).__name__, "name": widget.get_accessible().get_name() or "",
+                     "x": left + place[0], "y": top + place[1],
+                     "width": widget.get_allocated_width(), "height": widget.get_allocated_height()}
+            if isinstance(widget, (Gtk.Label, Gtk.Entry)):
+                entry["text"] = widget.get_text()
+            if isinstance(widget, Gtk.Label):
+                entry["cut"] = widget.get_layout().is_ellipsized() or widget.get_layout().get_pixel_size()[0] > widget.get_allocated_width() + 1
+            middle = entry["y"] + entry["height"] // 2
+            entry["scrolled"] = 0 if view is None or view[0] <= middle <= view[1] else 1 if middle > view[1] else -1
+            found.append(entry)
+        if isinstance(widget, Gtk.ScrolledWindow):
+            place = widget.translate_coordinates(self._window, 0, 0) or (0, 0)
+            view = (top + place[1], top + place[1] + widget.get_allocated_height())
+        if isinstance(widget, Gtk.Container):
+            widget.forall(self._walk, left, top, found, view)

@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What plumb-panel does without a screen: it finds functions, changes settings, and judges, on the virtual-time host."""
+
+import math
+import os
+import sys
+import time
+import unittest
+
+import plumb
+from tree import BUILD, ROOT, own_folder
+
+sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
+from panel import access, growth_state, hal_files, machine, settings  # noqa: E402
+from panel.declared import read_all  # noqa: E402
+from panel.pin_lines import parse_pins  # noqa: E402
+
+PATIENCE = 60  # s of real time, for an event that takes a moment
+DECLARED, DAMAGED = read_all(os.path.join(BUILD, "share", "plumb"))
+
+
+class HostHal:
+    """As panel.hal_access.Hal, of a host."""
+
+    def __init__(self, host):
+        self.host = host
+
+    def pins(self):
+        return parse_pins(self.host.halcmd("-s", "show", "pin").output)
+
+    def values(self):
+        return {pin.name: pin.value for pin in self.pins()}
+
+    def get(self, name):
+        try:
+            return self.host.get(name)
+        except plumb.Refused:
+            raise KeyError(name) from None
+
+    def set(self, name, text):
+        done = self.host.halcmd("setp", name, text)
+        if done.status:
+            raise ValueError(done.output)
+
+
+class WithHost(unittest.TestCase):
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.start()
+
+    def start(self):
+        self.host = plumb.Host()
+        self.addCleanup(self.host.close)
+        for line in (
+            "loadrt threads name1=servo-thread period1=1000000",
+            "loadrt thermal_displacement names=growth",
+            "loadrt interlock count=1",
+            "loadrt squareness names=square chain=w-X-Y.b-Z-C-t",
+            "net growth-on interlock.0.function-enable-0 => growth.enable",
+            "net load growth.load",
+            "addf growth.update servo-thread",
+            "addf square.update servo-thread",
+            "addf interlock.0.update servo-thread",
+            "start",
+        ):
+            self.host.command(line)
+        self.host.run(0.01)
+        self.hal = HostHal(self.host)
+        self.machine = machine.Machine(self.hal.pins(), DECLARED)
+        self.growth = self.machine.named("growth")
+
+    def screen(self, who="anna"):
+        return settings.Settings(self.hal, self.folder, who, "mill", settle=lambda: self.host.run(0.05))
+
+
+class Discovery(WithHost):
+    def test_declarations_are_whole(self):
+        self.assertEqual(DAMAGED, [])
+        self.assertEqual(set(machine.FUNCTIONS) - set(DECLARED), set())
+
+    def test_instances_are_found_by_their_owners_and_pins(self):
+        found = {each.name: each.module for each in self.machine.instances}
+        self.assertEqual(found, {"growth": "thermal_displacement", "square": "squareness", "interlock.0": "interlock"})
+        self.assertEqual(self.machine.instances[0].module, "thermal_displacement", "functions come first")
+
+    def test_inputs_with_a_signal_and_pins_of_records_are_no_settings(self):
+        chosen = self.growth.settings()
+        self.assertIn("window", chosen)
+        for short in ("load", "enable", "restore-tool", "row", "kept", "z-offset"):
+            self.assertNotIn(short, chosen)
+        self.assertIn("load", self.growth.inputs())
+
+    def test_the_switch_of_a_function_is_that_of_the_interlock(self):
+        self.assertEqual(self.machine.switch_of(self.growth), "interlock.0.function-switch-0")
+        self.assertEqual(self.machine.switch_of(self.machine.named("square")), "square.enable")
+
+    def test_a_machine_without_components_has_no_instances(self):
+        self.assertEqual(machine.Machine([], DECLARED).instances, [])
+
+
+class Changing(WithHost):
+    def test_a_change_is_written_and_logged(self):
+        self.screen("anna").change(self.growth, "window", "0.125", seen=self.hal.get("growth.window"))
+        self.assertEqual(self.hal.get("growth.window"), 0.125)
+        change = self.screen().log.all()[-1]
+        self.assertEqual((change.who, change.pin, change.old, change.new), ("anna", "growth.window", "0.5", "0.125"))
+        self.assertLess(abs(change.time - time.time()), 3600)
+
+    def test_bad_values_are_refused_with_pin_and_value(self):
+        for short, text in (("window", "abc"), ("window", "nan"), ("window", "inf"), ("window", ""), ("tool-number", "1.5"),
+                            ("tool-number", "3000000000"), ("dry-run", "2")):
+            with self.subTest(short, text=text):
+                before = self.hal.get("growth." + short)
+                with self.assertRaises(settings.Refused) as refused:
+                    self.screen().change(self.growth, short, text)
+                self.assertIn("growth." + short, str(refused.exception))
+                self.assertIn(text, str(refused.exception))
+                self.assertEqual(self.hal.get("growth." + short), before)
+        self.assertEqual(self.screen().log.all(), [])
+
+    def test_a_value_that_the_component_refuses_is_taken_back(self):
+        with self.assertRaises(settings.Refused) as refused:
+            self.screen().change(self.growth, "max-rate", "-1")
+        sentence = DECLARED["thermal_displacement"].sentence("fault-code", 6)
+        for words in ("growth.max-rate", "\u22121 mm/s", sentence):
+            self.assertIn(words, str(refused.exception))
+        self.assertEqual(self.hal.get("growth.max-rate"), 0.01)
+        self.assertEqual(self.hal.get("growth.fault-code"), 0)
+        self.assertEqual(self.screen().log.all(), [])
+
+    def test_a_comma_is_a_decimal_point(self):
+        self.screen().change(self.growth, "window", "0,25")
+        self.assertEqual(self.hal.get("growth.window"), 0.25)
+
+    def test_of_two_screens_the_second_one_is_told_of_the_first(self):
+        anna, bert = self.screen("anna"), self.screen("bert")
+        seen = self.hal.get("growth.window")
+        anna.change(self.growth, "window", "0.25", seen=seen)
+        with self.assertRaises(settings.Conflict) as conflict:
+            bert.change(self.growth, "window", "0.3", seen=seen)
+        self.assertEqual(conflict.exception.change.who, "anna")
+        self.assertEqual(self.hal.get("growth.window"), 0.25)
+        bert.change(self.growth, "window", "0.3", seen=0.25)
+        self.assertEqual([change.new for change in anna.log.all()], ["0.25", "0.3"])
+
+    def test_undo_puts_back_the_value_of_before(self):
+        screen = self.screen()
+        screen.change(self.growth, "window", "0.25")
+        screen.undo(self.growth, "window")
+        self.assertEqual(self.hal.get("growth.window"), 0.5)
+        self.assertEqual(screen.log.all()[-1].why, "undo")
+        with self.assertRaises(settings.Refused):
+            screen.undo(self.growth, "gate-floor")
+
+    def test_a_component_that_is_gone_is_named(self):
+        self.host.command("stop")
+        self.host.command("unloadrt thermal_displacement")
+        with self.assertRaises(settings.Refused) as refused:
+            self.screen().change(self.growth, "window", "0.25")
+        self.assertIn("growth.window", str(refused.exception))
+
+    def test_a_folder_that_cannot_be_written_is_named_and_nothing_changes(self):
+        screen = settings.Settings(self.hal, os.path.join(self.folder, "nowhere"), "anna", settle=lambda: None)
+        with self.assertRaises(settings.Refused) as refused:
+            screen.change(self.growth, "window", "0.25")
+        self.assertIn("nowhere", str(refused.exception))
+        self.assertEqual(self.hal.get("growth.window"), 0.5)
+
+    def test_a_torn_line_of_the_log_is_left_out(self):
+        self.screen().change(self.growth, "window", "0.25")
+        with open(os.path.join(self.folder, "panel_changes.log"), "a") as file:
+            file.write('{"time": 1,\n{"ti')
+        self.assertEqual(len(self.screen().log.all()), 1)
+
+
+class Keeping(WithHost):
+    """A changed setting outlives a restart, by the real retain."""
+
+    def until(self, condition, what):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            self.assertLess(time.monotonic(), end, what)
+            self.host.run(0.01)
+            time.sleep(0.002)
+
+    def retain(self):
+        path = os.path.join(self.folder, "panel.toml")
+        if not os.path.exists(path):
+            with open(path, "w") as file:
+                file.write('machine = "mill"\nevery = 0.05\n')
+        program = os.path.join(BUILD, "bin", "retain")
+        self.host.command("loadusr -Wn panel-settings %s panel-settings --file %s --period 0.01" % (program, path))
+        self.until(lambda: self.hal.get("panel-settings.restored"), "restored")
+
+    def stored(self):
+        try:
+            with open(os.path.join(self.folder, "panel.retained")) as file:
+                return file.read()
+        except FileNotFoundError:
+            return ""
+
+    def test_a_changed_setting_wins_over_the_hal_file_after_a_restart(self):
+        self.retain()
+        screen = self.screen()
+        self.assertEqual(screen.retain_state(self.hal.values()), "")
+        screen.change(self.growth, "window", "0.125")
+        self.until(lambda: '"growth.window" = 0.125' in self.stored(), self.stored())
+        screen.change(self.growth, "gate-floor", "0.015")
+        self.until(lambda: '"growth.gate-floor" = 0.015' in self.stored(), self.stored())
+        self.host.close()
+        self.start()
+        self.host.command("setp growth.window 0.3")  # the HAL file's
+        self.retain()
+        self.assertEqual(self.hal.get("growth.window"), 0.125)
+        self.assertEqual(self.hal.get("growth.gate-floor"), 0.015)
+        self.assertEqual(self.screen().kept(), ["growth.gate-floor", "growth.window"])
+        self.screen().keep("growth.window", keep=False)
+        self.until(lambda: '"growth.window"' not in self.stored(), self.stored())
+
+    def test_without_retain_the_screen_says_that_a_change_is_lost(self):
+        self.assertIn("lost", self.screen().retain_state(self.hal.values()))
+
+
+class Verdicts(WithHost):
+    def verdict(self, **pins):
+        values = self.hal.values()
+        values.update({"growth." + name.replace("_", "-"): value for name, value in pins.items()})
+        return growth_state.verdict(self.growth, values)
+
+    WORKS = {"reference_valid": True, "enable": True, "growth_known": True, "offset_sigma": 0.0015}
+
+    def test_growth_in_one_line(self):
+        codes = DECLARED["thermal_displacement"].codes
+        self.assertEqual(self.verdict(**self.WORKS), ("good", "Working, \u00b13.0 \u00b5m."))
+        for pins, kind, words in (
+            ({"fault": True, "fault_code": 1}, "bad", codes["fault-code"][1]),
+            ({"doubt": True, "doubt_code": 4}, "warn", codes["doubt-code"][4]),
+            ({"reference_refused": True, "refusal_code": 2}, "bad", codes["refusal-code"][2]),
+            ({"reference_valid": False}, "warn", "no reference"),
+            ({"dry_run": True}, "off", "Dry run"),
+            ({"enable": False}, "off", "Switched off"),
+            ({"growth_known": False}, "warn", "first contact"),
+            ({"offset_sigma": math.nan}, "bad", "growth.offset-sigma is not a number"),
+            ({"learning": True}, "good", "Learning"),
+        ):
+            with self.subTest(**pins):
+                its, text = self.verdict(**{**self.WORKS, **pins})
+                self.assertEqual(its, kind)
+                self.assertIn(words, text)
+
+    def test_a_component_that_is_gone_is_said(self):
+        self.assertEqual(growth_state.verdict(self.growth, {})[0], "bad")
+
+    def test_the_machine_is_moved_only_while_it_is_safe(self):
+        safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False}
+        self.assertEqual(access.unsafe(safe), "")
+        for pin, value in (("motion.motion-enabled", False), ("motion.is-all-homed", False), ("motion.motion-type", 2),
+                           ("halui.program.is-running", True)):
+            with self.subTest(pin):
+                self.assertNotEqual(access.unsafe({**safe, pin: value}), "")
+        self.assertNotEqual(access.unsafe({}), "")
+
+    def test_each_level_may_do_what_lower_ones_may(self):
+        may = {level: [not access.Access(level).refusal(needed) for needed in access.LEVELS] for level in access.LEVELS}
+        self.assertEqual(may, {"view": [True, False, False], "operator": [True, True, False], "integrator": [True, True, True]})
+        with self.assertRaises(ValueError):
+            access.Access("boss")
+
+
+class HalFiles(unittest.TestCase):
+    def test_settings_of_a_shipped_machine_are_read(self):
+        ini = hal_files.Ini(os.path.join(ROOT, "configs", "mill", "axis.ini"))
+        found = hal_files.values_of_hal_files(ini)
+        self.assertEqual(found["growth.window" if "growth.window" in found else "growth.max-rate"][0], "0.1")
+        self.assertEqual(found["square.ec0y"], ("-0.00016", "square_settings.hal"))
+        self.assertEqual(ini.get("SQUARENESS", "CHAIN"), "w-Z.b-X-Y-C-t")
+        self.assertEqual(found["x-stage.offset-acceleration"][0], "500")
+
+
+if __name__ == "__main__":
+    unittest.main()

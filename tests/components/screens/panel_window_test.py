@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb panel in a window on the virtual-time host: fingers press, and HAL answers."""
+
+import os
+import time
+import unittest
+
+import plumb
+from screen import Finger, Screen
+from tree import BUILD, own_folder
+
+LINES = (
+    "loadrt threads name1=servo-thread period1=1000000",
+    "loadrt thermal_displacement names=growth",
+    "loadrt squareness names=square chain=w-X-Y.b-Z-C-t",
+    "addf growth.update servo-thread",
+    "addf square.update servo-thread",
+    "start",
+)
+
+
+class Window(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.screen = Screen(cls)
+
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.ini = os.path.join(self.folder, "machine.ini")
+        with open(self.ini, "w") as file:
+            file.write("[EMC]\nMACHINE = test\n[PLUMB]\nACCESS = integrator\n")
+        self.host = plumb.Host()
+        self.addCleanup(self.host.close)
+        for line in LINES:
+            self.host.command(line)
+
+    def panel(self, *options, name="panel"):
+        widgets = os.path.join(self.folder, name + ".widgets")
+        words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8",
+                 os.path.join(BUILD, "bin", "plumb-panel"), "--ini", self.ini, "--user", name, "--widgets", widgets]
+        self.host.halcmd("loadusr", *words, *options)
+        return Finger(self.screen.display, widgets, self.between)
+
+    def between(self):
+        try:
+            self.host.run(0.05)
+        except plumb.HostDied:
+            pass
+        time.sleep(0.03)
+
+    def test_a_setting_is_changed_by_the_finger_alone(self):
+        finger = self.panel()
+        finger.press("All components")
+        finger.press("growth")
+        finger.press("Other settings, at their defaults")
+        finger.press("tolerance")
+        for _ in range(6):
+            finger.press("Delete")
+        finger.type("0.004")
+        finger.press("Save")
+        finger.until(lambda: self.host.get("growth.tolerance") == 0.004, "growth.tolerance = 0.004")
+        finger.await_text("growth.tolerance is now 0.004 mm.")
+        finger.press("Undo the last change")
+        finger.until(lambda: self.host.get("growth.tolerance") == 0.002, "the undo")
+        finger.press("Clear")
+        finger.type("-1")
+        finger.press("Save")
+        finger.await_text("growth refuses growth.tolerance")
+        self.assertEqual(self.host.get("growth.tolerance"), 0.002)
+
+    def test_who_may_only_look_changes_nothing(self):
+        finger = self.panel("--access", "view")
+        finger.press("Growth of Z")
+        finger.press("Learn from the next part")
+        finger.await_text('This screen has the access "view"')
+        self.assertFalse(self.host.get("growth.learn"))
+
+    def test_a_button_that_moves_is_refused_with_the_reason_and_asks_once(self):
+        finger = self.panel("--access", "operator")
+        finger.press("Growth of Z")
+        finger.press("Switch on / off")
+        finger.await_text("LinuxCNC's motion is not loaded.")
+        finger.press("Learn from the next part")  # which moves nothing
+        finger.press("Cancel")
+        self.assertFalse(self.host.get("growth.learn"))
+        finger.press("Learn from the next part")
+        finger.press("Learn")
+        finger.until(lambda: self.host.get("growth.learn"), "growth.learn")
+
+    def test_a_component_that_is_unloaded_and_a_value_that_is_not_a_number_are_said(self):
+        finger = self.panel()
+        finger.press("Squareness")
+        self.host.command("stop")
+        self.host.command("unloadrt squareness")
+        finger.until(lambda: not finger.find("Squareness"), "the page of squareness to go")
+        self.host.command("net growth-nan growth.load")
+        self.host.set("growth-nan", float("nan"))
+        finger.press("All components")
+        finger.await_text("growth.load is not a number.")
+
+    def test_every_widget_has_a_name_and_no_text_is_cut(self):
+        for language in ("en", "de"):
+            finger = self.panel("--language", language, "--size", "720x560", name="small" + language)
+            finger.until(lambda finger=finger: len(finger.widgets()) > 5, "the window")
+            for page in [each["name"] for each in finger.widgets() if each["kind"] == "Button"][:6]:
+                finger.press(page)
+                for each in finger.widgets():
+                    with self.subTest(language=language, page=page, **each):
+                        self.assertTrue(each["name"] or each["kind"] in ("Label", "EventBox"))
+                        self.assertFalse(each.get("cut"))
+
+
+if __name__ == "__main__":
+    unittest.main()

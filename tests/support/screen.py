@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A screen without a monitor, and a finger on plumb panel: presses go to the places that the panel writes into a file."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+
+PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s of real time for each step
+
+
+class Screen:
+    """An Xvfb while a test lasts; display is its name."""
+
+    def __init__(self, test, size="1280x1024"):
+        numbers, answer = os.pipe()
+        process = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(answer), "-screen", "0", size + "x24", "-nolisten", "tcp"],
+            pass_fds=[answer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(answer)
+        add = test.addClassCleanup if isinstance(test, type) else test.addCleanup
+        add(process.wait)
+        add(process.send_signal, signal.SIGTERM)
+        with os.fdopen(numbers) as line:
+            self.display = ":" + line.readline().strip()
+
+
+class Finger:
+    """Presses widgets of the panel by their accessible names.
+
+    between  called while a step waits, so that virtual time passes
+    """
+
+    def __init__(self, display, widgets, between=lambda: time.sleep(0.05)):
+        self._environment = {**os.environ, "DISPLAY": display}
+        self._file, self._between = widgets, between
+
+    def _read(self):
+        try:
+            with open(self._file, encoding="utf-8") as file:
+                return json.load(file)
+        except FileNotFoundError:
+            return {"looks": 0, "widgets": []}
+
+    def widgets(self):
+        return self._read()["widgets"]
+
+    def rest(self):
+        """Until the panel has looked twice more, and drawn what it found."""
+        looks = self._read()["looks"]
+        self.until(lambda: self._read()["looks"] >= looks + 2, "the next look of the panel")
+
+    def texts(self):
+        return [each["text"] for each in self.widgets() if each.get("text")]
+
+    def until(self, condition, what):
+        ends = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > ends:
+                raise AssertionError("%s did not come; the panel shows %s" % (what, self.texts()))
+            self._between()
+
+    def await_text(self, words):
+        self.until(lambda: any(words in text for text in self.texts()), '"%s"' % words)
+
+    def find(self, name):
+        return next((each for each in self.widgets() if name in (each["name"], each.get("text"))
+                     and each["kind"] != "Label"), None)
+
+    def press(self, name):
+        """Presses a widget when it is seen and has come to rest."""
+        place = {}
+        while not place or place["scrolled"] or place != self.find(name):
+            self.until(lambda: self.find(name), "the widget " + name)
+            place = self.find(name)
+            if place["scrolled"]:
+                self._do("mousemove", place["x"] + place["width"] // 2, self._middle(), "click", "5" if place["scrolled"] > 0 else "4")
+            self.rest()
+        x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
+        self._do("mousemove", x, y, "click", "1")
+
+    def _middle(self):
+        """A height within the page: that of a button which is seen."""
+        seen = [each["y"] + each["height"] // 2 for each in self.widgets() if each["kind"] == "Label" and not each["scrolled"]]
+        return sorted(seen)[len(seen) // 2] if seen else 300
+
+    def _do(self, *words):
+        subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True, timeout=PATIENCE)
+
+    def type(self, text):
+        """By the keys on the screen."""
+        for key in text:
+            self.press({"-": "Sign"}.get(key, key))
+
+    def shot(self, path):
+        subprocess.run(["import", "-window", "root", path], env=self._environment, check=True, timeout=PATIENCE)
