@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """configs/mill: thermal displacement in a complete LinuxCNC in virtual time."""
 
-import json
 import os
 import re
-import shutil
-import signal
 import subprocess
 import unittest
 
@@ -14,7 +11,7 @@ import numpy as np
 
 import linuxcnc_runs
 import plumb_contacts
-from linuxcnc_runs import BUILD, PROGRAMS, ROOT, STILL, changes, copy_configuration, finish, own_folder, plumb_run, read_recording, um
+from linuxcnc_runs import BUILD, ROOT, STILL, changes, copy_configuration, finish, own_folder, read_recording, um
 
 README = os.path.join(ROOT, "configs", "mill", "README.md")
 
@@ -313,44 +310,6 @@ class Shift(unittest.TestCase):
                 self.assertEqual(status, 2, output)
                 self.assertIn(words, output)
                 self.assertNotIn("Traceback", output)
-
-
-class Screen(unittest.TestCase):
-    def test_axis_shows_the_panel_and_its_buttons_work(self):
-        folder = own_folder(self)
-        machine = copy_configuration("mill", folder)
-        numbers, answer = os.pipe()
-        screen = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(answer), "-screen", "0", "1280x960x24", "-nolisten", "tcp"],
-            pass_fds=[answer],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(answer)
-        self.addCleanup(screen.wait)
-        self.addCleanup(screen.send_signal, signal.SIGTERM)
-        with os.fdopen(numbers) as line:
-            display = ":" + line.readline().strip()
-        shutil.copy(os.path.join(PROGRAMS, "mill_operator.py"), machine)
-        axis = os.path.join(machine, "axis.ini")
-        linuxcnc_runs.change(axis, "[HALUI]\n", "[HALUI]\nMDI_COMMAND = M64 P3\n")  # the user's own
-        linuxcnc_runs.change(axis, "LEARN = 00\nTAKE_BACK = 01\n", "LEARN = 01\nTAKE_BACK = 02\n")
-        with open(axis, "a") as ini:
-            ini.write("[APPLICATIONS]\nAPP = ./mill_operator.py\n")
-        status, output = run(
-            folder, machine, *plumb_run(BUILD, "--speed", "5"), "linuxcnc", "-r", "axis.ini", DISPLAY=display
-        )
-        self.assertEqual(status, 0, output)
-        with open(os.path.join(machine, "panel.json")) as file:
-            seen = json.load(file)
-        self.assertTrue(seen["compensates"])
-
-    def test_every_pin_of_the_panel_is_wired(self):
-        found = []
-        for name, pattern in (("panel.hal", r"^net .*\bpyvcp\.([a-z-]+)"), ("panel.xml", r'<halpin>"(.*?)"</halpin>')):
-            with open(os.path.join(ROOT, "configs", "mill", name)) as file:
-                found.append(sorted(re.findall(pattern, file.read(), re.M)))
-        self.assertEqual(*found)
 
 
 class Readme(unittest.TestCase):

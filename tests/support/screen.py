@@ -41,10 +41,14 @@ class Finger:
             with open(self._file, encoding="utf-8") as file:
                 return json.load(file)
         except FileNotFoundError:
-            return {"looks": 0, "widgets": []}
+            return {"looks": 0, "seen": False, "widgets": []}
 
     def widgets(self):
         return self._read()["widgets"]
+
+    def is_seen(self):
+        """Whether the panel is on the screen, and not in a tab behind another one."""
+        return self._read()["seen"]
 
     def rest(self):
         """Until the panel has looked twice more, and drawn what it found."""
@@ -61,8 +65,18 @@ class Finger:
                 raise AssertionError("%s did not come; the panel shows %s" % (what, self.texts()))
             self._between()
 
+    def is_there(self):
+        """Whether the panel has begun to look at HAL."""
+        return self._read()["looks"] > 0
+
+    def find_text(self, words):
+        """The text that has these words, '' without one."""
+        return next((text for text in self.texts() if words in text), "")
+
     def await_text(self, words):
-        self.until(lambda: any(words in text for text in self.texts()), '"%s"' % words)
+        """Returns the whole text."""
+        self.until(lambda: self.find_text(words), '"%s"' % words)
+        return self.find_text(words)
 
     def find(self, name):
         return next((each for each in self.widgets() if name in (each["name"], each.get("text"))
@@ -78,6 +92,9 @@ class Finger:
                 self._do("mousemove", place["x"] + place["width"] // 2, self._middle(), "click", "5" if place["scrolled"] > 0 else "4")
             self.rest()
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
+        self.press_at(x, y)
+
+    def press_at(self, x, y):
         self._do("mousemove", x, y, "click", "1")
 
     def _middle(self):

@@ -4,6 +4,7 @@
 import os
 import signal
 import sys
+import threading
 
 import gi
 
@@ -80,6 +81,7 @@ class Panel:
     def show(self):
         self.window.show_all()
         if self.options.into is not None:
+            Gdk.error_trap_push()  # the screen around it may end first, and its windows with it
             _into(self.window, self.options.into)
             _forward_keys(self.window)
         if self.options.xid:
@@ -141,7 +143,7 @@ class Panel:
     def _tick(self):
         goes_on = self._look()
         if self._list is not None:
-            self._list.write()
+            self._list.write(self._is_seen())
         return goes_on
 
     def _look(self):
@@ -268,11 +270,17 @@ class Panel:
         self.hal.set(pin, "1")
         GLib.timeout_add(time, lambda: self.hal.set(pin, "0") and False)
 
-    def mdi(self, command):
-        """One MDI line. Raises RuntimeError with LinuxCNC's reason."""
+    def mdi(self, line, action):
+        """One MDI line, beside this thread: it may take seconds. Its refusal is said."""
         from panel.linuxcnc_access import mdi
 
-        mdi(command)
+        def work():
+            try:
+                mdi(line)
+            except RuntimeError as error:
+                GLib.idle_add(self.say, "%s: %s" % (action, error), "bad")
+
+        threading.Thread(target=work, daemon=True).start()
 
 
 def clear_stack(stack):
@@ -322,10 +330,17 @@ def _forward_keys(plug):
     target = os.environ.get("AXIS_FORWARD_EVENTS_TO")
     if not target:
         return
-    said, sys.stdout = sys.stdout, sys.stderr  # its import may print
-    try:
-        from gladevcp import xembed
+    from Xlib import X
+    from Xlib.protocol import event
 
-        xembed.keyboard_forward(plug, target)
-    finally:
-        sys.stdout = said
+    server = _display()
+    screen = server.create_resource_object("window", int(target, 0))
+
+    def forward(_plug, key):
+        kind = event.KeyPress if key.type == Gdk.EventType.KEY_PRESS else event.KeyRelease
+        screen.send_event(kind(time=key.time, root=server.screen().root, window=screen, child=X.NONE, root_x=0, root_y=0,
+                               event_x=0, event_y=0, same_screen=1, state=key.state & 0xFF, detail=key.hardware_keycode))
+        server.flush()
+
+    plug.connect_after("key-press-event", forward)
+    plug.connect("key-release-event", forward)

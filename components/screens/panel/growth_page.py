@@ -101,7 +101,7 @@ class GrowthPage(FunctionPage):
         if "learn" in self.instance.settings():
             self.panel.move(text, _("Learn"), lambda: self.panel.hal.set(self.instance.full("learn"), "1"), must_be_safe=False)
         else:
-            self.panel.move(text, _("Learn"), lambda: self.panel.mdi("M64 P2"))
+            self.panel.move(text, _("Learn"), lambda: self.panel.mdi("M64 P2", _("Learn")))
 
     def _dry_run(self):
         on = self.panel.hal.get(self.instance.full("dry-run"))
@@ -113,7 +113,7 @@ class GrowthPage(FunctionPage):
     def _take_back(self):
         offset = in_micrometres(float(self.panel.hal.get(self.instance.full("applied-offset"))))
         self.panel.move(_("Take the offset back? Z moves by {offset}.").format(offset=offset), _("Take back"),
-                        lambda: self.panel.mdi("O <take_back> call"))
+                        lambda: self.panel.mdi("O <take_back> call", _("Take back")))
 
     def _acknowledge(self):
         text = _("Acknowledge? The refused reference is used again.")

@@ -5,7 +5,7 @@ import time
 
 from panel.texts import _
 
-PATIENCE = 5  # s for a line without motion
+PATIENCE = 30  # s for a line; taking an offset back takes a few
 
 
 def mdi(line):

@@ -49,13 +49,15 @@ class Overview(Page):
             self._verdicts.append((page, verdict))
         if not self.panel.function_pages:
             box.pack_start(label(_("No function of Plumb is loaded. `plumb wire` wires one into your configuration.")), False, False, 0)
-        self._faults = label("", "bad")
+        self._waiting, self._faults = label("", "warn"), label("", "bad")
+        box.pack_start(self._waiting, False, False, 0)
         box.pack_start(self._faults, False, False, 0)
         return scrolled(box)
 
     def refresh(self, values):
         for page, verdict in self._verdicts:
             verdict.show_verdict(*page.verdict(values))
+        set_text(self._waiting, "\n".join("\u25b2 " + text for text in waiting(self.panel.machine, values)))
         faults = []
         for instance in self.panel.machine.instances:
             if instance.module in ("thermal_displacement", "squareness", "centre_height", "chopping", "thermal_growth_test"):
@@ -63,6 +65,20 @@ class Overview(Page):
             if instance.value(values, "fault"):
                 faults.append("%s: %s" % (instance.name, _(instance.sentence(values, "fault-code")) or _("a fault")))
         set_text(self._faults, "\n".join(faults))
+
+
+def waiting(machine, values):
+    """Why the machine waits, in sentences."""
+    found = []
+    for interlock in machine.of("interlock"):
+        for short, text in (("feed-inhibit", _("The next move waits until no offset and no correction of the tool changes.")),
+                            ("probing-refused", _("Probing is refused: take the offset back first.")),
+                            ("feed-held", _("The feed is held for long.")),
+                            ("homing-inhibit", _("Homing waits: an offset is in force. Take it back, or switch the function off.")),
+                            ("uncompensated", _("An axis lacks its offset until the next cycle begins."))):
+            if interlock.value(values, short):
+                found.append(text)
+    return found
 
 
 class Components(Page):
@@ -230,11 +246,14 @@ class Edit(Page):
             entry = column(row(grow(self._keypad.entry.get_parent()), label(unit_name(self._unit), "value", wrap=False)),
                            button(_("Save"), lambda: self._save(self._keypad.text), "main"))
         entry.set_size_request(300, -1)
+        sides = flow(left, entry)  # one below the other where it is narrow
+        sides.set_min_children_per_line(1)
+        sides.set_max_children_per_line(2)
         others = [button(_("Undo the last change"), self._undo)]
         if self._file:
             others.append(button(_("Back to the HAL file, and keep no value"), self._back_to_file))
         others.append(button(_("Close"), self.close))
-        return scrolled(column(row(grow(left), entry, spacing=16), flow(*others)))
+        return scrolled(column(sides, flow(*others)))
 
     def close(self):
         self.panel.open(self.back)

@@ -13,6 +13,7 @@ CSS = """
 .plumb .soft {{ color: {soft}; font-size: 15px; }}
 .plumb .title {{ font-size: 25px; font-weight: bold; }}
 .plumb .big {{ font-size: 32px; font-weight: bold; }}
+.plumb .figure {{ font-size: 24px; font-weight: bold; }}
 .plumb .value {{ font-size: 20px; font-weight: bold; }}
 .plumb .card {{ background: {card}; border: 1px solid {line}; border-radius: 6px; padding: 10px; }}
 .plumb button {{ background: {button}; background-image: none; color: {text}; border: 1px solid {line}; border-radius: 6px;

@@ -11,7 +11,7 @@ class WidgetList:
     def __init__(self, path, window):
         self._path, self._window, self._looks = path, window, 0
 
-    def write(self):
+    def write(self, is_seen):
         """With the number of looks, so that a test can wait for the next one; nobody reads half of it."""
         surface = self._window.get_window()
         if surface is None:
@@ -21,7 +21,7 @@ class WidgetList:
         self._walk(self._window, left, top, found, None)
         self._looks += 1
         with open(self._path + ".new", "w", encoding="utf-8") as file:
-            json.dump({"looks": self._looks, "widgets": found}, file)
+            json.dump({"looks": self._looks, "seen": is_seen, "widgets": found}, file)
         os.replace(self._path + ".new", self._path)
 
     def _walk(self, widget, left, top, found, view):

@@ -86,7 +86,7 @@ def scrolled(child):
 
 def flow(*children):
     """Children side by side, as many as fit."""
-    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, max_children_per_line=6, column_spacing=8, row_spacing=8)
+    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=2, max_children_per_line=4, column_spacing=8, row_spacing=8)
     for child in children:
         box.add(child)
         child.get_parent().set_can_focus(False)
@@ -125,18 +125,17 @@ class Verdict(Gtk.Box):
         return self._words.get_text()
 
 
-class Figures(Gtk.FlowBox):
+class Figures(Gtk.Grid):
     """Large values with their names below: figures.show_value("growth", "+12.3 um")."""
 
     def __init__(self, *names):
-        super().__init__(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, max_children_per_line=6, column_spacing=8, row_spacing=8)
+        super().__init__(column_homogeneous=True, column_spacing=8, row_spacing=8)
         self._values = {}
-        for name in names:
-            value = label("", "big", wrap=False)
+        for place, name in enumerate(names):
+            value = label("", "figure", wrap=False)
             self._values[name] = value
-            self.add(card(value, label(name, "soft"), spacing=0))
-        for child in self.get_children():
-            child.set_can_focus(False)
+            its = grow(card(value, label(name, "soft"), spacing=0))
+            self.attach(its, place % 4, place // 4, 1, 1)
 
     def show_value(self, name, text):
         set_text(self._values[name], text)

@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""An [APPLICATIONS]APP of mill_panel_linuxcnc_test: works the mill by the tab of AXIS, and ends AXIS."""
+
+import json
+import os
+import subprocess
+import sys
+import traceback
+
+import plumb
+from plumb_linuxcnc import Machine
+from screen import Finger
+
+TABS = range(40, 1280, 36)  # px, where the tab may be
+seen = {}
+
+
+class Operator:
+    def __init__(self, machine):
+        self.machine, self.host = machine, machine.host
+        self.finger = Finger(os.environ["DISPLAY"], "widgets.json", lambda: machine.wait(0.05))
+
+    def until(self, pin, value):
+        self.finger.until(lambda: self.host.get(pin) == value, "%s = %s" % (pin, value))
+
+    def open_tab(self):
+        """Presses along the row of tabs until the panel is seen."""
+        self.finger.until(lambda: self.finger.is_there(), "the panel")
+        fill = ["xdotool", "search", "--name", "AXIS 2", "windowmove", "0", "0", "windowsize", "1280", "1000"]
+        subprocess.run(fill, check=True, stdout=subprocess.DEVNULL, timeout=60)
+        self.finger.rest()
+        for height in (76, 90, 100, 64):
+            for x in TABS:
+                if x > 400:  # behind the tabs of AXIS's left side
+                    self.finger.press_at(x, height)
+                    self.finger.rest()
+                    if self.finger.is_seen():
+                        return
+        raise AssertionError("no tab shows the panel")
+
+    def first_day(self):
+        finger = self.finger
+        finger.press("Growth of Z")
+        finger.press("Learn from the next part")
+        finger.press("Learn")
+        self.until("growth.learn", True)
+        finger.await_text("Learns from the next part.")
+        self.machine.run("setup.ngc")
+        self.machine.run("part.ngc")
+        self.until("growth.reference-valid", True)
+        self.until("growth.learn", False)
+        seen["reference"] = finger.await_text("Valid, of")
+        finger.press("Switch on / off")
+        finger.press("Switch off")
+        self.until("growth.enable", False)
+        finger.await_text("Switched off.")
+        finger.press("Switch on / off")
+        finger.press("Switch on")
+        self.until("growth.enable", True)
+        finger.press("All components")
+        finger.press("growth")
+        finger.press("gate-floor")
+        finger.press("Clear")
+        finger.type("0.025")
+        finger.press("Save")
+        self.until("growth.gate-floor", 0.025)
+        finger.until(lambda: "growth.gate-floor" in read("panel.retained"), "the saved setting")
+        self.machine.turn_off()
+        finger.press("Growth of Z")
+        finger.press("Switch on / off")
+        seen["refused"] = finger.await_text("The machine is off.")
+
+    def second_day(self):
+        finger = self.finger
+        seen["gate-floor"] = self.host.get("growth.gate-floor")
+        finger.press("All components")
+        finger.press("growth")
+        finger.press("gate-floor")
+        seen["kept"] = finger.await_text("Saved by retain: this value wins over the HAL file.")
+        seen["file"] = finger.await_text("In settings.hal: 0.02 mm")
+        seen["change"] = finger.await_text("0.02 mm \u2192 0.025 mm")
+        finger.press("Back to the HAL file, and keep no value")
+        self.until("growth.gate-floor", 0.02)
+        self.host.halcmd("unloadusr", "panel-settings")
+        finger.press("Overview")
+
+
+def read(path):
+    try:
+        with open(path) as file:
+            return file.read()
+    except FileNotFoundError:
+        return ""
+
+
+def main():
+    with Machine() as machine:
+        operator = Operator(machine)
+        machine.turn_on()
+        machine.home()
+        operator.open_tab()
+        (operator.second_day if os.path.exists("seen.json") else operator.first_day)()
+        seen["done"] = True
+
+
+try:
+    main()
+except (AssertionError, RuntimeError, plumb.Refused, subprocess.SubprocessError):
+    seen["error"] = traceback.format_exc()
+finally:
+    with open("seen.json", "w") as file:
+        json.dump(seen, file)
+    subprocess.run(["axis-remote", "--quit"], check=False)
+sys.exit(0)
