@@ -37,6 +37,7 @@ def main():
             raise ValueError
     except ValueError:
         return refuse("--size %s: give width and height in pixels, as 1000x740" % options.size, 2)
+    options.programs = os.path.join(PREFIX, "bin")
     ini_path = options.ini or os.environ.get("INI_FILE_NAME", "")
     if options.ini and not os.path.isfile(options.ini):
         return refuse("cannot read %s: there is no such file" % options.ini, 2)

@@ -254,6 +254,43 @@ TEST(PlumbSquareness, RepeatingDoesNotMakeTheSquareItselfMoreCertain) {
                 ContainsRegex("k=1 +4.84[0-9]+e-05 +10.00 "));
 }
 
+TEST(PlumbSquareness, EachSingleWrongSignHasItsReading) {
+    const std::string output =
+        output_of({"--chain", "w-X.b-W-Y-Z-C-t", "--iso", "EB0Z=121um/m", "--iso", "EB0W=-97um/m"});
+    EXPECT_THAT(output, HasSubstr("all wrong\n"));
+    EXPECT_THAT(output, ContainsRegex("EB0Z +X +.X +Z by 300 mm +.7.2 um +0 um +.14.4 um"));
+    EXPECT_THAT(output, ContainsRegex("only EB0Z wrong +.72.6 um"));  // 2 * 121 um/m * 300 mm
+    EXPECT_THAT(output, ContainsRegex("only EB0W wrong +-58.2 um"));
+    EXPECT_THAT(output_of({"--iso", "EC0Y=-80urad"}), Not(HasSubstr("only EC0Y wrong"))) << "there is one sign only";
+}
+
+TEST(PlumbSquareness, WhatRemainedIsAddedToWhatIsInForce) {
+    const std::string output =
+        output_of({"--chain", "w-Z.b-X-Y-C-t", "--square", "move=Y,plunger=+X,at=0:300mm,reads=0:6um,u=1um",
+                   "--in-force", "EC0Y=-80urad", "--in-force", "EA0Y=60urad"});
+    EXPECT_THAT(output, HasSubstr("setp square.ec0y -0.0001 "));  // -80 and -20 urad
+    EXPECT_THAT(output, HasSubstr("setp square.ea0y 6e-05"));     // not measured
+    EXPECT_THAT(output, HasSubstr("EC0Y: -16.50 arcsec is in force"));
+    EXPECT_EQ(squareness({"--in-force", "EC0Y=80urad", "--in-force", "EC0Y=80urad"}).status, 2);
+    EXPECT_NE(squareness({"--in-force", "EC0Y=0.09rad", "--iso", "EC0Y=0.09rad"}).status, 0);
+}
+
+TEST(PlumbSquareness, UsualNotationsOfChainsAreUnderstood) {
+    for (const char* const text : {"[w-Z'-b-X-Y-(C)-t]", "wZbXY(C)t", "w Z' b X Y C1 t", "t-C-Y-X-b-Z-w"})
+        EXPECT_THAT(output_of({"--chain", text, "--iso", "EC0Y=10urad"}), HasSubstr("chain=w-Z.b-X-Y-C-t"))
+            << text;
+    EXPECT_THAT(output_of({"--chain", "bXY(C)t", "--iso", "EC0Y=10urad"}), HasSubstr("chain=b-X-Y-C-t"));
+    const Outcome outcome = squareness({"--chain", "wXbX(C)t"});
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.errors, HasSubstr("read as w-X.b-X-C-t"));
+}
+
+TEST(PlumbSquareness, JsonIsForOtherPrograms) {
+    const std::string output = output_of({"--json", "--chain", "w-Z.b-X-Y-C-t", "--iso", "EC0Y=-80urad"});
+    for (const char* const words : {"\"pin\": \"ec0y\"", "\"value\": \"-8e-05\"", "\"moved\": \"Y\""})
+        EXPECT_THAT(output, HasSubstr(words));
+}
+
 TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
     const Folder folder;
     const std::string head = "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n";

@@ -50,7 +50,7 @@ struct TestMove {
 };
 
 std::vector<TestMove> test_moves(const std::string& output) {
-    const std::string title = "wrong sign\n";
+    const std::string title = "all wrong\n";
     std::vector<TestMove> moves;
     std::istringstream lines(output.substr(output.find(title) + title.size()));
     for (std::string line; std::getline(lines, line);) {

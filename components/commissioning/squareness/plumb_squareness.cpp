@@ -3,6 +3,8 @@
 #include "components/commissioning/squareness/squareness_arguments.hpp"
 #include "components/commissioning/squareness/squareness_manual.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -142,7 +144,7 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
                 "table "
                 "itself, or a face of a body that stands true on it.",
                 "  ");
-        std::cout << "  sign of base    plunger  move                without      with   wrong sign\n";
+        std::cout << "  sign of base    plunger  move                without      with    all wrong\n";
     }
     for (const SquarenessAdvice::TestMove& move : advice.moves) {
         const std::string travel = letters(move.moved) + formatted(inch ? " by %g in" : " by %g mm",
@@ -151,8 +153,15 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
                                squareness_name(move.quantity.axis, move.quantity.rotation).c_str(),
                                (move.base ? letters(*move.base) : "table").c_str(),
                                name(move.plunger).c_str(), travel.c_str(), length(move.rise).c_str(),
-                               length(0).c_str(), length(move.rise_by_wrong_sign()).c_str())
+                               length(0).c_str(), length(move.rise_by_wrong_signs()).c_str())
                   << '\n';
+        if (move.single.size() > 1)
+            for (const auto& wrong : move.single)
+                std::cout << formatted(
+                    "%64s%13s\n",
+                    ("only " + squareness_name(wrong.quantity.axis, wrong.quantity.rotation) + " wrong")
+                        .c_str(),
+                    length(wrong.rise).c_str());
         if (move.uncertainty)
             std::cout << formatted("%54s\n", ("k=2: +/- " + length(2 * *move.uncertainty).substr(1)).c_str());
     }
@@ -172,6 +181,51 @@ void print_tables(const std::vector<std::string>& files) {
         std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
 }
 
+nlohmann::ordered_json json_of(const std::vector<SquarenessQuantity>& quantities) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const SquarenessQuantity& q : quantities) {
+        nlohmann::ordered_json one{{"name", squareness_name(q.axis, q.rotation)}, {"angle", q.angle}};
+        if (q.angle != 0) one["leans"] = name(lean_of(q));
+        if (q.uncertainty) one["uncertainty"] = *q.uncertainty;
+        all.push_back(one);
+    }
+    return all;
+}
+
+void print_json(const TiltedMachine& machine, const SquarenessAdvice& advice) {
+    nlohmann::ordered_json result{{"chain", machine.chain_text},
+                                  {"quantities", json_of(advice.quantities)},
+                                  {"settled", json_of(advice.settled)},
+                                  {"settings", nlohmann::ordered_json::array()},
+                                  {"moves", nlohmann::ordered_json::array()},
+                                  {"unseen", advice.unseen},
+                                  {"notes", advice.notes}};
+    for (const auto* branch : {&machine.chain.work, &machine.chain.tool}) {
+        std::string axes;
+        for (const Axis axis : *branch) axes += letter(axis);
+        result[branch == &machine.chain.work ? "work" : "tool"] = axes;
+    }
+    for (const SquarenessAdvice::Setting& setting : advice.settings)
+        if (setting.in_force) result["settings"].push_back({{"pin", setting.pin}, {"value", setting.value}});
+    for (const SquarenessAdvice::TestMove& move : advice.moves) {
+        nlohmann::ordered_json one{{"quantity", squareness_name(move.quantity.axis, move.quantity.rotation)},
+                                   {"moved", letters(move.moved)},
+                                   {"base", move.base ? letters(*move.base) : ""},
+                                   {"plunger", name(move.plunger)},
+                                   {"travel", move.travel},
+                                   {"rise", move.rise},
+                                   {"wrong", nlohmann::ordered_json::object()}};
+        if (move.uncertainty) one["uncertainty"] = *move.uncertainty;
+        for (const auto& wrong : move.single)
+            one["wrong"][squareness_name(wrong.quantity.axis, wrong.quantity.rotation)] = wrong.rise;
+        result["moves"].push_back(one);
+    }
+    for (int column = 0; column < 3; ++column)
+        result["slopes"].push_back(
+            {advice.slopes(0, column), advice.slopes(1, column), advice.slopes(2, column)});
+    std::cout << result.dump(1) << '\n';
+}
+
 // Prints settings, the lines for the .hal file and the test moves. Returns 0. Throws std::runtime_error and
 // std::invalid_argument.
 int squareness(const SquarenessOptions& options) {
@@ -185,6 +239,10 @@ int squareness(const SquarenessOptions& options) {
     TiltedMachine machine = options.machine;
     for (const SquarenessOptions::Measured& one : measured) machine.measured.push_back(one.corner);
     const SquarenessAdvice advice = advice_on(machine);
+    if (options.json) {
+        print_json(machine, advice);
+        return 0;
+    }
     print_chain(machine);
     if (advice.quantities.empty()) {
         print_directions(machine.chain);

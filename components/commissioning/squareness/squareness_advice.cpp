@@ -89,6 +89,29 @@ KinematicChain chain_of(const TiltedMachine& machine, const Quantities& quantiti
     return KinematicChain(settings);
 }
 
+// Each with what is in force; those in force that are not among them keep their angles.
+Quantities added_to_force(const TiltedMachine& machine, const Quantities& quantities) {
+    Quantities sums = machine.in_force;
+    for (const SquarenessQuantity& q : quantities) {
+        const auto same = std::find_if(sums.begin(), sums.end(),
+                                       [&](const auto& sum) { return sum.is_of(q.axis, q.rotation); });
+        if (same == sums.end()) {
+            sums.push_back(q);
+        } else {
+            same->angle += q.angle;
+            same->uncertainty = q.uncertainty;
+        }
+    }
+    std::stable_sort(sums.begin(), sums.end(), [](const auto& one, const auto& other) {
+        return std::make_pair(one.axis, one.rotation) < std::make_pair(other.axis, other.rotation);
+    });
+    for (const SquarenessQuantity& sum : sums)
+        if (!(std::abs(sum.angle) < largest_angle))
+            throw std::invalid_argument(name_of(sum) + " would be " + formatted("%.4g", sum.angle) +
+                                        " rad with what is in force: an angle is below 0.1 rad");
+    return sums;
+}
+
 // One square shows two quantities; this is the one of the axis that was held against the datum.
 SquarenessQuantity held_one(const SquarenessQuantity& q, const Quantities& quantities,
                             const std::vector<Axis>& order) {
@@ -120,6 +143,22 @@ void hold_against(const KinematicChain& chain, const std::vector<Corner>& corner
     }
 }
 
+// What an indicator reads for each setting that alone has the wrong sign: its tilt remains twice, no other
+// one.
+template <class Indicator>
+std::vector<SquarenessAdvice::TestMove::WrongSign> single_wrong_signs(const TiltedMachine& machine,
+                                                                      const Quantities& quantities,
+                                                                      double visible, Indicator rise) {
+    std::vector<SquarenessAdvice::TestMove::WrongSign> result;
+    for (SquarenessQuantity q : quantities) {
+        q.angle *= 2;
+        const double reading = rise(chain_of(machine, {q}));
+        q.angle /= 2;
+        if (std::abs(reading) >= visible) result.push_back({q, reading});
+    }
+    return result;
+}
+
 void add_test_moves(const KinematicChain& chain, const TiltedMachine& machine,
                     const std::vector<Corner>& corners, SquarenessAdvice& advice) {
     const double travel = machine.travel, visible = 1e-9 * travel;
@@ -131,9 +170,14 @@ void add_test_moves(const KinematicChain& chain, const TiltedMachine& machine,
         const double on_square = indicator_on_square(chain, q.axis, base, travel);
         if (std::abs(on_square) >= visible) {
             SquarenessAdvice::TestMove move{
-                q, q.axis, base, {base, on_square > 0 ? 1 : -1, 0}, travel, std::abs(on_square), {}};
+                q, q.axis, base, {base, on_square > 0 ? 1 : -1, 0}, travel, std::abs(on_square), {}, {}};
             for (const Corner& corner : corners)
                 if (corner.is_of(q.axis, base)) move.uncertainty = corner.uncertainty * travel;
+            const int sign = on_square > 0 ? 1 : -1;
+            move.single =
+                single_wrong_signs(machine, advice.quantities, visible, [&](const KinematicChain& wrong) {
+                    return sign * indicator_on_square(wrong, q.axis, base, travel);
+                });
             advice.moves.push_back(move);
             continue;
         }
@@ -141,7 +185,12 @@ void add_test_moves(const KinematicChain& chain, const TiltedMachine& machine,
         const double on_table = indicator_on_table(chain, base, along, travel);
         if (std::abs(on_table) >= visible) {
             const int sign = along == Axis::Z || on_table < 0 ? -1 : 1;  // a table is touched from above
-            advice.moves.push_back({q, base, {}, {along, sign, 0}, travel, sign * on_table, {}});
+            SquarenessAdvice::TestMove move{q, base, {}, {along, sign, 0}, travel, sign * on_table, {}, {}};
+            move.single =
+                single_wrong_signs(machine, advice.quantities, visible, [&](const KinematicChain& wrong) {
+                    return sign * indicator_on_table(wrong, base, along, travel);
+                });
+            advice.moves.push_back(move);
         } else {
             advice.unseen.push_back(name_of(q) + ": " + letters(q.axis) + " and " + letters(base) +
                                     " turn together, and the work with them: no indicator shows it, and it "
@@ -192,9 +241,18 @@ SquarenessAdvice advice_on(const TiltedMachine& machine) {
     const KinematicChain chain = chain_of(machine, advice.quantities);
     hold_against(chain, corners, advice.quantities);
     advice.options = "chain=" + machine.chain_text + (machine.inch ? " unit=inch" : "");
-    advice.settings = settings_of(machine, advice.quantities);
+    advice.settled = added_to_force(machine, advice.quantities);
+    advice.settings = settings_of(machine, advice.settled);
+    advice.slopes = chain.tip(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes.leftCols<3>();
     add_test_moves(chain, machine, corners, advice);
     advice.notes = notes_on(advice.quantities, corners);
+    for (const SquarenessQuantity& is : machine.in_force)
+        for (const SquarenessQuantity& sum : advice.settled)
+            if (sum.is_of(is.axis, is.rotation) && sum.angle != is.angle)
+                advice.notes.push_back(name_of(is) + ": " + arcsec(is.angle) + " is in force, and " +
+                                       arcsec(sum.angle - is.angle) + " remained: the line sets " +
+                                       arcsec(sum.angle) +
+                                       ". The test move compares the lines in force with these.");
     return advice;
 }
 

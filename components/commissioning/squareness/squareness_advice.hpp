@@ -25,6 +25,8 @@ struct TiltedMachine {
     double travel = 300;      // mm, of the test moves
     std::vector<SquarenessQuantity> known;
     std::vector<Corner> measured;
+    // The component's settings while the tilts above were measured: these are what remained, and add to them.
+    std::vector<SquarenessQuantity> in_force;
 };
 
 struct SquarenessAdvice {
@@ -44,11 +46,20 @@ struct SquarenessAdvice {
         double rise = 0;                     // mm, without correction; 0 with it
         std::optional<double> uncertainty;   // mm, standard, of the rise
 
-        double rise_by_wrong_sign() const noexcept { return 2 * rise; }
+        // With all settings of the wrong sign.
+        double rise_by_wrong_signs() const noexcept { return 2 * rise; }
+
+        struct WrongSign {
+            SquarenessQuantity quantity;
+            double rise = 0;  // mm, if this setting alone has the wrong sign
+        };
+        std::vector<WrongSign> single;  // of all quantities that this move shows
     };
 
-    std::vector<SquarenessQuantity> quantities;  // those that are known, and those that follow
-    std::string options;                         // of the line that loads the component
+    std::vector<SquarenessQuantity> quantities;            // those that are known, and those that follow
+    std::vector<SquarenessQuantity> settled;               // the same with those in force added
+    Eigen::Matrix3d slopes = Eigen::Matrix3d::Identity();  // columns: travel of the tip for 1 of X, Y and Z
+    std::string options;                                   // of the line that loads the component
     std::vector<Setting> settings;
     std::vector<TestMove> moves;
     std::vector<std::string> unseen;  // sentences: tilts that no test move shows

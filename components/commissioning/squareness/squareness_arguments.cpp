@@ -238,7 +238,7 @@ void read(const std::string& option, const std::string& text, Read read_text) {
 
 struct Arguments {
     std::string chain = "w-X-Y.b-Z-C-t";
-    Words leans, quantities, diagonals, squares, points;
+    Words leans, quantities, in_force, diagonals, squares, points;
     std::string datum, travel;
 };
 
@@ -272,10 +272,43 @@ void read_tilts(const Arguments& arguments, TiltedMachine& machine) {
     }
 }
 
+// Other usual notations in ours: with primes, brackets, blanks, a spindle such as (C) or C1, without hyphens,
+// or from the tool to the work. Empty if the letters are no chain.
+std::string usual_chain(const std::string& text) {
+    std::string letters;
+    for (const char c : text)
+        if (std::isalpha(static_cast<unsigned char>(c))) letters += c;
+    const auto count = [&](char c) { return std::count(letters.begin(), letters.end(), c); };
+    if (letters.empty() || count('b') != 1 || count('t') != 1 || count('w') > 1) return "";
+    if (letters.front() == 't') std::reverse(letters.begin(), letters.end());
+    std::string result;
+    for (const char c : letters) {
+        if (!result.empty()) result += c == 'b' ? '.' : '-';
+        result += c;
+    }
+    return result;
+}
+
+void read_chain(const std::string& text, TiltedMachine& machine) {
+    machine.chain_text = text;
+    try {
+        machine.chain = AxisChainReader::read(text);
+        return;
+    } catch (const std::invalid_argument&) {
+        const std::string usual = usual_chain(text);
+        if (usual.empty() || usual == text) throw;
+        try {
+            machine.chain = AxisChainReader::read(usual);
+        } catch (const std::invalid_argument& error) {
+            refuse("read as " + usual + ": " + error.what());
+        }
+        machine.chain_text = usual;
+    }
+}
+
 void read_all(const Arguments& arguments, SquarenessOptions& options) {
     TiltedMachine& machine = options.machine;
-    read("--chain", "", [&] { machine.chain = AxisChainReader::read(arguments.chain); });
-    machine.chain_text = arguments.chain;
+    read("--chain", "", [&] { read_chain(arguments.chain, machine); });
     read("--datum", arguments.datum, [&] { machine.order = order_of(arguments.datum, machine.chain); });
     read("--travel", arguments.travel, [&] {
         machine.travel =
@@ -283,6 +316,14 @@ void read_all(const Arguments& arguments, SquarenessOptions& options) {
         if (!(machine.travel > 0)) refuse("is not longer than 0");
     });
     read_tilts(arguments, machine);
+    for (const std::string& text : arguments.in_force)
+        read("--in-force", text, [&] {
+            const SquarenessQuantity quantity = quantity_of(text, machine.chain);
+            for (const SquarenessQuantity& other : machine.in_force)
+                if (other.is_of(quantity.axis, quantity.rotation))
+                    refuse(squareness_name(quantity.axis, quantity.rotation) + " is set twice");
+            machine.in_force.push_back(quantity);
+        });
     for (const std::string& text : arguments.diagonals)
         read("--diagonals", text, [&] { options.measured.push_back(diagonals_of(text, machine.chain)); });
     for (const std::string& text : arguments.squares)
@@ -346,7 +387,9 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
     command
         .add_option("--chain", arguments->chain,
                     "The axes from the work over the bed to the tool, in the notation of ISO 10791 without "
-                    "primes: w-Z.b-X-Y-C-t. By default w-X-Y.b-Z-C-t.")
+                    "primes: w-Z.b-X-Y-C-t. By default w-X-Y.b-Z-C-t. Notations such as [w-Z'-b-X-Y-(C)-t] "
+                    "and bXY(C)t "
+                    "are understood.")
         ->type_name("CHAIN");
     add_list("--lean", arguments->leans, "TILT",
              "An axis, the direction towards which its + end leans, and the angle: Y+X=0.02mm/300mm. May be "
@@ -360,6 +403,11 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
              "Two axes, by square and indicator: at two heights, or along a travel.");
     add_list("--points", arguments->points, "FIELDS",
              "Two axes, by points of a square, a ring or a polygon, in a CSV file.");
+    add_list("--in-force", arguments->in_force, "NAME=ANGLE",
+             "A setting that was in force while you measured: EC0Y=-80urad. What you measured remained, and "
+             "is added "
+             "to it. May be given many times: give all that are not 0.");
+    command.add_flag("--json", options.json, "Prints the result as JSON, for other programs.");
     command
         .add_option(
             "--datum", arguments->datum,

@@ -270,6 +270,10 @@ class Panel:
         self.hal.set(pin, "1")
         GLib.timeout_add(time, lambda: self.hal.set(pin, "0") and False)
 
+    def program(self, name):
+        """The path of a program of this Plumb."""
+        return os.path.join(self.options.programs, name)
+
     def mdi(self, line, action):
         """One MDI line, beside this thread: it may take seconds. Its refusal is said."""
         from panel.linuxcnc_access import mdi

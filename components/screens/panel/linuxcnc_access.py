@@ -36,3 +36,13 @@ def mdi(line):
         command.wait_complete(PATIENCE)
     if result == linuxcnc.RCS_ERROR:
         raise RuntimeError(_("LinuxCNC refuses {line}.").format(line=line))
+
+
+def abort():
+    """Aborts the program. Raises RuntimeError with the reason."""
+    import linuxcnc
+
+    try:
+        linuxcnc.command().abort()
+    except linuxcnc.error as error:
+        raise RuntimeError(_("LinuxCNC does not answer: {why}").format(why=error)) from None

@@ -1,16 +1,374 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """centre_height, chopping and thermal_growth_test."""
 
+import glob
+import math
+import os
+import subprocess
+
+from gi.repository import Gtk
+
+from panel import style as styles
+from panel.chart import Chart, History
 from panel.function_page import FunctionPage
+from panel.pages import Page, state_of
+from panel.texts import _, in_micrometres, number, seconds, unit_name
+from panel.widgets import Figures, Keypad, button, card, column, flow, grow, label, named, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
     heading = "Centre height"  # for gettext: _("Centre height")
 
+    WAITS = 2  # state-code: for a diameter
+    KNOWN = 3
+    METHODS = ("Two cuts", "Two lands", "Step of Y", "Any cuts")  # for gettext: _("Two cuts"), _("Two lands"), _("Step of Y"), _("Any cuts")
+
+    def verdict(self, values):
+        kind, text = state_of(self.instance, values)
+        if kind != "good":
+            return kind, text
+        if self.get(values, "hold"):
+            return "warn", _(self.instance.sentence(values, "hold-code"))
+        state = self.get(values, "state-code")
+        if state == self.KNOWN:
+            if self.get(values, "on-centre"):
+                return "good", _("The tool is on centre.")
+            return "good", _("The height is {height}, \u00b1{sigma}.").format(height=in_micrometres(self.get(values, "height", 0.0)), sigma=self._sigma(values))
+        return ("good", _(self.instance.sentence(values, "state-code"))) if state else ("off", _("Begin with one of the methods below."))
+
+    def _sigma(self, values):
+        return in_micrometres(2 * self.get(values, "sigma", 0.0)).lstrip("+")
+
+    def content(self):
+        self._picture = HeightPicture(self)
+        self._figures = Figures(_("Height"), _("Uncertainty (k=2)"), _("Move of Y"), _("Cuts"))
+        return [self._figures, self._picture]
+
+    def buttons(self):
+        its = [button(_("Begin: {method}").format(method=_(name)), lambda kind=kind: self._do(_("Begin"), "start", "M450 P%d" % kind), name=_(name))
+               for kind, name in enumerate(self.METHODS[:3])]
+        # The buttons that come next, by state-code.
+        self._next = {
+            1: button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")),
+            self.WAITS: button(_("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))),
+            self.KNOWN: button(_("Store the height: M454"), self._store),
+        }
+        return [*its, *self._next.values(),
+                button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11")),
+                button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453"))]
+
+    def _do(self, action, pin, line):
+        """By the pin, where nothing else writes it; else by the M-code of the configuration."""
+        refusal = self.panel.access.refusal("operator")
+        if refusal:
+            self.panel.say(refusal, "warn")
+        elif pin in self.instance.settings():
+            self.panel.pulse(self.instance.full(pin))
+        else:
+            self.panel.mdi(line, action)
+
+    def enter(self, text):
+        """The diameter of the last cut. Raises ValueError."""
+        value = float(text.replace(",", "."))
+        if not value > 0 or not math.isfinite(value):
+            raise ValueError(_("A diameter is above 0."))
+        if "entered" in self.instance.settings():
+            self.panel.hal.set(self.instance.full("entered-diameter"), repr(value))
+            self.panel.pulse(self.instance.full("entered"))
+        else:
+            self.panel.mdi("M452 P%r" % value, _("Enter the diameter"))
+
+    def _store(self):
+        move = in_micrometres(self.get(self.panel.values, "y-move", 0.0))
+        self.panel.move(_("Store the height in the tool table? Y moves by {move} with its next word.").format(move=move),
+                        _("Store the height"), lambda: self.panel.mdi("M454", _("Store the height")))
+
+    def refresh(self, values):
+        super().refresh(values)
+        for state, its in self._next.items():
+            context = its.get_style_context()
+            (context.add_class if state == self.get(values, "state-code") else context.remove_class)("main")
+        valid = self.get(values, "value-valid")
+        self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
+        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + self._sigma(values) if valid else "\u2013")
+        self._figures.show_value(_("Move of Y"), in_micrometres(self.get(values, "y-move", 0.0)) if valid else "\u2013")
+        self._figures.show_value(_("Cuts"), number(self.get(values, "cut-number")))
+        self._picture.show_height(self.get(values, "height", 0.0) if valid else None, self.get(values, "sigma", 0.0))
+
+
+class DiameterPage(Page):
+    """The entry of a measured diameter, judged at once."""
+
+    def __init__(self, panel, page):
+        self.page = page
+        super().__init__(panel)
+
+    @property
+    def title(self):
+        return _("Diameter of the cut")
+
+    def build(self):
+        self._keypad = Keypad("")
+        self._judged = label("", "value")
+        self._keypad.entry.connect("changed", lambda _entry: self._judge())
+        return scrolled(column(label(self.title, "title"), row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)), self._judged,
+                               flow(button(_("Enter"), self._enter, "main"), button(_("Back"), lambda: self.panel.open(self.page)))))
+
+    def _judge(self):
+        try:
+            value = float(self._keypad.text)
+        except ValueError:
+            self._judged.set_text("")
+            return
+        expected = self.page.get(self.panel.values, "predicted-diameter", 0.0)
+        text = ""
+        if expected and abs(value - expected) > 0.2 * expected:
+            text = "\u25b2 " + _("The other cuts let expect {value}.").format(value=number(expected, 5))
+        self._judged.set_text(text)
+
+    def _enter(self):
+        refusal = self.panel.access.refusal("operator")
+        try:
+            if refusal:
+                raise ValueError(refusal)
+            self.page.enter(self._keypad.text)
+        except ValueError as error:
+            self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
+            return
+        self.panel.open(self.page)
+
+
+class HeightPicture(Gtk.DrawingArea):
+    """The work from its end, its axis, and the tool's edge with its uncertainty; heights are enlarged."""
+
+    def __init__(self, page):
+        super().__init__()
+        self._page, self._height = page, None
+        self.set_size_request(300, 210)
+        self.connect("draw", self._draw)
+        named(self, _("Tool and centre"))
+
+    def show_height(self, height, sigma):
+        if (height, sigma) != self._height:
+            self._height = (height, sigma)
+            self.queue_draw()
+
+    def _draw(self, _area, cairo):
+        width, height = self.get_allocated_width(), self.get_allocated_height()
+        dark = self._page.panel.dark
+        middle, radius = height / 2, height * 0.44
+        centre = width * 0.35
+        cairo.set_line_width(2)
+        cairo.arc(centre, middle, radius, 0, 2 * math.pi)
+        cairo.set_source_rgb(*styles.colour(dark, "pick"))
+        cairo.fill_preserve()
+        cairo.set_source_rgb(*styles.colour(dark, "line"))
+        cairo.stroke()
+        cairo.set_source_rgb(*styles.colour(dark, "text"))
+        cairo.set_dash([12, 4, 2, 4])
+        cairo.move_to(8, middle)
+        cairo.line_to(width - 8, middle)
+        cairo.stroke()
+        cairo.set_dash([])
+        if not self._height or self._height[0] is None or not math.isfinite(self._height[0]):
+            return
+        its, sigma = self._height
+        largest = max(abs(its) + 2 * sigma, 1e-6)
+        scale = radius * 0.6 / largest
+        edge = middle - its * scale
+        cairo.set_source_rgb(*styles.colour(dark, "curve2"))
+        cairo.move_to(centre + radius * 0.85, edge)
+        cairo.line_to(width - 30, edge)
+        cairo.line_to(width - 30, edge + 34)
+        cairo.line_to(centre + radius * 0.85 + 16, edge + 34)
+        cairo.close_path()
+        cairo.fill()
+        cairo.set_source_rgb(*styles.colour(dark, "text"))
+        cairo.set_line_width(3)
+        cairo.move_to(centre + radius * 0.85, edge - 2 * sigma * scale)
+        cairo.line_to(centre + radius * 0.85, edge + 2 * sigma * scale)
+        cairo.stroke()
+        cairo.select_font_face("DejaVu Sans")
+        cairo.set_font_size(17)
+        cairo.move_to(centre + radius + 12, edge - 8 if its >= 0 else edge + 54)
+        cairo.show_text(in_micrometres(float(its)))
+
 
 class ChoppingPage(FunctionPage):
     heading = "Chopping"  # for gettext: _("Chopping")
 
+    def verdict(self, values):
+        kind, text = super().verdict(values)
+        if kind != "good":
+            return kind, text
+        if self.get(values, "held"):
+            return "warn", _("The axis stands for a hold.")
+        if self.get(values, "active"):
+            return "good", _("Strokes. {count} strokes so far.").format(count=self.get(values, "stroke-count"))
+        return "off", _("At rest.")
+
+    def content(self):
+        self._picture = StrokePicture(self)
+        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"))
+        self._learned = label("")
+        return [self._figures, self._picture, card(label(_("Learned correction"), "value"), self._learned)]
+
+    def refresh(self, values):
+        super().refresh(values)
+        get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
+        self._figures.show_value(_("Upper dead point"), "%.4f" % get("measured-upper"))
+        self._figures.show_value(_("Lower dead point"), "%.4f" % get("measured-lower"))
+        self._figures.show_value(_("Strokes"), number(get("stroke-count", 0)))
+        self._figures.show_value(_("Cycle time"), "%.3f s" % get("actual-cycle-time"))
+        set_text(self._learned, _("above {upper}, below {lower}; errors {upper_error} and {lower_error}; {state}").format(
+            upper=in_micrometres(get("upper-correction")), lower=in_micrometres(get("lower-correction")),
+            upper_error=in_micrometres(get("upper-error")), lower_error=in_micrometres(get("lower-error")),
+            state=_("learned") if get("learned", False) else _("not learned")))
+        self._picture.show_values({short: get(short) for short in StrokePicture.SHORTS})
+
+
+class StrokePicture(Gtk.DrawingArea):
+    """The region of the stroke with its sections, and where the axis is."""
+
+    SHORTS = ("upper", "lower", "phase", "command", "offset", "position") + tuple(
+        "section-%d-%s" % (place, part) for place in range(4) for part in ("kind", "from", "to", "ratio"))
+
+    def __init__(self, page):
+        super().__init__()
+        self._page, self._values = page, None
+        self.set_size_request(300, 230)
+        self.connect("draw", self._draw)
+        named(self, _("Stroke and sections"))
+
+    def show_values(self, values):
+        if values != self._values:
+            self._values = values
+            self.queue_draw()
+
+    def _draw(self, _area, cairo):
+        values = self._values
+        if not values:
+            return
+        width, height = self.get_allocated_width(), self.get_allocated_height()
+        dark = self._page.panel.dark
+        upper, lower = values["upper"], values["lower"]
+        span = upper - lower
+        if not math.isfinite(span) or span <= 0:
+            return
+        top, bottom, left = 26, height - 26, width * 0.3
+
+        def y(place):
+            return bottom - (place - lower) / span * (bottom - top)
+
+        cairo.select_font_face("DejaVu Sans")
+        cairo.set_font_size(16)
+        cairo.rectangle(left, top, 60, bottom - top)
+        cairo.set_source_rgb(*styles.colour(dark, "pick"))
+        cairo.fill_preserve()
+        cairo.set_source_rgb(*styles.colour(dark, "good"))
+        cairo.set_line_width(3)
+        cairo.stroke()
+        for place in range(4):
+            kind, start, end, ratio = (values["section-%d-%s" % (place, part)] for part in ("kind", "from", "to", "ratio"))
+            if not kind:
+                continue
+            if kind == 1:  # phases, as heights on the way up
+                start, end = (lower + span * (1 - math.cos(math.radians(phase))) / 2 for phase in (start, end))
+            cairo.rectangle(left + 64, y(max(start, end)), 40, abs(y(start) - y(end)))
+            cairo.set_source_rgb(*styles.colour(dark, "curve2"))
+            cairo.fill()
+            cairo.set_source_rgb(*styles.colour(dark, "text"))
+            cairo.move_to(left + 112, (y(start) + y(end)) / 2 + 5)
+            cairo.show_text("%g %%" % (ratio * 100))
+        cairo.set_source_rgb(*styles.colour(dark, "text"))
+        for place, words in ((upper, _("upper")), (lower, _("lower"))):
+            cairo.move_to(10, y(place) + 6)
+            cairo.show_text("%s %.3f" % (words, place))
+        here = values["position"] + values["offset"]
+        if math.isfinite(here):
+            at = max(top - 8, min(bottom + 8, y(here)))
+            cairo.arc(left + 30, at, 9, 0, 2 * math.pi)
+            cairo.fill()
+
+
+_temperatures = {}  # by instance
+
 
 class GrowthTestPage(FunctionPage):
     heading = "Growth test"  # for gettext: _("Growth test")
+
+    def verdict(self, values):
+        kind, text = state_of(self.instance, values)
+        if kind == "bad":
+            return kind, text
+        if self.get(values, "stop-reason"):
+            return "good", _(self.instance.sentence(values, "stop-reason-code"))
+        if self.get(values, "state"):
+            return "good", _(self.instance.sentence(values, "state-code"))
+        return "off", _("No test runs.")
+
+    def content(self):
+        self._history = _temperatures.setdefault(self.instance.name, History(every=20))
+        self._figures = Figures(_("Elapsed"), _("Remaining"), _("Pass"), _("Change"))
+        count = int(self.panel.values.get(self.instance.full("sensors"), 0))
+        names = [_("Sensor {number}").format(number=place) for place in range(min(count, 3))]
+        self._chart = Chart(self.panel, self._history, names, "\u00b0C")
+        self._sensors = label("")
+        self._drift = label("")
+        return [self._figures, card(label(_("Temperatures"), "value"), self._sensors), self._chart,
+                card(label(_("Last bore"), "value"), self._drift)]
+
+    def buttons(self):
+        return [button(_("Stop the test"), self._stop), button(_("Make and open the report"), self._report)]
+
+    def observe(self, values):
+        count = int(self.get(values, "sensors"))
+        if self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]) and self.panel.page is self:
+            self._chart.queue_draw()
+
+    def remaining(self, values):
+        """Shortest and longest time to go in s: until the machine may be warm, and until the time is over."""
+        elapsed = self.get(values, "elapsed", 0.0)
+        return max(0.0, self.get(values, "minimum-time", 0.0) - elapsed), max(0.0, self.get(values, "maximum-time", 0.0) - elapsed)
+
+    def refresh(self, values):
+        super().refresh(values)
+        runs = self.get(values, "state") and not self.get(values, "stop-reason")
+        self._figures.show_value(_("Elapsed"), seconds(self.get(values, "elapsed", 0.0)))
+        self._figures.show_value(_("Remaining"), "%s \u2013 %s" % tuple(seconds(each) for each in self.remaining(values)) if runs else "\u2013")
+        self._figures.show_value(_("Pass"), number(self.get(values, "pass")))
+        change = self.get(values, "temperature-change", 0.0)
+        self._figures.show_value(_("Change"), "\u2013" if change >= 1000 else "%.2f K" % change)
+        lines = []
+        for place in range(int(self.get(values, "sensors"))):
+            valid = self.get(values, "temperature-valid-%d" % place)
+            lines.append("%s %d: %s \u00b0C" % ("\u2714" if valid else "\u2716", place, number(float(self.get(values, "temperature-%d" % place)), 4)))
+        set_text(self._sensors, "    ".join(lines) or _("No sensor is set up."))
+        set_text(self._drift, "X %.4f   Y %.4f   Z %.4f   \u2300 %.4f" % tuple(
+            self.get(values, short, 0.0) for short in ("bore-x", "bore-y", "bore-z", "bore-diameter")))
+
+    def _stop(self):
+        """The program's abort: LinuxCNC's own."""
+        def abort():
+            from panel.linuxcnc_access import abort as linuxcnc_abort
+
+            linuxcnc_abort()
+
+        self.panel.move(_("Stop the test? The program is aborted; the test can be resumed."), _("Stop the test"), abort, must_be_safe=False)
+
+    def _report(self):
+        folder = self.panel.ini.folder or "."
+        logs = sorted(glob.glob(os.path.join(folder, "logs", "*.csv")), key=os.path.getmtime)
+        if not logs:
+            self.panel.say(_("There is no log of a test in {folder}.").format(folder=os.path.join(folder, "logs")), "warn")
+            return
+        output = os.path.join(folder, "report")
+        done = subprocess.run([self.panel.program("plumb-growth"), "report", logs[-1], "--output", output],
+                              capture_output=True, text=True, timeout=120, check=False)
+        found = sorted(glob.glob(os.path.join(output, "*.html")), key=os.path.getmtime)
+        if done.returncode or not found:
+            self.panel.say((done.stderr.strip().splitlines() or ["plumb growth"])[0], "bad")
+            return
+        report = found[-1]
+        subprocess.Popen(["xdg-open", report], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.panel.say(_("The report is {file}.").format(file=report))
