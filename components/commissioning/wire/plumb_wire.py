@@ -26,6 +26,7 @@ SUMMARY = "wires functions into a LinuxCNC configuration, and tries the result"
 FUNCTIONS = os.path.join(PREFIX, "share", "plumb", "functions")
 OFFSET_RATIO = "0.2"
 ABORT = "plumb_abort"
+TABS = {"axis": "ntb_preview", "gmoccapy": "ntb_preview", "qtdragon": "tabWidget_utilities"}  # place of a tab, by the screen
 
 
 def main():
@@ -237,9 +238,23 @@ class Wire:
         if self.motmod:
             self.add_outputs(ini)
             self.added.append(("EMCMOT", "EMCMOT", ini.get("EMCMOT", "EMCMOT")))
+        for name, value in self.tab(ini):
+            ini.add("DISPLAY", name, value)
+            self.added.append(("DISPLAY", name, value))
         if any(function.ini for function in self.functions):
             ini.include(self.include)
         return ini
+
+    @staticmethod
+    def tab(ini):
+        """The lines that show plumb panel in a tab of the screen; none for a screen without tabs, or with this one."""
+        words = (ini.get("DISPLAY", "DISPLAY") or "").split()
+        screen = next((name for name in TABS if any(name in os.path.basename(word) for word in words)), None)
+        if screen is None or any("plumb-panel" in command for command in ini.all("DISPLAY", "EMBED_TAB_COMMAND")):
+            return []
+        location = TABS[screen] if screen != "axis" or ini.all("DISPLAY", "EMBED_TAB_LOCATION") else None
+        lines = [("EMBED_TAB_NAME", "Plumb"), ("EMBED_TAB_COMMAND", "plumb-panel -x {XID}")]
+        return lines + ([("EMBED_TAB_LOCATION", location)] if location else [])
 
     def try_it(self, trials, wiring, files):
         """On a copy; raises Impossible where it does not work."""

@@ -3,15 +3,17 @@
 
 import math
 import os
+import re
 import sys
 import time
 import unittest
 
+import panel_texts
 import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, growth_state, hal_files, machine, settings  # noqa: E402
+from panel import access, growth_state, hal_files, machine, settings, texts  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import parse_pins  # noqa: E402
 
@@ -265,6 +267,23 @@ class Verdicts(WithHost):
         self.assertEqual(may, {"view": [True, False, False], "operator": [True, True, False], "integrator": [True, True, True]})
         with self.assertRaises(ValueError):
             access.Access("boss")
+
+
+class Texts(unittest.TestCase):
+    def test_every_text_and_every_fault_has_german_words_with_the_same_values(self):
+        german = panel_texts.translated()
+        wanted = {**panel_texts.of_sources(), **panel_texts.of_declarations(BUILD, codes_only=True)}
+        self.assertGreater(len(wanted), 400)
+        for text, place in wanted.items():
+            with self.subTest(text, place=place):
+                self.assertTrue(german.get(text), "no German words")
+                values = [sorted(re.findall(r"\{\w+\}", each)) for each in (text, german[text])]
+                self.assertEqual(*values)
+
+    def test_the_built_texts_are_german(self):
+        texts.choose(os.path.join(BUILD, "share", "locale"), "de")
+        self.addCleanup(texts.choose, "", "en")
+        self.assertEqual(texts._("Overview"), "\u00dcbersicht")
 
 
 class HalFiles(unittest.TestCase):

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""All texts that plumb panel shows: those of its sources, comments "for gettext" too, and those of the declarations.
+
+    python3 tests/support/panel_texts.py BUILD
+
+prints those that a PO file lacks, as entries to be filled in.
+"""
+
+import ast
+import glob
+import json
+import os
+import re
+import sys
+
+CALL = re.compile(r'\b_\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)\)')
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PO = os.path.join(ROOT, "components", "screens", "locale", "de.po")
+
+
+def of_sources():
+    found = {}
+    for path in sorted(glob.glob(os.path.join(ROOT, "components", "screens", "panel", "*.py"))):
+        with open(path, encoding="utf-8") as file:
+            for match in CALL.finditer(file.read()):
+                found[ast.literal_eval("(%s)" % match[1])] = os.path.basename(path)
+    return found
+
+
+def of_declarations(build, codes_only=False):
+    """Summaries, codes and sentences of all components but simulated ones."""
+    found = {}
+    for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
+        name = os.path.basename(path)
+        if name.startswith("sim_"):
+            continue
+        with open(path, encoding="utf-8") as file:
+            declared = json.load(file)
+        texts = [text for codes in declared.get("codes", {}).values() for text in codes.values()] + [declared["summary"]]
+        if not codes_only:
+            pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
+            texts += [pin["sentence"] for pin in pins.values()]
+        found.update({text: name for text in texts})
+    return found
+
+
+def translated(path=PO):
+    """Texts of a PO file by what they translate."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    entries = re.findall(r'^msgid ((?:"(?:[^"\\]|\\.)*"\s*)+)\nmsgstr ((?:"(?:[^"\\]|\\.)*"\s*)+)', text, re.M)
+    return {ast.literal_eval("(%s)" % first): ast.literal_eval("(%s)" % second) for first, second in entries}
+
+
+if __name__ == "__main__":
+    there = translated() if os.path.exists(PO) else {}
+    for text, place in {**of_sources(), **of_declarations(sys.argv[1], codes_only=len(sys.argv) > 2)}.items():
+        if not there.get(text):
+            print("#: %s\nmsgid %s\nmsgstr \"\"\n" % (place, json.dumps(text, ensure_ascii=False)))
