@@ -54,6 +54,9 @@ class Days(unittest.TestCase):
         self.assertEqual(self.days[1]["gate-floor"], 0.025)
         self.assertIn("anna", self.days[1]["change"])
 
+    def test_squareness_is_set_up_by_the_finger_and_is_there_after_a_restart(self):
+        self.assertEqual(self.days[1]["ec0y"], -8e-05)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -66,13 +66,33 @@ class Operator:
         finger.press("Save")
         self.until("growth.gate-floor", 0.025)
         finger.until(lambda: "growth.gate-floor" in read("panel.retained"), "the saved setting")
+        self.square()
         self.machine.turn_off()
         finger.press("Growth of Z")
         finger.press("Switch on / off")
         seen["refused"] = finger.await_text("The machine is off.")
 
+    def square(self):
+        """From the picture of the machine to saved angles."""
+        finger = self.finger
+        finger.press("Squareness")
+        for name in ("Measure and set up", "w-Z.b-X-Y-C-t", "Axis Y", "Y leans to +X"):
+            finger.press(name)
+        finger.type("0.024")
+        finger.press("Next")
+        finger.await_text("EC0Y  \u221280 \u00b5m/m")
+        finger.press("Test move")
+        finger.await_text("before: +24.0 \u00b5m   after: +0.0 \u00b5m")
+        finger.await_text("if EC0Y has the wrong sign: +48.0 \u00b5m")
+        finger.press("Save")
+        finger.press("Save the angles")
+        self.until("square.ec0y", -8e-05)
+        self.until("square.ea0y", 0)  # of settings.hal, and not of this measurement
+        finger.until(lambda: '"square.ec0y" = -8e-05' in read("panel.retained"), "the saved angle")
+
     def second_day(self):
         finger = self.finger
+        seen["ec0y"] = self.host.get("square.ec0y")
         seen["gate-floor"] = self.host.get("growth.gate-floor")
         finger.press("All components")
         finger.press("growth")
