@@ -46,7 +46,8 @@ hal::CommandPage page() {
 time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND in the folder of this one. plumb --help
 lists them all.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
-        ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-run (1),\n"
+        ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-panel "
+        "(1),\n.BR plumb\\-run (1),\n"
         ".BR plumb\\-squareness (1),\n.BR plumb\\-wire (1),\n.BR halcmd (1)"};
 }
 

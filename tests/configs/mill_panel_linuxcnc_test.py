@@ -30,7 +30,8 @@ class Days(unittest.TestCase):
             process = subprocess.Popen(
                 [*plumb_run(BUILD, "--speed", "4"), "linuxcnc", "-r", "axis.ini"],
                 cwd=cls.machine,
-                env=linuxcnc_runs.environment(cls.folder, PYTHONPATH=path, DISPLAY=screen.display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1"),
+                env=linuxcnc_runs.environment(cls.folder, PYTHONPATH=path, DISPLAY=screen.display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1",
+                                               PLUMB_PATIENCE="600"),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

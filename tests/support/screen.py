@@ -7,7 +7,7 @@ import signal
 import subprocess
 import time
 
-PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s of real time for each step
+PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
 
 
 class Screen:

@@ -8,6 +8,7 @@ import time
 from gi.repository import Gtk
 
 from panel import style as styles
+from panel.texts import _
 from panel.widgets import named
 
 
@@ -51,8 +52,8 @@ class Chart(Gtk.DrawingArea):
         now = time.monotonic()
         start = rows[0][0] if rows else now
         span = next((each for each in (600, 1800, 3600, 2 * 3600, 4 * 3600, 8 * 3600) if each >= now - start), 8 * 3600)
-        numbers = [value * self._scale for _, values in rows for value in values if math.isfinite(value)]
-        numbers += [value * self._scale for when, value, _, _ in self._history.marks if math.isfinite(value)]
+        numbers = [value * self._scale for _when, values in rows for value in values if math.isfinite(value)]
+        numbers += [value * self._scale for _when, value, _sigma, _good in self._history.marks if math.isfinite(value)]
         low, high = min(numbers + [-5]), max(numbers + [5])
         step = _step((high - low) / 4)
         low, high = math.floor(low / step) * step, math.ceil(high / step) * step
@@ -81,7 +82,7 @@ class Chart(Gtk.DrawingArea):
             at = left + (right - left) * part / 4
             cairo.move_to(at - (12 if part == 0 else 40 if part == 4 else 22), height - 8)
             minutes = span * (4 - part) / 4 / 60
-            cairo.show_text("\u2212%g h" % (minutes / 60) if span > 3600 else "\u2212%g min" % minutes)
+            cairo.show_text(_("now") if part == 4 else "\u2212%g h" % (minutes / 60) if span > 3600 else "\u2212%g min" % minutes)
         at = left
         for name, colour, dashes in zip(self._names, colours, ([], [8, 4], [2, 3])):
             cairo.set_source_rgb(*colour)

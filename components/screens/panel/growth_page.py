@@ -72,6 +72,7 @@ class GrowthPage(FunctionPage):
         steps = learning_steps(self.instance, values)
         busy = self.get(values, "learn") or self.get(values, "learning")
         set_text(self._steps, "\n".join("%s %s" % ("\u2714" if done else "\u25cb", text) for text, done in steps) if busy else "")
+        self._steps.set_visible(bool(busy))
         self._show_contacts()
 
     def _reference_text(self, values):

@@ -27,6 +27,14 @@ class SquarenessPage(FunctionPage):
     def buttons(self):
         return [button(_("Measure and set up"), lambda: self.panel.open(ChainStep(self.panel, Work(self.panel, self))), "main")]
 
+    def verdict(self, values):
+        kind, text = super().verdict(values)
+        if kind != "good":
+            return kind, text
+        if not any(self.angles(values).values()) and not self.get(values, "tables"):
+            return "off", _("No angle is set: nothing is corrected.")
+        return "good", _("Corrects the tilts that were measured.")
+
     def angles(self, values):
         return {short.upper(): self.get(values, short, 0.0) for short in self.instance.pins if ANGLE.match(short)}
 

@@ -78,6 +78,7 @@ def scrolled(child):
     window.set_policy(Gtk.PolicyType.NEVER, Gtk.PolicyType.AUTOMATIC)
     window.set_kinetic_scrolling(True)
     window.set_overlay_scrolling(False)
+    child.set_margin_end(10)
     window.add(child)
     window.grows = True
     window.set_vexpand(True)
@@ -86,7 +87,7 @@ def scrolled(child):
 
 def flow(*children):
     """Children side by side, as many as fit."""
-    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=2, max_children_per_line=4, column_spacing=8, row_spacing=8)
+    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=3, max_children_per_line=4, column_spacing=8, row_spacing=8)
     for child in children:
         box.add(child)
         child.get_parent().set_can_focus(False)
