@@ -366,13 +366,12 @@ class Configuration(unittest.TestCase):
             self.assertEqual(tilts[1], tilts[2])
             self.assertGreater(len(tilts[0]), 1)
 
-    def test_panel_is_wired_to_what_both_machines_have(self):
-        panel = self.read("panel.hal")
-        common = self.read("stages.hal") + self.read("functions/squareness/squareness.hal")
-        pins = re.findall(r"^net .*\bpyvcp\.([a-z-]+)", panel, re.M)
-        self.assertEqual(sorted(pins), sorted(re.findall(r'<halpin>"(.*?)"</halpin>', self.read("panel.xml"))))
-        for signal, source in re.findall(r"^net (\S+) +(?:(\S+) +)?=>", panel, re.M):
-            self.assertEqual(bool(re.search(r"^net %s " % signal, common, re.M)), not source, signal)
+    def test_both_machines_have_the_tab_and_keep_its_settings(self):
+        for name in ("axis_portal.ini", "axis_column.ini"):
+            self.assertIn("EMBED_TAB_COMMAND = plumb-panel -x {XID}\n", self.read(name))
+            self.assertTrue(self.read(name).endswith("HALFILE = panel.hal\n"), "behind all files that set pins")
+            self.assertIn("pins = []", self.read(re.search("SETTINGS = (.*)", self.read(name))[1]))
+        self.assertIn("--file $(CONFIG_DIR)/[PLUMB](SETTINGS)", self.read("panel.hal"))
 
 
 if __name__ == "__main__":

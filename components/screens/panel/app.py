@@ -35,6 +35,7 @@ class Panel:
         folder = ini.folder or os.environ.get("XDG_RUNTIME_DIR") or os.path.expanduser("~")
         self.hal, self.values, self.machine, self._names, self._looks = None, {}, None, None, 0
         self.settings = Settings(None, folder, options.user or texts.system_user(), ini.get("EMC", "MACHINE"))
+        self.settings.kept_file = os.path.join(folder, ini.get("PLUMB", "SETTINGS", "panel.toml"))
         self.hal_file_values = hal_files.values_of_hal_files(ini) if ini.path else {}
         self.page = None
         self._question = None

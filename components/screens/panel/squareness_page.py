@@ -21,8 +21,9 @@ class SquarenessPage(FunctionPage):
 
     def content(self):
         self._figures = Figures("X", "Y", "Z")
+        self._errors = Figures("X", "Y", "Z")
         self._angles = label("")
-        return [card(label(_("Correction now"), "value"), self._figures), card(label(_("Angles in force"), "value"), self._angles)]
+        return [card(label(_("Correction now"), "value"), self._figures), card(label(_("Error of the tip without it"), "value"), self._errors), card(label(_("Angles in force"), "value"), self._angles)]
 
     def buttons(self):
         return [button(_("Measure and set up"), lambda: self.panel.open(ChainStep(self.panel, Work(self.panel, self))), "main")]
@@ -42,6 +43,7 @@ class SquarenessPage(FunctionPage):
         super().refresh(values)
         for letter in "XYZ":
             self._figures.show_value(letter, in_micrometres(float(self.get(values, letter.lower() + "-correction", 0.0))))
+            self._errors.show_value(letter, in_micrometres(float(self.get(values, letter.lower() + "-error", 0.0))))
         lines = ["%s  %s \u00b5m/m" % (name, number(angle * 1e6, 4)) for name, angle in self.angles(values).items() if angle]
         self._angles.set_text("\n".join(lines) or _("None: nothing is corrected."))
 
