@@ -23,6 +23,7 @@ from panel.widget_list import WidgetList  # noqa: E402
 from panel.widgets import button, clear, column, flow, grow, label, named, row, scrolled, style  # noqa: E402
 
 PERIOD = 250  # ms between two looks at the pins
+NARROW = 640  # px
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
 
@@ -65,9 +66,31 @@ class Panel:
         self._message.set_no_show_all(True)
         content = row(navigation, grow(self._stack), spacing=0)
         content.grows = True
+        self._sides = content, navigation
+        self.window.connect("size-allocate", lambda _window, place: self._arrange(place.width))
         box = style(column(content, self._message, spacing=0), "plumb")
         self.window.add(box)
         self._theme()
+
+    def _arrange(self, width):
+        """Where it is narrow, the navigation is a row above the page."""
+        content, navigation = self._sides
+        wanted = Gtk.Orientation.VERTICAL if width < NARROW else Gtk.Orientation.HORIZONTAL
+        if content.get_orientation() == wanted:
+            return
+        narrow = wanted == Gtk.Orientation.VERTICAL
+
+        def change():
+            content.set_orientation(wanted)
+            self._navigation.set_orientation(Gtk.Orientation.HORIZONTAL if narrow else Gtk.Orientation.VERTICAL)
+            self._navigation.set_valign(Gtk.Align.START if narrow else Gtk.Align.FILL)
+            policies = (Gtk.PolicyType.AUTOMATIC, Gtk.PolicyType.NEVER) if narrow else (Gtk.PolicyType.NEVER, Gtk.PolicyType.AUTOMATIC)
+            navigation.set_policy(*policies)
+            navigation.set_size_request(-1 if narrow else 184, 112 if narrow else -1)
+            navigation.set_vexpand(not narrow)
+            return False
+
+        GLib.idle_add(change)  # not while places are given out
 
     def _theme(self):
         Gtk.Settings.get_default().set_property("gtk-application-prefer-dark-theme", self.dark)

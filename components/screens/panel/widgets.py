@@ -41,6 +41,7 @@ def button(text, pressed, *classes, name=""):
     widget = Gtk.Button()
     words = Gtk.Label(label=text, justify=Gtk.Justification.CENTER)
     words.set_line_wrap(True)
+    words.set_max_width_chars(18)  # longer words break, and buttons stand side by side
     widget.add(words)
     widget.connect("clicked", lambda _button: pressed())
     widget.set_can_focus(False)  # keys belong to the screen around it
@@ -87,7 +88,7 @@ def scrolled(child):
 
 def flow(*children):
     """Children side by side, as many as fit."""
-    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=3, max_children_per_line=4, column_spacing=8, row_spacing=8)
+    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=2, max_children_per_line=4, column_spacing=8, row_spacing=8)
     for child in children:
         box.add(child)
         child.get_parent().set_can_focus(False)
@@ -126,17 +127,19 @@ class Verdict(Gtk.Box):
         return self._words.get_text()
 
 
-class Figures(Gtk.Grid):
+class Figures(Gtk.FlowBox):
     """Large values with their names below: figures.show_value("growth", "+12.3 um")."""
 
     def __init__(self, *names):
-        super().__init__(column_homogeneous=True, column_spacing=8, row_spacing=8)
+        super().__init__(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=2, max_children_per_line=4,
+                         column_spacing=4, row_spacing=4)
         self._values = {}
-        for place, name in enumerate(names):
+        for name in names:
             value = label("", "figure", wrap=False)
             self._values[name] = value
-            its = grow(card(value, label(name, "soft"), spacing=0))
-            self.attach(its, place % 4, place // 4, 1, 1)
+            self.add(card(value, label(name, "soft", chars=14), spacing=0))
+        for child in self.get_children():
+            child.set_can_focus(False)
 
     def show_value(self, name, text):
         set_text(self._values[name], text)
