@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import threading
+import time
 
 import gi
 
@@ -24,6 +25,7 @@ from panel.widgets import button, clear, column, flow, grow, label, named, row, 
 
 PERIOD = 250  # ms between two looks at the pins
 NARROW = 640  # px
+STANDSTILL = 3  # s
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
 
@@ -39,7 +41,7 @@ class Panel:
         self.settings.kept_file = os.path.join(folder, ini.get("PLUMB", "SETTINGS", "panel.toml"))
         self.hal_file_values = hal_files.values_of_hal_files(ini) if ini.path else {}
         self.page = None
-        self._question = None
+        self._beats, self._beaten, self._stands = None, time.monotonic(), False
         self._build()
         self._list = WidgetList(options.widgets, self.window) if options.widgets else None
         self._connect()
@@ -190,6 +192,7 @@ class Panel:
             if any(_is_of_machine(name) for name in values.keys() ^ (self._names or set())):
                 self._discover(values)
         self.values = values
+        self._watch(values)
         for page in self.pages:
             observe = getattr(page, "observe", None)
             if observe:
@@ -197,6 +200,19 @@ class Panel:
         if self.page is not None and self._is_seen():
             self.page.refresh(values)
         return True
+
+    def _watch(self, values):
+        """Says it when the realtime threads stand: their last values stay, and look as if all were well."""
+        beats = [interlock.value(values, "heartbeat") for interlock in self.machine.of("interlock")]
+        now = time.monotonic()
+        if beats != self._beats:
+            self._beats, self._beaten = beats, now
+            if self._stands:
+                self._stands = False
+                self.hush()
+        elif beats and not self._stands and now - self._beaten > STANDSTILL:
+            self._stands = True
+            self.say(_("The realtime threads stand still: these values are old. Is LinuxCNC still alive?"), "bad")
 
     def _is_seen(self):
         """Whether the window and all around it are on the screen."""

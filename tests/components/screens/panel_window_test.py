@@ -98,6 +98,16 @@ class Window(unittest.TestCase):
         finger.press("All components")
         finger.await_text("growth.load is not a number.")
 
+    def test_threads_that_stand_are_said(self):
+        self.host.command("loadrt interlock names=interlock")
+        self.host.command("addf interlock.update servo-thread")
+        finger = self.panel()
+        finger.press("All components")
+        self.host.command("stop")
+        finger.await_text("The realtime threads stand still")
+        self.host.command("start")
+        finger.until(lambda: not finger.find_text("The realtime threads stand still"), "the message to go")
+
     def test_every_widget_has_a_name_and_no_text_is_cut(self):
         for language in ("en", "de"):
             finger = self.panel("--language", language, "--size", "720x560" if language == "en" else "500x560", name="small" + language)
