@@ -25,7 +25,7 @@ from panel.widgets import button, clear, column, flow, grow, label, named, row, 
 
 PERIOD = 250  # ms between two looks at the pins
 NARROW = 640  # px
-STANDSTILL = 3  # s
+STANDSTILL = 10  # s
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
 
@@ -66,11 +66,14 @@ class Panel:
         self._stack.grows = True
         self._message = style(Gtk.Box(orientation=Gtk.Orientation.VERTICAL, spacing=6), "message")
         self._message.set_no_show_all(True)
+        text = _("The realtime threads stand still: these values are old. Is LinuxCNC still alive?")
+        self._standstill = style(label(styles.SYMBOL["bad"] + "  " + text), "bad", "message")
+        self._standstill.set_no_show_all(True)
         content = row(navigation, grow(self._stack), spacing=0)
         content.grows = True
         self._sides = content, navigation
         self.window.connect("size-allocate", lambda _window, place: self._arrange(place.width))
-        box = style(column(content, self._message, spacing=0), "plumb")
+        box = style(column(content, self._standstill, self._message, spacing=0), "plumb")
         self.window.add(box)
         self._theme()
 
@@ -207,12 +210,11 @@ class Panel:
         now = time.monotonic()
         if beats != self._beats:
             self._beats, self._beaten = beats, now
-            if self._stands:
-                self._stands = False
-                self.hush()
+            self._stands = False
+            self._standstill.hide()
         elif beats and not self._stands and now - self._beaten > STANDSTILL:
             self._stands = True
-            self.say(_("The realtime threads stand still: these values are old. Is LinuxCNC still alive?"), "bad")
+            self._standstill.show()
 
     def _is_seen(self):
         """Whether the window and all around it are on the screen."""
