@@ -6,6 +6,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 
 import gi
 
@@ -25,7 +26,7 @@ from panel.widgets import button, clear, column, flow, grow, label, named, row, 
 
 PERIOD = 250  # ms between two looks at the pins
 NARROW = 640  # px
-STANDSTILL = 10  # s
+STANDSTILL = 20  # s
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
 
@@ -170,9 +171,13 @@ class Panel:
         self._stack.show_all()
 
     def _tick(self):
-        goes_on = self._look()
-        if self._list is not None:
-            self._list.write(self._is_seen())
+        goes_on = True
+        try:
+            goes_on = self._look()
+            if self._list is not None:
+                self._list.write(self._is_seen())
+        except Exception:  # without this, GLib would never call it again, and old values would stay
+            traceback.print_exc()
         return goes_on
 
     def _look(self):
