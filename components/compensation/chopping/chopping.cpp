@@ -76,6 +76,7 @@ its joint-acceleration, at least, and taper to 3: over three times its length it
 2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
 3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones.
 4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.
+Set max-correction above the lag at a dead point, about the acceleration there / (2 Kv^2).
 5. Set sections: kind 2, from, to and ratio for a window of heights.
 6. With a lead, set jerk-time to at least 2 lead max-acceleration / (max-output-accel - max-acceleration).)"},
         hal::Behaviour{R"(
@@ -91,7 +92,9 @@ axis is.
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
 correction in force they come one stroke later.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
-- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered; retain(1) keeps them over a restart, with their first corrections.
+- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered. After a restart retain(1) restores them with their first corrections: the stroke begins slow,
+and takes them up as far as the slow strokes confirm them.
+- Dead points that a scale cannot have measured: Not learned; the second one in a row stops the stroke.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned.
@@ -269,6 +272,7 @@ private:
         stopping_ = returning_ = false;
         metering_ = false;
         pending_[0] = pending_[1] = {};
+        doubts_[0] = doubts_[1] = 0;
         since_lower_ = -1;
         jerk_.reset(place, values_.jerk_samples(dt));
         place_ = jerk_place_ = place;
@@ -434,19 +438,14 @@ private:
         const double place = meter_.position();
         dead_point_[upper] = place;
         error_[upper] = upper ? place - arrival.bound : arrival.bound - place;
-        const double commanded = pending_[1].bound - pending_[0].bound;
-        const bool both = pending_[0].regular && pending_[1].regular;
-        if (both && commanded > 0 &&
-            std::abs(dead_point_[1] - dead_point_[0] - commanded) > 0.1 * commanded + values_.inset)
-            scale_doubts_ += 1;
-        else
-            scale_doubts_ = 0;
-        if (values_.learn && scale_doubts_ >= 2) stop_for(Fault::scale);
-        if (!values_.learn || !arrival.regular || values_.override_value != 1 || scale_doubts_ > 0 ||
-            arrival.speed != wanted().speed)
+        if (!values_.learn || !arrival.regular) return;
+        const bool plausible = learning_.plausible(upper, error_[upper], arrival.offset, arrival.speed);
+        doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
+        if (doubts_[upper] >= 2) stop_for(Fault::scale);
+        if (doubts_[0] + doubts_[1] > 0 || values_.override_value != 1 || arrival.speed != wanted().speed)
             return;
         const int beyond = learning_.beyond();
-        learning_.measured(upper, error_[upper], arrival.offset, arrival.acceleration);
+        learning_.measured(upper, error_[upper], arrival.offset, arrival.acceleration, arrival.speed);
         oscillation_.refresh();
         if (learning_.beyond() > beyond) {
             event_ = Fault::beyond;
@@ -486,7 +485,8 @@ private:
         speed_factor = learns ? learning_.speed_factor() : 1;
         learned = learns && learning_.learned();
         drift = learns ? learning_.drift() : 0;
-        records.show(learning_.size(), [&](std::int32_t i) noexcept { row.show(learning_[i]); });
+        const LearnedStrokes& strokes = learning_.strokes();
+        records.show(strokes.size(), [&](std::int32_t i) noexcept { row.show(strokes[i]); });
         report(learns);
     }
 
@@ -527,7 +527,7 @@ private:
     double pulse_left_[2] = {0, 0};
     double side_ = 0, crossing_ = 0;
     Fault event_ = Fault::none, refused_ = Fault::none;
-    int scale_doubts_ = 0;
+    int doubts_[2] = {0, 0};  // of the scale, in a row
     bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false,
          was_refused_ = false;
     bool metering_ = false, meters_upper_ = false, kept_back_ = false, late_ = false, sparking_ = false;

@@ -406,6 +406,44 @@ TEST_F(Chopping, LearnsTheDeadPointsWithoutPassingThem) {
     }
 }
 
+// The command of a learned stroke is beyond its dead points, and leads; its acceleration has a limit of its
+// own.
+TEST_F(Chopping, LearnsWithALeadWithinTheLargestAccelerationOfTheOutput) {
+    for (const char* line :
+         {"setp chop.learn 1", "setp chop.jerk-time 0.02", "setp chop.lead 0.012",
+          "setp chop.section-0-kind 1", "setp chop.section-0-to 360", "setp chop.section-0-ratio 2",
+          "setp chop.max-output-accel 2201", "setp axis.servo-gain 25"})
+        bench.command(line);
+    start();
+    bench.run(4);
+    bench.expect("u <= -7.995 && l >= -20.005", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    for (int i = 0; i < 60 && get("speed-factor") < 1; ++i) bench.run(0.5);
+    bench.run(10);
+    EXPECT_EQ(get("learned"), 1);
+    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_NEAR(bench.get("axis.truth-upper"), -8, 2 * um);
+    EXPECT_NEAR(bench.get("axis.truth-lower"), -20, 2 * um);
+    const std::vector<double> z = commands(4);
+    EXPECT_GT(*std::max_element(z.begin(), z.end()), -7.95) << "learned ends lie beyond";
+    EXPECT_LE(hardest(z), 2200 * 1.01);
+    EXPECT_GT(hardest(z), 1050) << "the lead adds to the acceleration";
+}
+
+TEST_F(Chopping, ALearnedStrokeWithSectionsKeepsTheAcceleration) {
+    for (const char* line :
+         {"setp chop.learn 1", "setp axis.servo-gain 20", "setp chop.section-0-kind 2",
+          "setp chop.section-0-from -16", "setp chop.section-0-to -11", "setp chop.section-0-ratio 0.4",
+          "setp chop.section-1-kind 4", "setp chop.section-1-from -20", "setp chop.section-1-to -16",
+          "setp chop.section-1-ratio 3"})
+        bench.command(line);
+    start();
+    double worst = 0;
+    for (int i = 0; i < 30; ++i) worst = std::max(worst, hardest(commands(1)));
+    EXPECT_EQ(get("learned"), 1);
+    EXPECT_GT(get("upper-correction"), 0.1);
+    EXPECT_LE(worst, 1000 * 1.01);
+}
+
 struct Learned : Chopping {
     Learned() {
         bench.command("setp axis.servo-gain 20");
@@ -454,9 +492,15 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
         later.command(line);
     later.run(0.5);
-    EXPECT_EQ(later.get("chop.speed-factor"), 1) << "at once";
+    EXPECT_EQ(later.get("chop.speed-factor"), 0.2);
     later.run(4);
-    EXPECT_NEAR(later.get("axis.truth-upper"), -8, 0.003);
+    later.expect("u <= -7.998 && l >= -20.002", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    for (int i = 0; i < 60 && later.get("chop.speed-factor") < 1; ++i) later.run(0.5);
+    later.run(1.5);
+    EXPECT_NEAR(later.get("chop.upper-correction"), get("upper-correction"), 0.05) << "in its first cycles";
+    later.run(8);
+    EXPECT_EQ(later.get("chop.learned"), 1);
+    EXPECT_EQ(later.get("chop.row-upper-first"), get("row-upper-first"));
 }
 
 TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {
