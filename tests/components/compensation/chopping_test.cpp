@@ -477,6 +477,52 @@ TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
     EXPECT_NEAR(get("upper-error"), 0, 0.002) << "corrected nevertheless";
 }
 
+// The friction of guides that run dry, on a drive that has hardly enough force.
+TEST_F(Chopping, FrictionThatGrowsOverWeeksIsReported) {
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.max-drift 0.05",
+                             "setp axis.servo-gain 20", "setp axis.force-limit 800"})
+        bench.command(line);
+    start();
+    bench.run(30);
+    ASSERT_EQ(get("learned"), 1);
+    double before = get("drift");
+    for (const double friction : {0.4, 0.5, 0.6}) {
+        EXPECT_EQ(get("fault-code"), 0) << friction;
+        bench.set("axis.friction", friction);
+        bench.run(20);
+        EXPECT_GT(get("drift"), 2 * before) << friction;
+        EXPECT_NEAR(bench.get("axis.truth-upper"), -8, 2 * um) << "corrected nevertheless";
+        before = get("drift");
+    }
+    EXPECT_EQ(get("fault-code"), 16);
+}
+
+TEST_F(Chopping, DeadPointsThatDoNotConvergeAreReported) {
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp axis.resolution 0.02"})
+        bench.command(line);
+    start();
+    bench.run(30);
+    EXPECT_EQ(get("speed-factor"), 1);
+    EXPECT_EQ(get("fault-code"), 0) << "not yet 30 cycles";
+    bench.run(20);
+    EXPECT_EQ(get("learned"), 0);
+    EXPECT_EQ(get("fault-code"), 14);
+    EXPECT_EQ(get("active"), 1) << "it strokes on";
+}
+
+TEST_F(Chopping, AScaleOfAnotherUnitStopsTheStrokeWhileItIsSlow) {
+    for (const char* line :
+         {"loadrt scale names=wrong", "unlinkp chop.joint-feedback", "setp wrong.gain 1.3",
+          "net feedback => wrong.in", "net wrong-feedback wrong.out => chop.joint-feedback",
+          "addf wrong servo-thread", "setp chop.learn 1", "setp chop.jerk-time 0.01"})
+        bench.command(line);
+    start();
+    bench.expect("f == 0.2", {{"f", "chop.speed-factor"}});
+    bench.run(15);
+    EXPECT_EQ(get("fault-code"), 12);
+    EXPECT_EQ(get("active"), 0);
+}
+
 TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     ASSERT_EQ(get("rows"), 1);
     EXPECT_NEAR(get("row-upper-offset"), get("upper-correction"), 0.001);
