@@ -187,6 +187,53 @@ def time_lines(times):
     return lines
 
 
+# --- phase drift ---
+
+DRIFT_LINES = """
+loadrt threads name1=servo-thread period1=1000000
+loadrt chopping names=chop
+setp chop.upper            30
+setp chop.feed             80
+setp chop.max-acceleration 500
+setp chop.min-limit       -50
+setp chop.max-limit        50
+setp chop.homed             1
+setp chop.motion-enabled    1
+setp chop.run               1
+addf chop.update servo-thread
+start
+"""
+
+
+def drift(hours, progress):
+    """Strokes in so many hours, and by how many seconds they are late then."""
+    import plumb
+
+    with plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
+        for line in filter(None, DRIFT_LINES.splitlines()):
+            host.command(line)
+        host.run(10)
+        begin = upward_crossing(host, os.path.join(folder, "begin.csv"))
+        host.run(3600 * hours, progress)
+        end = upward_crossing(host, os.path.join(folder, "end.csv"))
+        cycle = host.get("chop.planned-cycle-time")
+        return host.get("chop.stroke-count"), end - begin - round((end - begin) / cycle) * cycle
+
+
+def upward_crossing(host, path):
+    """The next time at which the command passes the middle upward, where it is fastest."""
+    since, record = host.time, host.record(path, ["chop.command"], 0.001)
+    host.run(3)
+    host.stop_recording(record)
+    time, place = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    i = np.flatnonzero((place[:-1] < STROKE / 2) & (place[1:] >= STROKE / 2))[0]
+    return since + time[i] - time[0] + 0.001 * (STROKE / 2 - place[i]) / (place[i + 1] - place[i])
+
+
+def drift_line(hours, strokes, seconds):
+    return f"After {hours:g} h, {strokes:.0f} strokes: {1e6 * abs(seconds):.2f} us from their time, {UM * FEED * abs(seconds):.4f} um."
+
+
 # --- print, write ---
 
 
@@ -270,6 +317,7 @@ def main():
     parser = new_parser("grinder", __doc__)
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first axis (default: 1)")
     parser.add_argument("--seeds", type=whole(2, 100000), default=200, metavar="N", help="N drawn axes (default: 200)")
+    parser.add_argument("--hours", type=whole(1, 1000), default=24, metavar="N", help="look for drift in N hours (default: 24)")
     add_place(parser)
     add_output(parser, "grinder")
     options = parser.parse_args()
@@ -280,8 +328,9 @@ def main():
         tasks = [(command, seed) for command in commands for seed in seeds]
         outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
         results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(commands)}
+        [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
         print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s\n")
-        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + time_lines(planned_times(None)) + [""]))
+        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
         paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
         with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
             draw(paths[:2], record_cycle(folder), results)
