@@ -196,6 +196,18 @@ private:
     static constexpr std::size_t nodes = 64;                        // to plan in a period
     static constexpr int most_cycles = 30;                          // of learning
 
+    // What a judgement of the settings rests on: it takes longer than all else.
+    struct Judged {
+        Values given;
+        double lower = 0, upper = 0, position = 0;
+        bool running = false;
+
+        bool operator==(const Judged& other) const noexcept {
+            return lower == other.lower && upper == other.upper && position == other.position &&
+                   running == other.running && given == other.given;
+        }
+    };
+
     static bool rose(bool now, bool& before) noexcept {
         const bool edge = now && !before;
         before = now;
@@ -301,6 +313,9 @@ private:
 
     // The settings for the present region; the last good ones, as a whole, if these are not.
     void judge(const Values& given, double dt) noexcept {
+        const Judged now{given, lower_, upper_, position_, running_};
+        if (now == judged_) return;
+        judged_ = now;
         const bool possible = given.possible(dt);
         if (given.max_offset >= 0 && given.max_offset <= farthest) most_ = given.max_offset;
         if (given.max_rate >= 1e-3 && given.max_rate <= 1e6) rate_ = given.max_rate;
@@ -509,6 +524,7 @@ private:
     }
 
     Values values_{};  // the last good ones
+    Judged judged_;
     Oscillation oscillation_;
     JerkLimit jerk_;
     AccelerationLimit guard_;

@@ -32,6 +32,11 @@ public:
         double most = 0;         // mu, the largest correction either way
         double tolerance = 0;    // mu, of a learned dead point
         double most_beyond = 0;  // mu, beyond a dead point
+
+        bool operator==(const Settings& other) const noexcept {
+            return inset == other.inset && gain == other.gain && most == other.most &&
+                   tolerance == other.tolerance && most_beyond == other.most_beyond;
+        }
     };
 
     // Takes up a stroke: one that it has learned with its corrections, any other one from the beginning.

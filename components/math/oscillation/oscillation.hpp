@@ -108,14 +108,14 @@ public:
         velocity_ = acceleration_ = 0;
     }
 
-    // One period of dt s. `nodes` is the number of nodes to plan in it; `hold` brakes, and holds.
+    // One period of dt s. `nodes` is the largest number of nodes to plan in it; `hold` brakes, and holds.
     template <class Learned>
     void step(double dt, bool hold, std::size_t nodes, const Learned& learned) noexcept {
         arrival_.happened = false;
         if (state_ == State::rest) return;
         period_ = dt;
         replan(nodes, learned);
-        planner_.step(nodes);
+        planner_.step(pace_);
         time_ += dt;
         if (state_ == State::stroke) run_stroke(hold, dt);
         if (state_ == State::braking) run_braking();
@@ -153,11 +153,13 @@ private:
     void replan(std::size_t nodes, const Learned& learned) noexcept {
         if (!due_ && !changed_) return;
         const bool waits = state_ == State::waiting;
-        const double left = waits ? wait_ - time_ : plan().duration() - time_ + wait_after();
-        const double work = static_cast<double>(StrokePlanner::most_work) / static_cast<double>(nodes) + 2;
-        const bool late = !due_ && left < work * period_;
+        const double left = (waits ? wait_ - time_ : plan().duration() - time_ + wait_after()) / period_;
+        const auto work = static_cast<double>(StrokePlanner::most_work), most = static_cast<double>(nodes);
+        const bool late = !due_ && left < work / most + 2;
         if (state_ == State::braking || (late && !(waits && (held_ || stops_)))) return;
         due_ = changed_ = stops_ = false;
+        // Half of the time, so that a change comes with the next stroke.
+        pace_ = static_cast<std::size_t>(std::clamp(std::ceil(2 * work / std::max(left, 1.0)), 1.0, most));
         plan_next(learned);
     }
 
@@ -402,6 +404,7 @@ private:
     StrokePlan plans_[2];
     StrokePlanner planner_;
     int running_ = 0;
+    std::size_t pace_ = 1;                                // nodes to plan in a period
     Leg leg_ = Leg::none;                                 // that runs
     Leg next_ = Leg::none, wanted_ = Leg::none;           // after it: without a stop, and as planned
     bool due_ = false, changed_ = false, stops_ = false;  // the next leg is not planned; by old settings
