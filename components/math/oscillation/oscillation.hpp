@@ -120,6 +120,7 @@ private:
     template <class Learned>
     void replan(std::size_t nodes, const Learned& learned) noexcept {
         if (!due_ && !changed_) return;
+        if (!due_ && !stops_ && planner_.busy()) return;  // a change in each period makes no plan in each
         const bool waits = state_ == State::waiting;
         const double left = (waits ? wait_ - time_ : plan().duration() - time_ + wait_after()) / period_;
         const auto work = static_cast<double>(StrokePlanner::most_work), most = static_cast<double>(nodes);
