@@ -40,7 +40,7 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(self.facts["turned after"], 8, delta=0.02)
 
     def test_next_start_has_the_stored_height(self):
-        self.assertEqual(self.after_restart["offset"], self.facts["second"][1]["T1"])
+        self.assertEqual(self.after_restart["offset"], self.facts["at the end"]["T1"])
         self.assertNotEqual(self.after_restart["offset"][1], 0)
 
     def test_preview_of_the_program_ends(self):
@@ -90,6 +90,32 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(self.facts["resumed height"], 0.05, delta=1e-5)
         self.assertIn("nothing is stored", "\n".join(self.facts["after abort"]))
         self.assertTrue(self.facts["abort left the table"])
+
+    def test_lands_are_aborted_at_every_step_and_continued_or_begun_again(self):
+        self.assertEqual(len(self.facts["steps"]), 7)
+        heights = []
+        for step, its in self.facts["steps"].items():
+            with self.subTest(step):
+                self.assertEqual(its["idle"], [False, False, False])
+                self.assertIn("nothing is stored", "\n".join(its["store"]))
+                self.assertTrue(its["table"])
+                self.assertEqual(its["end"][0], 2)
+                self.assertTrue(its["end"][2])
+                heights.append(its["end"][1])
+        self.assertLess(max(heights) - min(heights), 0.02)
+        self.assertIn("start the spindle", "\n".join(self.facts["steps"]["between"]["stopped spindle"]))
+        self.assertIn("load the tool", "\n".join(self.facts["other tool"]))
+
+    def test_abort_gives_the_operator_the_units_back(self):
+        self.assertIn(20, self.facts["units after an abort"])
+        self.assertIn(7, self.facts["units after an abort"])
+
+    def test_aborted_store_is_old_or_new_and_never_twice(self):
+        ends = set()
+        for before, after, x, y in self.facts["stores"]:
+            new = abs(after[0] - before[0] - x) < 2e-5 and abs(after[1] - before[1] - y) < 2e-5
+            ends.add("new" if new else "old" if before == after else "%s to %s by %g %g" % (before, after, x, y))
+        self.assertEqual(ends, {"old", "new"})
 
     def test_each_tool_has_its_own_height(self):
         before, after = self.facts["second"]

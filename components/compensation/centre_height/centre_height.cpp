@@ -73,6 +73,7 @@ sources.)",
   net height-x-zero  motion.analog-out-09  => centre.x-zero-0
   net height-method  motion.analog-out-10  => centre.program-method
   net height-cuts    motion.analog-out-11  => centre.program-cuts
+  net height-stored  motion.digital-out-13 => centre.stored
   net height-measure centre.measure        => motion.digital-in-08
   net height-taken   centre.value-taken    => motion.digital-in-09
   net height-valid   centre.value-valid    => motion.digital-in-10
@@ -107,7 +108,9 @@ Correct the tool's X by x-correction at the same time.
 sigmas.
 - Method 0, two cuts: The height has no sign. Without sign, move-allowed stays false.
 - Height and bend: height is the one under the cut, as long as all cuts have the depth of the finished part.
-- abort: A rising edge stops the procedure, and no value is valid. A rising edge of resume continues it; start begins again.
+- abort: A rising edge stops the procedure at any step, and no value is valid. A rising edge of resume continues with the cuts
+that have their diameter; start begins again.
+- stored: A rising edge ends the procedure and forgets the height, so that no program stores it twice.
 - height below three sigmas, below twice within for two cuts: hold-code is 3, and move-allowed stays false.
 - height within tolerance: on-centre is true, and move-allowed stays false.
 - fault: No value is valid, and move-allowed is false.
@@ -135,6 +138,8 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
     hal::In<bool> start{this, "start", false, "A rising edge begins the procedure."};
     hal::In<bool> resume{this, "resume", false, "A rising edge continues after an abort."};
     hal::In<bool> abort{this, "abort", false, "A rising edge interrupts the procedure."};
+    hal::In<bool> stored{this, "stored", false,
+                         "A rising edge ends the procedure: the program has the height."};
     hal::In<bool> cut_done{this, "cut-done", false, "A rising edge: the tool stands at the end of a cut."};
     hal::In<bool> value_ready{this, "value-ready", false, "A rising edge: the diameter of the cut counts."};
     hal::In<double> entered_diameter{this, "entered-diameter", 0, "mu",
@@ -195,14 +200,17 @@ Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 
         take_words(now);
         const bool began = start_.rises(start), aborted = abort_.rises(abort);
         const bool resumed = resume_.rises(resume), cut = cut_.rises(cut_done);
+        const bool ended = stored_.rises(stored);
         const bool value = value_.rises(value_ready), typed = typed_.rises(entered);
         const bool computed = compute_.rises(compute);
 
         if (began) begin(now);
         if (aborted && state_ != State::idle && state_ != State::aborted) interrupt();
         if (aborted) {
+        } else if (ended) {
+            end();
         } else if (resumed && state_ == State::aborted) {
-            state_ = before_abort_;
+            go_on(now);
         } else if (cut && (state_ == State::cut || state_ == State::known)) {
             take_position(now);
         } else if (typed && state_ == State::measure) {
@@ -255,10 +263,24 @@ private:
         fault_ = Fault::none;
     }
 
+    // A height is used once: what is stored in the tool table must not be added to it again.
+    void end() noexcept {
+        forget();
+        cuts_ = TurnedCuts{};
+        state_ = State::idle;
+    }
+
     void interrupt() noexcept {
-        before_abort_ = state_ == State::known || state_ == State::refused ? State::cut : state_;
+        before_abort_ = state_;
+        fault_before_abort_ = fault_;
         forget();
         state_ = State::aborted;
+    }
+
+    void go_on(const HeightSettings::Values& now) noexcept {
+        state_ = before_abort_;
+        fault_ = fault_before_abort_;
+        if (state_ == State::known) evaluate(now);
     }
 
     void fail(Fault reason) noexcept {
@@ -301,7 +323,7 @@ private:
     }
 
     void compute_now(const HeightSettings::Values& now) noexcept {
-        if (!keyed_cuts.keyed) return evaluate(now);
+        if (!keyed_cuts.keyed) return state_ == State::aborted ? void() : evaluate(now);
         cuts_ = TurnedCuts{};
         const std::int32_t count = keyed_cuts.count;
         cuts_.count = static_cast<std::size_t>(std::clamp<std::int32_t>(count, 0, KeyedCuts::most));
@@ -389,11 +411,11 @@ private:
 
     static bool known(double position) noexcept { return std::abs(position) <= HeightSettings::farthest; }
 
-    Edge start_, abort_, resume_, cut_, value_, typed_, compute_;
+    Edge start_, abort_, resume_, stored_, cut_, value_, typed_, compute_;
     TurnedCuts cuts_;
     TipHeight result_;
     State state_ = State::idle, before_abort_ = State::idle;
-    Fault fault_ = Fault::none;
+    Fault fault_ = Fault::none, fault_before_abort_ = Fault::none;
     Hold hold_ = Hold::none;
     double y_origin_ = 0, move_ = 0, correction_ = 0;  // mu
     bool taken_ = false, good_ = false;
