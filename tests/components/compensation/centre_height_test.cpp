@@ -410,6 +410,29 @@ TEST_F(CentreHeight, HeightIsValidButHeldForAReason) {
     EXPECT_GT(3 * get("sigma"), 0.035);
 }
 
+// Of lands and of any cuts, too: the pair reversed, or another cut.
+TEST_F(CentreHeight, RedundantLandsMustAgree) {
+    const Lathe lathe;
+    for (const int method : {two_lands, any_cuts}) {
+        for (const double error : {0.0, 0.002, 0.01}) {
+            SCOPED_TRACE(std::to_string(method) + " " + std::to_string(error));
+            const bool agrees = error < 0.005;  // two sigmas of a prediction
+            begin(method == two_lands ? 4 : 5, method);
+            cut(lathe, 5, 1);
+            cut(lathe, 5, -1);
+            cut(lathe, method == two_lands ? 5 : 3, -1);
+            if (method == any_cuts) cut(lathe, 4, 1);
+            place(5, 1);
+            pulse("cut-done");
+            enter(2 * (lathe.radius(5, 1) + error));
+            EXPECT_NEAR(get("predicted-diameter"), 2 * lathe.radius(5, 1), 1e-9) << "by the others";
+            EXPECT_EQ(get("move-allowed"), agrees);
+            EXPECT_EQ(get("hold-code"), agrees ? 0 : 6);
+            EXPECT_EQ(get("disagreement") > 3, !agrees);
+        }
+    }
+}
+
 TEST_F(CentreHeight, RedundantCutMustAgree) {
     const Lathe lathe;
     set("sign", 1);
@@ -434,6 +457,45 @@ TEST_F(CentreHeight, RedundantCutMustAgree) {
             EXPECT_EQ(get("hold-code"), error == 0 ? 0 : 6);
         }
     }
+}
+
+// Under the cut the work bends away from the tool; in spring passes it does not.
+TEST_F(CentreHeight, HeightAtRestIsToldFromTheOneUnderTheCut) {
+    Lathe cutting, at_rest;
+    at_rest.tip_y = cutting.tip_y + 0.008;
+    const auto measure_from = [&](const Lathe& lathe, double y) {
+        place(7, y);
+        begin(2, two_lands, y);
+        cut(lathe, 5, y + 1);
+        cut(lathe, 5, y - 1);
+    };
+    set("tool", 1);
+    measure_from(cutting, 0);
+    EXPECT_EQ(get("bend-known"), 0);
+    EXPECT_EQ(get("move-allowed"), 1);
+    set("at-rest", 1);
+    measure_from(at_rest, 0.1);  // from another Y
+    EXPECT_EQ(get("bend-known"), 1);
+    EXPECT_NEAR(get("bend"), 0.008, 1e-9);
+    EXPECT_NEAR(get("bend-sigma"), std::sqrt(2.0) * get("sigma"), 1e-5);
+    expect_held(7);  // the part is turned under the cut
+    set("at-rest", 0);
+    set("tool", 2);
+    measure_from(cutting, 0);
+    EXPECT_EQ(get("bend-known"), 0);
+    EXPECT_EQ(get("bend"), 0);
+}
+
+// A tip on centre leaves a larger radius than its X where Y is stepped: no slip.
+TEST_F(CentreHeight, StepOfYIsNoSlip) {
+    set("x-is-radius", 1);
+    const Lathe lathe{0, 0.01};
+    begin(3, y_step);
+    cut(lathe, 0.5, 0);
+    cut(lathe, 0.35, 0);
+    cut(lathe, 0.2, 0.25);
+    EXPECT_EQ(get("fault"), 0);
+    EXPECT_NEAR(get("height"), 0.01, 1e-9);
 }
 
 // At every step, and by every method: nothing may move, and the height is the same as without the abort.
@@ -574,7 +636,7 @@ TEST_F(CentreHeight, ShowsWhichDiameterCanBeTurnedAndWhere) {
 
 TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
     for (const char* pin :
-         {"gauge-sigma", "cut-repeatability", "travel-sigma", "step-sigma", "known-x-sigma"})
+         {"gauge-sigma", "cut-repeatability", "travel-sigma", "step-sigma", "drift-sigma", "known-x-sigma"})
         set(pin, 0);
     const Lathe lathe;
     set("x-known", 1);
