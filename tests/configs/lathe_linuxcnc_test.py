@@ -24,6 +24,7 @@ class Shift(unittest.TestCase):
         its, cls.output = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
         cls.after_restart = linuxcnc_runs.work(folder, ini, "restart")[0]["facts"]
 
     def test_tool_comes_on_centre_and_the_table_keeps_it(self):
@@ -51,12 +52,33 @@ class Shift(unittest.TestCase):
         self.assertIn("PROGRAM_END", done.stdout)
         self.assertLess(done.stdout.count("STRAIGHT"), 10)  # no M-code of centre_height measures
 
-    def test_tools_of_two_turrets_come_on_centre_in_one_program(self):
+    def test_tools_of_two_turrets_and_two_spindles_come_on_centre_in_one_program(self):
         self.assertAlmostEqual(self.facts["behind"]["T1"][1], -0.1, delta=0.012)
         x, y = self.facts["behind"]["T3"]
         self.assertAlmostEqual(y, -0.08, delta=0.012)
         self.assertAlmostEqual(x, 100.015, delta=0.012)
         self.assertAlmostEqual(self.facts["turned behind"], 8, delta=0.02)
+        x, y = self.facts["behind"]["T4"]
+        self.assertAlmostEqual(y, -0.07, delta=0.012)
+        self.assertAlmostEqual(x, -100.03, delta=0.012)
+
+    def test_step_of_y_in_a_program(self):
+        x, y = self.facts["by step"]
+        self.assertAlmostEqual(y, -0.1, delta=0.03)
+        self.assertAlmostEqual(x, -100.02, delta=0.03)
+
+    def test_height_at_rest_is_told_from_the_one_under_the_cut(self):
+        truth = self.shift["lathe.truth-bend"][self.rows["bend"]].max()
+        under_cut, _, hold = self.facts["bend"]
+        self.assertFalse(self.facts["known"])
+        self.assertEqual(hold, 0)
+        at_rest, bend, hold = self.facts["bend H3"]
+        self.assertTrue(self.facts["known H3"])
+        self.assertEqual(hold, 7)
+        self.assertAlmostEqual(bend, at_rest - under_cut, delta=1e-6)
+        self.assertGreater(bend, 0.6 * truth)  # nine tenths of it are tangential
+        self.assertLess(bend, 1.2 * truth)
+        self.assertIn("nothing is stored", "\n".join(self.facts["at rest"]))
 
     def test_thin_bar_and_cone_need_a_tool_on_centre(self):
         self.assertGreater(self.facts["thin before"], 0.19)

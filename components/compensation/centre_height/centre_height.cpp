@@ -35,6 +35,7 @@ sources.)",
   net height-method  motion.analog-out-10  => centre.program-method
   net height-cuts    motion.analog-out-11  => centre.program-cuts
   net height-stored  motion.digital-out-13 => centre.stored
+  net height-at-rest motion.digital-out-14 => centre.at-rest
   net height-measure centre.measure        => motion.digital-in-08
   net height-taken   centre.value-taken    => motion.digital-in-09
   net height-valid   centre.value-valid    => motion.digital-in-10
@@ -45,7 +46,7 @@ sources.)",
   addf motion-controller servo-thread
   addf centre.update     servo-thread
 
-LinuxCNC needs num_dio=14 and num_aio=14 in the loadrt line of motmod. A gauge gives diameter and value-ready, and takes
+LinuxCNC needs num_dio=15 and num_aio=15 in the loadrt line of motmod. A gauge gives diameter and value-ready, and takes
 measure as its request. configs/functions/centre_height has all lines, and M-codes for them.)"},
                                       hal::SettingUp{R"(
 1. Set method 1, two lands. From the same stock and at the same X, cut a land with Y at land-1-y and one at land-2-y, both

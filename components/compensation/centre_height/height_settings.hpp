@@ -52,7 +52,7 @@ struct HeightSettings final : hal::Group {
 
     hal::In<bool> at_rest{this, "at-rest", false,
                           "The cuts are spring passes, without bend: the height is that at rest."};
-    hal::In<std::int32_t> tool{this, "tool", 0, "Number of the tool; a new one has no bend yet."};
+    hal::In<double> tool{this, "program-tool", 0, "1", "Number of the tool; a new one has no bend yet."};
     hal::In<std::int32_t> sign{this, "sign", 0, "Sign of the height for two cuts: 1, -1, or 0 unknown."};
     hal::In<bool> automatic{this, "automatic", false, "Y may be moved; else the value is only shown."};
     hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have."};
@@ -79,7 +79,7 @@ struct HeightSettings final : hal::Group {
         double diameter_offset = 0, diameter_factor = 1, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
 
-        std::int32_t tool = 0;
+        double tool = 0;
 
         double radius_of(double diameter) const noexcept {
             return (diameter_offset + diameter_factor * diameter) / 2;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 
 namespace plumb {
 
@@ -10,7 +9,7 @@ namespace plumb {
 class ToolBend {
 public:
     // The height of a tool against an origin that both share. Another tool forgets the one before.
-    void take(std::int32_t tool, bool at_rest, double height, double sigma) noexcept {
+    void take(double tool, bool at_rest, double height, double sigma) noexcept {
         if (tool != tool_) *this = ToolBend{};
         tool_ = tool;
         (at_rest ? rest_ : cut_) = {height, sigma, true};
@@ -26,7 +25,7 @@ private:
         bool valid = false;
     };
 
-    std::int32_t tool_ = 0;
+    double tool_ = 0;
     Height cut_, rest_;
 };
 

@@ -469,7 +469,7 @@ TEST_F(CentreHeight, HeightAtRestIsToldFromTheOneUnderTheCut) {
         cut(lathe, 5, y + 1);
         cut(lathe, 5, y - 1);
     };
-    set("tool", 1);
+    set("program-tool", 1);
     measure_from(cutting, 0);
     EXPECT_EQ(get("bend-known"), 0);
     EXPECT_EQ(get("move-allowed"), 1);
@@ -480,7 +480,7 @@ TEST_F(CentreHeight, HeightAtRestIsToldFromTheOneUnderTheCut) {
     EXPECT_NEAR(get("bend-sigma"), std::sqrt(2.0) * get("sigma"), 1e-5);
     expect_held(7);  // the part is turned under the cut
     set("at-rest", 0);
-    set("tool", 2);
+    set("program-tool", 2);
     measure_from(cutting, 0);
     EXPECT_EQ(get("bend-known"), 0);
     EXPECT_EQ(get("bend"), 0);
