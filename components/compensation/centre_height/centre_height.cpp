@@ -91,7 +91,8 @@ A travel entered in diameter shows against the positions of X, or as a tip past 
 Valid settings: method 0 to 3, post 0 to 3, sign -1 to 1, axes-angle 6 to 170, clearance-angle 0 to 85, sigmas 0 to 1,
 offsets -100 to 100, factors 0.5 to 2, lengths to 1e5.
 
-Two cuts of a work of D 10 to 5 show heights from 0.3 mm on; of D 1 to 0.2 from 41 um on. Use two lands.)"},
+Two cuts of a work of D 10 to 5 move Y for heights from 0.27 mm on with a laser of 0.3 um, from 0.30 mm on with a
+micrometer; of D 1 to 0.2 from 43 um on. Use two lands.)"},
                                       hal::SeeAlso{"motion(9), linuxcnc_link(1)"}};
 
     using Component::Component;
