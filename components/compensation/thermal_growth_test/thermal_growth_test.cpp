@@ -34,6 +34,7 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   net x-joint-fb                          => growth-test.x-position
   net x-applied-offset                    => growth-test.x-offset
   net x-velocity    joint.0.vel-cmd       => growth-test.x-velocity
+  net spindle-speed spindle.0.speed-out   => growth-test.spindle-speed
   net test-request  growth-test.compensation-request
   net comp-on                             => growth-test.compensation-on
   net test-done     growth-test.done      => motion.digital-in-24
@@ -97,6 +98,7 @@ At most 16 bores and 50000 records.)"},
     hal::In<bool> cooling_on{this, "cooling-on", false, "The control confirms temperature control."};
     hal::In<double> confirm_time{this, "confirm-time", 30, "s", "Longest time until a state is confirmed."};
     hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge clears a fault of the past."};
+    hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle, for the log."};
     Machine machine{this};
     Temperatures temperatures{this};
     StopSettings stop_settings{this};
@@ -151,6 +153,7 @@ At most 16 bores and 50000 records.)"},
             follow_pass();
             follow_bore(at);
             follow_cycle();
+            follow_speed(dt);
             sample(warmth);
             decide();
         }
@@ -221,6 +224,7 @@ private:
                 happen(Event::begin);
             }
             sampled_ = false;
+            turned_by_ = turned_for_ = 0;
             active_ = true;
         }
         if (!now_.running && active_) {
@@ -319,6 +323,13 @@ private:
         if (now_.cycle && !before_.cycle) happen(Event::cycle_end);
     }
 
+    void follow_speed(double dt) noexcept {
+        const double speed = std::abs(spindle_speed);
+        if (!(speed <= 1e6)) return;
+        turned_by_ += speed * dt;
+        turned_for_ += dt;
+    }
+
     void sample(const Temperatures::Reading& warmth) noexcept {
         const double every = temperatures.sample_time;
         if (sampled_ && time_ - last_sample_ < (every >= 1 && every <= 3600 ? every : 60)) return;
@@ -333,6 +344,12 @@ private:
             r.z = warmth.age[sensor];
             take(r);
         }
+        if (turned_for_ > 0) {
+            Record r = record(Kind::speed, 0);
+            r.x = turned_by_ / turned_for_;
+            take(r);
+        }
+        turned_by_ = turned_for_ = 0;
     }
 
     void decide() noexcept {
@@ -396,6 +413,7 @@ private:
     std::int32_t pass_ = 0, visit_ = 0, bore_ = 0, direction_ = 0;
     Fault past_ = Fault::none, visit_fault_ = Fault::none;
     double time_ = 0, last_sample_ = 0;
+    double turned_by_ = 0, turned_for_ = 0;  // rpm s and s, since the last sample
     std::size_t decided_ = 0, changed_ = SIZE_MAX;
 };
 

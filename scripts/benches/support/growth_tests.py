@@ -78,6 +78,9 @@ def log_text(seed, records, sensors):
         if kind == 2:
             lines.append("temperature,%d,%r,%d,%r,%d,%r" % (number, r["time"], item, r["x"], r["y"], r["z"]))
             continue
+        if kind == 4:
+            lines.append("speed,%d,%r,%r" % (number, r["time"], r["x"]))
+            continue
         where = ",".join("%d" % r[name] for name in ("pass", "visit", "bore", "turned", "compensated", "cooled"))
         if kind == 3:
             lines.append("event,%d,%r,%s,%s,%r" % (number, r["time"], where, EVENTS[item - 1], r["x"]))
@@ -85,6 +88,28 @@ def log_text(seed, records, sensors):
             values = ",".join("%r" % r[name] for name in ("x", "y", "z", "x-offset", "y-offset", "z-offset"))
             lines.append("touch,%d,%r,%s,%s,%s" % (number, r["time"], where, SIDES[item], values))
     return "\n".join(lines) + "\n"
+
+
+def law_of(log, *options):
+    """What plumb growth identify finds in a log."""
+    program = os.path.join(BUILD, "bin", "plumb-growth")
+    done = subprocess.run([program, "identify", log, "--json", *options], check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout)
+
+
+def add_axis_growth(host, lines, instance="axis-growth", place=(0, -60, -140)):
+    """axis_growth beside sim_artifact, with these setp lines, at a place in mm. Nothing applies its offsets."""
+    for number in range(4):
+        for pin in ("temperature-%d", "temperature-valid-%d", "temperature-age-%d"):
+            host.command("net artifact-%s artifact.%s => %s.%s" % (pin % number, pin % number, instance, pin % number))
+    host.command("addf %s.update servo-thread" % instance)
+    host.set(instance + ".all-homed", True)
+    host.set(instance + ".enable", True)
+    for axis, position in zip("xyz", place):
+        host.set("%s.%s-position" % (instance, axis), position)
+    for line in lines.split("\n"):
+        if line and not line.startswith("#"):
+            host.command(line)
 
 
 def results_of(log, folder):

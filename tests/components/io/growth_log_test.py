@@ -108,7 +108,7 @@ class GrowthLog(unittest.TestCase):
         self.assertEqual(lines[0], "growth-log,1")
         self.assertIn("machine,mill 3", lines)
         self.assertIn("bore,1,0,-60,60", lines)
-        records = [line.split(",") for line in lines if line.split(",")[0] in ("touch", "temperature", "event")]
+        records = [line.split(",") for line in lines if line.split(",")[0] in ("touch", "temperature", "event", "speed")]
         self.assertEqual([int(record[1]) for record in records], list(range(1, len(records) + 1)))
         self.assertEqual(records[0][9], "begin")
         touches = [record for record in records if record[0] == "touch"]
@@ -147,7 +147,7 @@ class GrowthLog(unittest.TestCase):
         text = "\n".join(self.lines(self.logs()[0]))
         self.assertIn(",resumed,", text)
         self.assertNotIn("touch,99,5", text)
-        numbers = [int(line.split(",")[1]) for line in text.split("\n") if line.split(",")[0] in ("touch", "temperature", "event")]
+        numbers = [int(line.split(",")[1]) for line in text.split("\n") if line.split(",")[0] in ("touch", "temperature", "event", "speed")]
         self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
         self.assertGreater(len(numbers), rows)
 
