@@ -91,7 +91,7 @@ struct AxisResult {
     IdentifiedGrowth found;
     Form form;
     Eigen::VectorXd growth, slope;  // of each sensor
-    double by_speed = 0, pivot = 0;
+    double by_speed = 0, pivot = 0, travel = 0;
 };
 
 Data read(const GrowthLog& log, const GrowthIdentifyOptions& options) {
@@ -172,6 +172,7 @@ AxisResult fit(const Data& data, int axis, const Form& form, double power) {
     AxisResult result;
     result.form = form;
     result.pivot = std::round((low + high) / 2) + 0.0;  // no -0
+    result.travel = std::ceil((high - low) / 2);
     // k of the sensors, b of them, s; and the expansion of the artifact, from its clamp, which is not used
     const Eigen::Index slopes = form.slope ? sensors : 0, speeds = form.speed ? 1 : 0;
     const Eigen::Index own = data.artifact ? 2 : 0;
@@ -307,7 +308,10 @@ std::string growth_identify(const GrowthLog& log, const GrowthIdentifyOptions& o
             lines += line(prefix + "growth-" + number, law.growth[i] / unit);
             if (law.form.slope) lines += line(prefix + "slope-" + number, law.slope[i]);
         }
-        if (law.form.slope) lines += line(prefix + "pivot", law.pivot / unit);
+        if (law.form.slope) {
+            lines += line(prefix + "pivot", law.pivot / unit);
+            lines += line(prefix + "travel", law.travel / unit);
+        }
         if (law.form.speed) lines += line(prefix + "speed-growth", law.by_speed / unit);
         lines += line(prefix + "sigma", std::max(found.predicted_rest, visit_sigma) / unit);
     }

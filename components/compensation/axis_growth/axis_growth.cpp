@@ -167,7 +167,7 @@ There is no sensor of the growth itself. thermal_displacement(9) measures what r
         doubt = hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
                                    {sensors.lost() > 0, Doubt::sensor},
                                    {!sensors.outside().isZero(0), Doubt::range},
-                                   {applies && part < 1, Doubt::uncertain}});
+                                   {applies && unapplied_ > settings_.harmless, Doubt::uncertain}});
         fault = hal::first<Fault>({{!position_good_, Fault::position},
                                    {settings_.law.uses_speed() && !speed_good, Fault::speed},
                                    {!settings_good, Fault::settings}});
@@ -220,13 +220,16 @@ private:
     double trust(const GrowthLaw::Line& line, bool applies) noexcept {
         const bool holds = cycle_running && applies;
         double least = 1;
+        unapplied_ = 0;
         for (int k = 0; k < 3; ++k) {
             const double beyond = settings_.law.growth.row(k).cwiseAbs() * sensors.outside();
             sigma_[k] = std::hypot(settings_.sigma[k], beyond);
-            const Authority::Evidence evidence{line.offset[k], sigma_[k], sensors.lost(), 1};
+            const double largest = std::abs(line.offset[k]) + std::abs(line.slope[k]) * settings_.travel[k];
+            const Authority::Evidence evidence{largest, sigma_[k], sensors.lost(), 1};
             part_[k] = authority_[static_cast<std::size_t>(k)].step(
                 evidence, holds, {1, 2, settings_.harmless, settings_.hold_time});
-            least = std::min(least, part_[k]);
+            if (largest > 0) least = std::min(least, part_[k]);
+            unapplied_ = std::max(unapplied_, (1 - part_[k]) * largest);
         }
         return least;
     }
@@ -247,7 +250,7 @@ private:
     Settings settings_;  // last good values
     Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), pivot_ = position_;
     Eigen::Vector3d part_ = Eigen::Vector3d::Zero(), sigma_ = part_;
-    double speed_ = 0;
+    double speed_ = 0, unapplied_ = 0;
     bool position_good_ = true;
     SpindleDrive drive_;
     std::array<Authority, 3> authority_;

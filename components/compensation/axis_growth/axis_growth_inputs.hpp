@@ -20,7 +20,8 @@ namespace plumb::axis_growth {
 struct Settings {
     GrowthLaw law;
     SpindleDrive::Settings drive;
-    Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  // mu
+    Eigen::Vector3d sigma = Eigen::Vector3d::Zero();   // mu
+    Eigen::Vector3d travel = Eigen::Vector3d::Zero();  // mu
     GrowthLaw::Temperatures low = GrowthLaw::Temperatures::Constant(-100),
                             high = GrowthLaw::Temperatures::Constant(500);  // degC
     double smoothing = 0, max_age = 0, hold_time = 0;                       // s
@@ -35,12 +36,12 @@ struct Settings {
         };
         return all(law.growth, 1) && all(law.slope, 1e-4) && all(law.by_speed, 1) &&
                all(law.reference, 500) && all(law.pivot, 1e6) && all(sigma, 1) && sigma.minCoeff() >= 0 &&
-               all(low, 500) && all(high, 500) && (low.array() <= high.array()).all() &&
-               within(drive.reference_speed, 1, 1e6) && within(drive.exponent, 0.1, 4) &&
-               within(drive.turning_time, 1, 1e6) && within(drive.stopped_time, 1, 1e6) &&
-               within(smoothing, 0, 3600) && within(max_age, 0, 1e6) && within(hold_time, 1, 1e6) &&
-               within(harmless, 0, 1) && within(max_offset, 0, 100) && max_rate > 0 &&
-               within(max_rate, 0, 10) && max_speed > 0 && within(max_speed, 0, 1e5);
+               all(travel, 1e5) && travel.minCoeff() >= 0 && all(low, 500) && all(high, 500) &&
+               (low.array() <= high.array()).all() && within(drive.reference_speed, 1, 1e6) &&
+               within(drive.exponent, 0.1, 4) && within(drive.turning_time, 1, 1e6) &&
+               within(drive.stopped_time, 1, 1e6) && within(smoothing, 0, 3600) && within(max_age, 0, 1e6) &&
+               within(hold_time, 1, 1e6) && within(harmless, 0, 1) && within(max_offset, 0, 100) &&
+               max_rate > 0 && within(max_rate, 0, 10) && max_speed > 0 && within(max_speed, 0, 1e5);
     }
 };
 
@@ -66,6 +67,8 @@ struct LawPins : hal::Group {
                                                        "Highest value of this temperature in the test."};
     hal::Axes<hal::In<double>, 3> pivot{this, "%-pivot", 0.0, "mu",
                                         "Position of % where its slope displaces nothing."};
+    hal::Axes<hal::In<double>, 3> travel{this, "%-travel", 100.0, "mu",
+                                         "Distance of the work from %-pivot, at most."};
     hal::Axes<hal::In<double>, 3> by_speed{this, "%-speed-growth", 0.0, "mu",
                                            "Growth of % in the end at reference-speed."};
     hal::Axes<hal::In<double>, 3> sigma{this, "%-sigma", 0.002, "mu",
@@ -91,6 +94,7 @@ struct LawPins : hal::Group {
             s.law.pivot[k] = pivot[axis];
             s.law.by_speed[k] = by_speed[axis];
             s.sigma[k] = sigma[axis];
+            s.travel[k] = travel[axis];
         }
         s.drive.reference_speed = reference_speed;
         s.drive.exponent = exponent;

@@ -209,6 +209,23 @@ TEST(AxisGrowth, AppliesNothingThatIsLessCertainThanItIsLarge) {
     EXPECT_NEAR(m.get("z-offset"), 0.02, 1e-9);
 }
 
+TEST(AxisGrowth, TheGrowthAtTheEndOfTheTravelIsCertainEnoughAlsoInItsMiddle) {
+    Machine m;
+    m.set({{"x-slope-0", 12e-6},
+           {"temperature-0", 30},
+           {"harmless", 0},
+           {"x-sigma", 0.002},
+           {"x-position", 100}});
+    m.run(0.1);
+    EXPECT_NEAR(m.get("x-offset"), 0.012, 1e-9);
+    m.set({{"x-position", 0}, {"max-rate", 0.1}});
+    m.run(0.1);
+    EXPECT_EQ(m.get("authority"), 1);
+    m.set("x-travel", 10);
+    m.run(0.1);
+    EXPECT_EQ(m.get("authority"), 0) << "1.2 um, and a standard deviation of 2 um";
+}
+
 TEST(AxisGrowth, BeyondTheTemperaturesOfTheTestTheOffsetIsUncertain) {
     Machine m;
     m.set({{"z-growth-0", 0.004}, {"low-0", 18}, {"high-0", 30}, {"temperature-0", 32}, {"harmless", 0}});
