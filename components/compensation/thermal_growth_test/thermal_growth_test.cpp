@@ -43,7 +43,7 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   addf motion-controller      servo-thread
   addf growth-test.update     servo-thread
 
-Wire Y and Z like X; configs/growth has all lines. Load motmod with num_dio=32 num_aio=5.
+Wire Y and Z like X; configs/growth has all lines, and loads linuxcnc_link(1) for the messages. Load motmod with num_dio=32 num_aio=5.
 
 x-joint-fb must contain the compensation, and x-applied-offset is the compensation that it contains: through
 axis_offset(9) both are those of LinuxCNC. Through joint_offset(9) take drive-feedback and applied-offset of the stage.)"},

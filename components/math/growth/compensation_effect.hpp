@@ -140,6 +140,72 @@ inline int displaced_sensor(const Eigen::MatrixXd& temperatures) {
     return found;
 }
 
+// The exchange of two sensors with which the compensation would leave least of the drift.
+struct SwappedSensors {
+    int sensor = -1, other_sensor = -1;
+    double rest = HUGE_VAL;  // mu², of all passes; infinite if there is no law to exchange them in
+};
+
+// The law of the compensation c, relative to the first pass, in a choice of the sensors: one bit each.
+struct SensorLaw {
+    Eigen::MatrixXd law;  // mu/K, a row for each sensor, 0 where it was not chosen
+    double rest = 0;      // mu²
+};
+
+inline SensorLaw sensor_law(const Eigen::MatrixXd& warm, const Eigen::MatrixX3d& c, unsigned chosen) {
+    constexpr double sensor_noise = 0.03;  // K
+    Eigen::MatrixXd terms = warm;
+    for (Eigen::Index i = 0; i < terms.cols(); ++i)
+        if ((chosen >> i & 1U) == 0) terms.col(i).setZero();
+    Eigen::MatrixXd normal = terms.transpose() * terms;
+    normal.diagonal().array() += sensor_noise * sensor_noise * static_cast<double>(terms.rows());
+    SensorLaw result;
+    result.law = normal.ldlt().solve(terms.transpose() * c);
+    result.rest = (terms * result.law - c).squaredNorm();
+    return result;
+}
+
+// The law is taken in as few sensors as follow the compensation about as well as all of them: others that
+// happen to warm like them would share their part. `c` as in SensorLaw.
+inline SwappedSensors swapped_sensors(const CompensationRecord& record, const Eigen::MatrixX3d& c) {
+    SwappedSensors best;
+    const Eigen::Index sensors = record.temperatures.cols(), passes = record.drift.rows();
+    if (sensors < 2 || sensors > 8 || passes <= sensors) return best;
+    const Eigen::MatrixXd t = record.temperatures.rowwise() - record.temperatures.row(0);
+    const bool by_visit = record.visit_temperatures.rows() > passes;
+    Eigen::MatrixXd warm = by_visit ? record.visit_temperatures : t;
+    Eigen::MatrixX3d found = by_visit ? record.visit_compensation : c;
+    warm.rowwise() -= warm.colwise().mean().eval();
+    found.rowwise() -= found.colwise().mean().eval();
+    const unsigned all = (1U << sensors) - 1;
+    const double least = sensor_law(warm, found, all).rest;
+    const auto freedom = [&](Eigen::Index terms) { return static_cast<double>(warm.rows() - 1 - terms); };
+    if (!(freedom(sensors) > 0)) return best;
+    const double noise = 8 * record.uncertainty * record.uncertainty * static_cast<double>(warm.rows());
+    if (!(least < 0.1 * found.squaredNorm() + noise)) return best;  // it follows other sensors
+    const auto count = [](unsigned bits) {
+        int n = 0;
+        for (; bits != 0; bits &= bits - 1) ++n;
+        return n;
+    };
+    for (int size = 1; size <= sensors && best.sensor < 0; ++size)
+        for (unsigned chosen = 1; chosen <= all; ++chosen) {
+            if (count(chosen) != size) continue;
+            const SensorLaw its = sensor_law(warm, found, chosen);
+            if (its.rest / freedom(size) > 2 * least / freedom(sensors)) continue;
+            for (int i = 0; i < sensors; ++i)
+                for (int j = i + 1; j < sensors; ++j) {
+                    if ((chosen >> i & 1U) == 0 && (chosen >> j & 1U) == 0) continue;
+                    Eigen::MatrixXd exchanged = its.law;
+                    exchanged.row(i).swap(exchanged.row(j));
+                    const double rest = (t * exchanged - record.drift).squaredNorm();
+                    if (rest >= best.rest) continue;
+                    best = {i, j, rest};
+                }
+        }
+    return best;
+}
+
 }  // namespace compensation_fault
 
 // Names the fault that explains the record best. A compensation that is absent and one whose sensor is frozen
@@ -178,38 +244,17 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
         return rest;
     }();
 
-    double least_rest = std::min(own, gain_rest);  // a plain factor needs no sensor
     // A compensation is a law of temperatures. If the law with two sensors exchanged removes the drift, they
-    // are swapped.
-    const Eigen::Index sensors = record.temperatures.cols();
-    if (sensors >= 2 && passes > sensors && own > 0.03 * dd + noise) {
-        const Eigen::MatrixXd t = record.temperatures.rowwise() - record.temperatures.row(0);
-        const bool by_visit = record.visit_temperatures.rows() > passes;
-        const Eigen::MatrixXd warm = by_visit ? Eigen::MatrixXd(record.visit_temperatures.rowwise() -
-                                                                record.visit_temperatures.colwise().mean())
-                                              : t;
-        const Eigen::MatrixX3d found = by_visit ? Eigen::MatrixX3d(record.visit_compensation.rowwise() -
-                                                                   record.visit_compensation.colwise().mean())
-                                                : c;
-        Eigen::MatrixXd normal = warm.transpose() * warm;
-        normal.diagonal().array() +=
-            0.03 * 0.03 * static_cast<double>(warm.rows());  // the noise of a sensor, in K
-        const Eigen::MatrixXd law = normal.ldlt().solve(warm.transpose() * found);
-        const bool follows = (warm * law - found).squaredNorm() <
-                             0.1 * found.squaredNorm() +
-                                 noise / static_cast<double>(passes) * static_cast<double>(warm.rows());
-        for (int i = 0; follows && i < sensors; ++i)
-            for (int j = i + 1; j < sensors; ++j) {
-                Eigen::MatrixXd exchanged = law;
-                exchanged.row(i).swap(exchanged.row(j));
-                const double rest = (t * exchanged - d).squaredNorm();
-                if (!explains(rest) || rest >= least_rest) continue;
-                least_rest = rest;
-                finding.fault = CompensationFault::swapped_sensors;
-                finding.sensor = i;
-                finding.other_sensor = j;
-            }
-        if (finding.fault == CompensationFault::swapped_sensors) return finding;
+    // are swapped; unless a plain factor does, too.
+    const double factor_rest = cc > 0 ? gain_rest / (finding.gain * finding.gain) : own;
+    if (own > 0.05 * dd + noise) {
+        const SwappedSensors swapped = swapped_sensors(record, c);
+        if (explains(swapped.rest) && swapped.rest < 0.5 * std::min(own, factor_rest)) {
+            finding.fault = CompensationFault::swapped_sensors;
+            finding.sensor = swapped.sensor;
+            finding.other_sensor = swapped.other_sensor;
+            return finding;
+        }
     }
     if (std::sqrt(cc) < 0.1 * std::sqrt(dd)) {
         finding.fault = frozen >= 0 ? CompensationFault::frozen_sensor : CompensationFault::absent;
@@ -237,9 +282,9 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
     const int displaced = displaced_sensor(record.temperatures);
     const double cold = record.compensation.row(0).norm();
     const double usual = std::sqrt(dd / static_cast<double>(passes));  // of a pass
-    const bool shifted = displaced >= 0
-                             ? cold > std::max(record.uncertainty, 0.03 * usual)
-                             : sensors < 3 && cold > std::max(4 * record.uncertainty, 0.15 * usual);
+    const bool shifted = displaced >= 0 ? cold > std::max(record.uncertainty, 0.03 * usual)
+                                        : record.temperatures.cols() < 3 &&
+                                              cold > std::max(4 * record.uncertainty, 0.15 * usual);
     if (shifted) {
         finding.fault = CompensationFault::sensor_offset;
         finding.sensor = displaced;
