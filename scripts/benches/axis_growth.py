@@ -133,7 +133,7 @@ def main():
     parser = new_parser("axis_growth", __doc__)
     parser.add_argument("--seeds", type=whole(1, 10000), default=50, metavar="N", help="machines (default: 50)")
     parser.add_argument("--seed", type=whole(2, 2**31 - 1), default=1001, metavar="N", help="the first of them")
-    parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="length of the day (default: 4h)")
+    parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="length of the day (default: 2h)")
     add_place(parser)
     options = parser.parse_args()
     with errors_reported():

@@ -59,7 +59,8 @@ spindle-sensor stands for your sensor. modbus_sensor(1) and can_sensor(1) give v
 the growth test, from 0 here and from 1 there. joint_offset(9) has the other lines of a stage.
 
 thermal_displacement(9) may correct Z on the same machine. Give it the feedback of LinuxCNC, joint.2.motor-pos-fb, which does
-not contain the offset of joint_offset(9): then it measures the growth that axis_growth leaves.)"},
+not contain the offset of joint_offset(9): then it measures the growth that axis_growth leaves. Set its expected-growth and
+unexplained-growth to a fifth.)"},
         hal::SettingUp{R"(
 1. Mount the sensors: the spindle bearing, the column or bed, and the air. Net them to thermal_growth_test(9), too.
 2. Run a growth test from the cold machine, with the dry cycle of your work.
