@@ -44,16 +44,16 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=N
     return path
 
 
-def read_records(host, folder):
+def read_records(host, folder, period=PERIOD):
     """All records of the component, a period each."""
     count = host.get("growth-test.rows")
     walk, rows = os.path.join(folder, "walk.csv"), os.path.join(folder, "rows.csv")
     with open(walk, "w", encoding="ascii") as file:
         file.write("time,growth-test.row\n")
-        file.writelines("%r,%d\n" % (PERIOD * index, index) for index in range(count))
-    recording = host.record(rows, ["growth-test.row-shown"] + ["growth-test.row-" + field for field in FIELDS], PERIOD)
+        file.writelines("%r,%d\n" % (period * index, index) for index in range(count))
+    recording = host.record(rows, ["growth-test.row-shown"] + ["growth-test.row-" + field for field in FIELDS], period)
     host.replay(walk)
-    host.run(PERIOD * (count + 2))
+    host.run(period * (count + 2))
     host.stop_recording(recording)
     found = {}
     with open(rows, newline="", encoding="ascii") as file:
