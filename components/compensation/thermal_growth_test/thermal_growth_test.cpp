@@ -29,6 +29,7 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   net test-turned   motion.digital-out-29 => growth-test.turned
   net test-comp     motion.digital-out-30 => growth-test.compensate
   net test-resume   motion.digital-out-31 => growth-test.resume
+  net test-cool     motion.digital-out-23 => growth-test.cool
   net test-bore     motion.analog-out-04  => growth-test.bore-key
   net probe                               => growth-test.probe
   net x-joint-fb                          => growth-test.x-position
