@@ -28,12 +28,14 @@ ROOM = 0.03  # of a true gain that is so close to a limit that both names are ri
 def main():
     parser = new_parser("growth_test", __doc__)
     parser.add_argument("--seeds", type=whole(1, 10000), default=20, metavar="N", help="machines (default: 20)")
+    parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     add_place(parser)
     options = parser.parse_args()
     with errors_reported():
-        tasks = [(seed, fault) for fault in range(len(FAULTS)) for seed in range(1, options.seeds + 1)]
+        seeds = range(options.seed, options.seed + options.seeds)
+        tasks = [(seed, fault) for fault in range(len(FAULTS)) for seed in seeds]
         found = simulate_all(simulate, tasks, len(tasks), place_of(options))
-        print("\n".join(figures(options.seeds, dict(zip(tasks, found)))))
+        print("\n".join(figures(seeds, dict(zip(tasks, found)))))
 
 
 def simulate(seed, fault, progress):
@@ -140,12 +142,12 @@ def errors_of(results, log, truth_path):
 
 
 def figures(seeds, found):
-    lines = ["%d drawn machines" % seeds, "", "Fault of the compensation   named rightly   called good wrongly"]
+    lines = ["%d drawn machines" % len(seeds), "", "Fault of the compensation   named rightly   called good wrongly"]
     for fault, name in enumerate(FAULTS):
-        tests = [found[seed, fault] for seed in range(1, seeds + 1)]
+        tests = [found[seed, fault] for seed in seeds]
         good = "%13d" % sum(named == GOOD and not right for named, right, _ in tests)
-        lines.append("%-25s %9d %%%s" % (name, 100 * sum(right for _, right, _ in tests) // seeds, good))
-    errors = [found[seed, 0][2] for seed in range(1, seeds + 1)]
+        lines.append("%-25s %9d %%%s" % (name, 100 * sum(right for _, right, _ in tests) // len(seeds), good))
+    errors = [found[seed, 0][2] for seed in seeds]
     lines += ["", "Error, um                       rms   largest"]
     for place, name in enumerate(("deviation of a bore", "half-sum", "half-difference")):
         values = np.concatenate([each[place] for each in errors])

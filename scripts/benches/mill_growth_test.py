@@ -3,7 +3,7 @@
 
 The machine of configs/mill/bench.hal mills, and sim_artifact has its growth. The growth test probes without and with the offset
 that thermal_displacement has in force then: a switch between it and the drive takes it out for the passes without. A factor
-behind thermal_displacement makes it absent, of wrong sign, too weak or too strong; a load that is lost freezes it.
+behind thermal_displacement makes it absent, of wrong sign, too weak or too strong; a load that is lost after ten minutes freezes it.
 """
 
 import os
@@ -17,7 +17,7 @@ from support.simulations import ROOT, simulate_all
 PERIOD = 0.004  # s, of the thread
 OPTIONS = {"threads.period1": round(PERIOD * 1e9)}
 LONGEST = 8 * 3600  # s
-FACTORS = {"on": 1, "off": 0, "wrong sign": -1, "0.8": 0.8, "1.3": 1.3, "load lost after 10 min": 1}
+FACTORS = {"on": 1, "off": 0, "wrong sign": -1, "0.8": 0.8, "1.3": 1.3, "load lost": 1}
 SETTINGS = {
     "artifact.bores": 1,
     "artifact.both-orientations": False,
@@ -37,7 +37,7 @@ def add_growth_test(host, seed, factor):
         host.command(line)
     with open(os.path.join(ROOT, "configs", "growth", "bench.hal"), encoding="utf-8") as file:
         for line in file:
-            if line.startswith("net ") and not line.startswith(("net z-offset ", "net spindle-speed ")):
+            if line.startswith("net ") and not line.startswith(("net x-offset ", "net y-offset ", "net z-offset ", "net spindle-speed ")):
                 host.command(line.replace("net ", "net artifact-", 1).split("#")[0])
     host.command("net true-growth mill.truth-growth artifact.replay-z")
     host.command("net applied-offset spoilt.in")
@@ -63,7 +63,7 @@ def simulate(seed, name, progress):
         host.set("artifact.play", True)
         while not host.get("artifact.finished") and host.time < LONGEST:
             host.run(600)
-            if name.startswith("load lost"):
+            if name == "load lost":
                 host.set("growth.load-valid", False)
         log = os.path.join(folder, "growth.csv")
         with open(log, "w", encoding="ascii") as file:
@@ -75,10 +75,10 @@ def simulate(seed, name, progress):
 
 
 def figures(found):
-    lines = ["%-24s%8s%8s%10s   report" % ("thermal_displacement", "machine", "gain", "off, on, um")]
+    lines = ["%-22s%8s%8s%14s   report" % ("thermal_displacement", "machine", "gain", "off, on, um")]
     for (seed, name), (compensation, gain, (off, on)) in found.items():
         shown = "     -" if gain is None else "%6.2f" % gain
-        lines.append("%-24s%8d  %s%6.1f%6.1f   %s" % (name, seed, shown, off, on, compensation["sentence"]))
+        lines.append("%-22s%8d  %s%7.1f%7.1f   %s" % (name, seed, shown, off, on, compensation["sentence"]))
     return lines
 
 

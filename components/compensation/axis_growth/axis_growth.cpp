@@ -40,11 +40,8 @@ For X. Wire Y and Z in the same way.
   net spindle-speed   => axis-growth.spindle-speed
   net cycle-running   motion.digital-out-00
   net cycle-running   => axis-growth.cycle-running
-  net spindle-warm    spindle-sensor.value
   net spindle-warm    => axis-growth.temperature-0
-  net spindle-valid   spindle-sensor.valid
   net spindle-valid   => axis-growth.temperature-valid-0
-  net spindle-age     spindle-sensor.age
   net spindle-age     => axis-growth.temperature-age-0
   net x-growth-offset axis-growth.x-offset
   net x-growth-offset => x-stage.offset-0
@@ -55,8 +52,8 @@ For X. Wire Y and Z in the same way.
   addf axis-growth.update      servo-thread
   addf x-stage.update          servo-thread
 
-spindle-sensor stands for your sensor. modbus_sensor(1) and can_sensor(1) give value, valid and age. Number the sensors as in
-the growth test, from 0 here and from 1 there. joint_offset(9) has the other lines of a stage.
+spindle-warm, spindle-valid and spindle-age come from your sensor, such as modbus_sensor(1) or can_sensor(1). Number the sensors
+as in the growth test. joint_offset(9) has the other lines of a stage.
 
 thermal_displacement(9) may correct Z on the same machine. Give it the feedback of LinuxCNC, joint.2.motor-pos-fb, which does
 not contain the offset of joint_offset(9): then it measures the growth that axis_growth leaves. Set its expected-growth and

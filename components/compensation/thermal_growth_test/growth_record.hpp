@@ -89,7 +89,8 @@ public:
 private:
     template <class T>
     using Field = hal::Field<T>;
-    Field<std::int32_t> kind_{this, "kind", "", "Kind of the record: 1 touch, 2 temperature, 3 event, 4 speed."};
+    Field<std::int32_t> kind_{this, "kind", "",
+                              "Kind of the record: 1 touch, 2 temperature, 3 event, 4 speed."};
     Field<double> time_{this, "time", "s", "Time since the test began."};
     Field<std::int32_t> pass_{this, "pass", "", "Number of the pass."};
     Field<std::int32_t> visit_{this, "visit", "", "Number of the visit of a bore."};

@@ -9,6 +9,8 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace plumb {
 namespace {
@@ -140,14 +142,11 @@ TEST(AxisGrowth, NothingButMotionMovesAnAxisFasterThanMaxRate) {
                    {{"x", "g.x-offset"}, {"z", "g.z-offset"}});
     m.run(2);
     EXPECT_TRUE(m.get("ramping"));
-    for (const auto& [pin, value] : std::map<std::string, double>{{"temperature-0", 22},
-                                                                  {"x-growth-0", -0.005},
-                                                                  {"x-position", 300},  // a jump
-                                                                  {"x-pivot", 100},
-                                                                  {"x-slope-0", -1e-5},
-                                                                  {"reference-0", 15},
-                                                                  {"max-offset", 0.001},
-                                                                  {"enable", 0}}) {
+    const std::vector<std::pair<std::string, double>> changes{
+        {"temperature-0", 22}, {"x-growth-0", -0.005}, {"x-position", 300},  // a jump
+        {"x-pivot", 100},      {"x-slope-0", -1e-5},   {"reference-0", 15},
+        {"max-offset", 0.001}, {"enable", 0}};
+    for (const auto& [pin, value] : changes) {
         m.set(pin, value);
         m.run(0.7);
     }
