@@ -20,7 +20,7 @@ corrects X. Then it turns a land of finish-diameter. Lengths are millimetres. Pl
 
   0  two cuts of the same land: diameter, then second-diameter
   1  lands at land-1-y and land-2-y, in the order 1 2 2 1 1 2 2 1, pairs times
-  2  a step of Y: two cuts of the same land, and a third one, deeper, with Y half way to land-1-y
+  2  a step of Y: two cuts of the same land, and a third one, deeper, with Y most of the way to land-1-y
   3  eight lands at two X and two Y)",
                                       hal::Wiring{R"(
   loadrt sim_trial_cuts names=trial
@@ -145,7 +145,7 @@ private:
             case 2:
                 add(x, 0, false);
                 add((x + deepest) / 2, 0, true);
-                add(deepest, (one != 0 ? one : two) / 2, true);  // less, so that it is no air cut
+                add(deepest, 0.75 * (one != 0 ? one : two), true);  // less, so that it is no air cut
                 break;
             case 3:
                 for (const int k : {0, 3, 2, 1, 1, 2, 3, 0})  // levels of X, Y and order do not correlate

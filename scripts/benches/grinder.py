@@ -24,6 +24,11 @@ COMMANDS = {
     "crank": "chopping, not learned",
     "learned": "chopping, learned",
 }
+LEARNED = {
+    "learned": "scale at the load",
+    "motor": "scale at the motor",
+    "strong": "half of the largest force of the drive",
+}
 STROKE, FEED, ACCELERATION = 30.0, 80.0, 500.0  # mm, mm/s, mm/s2
 UM = 1000  # per mm
 CYCLES = 8  # until the dead points are to be right
@@ -40,28 +45,34 @@ def simulate(command, seed, progress):
     with plumb.Host() as host:
         prepare(host, command, seed)
         host.command("start")
-        if command != "learned":
+        if command == "strong":
+            strengthen(host)
+        if command not in LEARNED:
             host.run(SETTLED, progress)
             progress(DURATION)
             errors = dead_point_errors(host)
             return errors, max(errors)
-        beyond = -np.inf
-        host.run(3)
-        for _ in range(200):
-            host.run(0.5)
-            beyond = max(beyond, *dead_point_errors(host))
-            if host.get("chop.speed-factor") == 1:
-                break
-        cycle = host.get("chop.planned-cycle-time")
-        worst = [0, 0]
-        for half in range(2 * CYCLES + 12):
-            host.run(cycle / 2)
-            errors = dead_point_errors(host)
-            beyond = max(beyond, *errors)
-            if half >= 2 * CYCLES + 2:  # the first cycle at full speed is planned one stroke ahead
-                worst = [max(old, new, key=abs) for old, new in zip(worst, errors)]
+        worst, beyond = learn(host)
         progress(DURATION)
         return worst, beyond
+
+
+def learn(host):
+    """Largest error at each dead point in the cycles after the first CYCLES at full speed, and farthest beyond until then."""
+    beyond = -np.inf
+    host.run(2)
+    while host.get("chop.speed-factor") < 1 and not host.get("chop.fault") and host.time < 100:
+        host.run(0.2)
+        beyond = max(beyond, *dead_point_errors(host))
+    # The present stroke and the next one are still slower.
+    begin, worst = host.get("chop.stroke-count") + 2, [0, 0]
+    while host.get("chop.stroke-count") < begin + 2 * CYCLES + 10 and host.get("chop.active"):
+        host.run(0.02)
+        errors = dead_point_errors(host)
+        beyond = max(beyond, *errors)
+        if host.get("chop.stroke-count") > begin + 2 * CYCLES:
+            worst = [max(old, new, key=abs) for old, new in zip(worst, errors)]
+    return worst if host.get("chop.active") else errors, beyond
 
 
 def dead_point_errors(host):
@@ -80,7 +91,8 @@ def prepare(host, command, seed):
         "chop.upper": STROKE,
         "chop.feed": FEED,
         "chop.max-acceleration": ACCELERATION,
-        "chop.learn": command == "learned",
+        "chop.learn": command in LEARNED,
+        "grinder.scale-at-load": command != "motor",
     }
     if command in ("crank", "trapezoid"):
         settings["chop.jerk-time"] = 0
@@ -97,6 +109,26 @@ def prepare(host, command, seed):
         host.command("net saw saw.triangle => grinder.position-cmd")
         for name, value in {"frequency": 1 / crank_time(), "amplitude": STROKE / 2, "offset": STROKE / 2}.items():
             host.set("saw." + name, value)
+
+
+def strengthen(host):
+    """A stroke that takes half of the largest force of this axis at its dead points."""
+    host.set("chop.run", False)
+    host.run(3)
+    acceleration = host.get("grinder.truth-force-limit") / 2
+    settings = {
+        "chop.max-acceleration": acceleration,
+        "chop.feed": np.sqrt(acceleration * STROKE / 2),
+        "chop.max-feed": 1000,
+        "chop.max-rate": 1000,
+        "chop.max-correction": 5,
+        "chop.jerk-time": 0.02,
+        "z-stage.max-rate": 2000,
+        "z-stage.offset-acceleration": 200000,
+    }
+    for name, value in settings.items():
+        host.set(name, value)
+    host.set("chop.run", True)
 
 
 def crank_time():
@@ -155,6 +187,53 @@ def time_lines(times):
     return lines
 
 
+# --- phase drift ---
+
+DRIFT_LINES = """
+loadrt threads name1=servo-thread period1=1000000
+loadrt chopping names=chop
+setp chop.upper            30
+setp chop.feed             80
+setp chop.max-acceleration 500
+setp chop.min-limit       -50
+setp chop.max-limit        50
+setp chop.homed             1
+setp chop.motion-enabled    1
+setp chop.run               1
+addf chop.update servo-thread
+start
+"""
+
+
+def drift(hours, progress):
+    """Strokes in so many hours, and by how many seconds they are late then."""
+    import plumb
+
+    with plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
+        for line in filter(None, DRIFT_LINES.splitlines()):
+            host.command(line)
+        host.run(10)
+        begin = upward_crossing(host, os.path.join(folder, "begin.csv"))
+        host.run(3600 * hours, progress)
+        end = upward_crossing(host, os.path.join(folder, "end.csv"))
+        cycle = host.get("chop.planned-cycle-time")
+        return host.get("chop.stroke-count"), end - begin - round((end - begin) / cycle) * cycle
+
+
+def upward_crossing(host, path):
+    """The next time at which the command passes the middle upward, where it is fastest."""
+    since, record = host.time, host.record(path, ["chop.command"], 0.001)
+    host.run(3)
+    host.stop_recording(record)
+    time, place = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    i = np.flatnonzero((place[:-1] < STROKE / 2) & (place[1:] >= STROKE / 2))[0]
+    return since + time[i] - time[0] + 0.001 * (STROKE / 2 - place[i]) / (place[i + 1] - place[i])
+
+
+def drift_line(hours, strokes, seconds):
+    return f"After {hours:g} h, {strokes:.0f} strokes: {1e6 * abs(seconds):.2f} us from their time, {UM * FEED * abs(seconds):.4f} um."
+
+
 # --- print, write ---
 
 
@@ -165,12 +244,12 @@ def error_lines(results):
 
 
 def promise_lines(results):
-    good = [max(map(abs, errors)) <= 2 for errors, _ in results["learned"]]
-    beyond = max(beyond for _, beyond in results["learned"])
-    return [
-        f"Learned within 2 um after {CYCLES} cycles at full speed: {sum(good)} of {len(good)} axes.",
-        f"Farthest beyond a dead point, while learning and after: {beyond:.1f} um.",
-    ]
+    lines = [f"Learned, after {CYCLES} cycles at full speed{'':26}within 2 um   worst, um   farthest beyond, um"]
+    for command, words in LEARNED.items():
+        errors = [max(map(abs, its)) for its, _ in results[command]]
+        good, beyond = sum(error <= 2 for error in errors), max(beyond for _, beyond in results[command])
+        lines.append(f"{words:65}{f'{good} of {len(errors)}':>11}{max(errors):>12.1f}{beyond:>22.1f}")
+    return lines
 
 
 def record_cycle(folder):
@@ -238,17 +317,20 @@ def main():
     parser = new_parser("grinder", __doc__)
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first axis (default: 1)")
     parser.add_argument("--seeds", type=whole(2, 100000), default=200, metavar="N", help="N drawn axes (default: 200)")
+    parser.add_argument("--hours", type=whole(1, 1000), default=24, metavar="N", help="look for drift in N hours (default: 24)")
     add_place(parser)
     add_output(parser, "grinder")
     options = parser.parse_args()
     with errors_reported():
         make_writable(options.output)
         seeds = range(options.seed, options.seed + options.seeds)
-        tasks = [(command, seed) for command in COMMANDS for seed in seeds]
+        commands = list(dict.fromkeys([*COMMANDS, *LEARNED]))
+        tasks = [(command, seed) for command in commands for seed in seeds]
         outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
-        results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(COMMANDS)}
+        results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(commands)}
+        [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
         print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s\n")
-        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + time_lines(planned_times(None)) + [""]))
+        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
         paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
         with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
             draw(paths[:2], record_cycle(folder), results)

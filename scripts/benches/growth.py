@@ -13,14 +13,13 @@ those after the second accepted contact are printed.
 
 import os
 import random
-import re
 import tempfile
 
 import numpy as np
 
 from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
 from support.figures import largest, rms
-from support.mill_machine import start_mill
+from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
 from support.simulations import ROOT, duration_text, simulate_all
 
@@ -56,10 +55,7 @@ COLUMNS += [f"{instance}.{pin}" for instance in WAYS.values() for pin in ("z-off
 
 def add_hold(host):
     """A second thermal_displacement, hold, that sees the same signals as the first one; nothing applies its offset."""
-    for line in host.halcmd("-s", "show", "pin", "growth.*").output.splitlines():
-        netted = re.search(r" growth\.(\S+) <== (\S+)", line)
-        if netted:
-            host.command(f"net {netted[2]} hold.{netted[1]}")
+    same_inputs(host, "growth", "hold")
     host.command("addf hold.update servo-thread")
     host.set("hold.enable", True)
     host.set("hold.follow-speed", False)

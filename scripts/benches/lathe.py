@@ -64,7 +64,7 @@ def head(diameter):
 def row(case, outcome):
     """Of the moves: residual, the sigma that was reported, and the ratio of both; the share refused; moves that made it worse."""
     moved = outcome.moved
-    refused = 1 - moved.mean()
+    refused = np.mean(~moved & ((outcome.fault > 0) | (outcome.hold > 0)))  # the others are on centre
     if not moved.any():
         return f"    {name_of(case):44}{'':32}{refused:>9.1%}"
     residual, sigma = outcome.residual[moved], outcome.sigma[moved]

@@ -218,6 +218,10 @@ TEST(Faults, NoSequenceBreaksSquareness) {
     expect_to_survive(*Live::of("squareness"), attacks);
 }
 
+TEST(Faults, NoSequenceBreaksAxisGrowth) {
+    expect_to_survive(*Live::of("axis_growth"), attacks / 2);
+}
+
 TEST(Faults, NoSequenceBreaksChopping) {
     expect_to_survive(*Live::of("chopping"), attacks / 2);
 }

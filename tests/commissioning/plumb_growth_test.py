@@ -12,7 +12,8 @@ import tempfile
 import unittest
 from html.parser import HTMLParser
 
-from support.growth_tests import results_of, run_test
+import plumb
+from support.growth_tests import add_axis_growth, law_of, results_of, run_test
 from tree import BUILD, ROOT
 
 PLUMB_GROWTH = os.path.join(BUILD, "bin", "plumb-growth")
@@ -27,7 +28,7 @@ def growth(*arguments):
 
 
 def is_record(line):
-    return line.split(",")[0] in ("touch", "temperature", "event")
+    return line.split(",")[0] in ("touch", "temperature", "event", "speed")
 
 
 class Page(HTMLParser):
@@ -196,6 +197,101 @@ class Faults(unittest.TestCase):
             log = run_test(folder, 3, {"artifact.compensation-fault": 1}, sensors=("bed", "air"))
             results = results_of(log, folder)
         self.assertIn("If a sensor that is not logged were frozen", results["compensation"]["sentence"])
+
+
+class Identify(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+        cls.log = run_test(cls.folder, 11, {"artifact.both-orientations": False})
+        with open(cls.log, encoding="ascii") as file:
+            cls.lines = file.read().rstrip("\n").split("\n")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def write(self, lines):
+        path = os.path.join(self.folder, "changed.csv")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+        return path
+
+    def test_the_law_of_a_test_removes_the_drift_of_another_day(self):
+        law = law_of(self.log)
+        squares = {"off": [0, 0, 0], "on": [0, 0, 0]}
+        with plumb.Host() as host:
+            host.command("loadrt threads name1=servo-thread period1=500000000")
+            host.command("loadrt sim_artifact names=artifact")
+            host.command("loadrt axis_growth names=axis-growth")
+            host.set("artifact.seed", 11)
+            host.set("artifact.air-start", 30000)
+            host.command("net spindle-speed artifact.spindle-speed => axis-growth.spindle-speed")
+            host.command("addf artifact.update servo-thread")
+            host.command("start")
+            host.run(1)
+            add_axis_growth(host, law["lines"])
+            host.run(60)
+            start = [(host.get("artifact.truth-%s-deviation" % axis), host.get("axis-growth.%s-offset" % axis)) for axis in "xyz"]
+            for speed, time in ((3000, 1800), (0, 1200), (7000, 2400), (0, 600), (5000, 3600)):
+                host.set("artifact.spindle-speed-cmd", speed)
+                for _ in range(time // 300):
+                    host.run(300)
+                    for index, axis in enumerate("xyz"):
+                        drift = host.get("artifact.truth-%s-deviation" % axis) - start[index][0]
+                        offset = host.get("axis-growth.%s-offset" % axis) - start[index][1]
+                        squares["off"][index] += drift**2
+                        squares["on"][index] += (drift - offset) ** 2
+            self.assertFalse(host.get("axis-growth.fault"))
+        self.assertLess(squares["on"][2] ** 0.5, 0.3 * squares["off"][2] ** 0.5)
+        self.assertLess(sum(squares["on"]) ** 0.5, 0.3 * sum(squares["off"]) ** 0.5)
+
+    def test_states_what_the_law_leaves_of_passes_it_did_not_see(self):
+        law = law_of(self.log)
+        axis = law["axes"]["Z"]
+        self.assertTrue(axis["used"])
+        self.assertLess(axis["rest_mm"], axis["predicted_rest_mm"])
+        self.assertLess(axis["predicted_rest_mm"], 0.4 * axis["drift_mm"])
+        status, output, error = growth("identify", self.log)
+        self.assertEqual((status, error), (0, ""))
+        self.assertRegex(output, r"# Z: drift [\d.]+ um rms; the law leaves [\d.]+ um, and [\d.]+ um of passes it did not see")
+        self.assertEqual([line for line in output.split("\n") if line and not re.match(r"#|setp axis-growth\.[a-z0-9-]+ +-?[\d.e-]+$", line)], [])
+
+    def test_the_sensor_of_the_artifact_is_not_a_term(self):
+        self.assertNotIn("-growth-3 ", law_of(self.log)["lines"])
+        self.assertIn("-growth-3 ", law_of(self.log, "--artifact", "none")["lines"])
+        lines = law_of(self.log, "--sensors", "spindle,bed", "--instance", "g")["lines"]
+        self.assertIn("setp g.z-growth-1 ", lines)
+        self.assertNotIn("growth-2 ", lines)
+        self.assertNotIn("speed", law_of(self.log, "--no-speed")["lines"])
+
+    def test_lengths_are_those_of_the_machine(self):
+        lines = [line.replace("unit,1", "unit,25.4") if line.startswith("unit,") else line for line in self.lines]
+        scaled = [",".join(field if i < 10 else repr(float(field) / 25.4) for i, field in enumerate(line.split(","))) if line.startswith("touch") else line for line in lines]
+
+        def values(path):
+            return {line.split()[1]: float(line.split()[2]) for line in law_of(path)["lines"].split("\n") if line.startswith("setp")}
+
+        mm, inch = values(self.log), values(self.write(scaled))
+        self.assertAlmostEqual(inch["axis-growth.z-growth-0"] * 25.4 / mm["axis-growth.z-growth-0"], 1, 4)
+        self.assertAlmostEqual(inch["axis-growth.z-sigma"] * 25.4 / mm["axis-growth.z-sigma"], 1, 4)
+
+    def test_a_log_that_shows_no_law_is_refused(self):
+        short = [line for line in self.lines if not (line.startswith(("touch", "event")) and int(line.split(",")[3]) > 3)]
+        renumbered, number = [], 0
+        for line in short:
+            if is_record(line):
+                number += 1
+                fields = line.split(",")
+                fields[1] = str(number)
+                line = ",".join(fields)
+            renumbered.append(line)
+        status, _, error = growth("identify", self.write(renumbered))
+        self.assertEqual(status, 1)
+        self.assertIn("has 3 passes; a law of temperatures needs four", error)
+        status, _, error = growth("identify", self.log, "--sensors", "column")
+        self.assertEqual(status, 1)
+        self.assertIn("there is no sensor 'column'", error)
 
 
 class MeasuredCurve(unittest.TestCase):

@@ -29,6 +29,7 @@ class Recorded(unittest.TestCase):
         linuxcnc_runs.use_scenario(ini, scenario)
         hal = os.path.join(machine, *hal)
         change(hal, "loadrt chopping", "newsig scene s32\nloadrt chopping")
+        cls.machine = machine
         its, cls.output = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.scenes = its["facts"], its["scenes"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
@@ -136,6 +137,14 @@ class Shift(Recorded):
         r = self.facts["joint"]
         self.assertAlmostEqual(self.facts["with_a_tool"][0], r - 5, delta=1e-6)
         self.assertAlmostEqual(self.facts["with_a_tool"][1], r - 35, delta=1e-6)
+
+    def test_words_in_inches_are_those_lengths(self):
+        np.testing.assert_allclose(self.facts["in_inches"], [5.08, -20.32, 25.4 * 100 / 60], rtol=1e-9)
+
+    def test_what_was_learned_is_kept_over_a_restart(self):
+        with open(os.path.join(self.machine, "grinder.retained")) as kept:
+            text = kept.read()
+        self.assertRegex(text, r'"chop" = \[\n  \{ .*"?upper-offset"? = 0\.[0-9]+')
 
     def test_learns_the_dead_points(self):
         upper, lower = self.facts["dead_points"]

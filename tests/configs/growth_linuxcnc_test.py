@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""configs/growth: a growth test by the G-code in a complete LinuxCNC, killed and resumed; and one on a trunnion."""
+"""configs/growth: a growth test by the G-code in a complete LinuxCNC, killed and resumed; on a trunnion; and without a table."""
 
 import csv
 import glob
@@ -138,6 +138,27 @@ class Trunnion(unittest.TestCase):
         self.assertEqual([(s["turned"], s["compensated"]) for s in results["series"]], [(False, False), (True, False)])
         self.assertIn("Only one state was probed", results["compensation"]["sentence"])
         self.assertEqual(len(results["orientations"]), 1)
+
+
+class Single(unittest.TestCase):
+    def test_one_bore_without_table_and_second_state_is_probed_with_temperature_control(self):
+        folder = own_folder(type(self))
+        machine = copy_configuration("growth", folder)
+        shorten(machine, 60)
+        program(machine, "single.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n" + SHORT)
+        for _ in range(ATTEMPTS):
+            for log in logs(machine):
+                os.remove(log)
+            status, output = finish(start(folder, os.path.join(machine, "growth.ini"), "single.ngc"))
+            if RACE not in output:
+                break
+        self.assertEqual(status, 0, output)
+        self.assertIn("Growth test: ", output)  # that it has reached its end
+        results = report(machine)
+        self.assertEqual([(s["bore"], s["turned"], s["compensated"]) for s in results["series"]], [(1, False, False)])
+        self.assertLessEqual(results.get("rigid_part", {"rank": 0})["rank"], 3)
+        self.assertEqual({line[8] for line in records(machine, "touch")}, {"1"})  # temperature control
+        self.assertGreater(max(float(line[3]) for line in records(machine, "speed")), 1000)
 
 
 if __name__ == "__main__":

@@ -3,14 +3,17 @@
 
 import math
 import os
+import socket
 import subprocess
 import tempfile
+import time
 import unittest
 
 from support import simulations  # noqa: F401  for the way to plumb.py
-from tree import ROOT
+from tree import BUILD, ROOT
 
 CHECK = os.path.join(ROOT, "configs", "functions", "centre_height", "tool_table_check")
+SERVER = os.path.join(ROOT, "tests", "programs", "modbus_server.py")
 GAUGE = os.path.join(ROOT, "configs", "lathe", "analog_gauge.hal")
 WHOLE = "T1   P1   D+0.800000 X-100.017478 Y-0.098484 Q2 ;turning tool\nT2 P2 X-115 ;fine\n"
 
@@ -79,6 +82,63 @@ class AnalogGauge(unittest.TestCase):
                 host.set("centre.cut-done", False)
                 host.run(0.01)
             self.assertAlmostEqual(host.get("centre.height"), 0.05, delta=1e-9)
+
+
+class ModbusGauge(unittest.TestCase):
+    def test_diameter_counts_while_the_gauge_answers(self):
+        import plumb
+
+        with tempfile.TemporaryDirectory() as folder:
+            with socket.socket() as free:
+                free.bind(("127.0.0.1", 0))
+                port = free.getsockname()[1]
+            with open(os.path.join(ROOT, "configs", "lathe", "modbus_gauge.toml")) as file:
+                text = file.read()
+            with open(os.path.join(folder, "modbus_gauge.toml"), "w") as file:
+                file.write(text.replace("127.0.0.1:1502", "127.0.0.1:%d" % port))
+            os.environ["CONFIG_DIR"] = folder
+            os.environ["PATH"] = os.path.join(BUILD, "bin") + ":" + os.environ["PATH"]
+            with plumb.Host() as host:
+                for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre"):
+                    host.command(line)
+                host.command("net height-measure centre.measure")
+                host.load(os.path.join(ROOT, "configs", "lathe", "modbus_gauge.hal"))
+                host.command("addf centre.update servo-thread")
+                host.command("start")
+                host.set("centre.start", True)
+                host.set("centre.x-position-0", 5)
+                host.run(0.01)
+                host.set("centre.cut-done", True)
+                self.pass_time(host)
+                self.assertTrue(host.get("centre.measure"), "nobody answers yet")
+                device = subprocess.Popen(["/usr/bin/python3", SERVER, "tcp", str(port)])
+                try:
+                    self.await_(host, lambda: host.get("modbus-sensor.diameter.valid"))
+                    self.assertEqual(host.get("centre.diameter"), 3.5)
+                    self.await_(host, lambda: not host.get("centre.measure"))
+                    self.assertEqual(host.get("centre.cut-number"), 1)
+                finally:
+                    device.kill()
+                    device.wait()
+                self.await_(host, lambda: not host.get("modbus-sensor.diameter.valid"))
+                host.set("centre.cut-done", False)
+                host.run(0.01)
+                host.set("centre.cut-done", True)
+                self.pass_time(host)
+                self.assertTrue(host.get("centre.measure"), "the gauge is dead")
+
+    def pass_time(self, host):
+        """1.5 s of the machine, no faster than the clock: the program that reads the gauge has its own."""
+        for _ in range(150):
+            time.sleep(0.01)
+            host.run(0.01)
+
+    def await_(self, host, condition):
+        latest = time.monotonic() + 60
+        while not condition():
+            self.assertLess(time.monotonic(), latest)
+            time.sleep(0.01)
+            host.run(0.01)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ class Shift(unittest.TestCase):
         its, cls.output = linuxcnc_runs.work(folder, ini)
         cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
+        cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
         cls.after_restart = linuxcnc_runs.work(folder, ini, "restart")[0]["facts"]
 
     def test_tool_comes_on_centre_and_the_table_keeps_it(self):
@@ -40,7 +41,7 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(self.facts["turned after"], 8, delta=0.02)
 
     def test_next_start_has_the_stored_height(self):
-        self.assertEqual(self.after_restart["offset"], self.facts["second"][1]["T1"])
+        self.assertEqual(self.after_restart["offset"], self.facts["at the end"]["T1"])
         self.assertNotEqual(self.after_restart["offset"][1], 0)
 
     def test_preview_of_the_program_ends(self):
@@ -51,12 +52,33 @@ class Shift(unittest.TestCase):
         self.assertIn("PROGRAM_END", done.stdout)
         self.assertLess(done.stdout.count("STRAIGHT"), 10)  # no M-code of centre_height measures
 
-    def test_tools_of_two_turrets_come_on_centre_in_one_program(self):
+    def test_tools_of_two_turrets_and_two_spindles_come_on_centre_in_one_program(self):
         self.assertAlmostEqual(self.facts["behind"]["T1"][1], -0.1, delta=0.012)
         x, y = self.facts["behind"]["T3"]
         self.assertAlmostEqual(y, -0.08, delta=0.012)
         self.assertAlmostEqual(x, 100.015, delta=0.012)
         self.assertAlmostEqual(self.facts["turned behind"], 8, delta=0.02)
+        x, y = self.facts["behind"]["T4"]
+        self.assertAlmostEqual(y, -0.07, delta=0.012)
+        self.assertAlmostEqual(x, -100.03, delta=0.012)
+
+    def test_step_of_y_in_a_program(self):
+        x, y = self.facts["by step"]
+        self.assertAlmostEqual(y, -0.1, delta=0.03)
+        self.assertAlmostEqual(x, -100.02, delta=0.03)
+
+    def test_height_at_rest_is_told_from_the_one_under_the_cut(self):
+        truth = self.shift["lathe.truth-bend"][self.rows["bend"]].max()
+        under_cut, _, hold = self.facts["bend"]
+        self.assertFalse(self.facts["known"])
+        self.assertEqual(hold, 0)
+        at_rest, bend, hold = self.facts["bend H3"]
+        self.assertTrue(self.facts["known H3"])
+        self.assertEqual(hold, 7)
+        self.assertAlmostEqual(bend, at_rest - under_cut, delta=1e-6)
+        self.assertGreater(bend, 0.6 * truth)  # nine tenths of it are tangential
+        self.assertLess(bend, 1.2 * truth)
+        self.assertIn("nothing is stored", "\n".join(self.facts["at rest"]))
 
     def test_thin_bar_and_cone_need_a_tool_on_centre(self):
         self.assertGreater(self.facts["thin before"], 0.19)
@@ -90,6 +112,32 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(self.facts["resumed height"], 0.05, delta=1e-5)
         self.assertIn("nothing is stored", "\n".join(self.facts["after abort"]))
         self.assertTrue(self.facts["abort left the table"])
+
+    def test_lands_are_aborted_at_every_step_and_continued_or_begun_again(self):
+        self.assertEqual(len(self.facts["steps"]), 7)
+        heights = []
+        for step, its in self.facts["steps"].items():
+            with self.subTest(step):
+                self.assertEqual(its["idle"], [False, False, False])
+                self.assertIn("nothing is stored", "\n".join(its["store"]))
+                self.assertTrue(its["table"])
+                self.assertEqual(its["end"][0], 2)
+                self.assertTrue(its["end"][2])
+                heights.append(its["end"][1])
+        self.assertLess(max(heights) - min(heights), 0.02)
+        self.assertIn("start the spindle", "\n".join(self.facts["steps"]["between"]["stopped spindle"]))
+        self.assertIn("load the tool", "\n".join(self.facts["other tool"]))
+
+    def test_abort_gives_the_operator_the_units_back(self):
+        self.assertIn(20, self.facts["units after an abort"])
+        self.assertIn(7, self.facts["units after an abort"])
+
+    def test_aborted_store_is_old_or_new_and_never_twice(self):
+        ends = set()
+        for before, after, x, y in self.facts["stores"]:
+            new = abs(after[0] - before[0] - x) < 2e-5 and abs(after[1] - before[1] - y) < 2e-5
+            ends.add("new" if new else "old" if before == after else "%s to %s by %g %g" % (before, after, x, y))
+        self.assertEqual(ends, {"old", "new"})
 
     def test_each_tool_has_its_own_height(self):
         before, after = self.facts["second"]

@@ -33,6 +33,10 @@ class Sensors(unittest.TestCase):
         for message in ("The spindle load is lost; growth is not measured.", "The temperature of the shop is lost."):
             self.assertTrue(any(one.startswith(message) for one in self.told), (message, self.told))
 
+    def test_no_cycle_begins_without_linuxcnc_link(self):
+        self.assertEqual(self.facts["link"], [True, True, True])
+        self.assertEqual(*self.facts["without link"])
+
 
 if __name__ == "__main__":
     linuxcnc_runs.main(Sensors, __doc__)

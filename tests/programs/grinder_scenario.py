@@ -42,6 +42,7 @@ class Shift(Scenario):
             self.back_at_r,
             self.refusals,
             self.with_a_tool,
+            self.in_inches,
             self.learn,
         )
 
@@ -141,6 +142,14 @@ class Shift(Scenario):
         self.machine.mdi("G49")
         self.machine.mdi("G10 L2 P1 Z0")
         self.machine.mdi("G0 Z10")
+
+    def in_inches(self):
+        self.machine.mdi("G20")
+        self.machine.mdi("G81.1 Z0.2 Q-1 R0.1 P100")
+        self.await_strokes()
+        self.facts["in_inches"] = [self.host.get("chop." + name) for name in ("upper", "lower", "feed")]
+        self.machine.mdi("G80.1")
+        self.machine.mdi("G21")
 
     def learn(self):
         self.host.set("chop.learn", 1)

@@ -9,16 +9,22 @@ import sys
 from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
 
+# Where the lands of M455 are aborted: the motion halts there, by a function of lut5 over its inputs.
+TAKEN, CUTTING, MEASURE, VALID = 1, 2, 4, 8
+STEPS = {"begun": 0, "first cut": CUTTING, "first measure": None, "between": TAKEN, "second cut": TAKEN | CUTTING}
+STEPS |= {"second measure": TAKEN | CUTTING, "known": TAKEN | VALID}
+
+LANDS = "M455 D10 Z58 K4 Q1 P600 R10"
 STORED = 0.05  # mm, the height of the tool in each conversation by hand
 
 
 class Shift(Scenario):
-    columns = ["scene", "joint.0.pos-cmd", "joint.1.pos-cmd", "joint.2.pos-cmd", "lathe.truth-height", "lathe.truth-cutting"]
+    columns = ["scene", "joint.0.pos-cmd", "joint.1.pos-cmd", "joint.2.pos-cmd", "lathe.truth-height", "lathe.truth-cutting", "lathe.truth-bend"]
 
     def work(self):
         if sys.argv[-1] == "restart":
             return self.play(self.turn_on, self.restarted)
-        self.play(self.turn_on, self.centre_by_gauge, self.behind, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool)
+        self.play(self.turn_on, self.centre_by_gauge, self.behind, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool, self.interrupted_lands, self.by_step, self.bend, self.interrupted_store)
 
     def note(self, name, value):
         self.facts[name] = value
@@ -75,7 +81,7 @@ class Shift(Scenario):
         self.machine.mdi("G10 L1 P1 X-100 Y0")
         self.host.set("lathe.new-stock", True)
         self.machine.run("both.ngc")
-        for block in ("T3 M6 G43", "G0 X-10", "G0 Y0", "M3 S1000", "G0 Z20", "G1 X-4 F300", "G0 X-10"):
+        for block in ("T3 M6 G43", "G0 X-10", "G0 Y0", "M3 S1000", "G0 Z20", "G1 X-4 F300", "G1 Z19.5", "G0 X-10"):
             self.machine.mdi(block)
         self.note("turned behind", self.host.get("lathe.truth-diameter"))
         self.note("behind", self.table())
@@ -87,7 +93,7 @@ class Shift(Scenario):
         host = self.host
         self.machine.mdi("G10 L1 P1 X-100 Y0")
         self.machine.mdi("G43")
-        for pin, value in (("stock-diameter", 1.5), ("guide-bush", True), ("cutting-force", 0.01), ("built-up-edge", 0.001), ("new-stock", True)):
+        for pin, value in (("stock-diameter", 1.5), ("guide-bush", True), ("cutting-force", 0.001), ("built-up-edge", 0.001), ("new-stock", True)):
             host.set("lathe." + pin, value)
         for pin, value in (("land-step", 0.2), ("cut-repeatability", 0.0003)):
             host.set("centre." + pin, value)
@@ -100,7 +106,7 @@ class Shift(Scenario):
                 self.machine.mdi("M454")
         self.note("thin after", self.turned(0.03, 5))
         # A cone that ends in the axis: the tip passes X0.
-        for block in ("G0 X12", "G0 Y0", "G0 Z2", "G1 X0 F100", "G0 X12"):
+        for block in ("G0 X12", "G0 Y0", "G0 Z2", "G1 X0 F100", "G1 Z1.5", "G0 X12"):
             self.machine.mdi(block)
         self.note("nib", host.get("lathe.truth-diameter"))
 
@@ -180,6 +186,129 @@ class Shift(Scenario):
             self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5.03, step + STORED)))
         self.machine.mdi("M454")
         self.note("second", [before, self.table()])
+
+    def halt(self, inputs):
+        """Halts all motion while these inputs of lut5, and no others, are true; None: never."""
+        self.host.set("lut5.0.function", 0 if inputs is None else 1 << inputs)
+
+    def begin_lands(self, halt=None, words=LANDS):
+        """Two lands of a new bar, which halt there."""
+        self.machine.mdi("G8 G21 G0 X10 Y0 M3 S1000")
+        for value in (False, True, False):
+            self.host.set("lathe.new-stock", value)
+            self.machine.wait(0.05)
+        self.machine.mdi("M450 P1 Q2 D10")  # forgets the cuts before, which would halt it at once
+        self.halt(halt)
+        self.machine.mdi(words, wait=False)
+
+    def interrupted_lands(self):
+        """M455 is aborted at every step; M453 continues it, or M455 begins it again."""
+        machine, host = self.machine, self.host
+        host.command("loadrt conv_s32_bit names=taken")
+        host.command("loadrt lut5")
+        for line in ("centre.cut-number taken.in", "taken.out lut5.0.in-0", "lathe.truth-cutting lut5.0.in-1", "lut5.0.out motion.feed-inhibit"):
+            host.command("net halt-%s %s" % (line.split()[0].replace(".", "-"), line))
+        host.command("net height-measure lut5.0.in-2")
+        host.command("net height-valid lut5.0.in-3")
+        host.command("addf taken servo-thread")
+        host.command("addf lut5.0 servo-thread")
+        for pin, value in (("stock-diameter", 10.6), ("guide-bush", False), ("cutting-force", 5), ("built-up-edge", 0.001)):
+            host.set("lathe." + pin, value)
+        self.fresh_tool()
+        table = self.table()
+        self.note("steps", {})
+        for step, inputs in STEPS.items():
+            its = self.facts["steps"][step] = {}
+            host.set("lathe.gauge-time", 5e4 if step == "first measure" else 0.05)
+            self.begin_lands(inputs)
+            self.await_condition(lambda: self.has_come(step), step)
+            if step == "second measure":
+                host.set("lathe.gauge-time", 5e4)
+                self.halt(None)
+                self.await_condition(lambda: host.get(["centre.measure", "centre.cut-number"]) == [True, 1], step)
+            machine.abort()
+            self.await_pin("centre.state-code", 5)
+            self.halt(None)
+            its["idle"] = host.get(["centre.value-valid", "centre.move-allowed", "centre.measure"])
+            its["store"] = self.refused("M454")
+            its["table"] = self.table() == table
+            host.set("lathe.gauge-time", 0.05)
+            if step in ("between", "known"):
+                its["stopped spindle"] = self.refused("M5", "M453") if step == "between" else []
+                machine.mdi("M3 S1000")
+            if step == "second cut":
+                self.begin_lands()
+                machine.wait_until_idle()
+            else:
+                machine.mdi("M3 S1000")
+                machine.mdi("M453")
+            its["end"] = host.get(["centre.cut-number", "centre.height", "centre.move-allowed"])
+        # In the operator's units.
+        machine.mdi("G7 G20")
+        self.halt(CUTTING)
+        machine.mdi("M455 D0.39 Z2 K0.15 Q1 P20 R0.4", wait=False)
+        self.await_pin("lathe.truth-cutting", True)
+        machine.abort()
+        self.halt(None)
+        self.await_pin("centre.state-code", 5)
+        self.note("units after an abort", [code / 10 for code in machine.poll().gcodes])
+        machine.mdi("G8 G21")
+        machine.mdi("T2 M6 G43 M3 S1000")
+        self.note("other tool", self.refused("M453"))
+        machine.mdi("T1 M6 G43")
+
+    def has_come(self, step):
+        """Whether the machine waits at this step."""
+        inputs = self.host.get(["centre.cut-number", "lathe.truth-cutting", "centre.measure", "centre.value-valid"])
+        taken, *others = inputs
+        wanted = MEASURE if STEPS[step] is None else STEPS[step]
+        if step == "begun" and self.host.get("centre.state-code") != 1:
+            return False
+        return sum(1 << k for k, bit in enumerate([taken > 0, *others]) if bit) in (wanted, wanted | CUTTING)
+
+    def fresh_tool(self):
+        """Tool 1 as at the beginning, and a new bar."""
+        self.machine.mdi("T1 M6")
+        self.machine.mdi("G10 L1 P1 X-100 Y0")
+        self.machine.mdi("G43 G0 X10 Y0")
+        for value in (False, True, False):
+            self.host.set("lathe.new-stock", value)
+            self.machine.wait(0.05)
+
+    def by_step(self):
+        self.fresh_tool()
+        self.machine.run("step.ngc")
+        self.note("by step", self.table()["T1"])
+
+    def bend(self):
+        """The height under the cut, then by spring passes."""
+        self.host.set("lathe.cutting-force", 10)
+        self.fresh_tool()
+        for words in ("", " H3"):
+            self.begin_lands(None, LANDS + words)
+            self.machine.wait_until_idle()
+            self.facts["bend" + words] = self.host.get(["centre.height", "centre.bend", "centre.hold-code"])
+            self.facts["known" + words] = self.host.get("centre.bend-known")
+        self.note("at rest", self.refused("M454"))
+        self.host.set("lathe.cutting-force", 5)
+
+    def interrupted_store(self):
+        """M454 is aborted at any moment: the table is the old one or the new one, and the height is never stored twice."""
+        self.note("stores", [])
+        for delay in (0, 0.02, 0.1, 0.3, None):
+            self.fresh_tool()
+            self.begin_lands()
+            self.machine.wait_until_idle()
+            before, x, y = self.table(), *self.host.get(["centre.x-correction", "centre.y-move"])
+            self.machine.mdi("M454", wait=delay is None)
+            self.machine.wait(delay or 0)
+            self.machine.abort()
+            self.machine.wait(0.2)
+            for _ in range(2):
+                self.refused("G43", "M453")
+                self.refused("M454")
+            self.facts["stores"].append([before["T1"], self.table()["T1"], x, y])
+        self.note("at the end", self.table())
 
     def restarted(self):
         self.note("offset", self.host.get(["motion.tooloffset.x", "motion.tooloffset.y"]))

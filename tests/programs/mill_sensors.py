@@ -4,6 +4,7 @@
 
 import contextlib
 import os
+import signal
 import subprocess
 import sys
 
@@ -38,6 +39,23 @@ class Sensors(Scenario):
         self.until("modbus-sensor.spindle-nose.valid", True)
         self.until("modbus-sensor.shop.fault", False)
         self.facts["alive"] = self.host.get(["modbus-sensor.cabinet.connected", "sensors-dead"])
+        self.link_dies()
+
+    def link_dies(self):
+        """With an answer that stays as it was."""
+        self.machine.mdi("M64 P4")
+        self.until("linuxcnc-link.identified", True)
+        self.facts["link"] = [self.host.get("interlock.service-ok-1")]
+        link = subprocess.check_output(["pgrep", "-f", "linuxcnc_link --messages"])
+        os.kill(int(link), signal.SIGKILL)
+        self.until("interlock.service-ok-1", False)
+        self.facts["link"] += self.host.get(["linuxcnc-link.identified", "growth.enable"])
+        joints = ["joint.0.pos-cmd", "joint.2.pos-cmd"]
+        self.facts["without link"] = [self.host.get(joints)]
+        with contextlib.suppress(OperatorError):
+            self.machine.run("part.ngc")
+        self.message("linuxcnc_link has ended")
+        self.facts["without link"].append(self.host.get(joints))
 
     def start_device(self):
         DEVICES.append(subprocess.Popen(SERVER, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))

@@ -9,7 +9,7 @@ from bench_runs import run_bench
 
 def results(learned=((0.5, -1), (1, 3))):
     every = {command: [((10, -20), 10), ((5, 5), 5)] for command in grinder.COMMANDS}
-    every["learned"] = [(errors, max(errors)) for errors in learned]
+    every.update({command: [(errors, max(errors)) for errors in learned] for command in grinder.LEARNED})
     return every
 
 
@@ -21,8 +21,9 @@ class Figures(unittest.TestCase):
 
     def test_promise_counts_axes_within_two_micrometres(self):
         lines = grinder.promise_lines(results())
-        self.assertIn("1 of 2 axes", lines[0])
-        self.assertIn("3.0 um", lines[1])
+        self.assertEqual(len(lines), 1 + len(grinder.LEARNED))
+        for line in lines[1:]:
+            self.assertEqual(line.split()[-5:], ["1", "of", "2", "3.0", "3.0"])
 
     def test_trapezoid_takes_the_time_of_the_crank(self):
         v, a, way = grinder.trapezoid_speed(), grinder.ACCELERATION, grinder.STROKE
@@ -45,8 +46,16 @@ class OneAxis(unittest.TestCase):
     def test_each_command_strokes_and_the_learned_one_is_right(self):
         errors = {command: grinder.simulate(command, 3, lambda seconds: True)[0] for command in grinder.COMMANDS}
         self.assertLess(max(map(abs, errors["learned"])), 2)
+        self.assertLess(max(map(abs, grinder.simulate("strong", 3, lambda seconds: True)[0])), 2)
         for command in ("constant", "trapezoid", "crank"):
             self.assertTrue(5 < max(map(abs, errors[command])) < 2000, command)
+
+
+class Drift(unittest.TestCase):
+    def test_a_stroke_comes_in_its_time_to_ten_nanoseconds(self):
+        strokes, seconds = grinder.drift(0.05, lambda seconds: True)
+        self.assertGreater(strokes, 300)
+        self.assertLess(abs(seconds), 1e-8)
 
 
 if __name__ == "__main__":

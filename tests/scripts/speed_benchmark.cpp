@@ -361,7 +361,7 @@ void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
     with_tables_beside_pid(state, drifting(squareness()));
 }
 
-// A stroke with two sections, jerk limited, whose dead points are learned.
+// A stroke with two sections, jerk limited. Without learning: no axis is measured here.
 Subject chopping() {
     return {"chopping",
             "update",
@@ -372,7 +372,6 @@ Subject chopping() {
              {"max-limit", "100"},
              {"feed", "100"},
              {"jerk-time", "0.02"},
-             {"learn", "1"},
              {"section-0-kind", "2"},
              {"section-0-from", "-30"},
              {"section-0-to", "-10"},
@@ -390,10 +389,10 @@ void chopping_beside_pid(benchmark::State& state) {
     beside_pid(state, chopping());
 }
 
-// The most that a period can take: a section is another one in each, so that each plans, with all nodes.
+// The most that a period can take: a section is another one in each, so that each is judged and plans.
 void planning_chopping_beside_pid(benchmark::State& state) {
     Subject subject = chopping();
-    subject.settings.erase(subject.settings.begin() + 14);
+    subject.settings.erase(subject.settings.begin() + 13);
     subject.inputs.emplace_back("section-1-to", "heat");
     beside_pid(state, subject);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// plumb-growth: reports of growth tests.
+// plumb-growth: reports of growth tests, and the compensation that they give.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -15,6 +15,7 @@
 #include <sys/wait.h>
 
 #include "components/commissioning/growth/growth_fit.hpp"
+#include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
 #include "hal/command_line.hpp"
 
@@ -28,7 +29,8 @@ namespace fs = std::filesystem;
 hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
-        "report LOG... [--output DIR] | fit SERIES.csv [--time COLUMN] [--columns A,B]",
+        "report LOG... [--output DIR] | identify LOG [--sensors A,B] | fit SERIES.csv [--time COLUMN] "
+        "[--columns A,B]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
 log of a test that still runs, or that was interrupted, is as good: only a fail can be stated then.)"},
@@ -44,6 +46,15 @@ Several logs are compared, such as before and after a repair. They must be of on
 
 The verdict of an axis is pass if it stays within its tolerance by two standard uncertainties, and the test reached its end. It
 is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.)"},
+         {"IDENTIFY",
+          R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the logged
+temperatures, with the spindle speed and along its travel. It needs four passes, and eight are better. Both states of a
+compensation are as good. --sensors names the sensors to use. The one named artifact is left out, and shows the expansion of
+the artifact itself; --artifact gives it another name. --no-speed leaves the spindle speed out. --instance names the component.
+--json prints JSON.
+
+The comments state the drift, what the law leaves of it, and what it leaves of passes that were left out in turn. The last
+number is the one to trust. An axis that the law does not help gets no lines.)"},
          {"FIT",
           R"(plumb growth fit SERIES.csv fits a + b (1 - exp(-t / tau)) to each column. The first line names the columns; --time
 names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments. --uncertainty is that of a
@@ -56,11 +67,13 @@ command line.)"},
 
   plumb growth report before.csv after.csv --output repair
 
+  plumb growth identify growth-20261122-080000.csv > axis_growth_settings.hal
+
   plumb growth fit gauge.csv --time minutes --time-unit 60)"},
          {"LIMITS",
           R"(A compensation that is absent looks like one whose sensor is frozen, unless that sensor is logged. Swapped sensors
 that change the compensation by less than a fifth of the drift may be called good.)"}},
-        ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9)"};
+        ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9),\n.BR axis_growth (9)"};
 }
 
 void write(const fs::path& path, const std::string& text) {
@@ -114,7 +127,7 @@ int report(const std::vector<std::string>& files, std::string output) {
 
 int main(int argc, char** argv) {
     using namespace plumb::commissioning;
-    CLI::App app("reports how much a machine grows as it warms", "plumb growth");
+    CLI::App app("shows how much a machine grows as it warms", "plumb growth");
     plumb::hal::begin_command_line(app, growth_manual);
     app.require_subcommand(1);
     std::vector<std::string> logs;
@@ -122,6 +135,26 @@ int main(int argc, char** argv) {
     CLI::App* const reporting = app.add_subcommand("report", "Makes a report of one or several logs.");
     reporting->add_option("logs", logs, "Logs of growth_log, of one machine.")->required()->type_name("LOG");
     reporting->add_option("--output", output, "Folder for the report.")->type_name("DIR");
+    GrowthIdentifyOptions identify;
+    std::string log;
+    bool no_speed = false;
+    CLI::App* const identifying =
+        app.add_subcommand("identify", "Prints the settings of axis_growth that a log gives.");
+    identifying->add_option("log", log, "Log of growth_log.")->required()->type_name("LOG");
+    identifying
+        ->add_option("--sensors", identify.sensors,
+                     "Sensors to use; all but that of the artifact by default.")
+        ->delimiter(',')
+        ->type_name("A,B");
+    identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")
+        ->type_name("NAME");
+    identifying->add_option("--instance", identify.instance, "Name of the component; axis-growth by default.")
+        ->type_name("NAME");
+    identifying
+        ->add_option("--speed-exponent", identify.speed_exponent, "Exponent of the speed; 1.7 by default.")
+        ->check(CLI::Range(0.1, 4.0))
+        ->type_name("P");
+    identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
     GrowthFitOptions fit;
     bool json = false;
     CLI::App* const fitting = app.add_subcommand("fit", "Fits an exponential to columns of a CSV file.");
@@ -138,10 +171,15 @@ int main(int argc, char** argv) {
     fitting->add_option("--uncertainty", fit.uncertainty, "Standard uncertainty of a value.")
         ->check(CLI::NonNegativeNumber)
         ->type_name("U");
-    fitting->add_flag("--json", json, "Print JSON.");
+    for (CLI::App* const each : {identifying, fitting}) each->add_flag("--json", json, "Print JSON.");
     return plumb::hal::carry_out(app, argc, argv, [&] {
         if (*fitting) {
             std::cout << growth_fit(fit, json);
+            return 0;
+        }
+        if (*identifying) {
+            identify.speed = !no_speed;
+            std::cout << growth_identify(plumb::read_growth_log(log), identify, json);
             return 0;
         }
         return report(logs, output);

@@ -235,6 +235,10 @@ class Wire:
                 give("RS274NGC", "SUBROUTINE_PATH", path + ":" + self.folder if path else self.folder)
         if any(function.abort for function in self.functions) and not ini.get("RS274NGC", "ON_ABORT_COMMAND"):
             give("RS274NGC", "ON_ABORT_COMMAND", "O <%s> call" % ABORT)
+        for value in [value for function in self.functions for value in function.remap]:
+            if value not in ini.all("RS274NGC", "REMAP"):
+                ini.add("RS274NGC", "REMAP", value)
+                self.added.append(("RS274NGC", "REMAP", value))
         if self.motmod:
             self.add_outputs(ini)
             self.added.append(("EMCMOT", "EMCMOT", ini.get("EMCMOT", "EMCMOT")))

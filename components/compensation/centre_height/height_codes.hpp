@@ -57,7 +57,7 @@ constexpr const char* sentence(Fault fault) {
 }
 
 // Why Y may not move, although there is a height.
-enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement };
+enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement, at_rest };
 constexpr const char* sentence(Hold hold) {
     switch (hold) {
         case Hold::value_only: return "The setting automatic is false: move Y by hand.";
@@ -66,6 +66,7 @@ constexpr const char* sentence(Hold hold) {
         case Hold::insignificant: return "The height is smaller than its uncertainty allows to correct.";
         case Hold::sigma: return "The uncertainty of the height exceeds max-sigma.";
         case Hold::move: return "The move of Y exceeds max-move.";
+        case Hold::at_rest: return "The height is that at rest. Y is corrected by the height under the cut.";
         case Hold::disagreement: return "The cuts disagree by more than three sigmas. Begin again.";
         default: return nullptr;
     }

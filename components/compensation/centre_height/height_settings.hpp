@@ -34,6 +34,8 @@ struct HeightSettings final : hal::Group {
                                       "Sigma of the radius that a cut leaves, built-up edge included."};
     hal::In<double> travel_sigma{this, "travel-sigma", 0.001, "mu", "Sigma of a travel of X."};
     hal::In<double> step_sigma{this, "step-sigma", 0.002, "mu", "Sigma of a step of Y."};
+    hal::In<double> drift_sigma{this, "drift-sigma", 0.0005, "mu",
+                                "Sigma of the drift from cut to cut: wear, warming, lift of the spindle."};
     hal::In<bool> x_known{this, "x-known", false, "The true X of the first cut is known: known-x."};
     hal::In<double> known_x{this, "known-x", 0, "mu",
                             "True distance of the tip from the axis at cut 1, in X."};
@@ -48,6 +50,9 @@ struct HeightSettings final : hal::Group {
     hal::In<double> stock_diameter{this, "stock-diameter", 0, "mu",
                                    "Diameter before the cuts, for lands; 0: unchecked."};
 
+    hal::In<bool> at_rest{this, "at-rest", false,
+                          "The cuts are spring passes, without bend: the height is that at rest."};
+    hal::In<double> tool{this, "program-tool", 0, "1", "Number of the tool; a new one has no bend yet."};
     hal::In<std::int32_t> sign{this, "sign", 0, "Sign of the height for two cuts: 1, -1, or 0 unknown."};
     hal::In<bool> automatic{this, "automatic", false, "Y may be moved; else the value is only shown."};
     hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have."};
@@ -64,7 +69,8 @@ struct HeightSettings final : hal::Group {
     struct Values {
         Method method = Method::two_lands;
         std::size_t post = 0;
-        bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, x_known = false;
+        bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, x_known = false,
+             at_rest = false;
         bool air_cut_check = false, automatic = false, good = false;
         double angle = 0, clearance = 0;  // rad
         CutSigmas sigmas;
@@ -73,6 +79,11 @@ struct HeightSettings final : hal::Group {
         double diameter_offset = 0, diameter_factor = 1, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
 
+        double tool = 0;
+
+        double radius_of(double diameter) const noexcept {
+            return (diameter_offset + diameter_factor * diameter) / 2;
+        }
         double outward() const noexcept { return outward_is_minus ? -1 : 1; }
         double rubbing() const noexcept { return inverted ? -1 : 1; }
     };
@@ -99,12 +110,15 @@ struct HeightSettings final : hal::Group {
         now.x_known = x_known;
         now.air_cut_check = air_cut_check;
         now.automatic = automatic;
+        now.at_rest = at_rest;
+        now.tool = tool;
         now.angle = axes_angle[now.post] * degree;
         now.clearance = clearance_angle * degree;
         now.sigmas.gauge = gauge_sigma;
         now.sigmas.repeatability = cut_repeatability;
         now.sigmas.travel = travel_sigma;
         now.sigmas.step = step_sigma;
+        now.sigmas.drift = drift_sigma;
         now.known_x = known_x;
         now.known_x_sigma = known_x_sigma;
         now.land_step = land_step;
@@ -127,7 +141,7 @@ struct HeightSettings final : hal::Group {
         };
         const CutSigmas& s = now.sigmas;
         now.good = now.good && all(0.1, 3, {now.angle}) && all(0, 1.5, {now.clearance}) &&
-                   all(0, 1, {s.gauge, s.repeatability, s.travel, s.step, now.known_x_sigma}) &&
+                   all(0, 1, {s.gauge, s.repeatability, s.travel, s.step, s.drift, now.known_x_sigma}) &&
                    all(0, farthest,
                        {now.land_step, now.land_diameter, now.stock_diameter, now.max_move, now.max_sigma,
                         now.tolerance, now.target_diameter}) &&

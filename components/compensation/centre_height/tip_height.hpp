@@ -40,9 +40,12 @@ struct TipHeight {
     double predicted = 0;     // diameter of the last cut, by the estimate
     Fault fault = Fault::none;
 
-    // What an entry may be.
+    // What an entry may be. A tool on centre would leave `expected`, steps of Y included.
     static Fault slip(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
-        switch (slip_of(cuts[i].radius, settings.x_is_radius ? cuts.programmed(i) : 0)) {
+        const SkewedAxes axes(settings.angle);
+        const double y = cuts[i].y;
+        const double expected = std::hypot(cuts.programmed(i) + axes.x_of(y), axes.height_of(y));
+        switch (slip_of(cuts[i].radius, settings.x_is_radius && cuts.programmed(i) > 0 ? expected : 0)) {
             case EntrySlip::not_positive: return Fault::diameter;
             case EntrySlip::radius: return Fault::radius;
             case EntrySlip::doubled: return Fault::doubled;
@@ -137,19 +140,20 @@ private:
         const double s = settings.sigmas.radius(), t = settings.sigmas.travel;
         const double of_step = 2 * (y + dy) * (dy != 0 ? settings.sigmas.step : 0);
         const double of_y = dy != 0 ? 2 * dy * sigma : 0;
+        const double later =
+            static_cast<double>(cuts.count) - 1;  // drifts between the first cut and the last
+        const double of_drift = (per_r2 - 2 * radius * later) * settings.sigmas.drift;
         const double noise =
             std::sqrt(per_r1 * per_r1 * s * s + per_r2 * per_r2 * s * s + per_travel * per_travel * t * t +
                       4 * radius * radius * s * s + 4 * (two.x1 + dx) * (two.x1 + dx) * t * t +
-                      of_step * of_step + of_y * of_y) /
+                      of_step * of_step + of_y * of_y + of_drift * of_drift) /
             (2 * radius);
         disagreement = std::abs(last.radius - radius) / std::max(noise, 1e-9 * radius);
     }
 
     void by_fit(const Settings& settings, const TurnedCuts& cuts) noexcept {
         const SkewedAxes axes(settings.angle);
-        const CutFit fit = CutFit::of(cuts.cuts.data(), cuts.count, axes, settings.sigmas,
-                                      {settings.known_x, settings.known_x_sigma, settings.x_known},
-                                      settings.method == Method::two_lands);
+        const CutFit fit = fit_of(settings, cuts, cuts.count);
         fault = fault_of(fit.refusal);
         if (fault != Fault::none) return;
         signed_ = true;
@@ -159,15 +163,34 @@ private:
         x = fit.x - axes.x_of(cuts[0].y);
         theta = std::atan2(height, x);
         disagreement = fit.excess;
-        const double step = cuts[cuts.count - 1].y - cuts[0].y;
-        predicted =
-            2 * fit.predicted(cuts[cuts.count - 1].x - cuts[0].x + axes.x_of(step), axes.height_of(step));
+        predict(settings, cuts);
         const double between = axes.height_of(cuts[1].y - cuts[0].y);
         if (cuts.count == 2 && between != 0) {
             by_diameter_1 = -cuts[0].radius / (2 * between);
             by_diameter_2 = cuts[1].radius / (2 * between);
         }
         correct(settings);
+    }
+
+    // The last cut by the others, if there are enough of them.
+    void predict(const Settings& settings, const TurnedCuts& cuts) noexcept {
+        const SkewedAxes axes(settings.angle);
+        const CutFit others = fit_of(settings, cuts, cuts.count - 1);
+        if (others.refusal != CutFit::Refusal::none) return;
+        const Cut& last = cuts[cuts.count - 1];
+        const double step = last.y - cuts[0].y;
+        const double dx = last.x - cuts[0].x + axes.x_of(step), dy = axes.height_of(step);
+        predicted = 2 * others.predicted(dx, dy);
+        const double later = 0.5 * static_cast<double>(cuts.count);  // drifts from the middle of the others
+        const double own = std::hypot(settings.sigmas.radius(), settings.sigmas.drift * later);
+        const double noise = std::hypot(others.sigma_predicted(dx, dy), own, 1e-9 * last.radius);
+        disagreement = std::max(disagreement, std::abs(last.radius - predicted / 2) / noise);
+    }
+
+    static CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) noexcept {
+        return CutFit::of(cuts.cuts.data(), count, SkewedAxes(settings.angle), settings.sigmas,
+                          {settings.known_x, settings.known_x_sigma, settings.x_known},
+                          settings.method == Method::two_lands);
     }
 
     // For the habits of a machine.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/chopping_settings.hpp"
+#include "components/compensation/chopping/crossing.hpp"
+#include "components/compensation/chopping/cycle_clock.hpp"
+#include "components/compensation/chopping/dead_point_watch.hpp"
+#include "components/compensation/chopping/guarded_offset.hpp"
 #include "components/compensation/chopping/learned_row.hpp"
-#include "components/math/blocks/acceleration_limit.hpp"
-#include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/math/oscillation/dead_point_learning.hpp"
-#include "components/math/oscillation/dead_point_meter.hpp"
 #include "components/math/oscillation/jerk_limit.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
@@ -76,6 +76,7 @@ its joint-acceleration, at least, and taper to 3: over three times its length it
 2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
 3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones.
 4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.
+Set max-correction above the lag at a dead point, about the acceleration there / (2 Kv^2).
 5. Set sections: kind 2, from, to and ratio for a window of heights.
 6. With a lead, set jerk-time to at least 2 lead max-acceleration / (max-output-accel - max-acceleration).)"},
         hal::Behaviour{R"(
@@ -91,7 +92,9 @@ axis is.
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
 correction in force they come one stroke later.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
-- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered; retain(1) keeps them over a restart, with their first corrections.
+- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered. After a restart retain(1) restores them with their first corrections: the stroke begins slow,
+and takes them up as far as the slow strokes confirm them.
+- Dead points that a scale cannot have measured: Not learned; the second one in a row stops the stroke.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned.
@@ -169,8 +172,7 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
 
     void prepare() override {
         values_ = settings.read();
-        most_ = values_.max_offset;
-        rate_ = values_.max_rate;
+        offset_.allow(values_.max_offset, values_.max_rate, farthest);
     }
 
     void update(double dt) noexcept {
@@ -192,6 +194,18 @@ private:
     static constexpr double nothing = 1e-9;                         // mu
     static constexpr std::size_t nodes = 64;                        // to plan in a period
     static constexpr int most_cycles = 30;                          // of learning
+
+    // What a judgement of the settings rests on: it takes longer than all else.
+    struct Judged {
+        Values given;
+        double lower = 0, upper = 0, position = 0;
+        bool running = false;
+
+        bool operator==(const Judged& other) const noexcept {
+            return lower == other.lower && upper == other.upper && position == other.position &&
+                   running == other.running && given == other.given;
+        }
+    };
 
     static bool rose(bool now, bool& before) noexcept {
         const bool edge = now && !before;
@@ -218,10 +232,10 @@ private:
         const bool wants = run, starts = rose(wants, wanted_), ends = rose(go_to_end, going_);
         if (!wants && was_refused_) event_ = Fault::none;
         was_refused_ = was_refused_ && wants;
-        const bool shifts = changed(shift, shifting_) | crossed();
+        const bool shifts = changed(shift, shifting_) | crosses();
         if (running_ && (!on || !is_homed)) freeze();
-        if (records.wants_forget()) learning_.forget();
-        if (records.wants_restore()) records.restored(learning_.restore(row.given()));
+        if (records.wants_forget()) watch_.learning().forget();
+        if (records.wants_restore()) records.restored(watch_.learning().restore(row.given()));
         if (starts && !running_) start(given, ready, dt);
         if (ends && !running_ && ready && !starts) return_to_end(given, dt);
         if (shifts && running_) take_over(given, dt);
@@ -229,14 +243,9 @@ private:
         if (running_ && (stopping_ || (returning_ && !ready))) oscillation_.stop(Oscillation::Stop::at_once);
     }
 
-    bool crossed() noexcept {
+    bool crosses() noexcept {
         const double place = crossing_position, at = crossing_at;
-        const double side = place - at;
-        const bool valid = std::abs(place) <= farthest && std::abs(at) <= farthest;
-        const bool crosses = valid && at == crossing_ && side * side_ <= 0 && side != side_ && side_ != 0;
-        if (valid && (side != 0 || at != crossing_)) side_ = side;
-        crossing_ = valid ? at : crossing_;
-        return crosses && shift_at_crossing;
+        return crossing_.step(place, at, farthest) && shift_at_crossing;
     }
 
     void start(const Values& given, bool ready, double dt) noexcept {
@@ -267,9 +276,8 @@ private:
     void prepare_to_move(double place, double dt) noexcept {
         running_ = true;
         stopping_ = returning_ = false;
-        metering_ = false;
-        pending_[0] = pending_[1] = {};
-        since_lower_ = -1;
+        watch_.begin();
+        clock_.begin();
         jerk_.reset(place, values_.jerk_samples(dt));
         place_ = jerk_place_ = place;
         speed_ = 0;
@@ -285,21 +293,23 @@ private:
         upper_ = given.upper;
         values_ = given;
         select();
-        metering_ = false;
+        watch_.pause();
     }
 
     // The drive is off: nothing moves, and nothing will by itself.
     void freeze() noexcept {
         running_ = false;
-        rest_ = guard_.value();
+        rest_ = offset_.value();
         oscillation_.freeze(position_ + rest_);
     }
 
     // The settings for the present region; the last good ones, as a whole, if these are not.
     void judge(const Values& given, double dt) noexcept {
+        const Judged now{given, lower_, upper_, position_, running_};
+        if (now == judged_) return;
+        judged_ = now;
         const bool possible = given.possible(dt);
-        if (given.max_offset >= 0 && given.max_offset <= farthest) most_ = given.max_offset;
-        if (given.max_rate >= 1e-3 && given.max_rate <= 1e6) rate_ = given.max_rate;
+        offset_.allow(given.max_offset, given.max_rate, farthest);
         refused_ = possible ? Fault::none : Fault::settings;
         if (!running_) {
             if (possible) values_ = given;
@@ -321,9 +331,17 @@ private:
                                        values_.stroke.lower_dwell, values_.stroke.upper_dwell})
                 number = number * 31 + static_cast<std::uint32_t>(
                                            static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
-        learning_.select({lower_, upper_, values_.peak_speed(upper_ - lower_), values_.stroke.acceleration,
-                          static_cast<int>(number >> 1)},
-                         values_.learning);
+        watch_.learning().select({lower_, upper_, values_.peak_speed(upper_ - lower_),
+                                  values_.stroke.acceleration, static_cast<int>(number >> 1)},
+                                 values_.learning);
+    }
+
+    // Of the next stroke, mu/s.
+    double next_speed() const noexcept {
+        const double whole =
+            upper_ > lower_ ? values_.peak_speed(upper_ - lower_) : values_.stroke.largest_speed;
+        return whole * stretch_ * (values_.override_value > 0 ? values_.override_value : 1) *
+               (values_.learn ? watch_.learning().speed_factor() : 1);
     }
 
     // What the oscillation is to do now.
@@ -332,9 +350,7 @@ private:
         its.lower = lower_;
         its.upper = upper_;
         its.end_position = position_;
-        const double whole = upper_ > lower_ ? values_.peak_speed(upper_ - lower_) : its.largest_speed;
-        its.speed = whole * stretch_ * (values_.override_value > 0 ? values_.override_value : 1) *
-                    (values_.learn ? learning_.speed_factor() : 1);
+        its.speed = next_speed();
         return its;
     }
 
@@ -343,7 +359,7 @@ private:
             oscillation_.set(wanted());
             const bool hold = feed_hold || values_.override_value == 0;
             oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
-                return values_.learn ? learning_.offset(upper, reversal, speed) : 0;
+                return values_.learn ? watch_.learning().offset(upper, reversal, speed) : 0;
             });
             const double before = jerk_place_, speed_before = speed_;
             jerk_place_ = jerk_.step(oscillation_.position());
@@ -360,98 +376,47 @@ private:
         }
         if (!is_homed) rest_ = 0;
         const double target = running_ ? place_ - position_ : rest_;
-        apply(target, !on && is_homed, dt);
-    }
-
-    // The offset follows its target exactly, unless that breaks max-offset or max-rate.
-    void apply(double target, bool holds, double dt) noexcept {
-        const double most = most_, rate = rate_, before = guard_.value();
-        const double hardest = 10 * values_.stroke.acceleration;
-        const double possible = bounded(target, most);
-        if (holds) {
-            guard_.hold();
-        } else {
-            guard_.step(possible, {rate, rate, hardest}, dt);
-            const double bound = std::max(most, std::abs(before));
-            if (std::abs(guard_.value()) > bound)
-                guard_.move_to(std::copysign(bound, guard_.value()), hardest, dt);
-        }
-        kept_back_ = std::abs(guard_.value() - target) > 1e-6;
+        offset_.step(target, 10 * values_.stroke.acceleration, !on && is_homed, dt);
     }
 
     // Looks at the measured motion: following, dead points, learning.
     void learn(double dt) noexcept {
-        const double commanded = position_ + guard_.value();
         if (running_ && measurable_ && values_.max_following_error > 0 &&
             std::abs(measured_ - last_commanded_) > values_.max_following_error)
             stop_for(Fault::following);
-        last_commanded_ = commanded;
+        last_commanded_ = position_ + offset_.value();
 
-        for (double& left : pulse_left_) left = std::max(left - dt, 0.0);
-        if (since_lower_ >= 0) since_lower_ += dt;
+        clock_.step(dt);
         const Oscillation::Arrival& arrival = oscillation_.arrival();
-        if (running_ && arrival.happened) arrive(arrival);
+        if (running_ && arrival.happened) {
+            watch_.arrive(arrival);
+            clock_.arrive(arrival.upper, arrival.infeed ? usable(pulse_time, 3600, 0) : 0);
+            if (!arrival.upper) fit_cycle_time();
+        }
         if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held()) {
-            metering_ = false;
+            watch_.pause();
             return;
         }
-        const bool second = oscillation_.second_half(), upward = oscillation_.upward();
-        if (second && (!metering_ || upward != meters_upper_)) {
-            if (metering_) evaluate(meters_upper_);
-            metering_ = true;
-            meters_upper_ = upward;
-            meter_.begin(upward);
-        }
-        if (metering_) meter_.step(measured_);
-    }
-
-    void arrive(const Oscillation::Arrival& arrival) noexcept {
-        pending_[arrival.upper] = arrival;
-        pulse_left_[arrival.upper] = arrival.infeed ? usable(pulse_time, 3600, 0) : 0;
-        if (!arrival.upper) {
-            fit_cycle_time();
-            if (since_lower_ >= 0) cycle_time_ = since_lower_;
-            since_lower_ = 0;
+        switch (watch_.step(measured_, oscillation_.second_half(), oscillation_.upward(),
+                            {values_.learn, values_.override_value == 1, next_speed()})) {
+            case DeadPointWatch::Event::wrong_scale: stop_for(Fault::scale); break;
+            case DeadPointWatch::Event::beyond: event_ = Fault::beyond; [[fallthrough]];
+            case DeadPointWatch::Event::corrected: oscillation_.refresh(); break;
+            case DeadPointWatch::Event::none: break;
         }
     }
 
     // Changes the speed so that a cycle with its sections and dwells takes the set time: in proportion, as
     // far as the acceleration permits, once both strokes have had the present speed.
     void fit_cycle_time() noexcept {
-        const double speed = wanted().speed, dwells = values_.stroke.lower_dwell + values_.stroke.upper_dwell;
+        const double speed = next_speed(), dwells = values_.stroke.lower_dwell + values_.stroke.upper_dwell;
         const double target = values_.speed_value - dwells;
         if (values_.speed_kind != ChoppingSettings::with_sections || values_.override_value != 1 ||
-            (values_.learn && learning_.speed_factor() != 1) || pending_[0].speed != speed ||
-            pending_[1].speed != speed || !(target > 0))
+            (values_.learn && watch_.learning().speed_factor() != 1) ||
+            watch_.arrival(false).speed != speed || watch_.arrival(true).speed != speed || !(target > 0))
             return;
         const double ratio = (oscillation_.stroke_time(true) + oscillation_.stroke_time(false)) / target;
         if (std::abs(ratio - 1) > 1e-3) stretch_ = std::clamp(stretch_ * ratio, 0.1, 10.0);
-    }
-
-    void evaluate(bool upper) noexcept {
-        const Oscillation::Arrival& arrival = pending_[upper];
-        if (!meter_.found() || !arrival.happened) return;
-        const double place = meter_.position();
-        dead_point_[upper] = place;
-        error_[upper] = upper ? place - arrival.bound : arrival.bound - place;
-        const double commanded = pending_[1].bound - pending_[0].bound;
-        const bool both = pending_[0].regular && pending_[1].regular;
-        if (both && commanded > 0 &&
-            std::abs(dead_point_[1] - dead_point_[0] - commanded) > 0.1 * commanded + values_.inset)
-            scale_doubts_ += 1;
-        else
-            scale_doubts_ = 0;
-        if (values_.learn && scale_doubts_ >= 2) stop_for(Fault::scale);
-        if (!values_.learn || !arrival.regular || values_.override_value != 1 || scale_doubts_ > 0 ||
-            arrival.speed != wanted().speed)
-            return;
-        const int beyond = learning_.beyond();
-        learning_.measured(upper, error_[upper], arrival.offset, arrival.acceleration);
-        oscillation_.refresh();
-        if (learning_.beyond() > beyond) {
-            event_ = Fault::beyond;
-            learning_.restart();
-        }
     }
 
     void stop_for(Fault reason) noexcept {
@@ -460,42 +425,44 @@ private:
     }
 
     void show() noexcept {
-        offset = guard_.value();
-        command = position_ + guard_.value();
+        offset = offset_.value();
+        command = position_ + offset_.value();
         velocity = speed_;
         acceleration = change_;
         phase = oscillation_.phase() * (180 / pi);
         active = running_;
-        at_end = !running_ && guard_.value() == 0;
+        at_end = !running_ && offset_.value() == 0;
         held = running_ && oscillation_.held();
-        sparking_ = oscillation_.sparking_out();
-        sparking_out = running_ && sparking_;
-        upper_pulse = pulse_left_[1] > 0;
-        lower_pulse = pulse_left_[0] > 0;
+        sparking_out = running_ && oscillation_.sparking_out();
+        upper_pulse = clock_.pulse(true);
+        lower_pulse = clock_.pulse(false);
         stroke_count = oscillation_.strokes();
         planned_cycle_time = oscillation_.stroke_time(true) + oscillation_.stroke_time(false) +
                              values_.stroke.lower_dwell + values_.stroke.upper_dwell;
-        actual_cycle_time = cycle_time_;
-        measured_upper = dead_point_[1];
-        measured_lower = dead_point_[0];
-        upper_error = error_[1];
-        lower_error = error_[0];
+        actual_cycle_time = clock_.time();
+        measured_upper = watch_.position(true);
+        measured_lower = watch_.position(false);
+        upper_error = watch_.error(true);
+        lower_error = watch_.error(false);
+        const DeadPointLearning& learning = watch_.learning();
         const bool learns = values_.learn;
-        upper_correction = learns ? pending_[1].offset : 0;
-        lower_correction = learns ? pending_[0].offset : 0;
-        speed_factor = learns ? learning_.speed_factor() : 1;
-        learned = learns && learning_.learned();
-        drift = learns ? learning_.drift() : 0;
-        records.show(learning_.size(), [&](std::int32_t i) noexcept { row.show(learning_[i]); });
+        upper_correction = learns ? watch_.arrival(true).offset : 0;
+        lower_correction = learns ? watch_.arrival(false).offset : 0;
+        speed_factor = learns ? learning.speed_factor() : 1;
+        learned = learns && learning.learned();
+        drift = learns ? learning.drift() : 0;
+        const LearnedStrokes& strokes = learning.strokes();
+        records.show(strokes.size(), [&](std::int32_t i) noexcept { row.show(strokes[i]); });
         report(learns);
     }
 
     void report(bool learns) noexcept {
+        const DeadPointLearning& learning = watch_.learning();
         late_ = running_ && (late_ || oscillation_.late());
-        limited = hal::first<Bound>({{kept_back_, Bound::offset},
+        limited = hal::first<Bound>({{offset_.kept_back(), Bound::offset},
                                      {running_ && stage_limited, Bound::stage},
                                      {running_ && oscillation_.clipped(), Bound::soft_limit},
-                                     {running_ && learns && learning_.speed_factor() < 1, Bound::learning},
+                                     {running_ && learns && learning.speed_factor() < 1, Bound::learning},
                                      {running_ && oscillation_.limited(), Bound::speed},
                                      {late_, Bound::plan}});
         fault = hal::first<Fault>(
@@ -503,34 +470,29 @@ private:
              {!known_, Fault::position},
              {refused_ != Fault::none, refused_},
              {learns && running_ && !measurable_, Fault::feedback},
-             {learns && learning_.weak(), Fault::weak},
-             {learns && !learning_.learned() && learning_.cycles() >= most_cycles, Fault::not_learned},
-             {learns && learning_.drift() > values_.max_drift, Fault::drift}});
+             {learns && learning.weak(), Fault::weak},
+             {learns && !learning.learned() && learning.cycles() >= most_cycles, Fault::not_learned},
+             {learns && learning.drift() > values_.max_drift, Fault::drift}});
     }
 
     Values values_{};  // the last good ones
+    Judged judged_;
     Oscillation oscillation_;
     JerkLimit jerk_;
-    AccelerationLimit guard_;
-    DeadPointLearning learning_;
-    DeadPointMeter meter_;
-    Oscillation::Arrival pending_[2];     // the last dead points, lower and upper
+    GuardedOffset offset_;
+    DeadPointWatch watch_;
+    CycleClock clock_;
+    Crossing crossing_;
     double position_ = 0, measured_ = 0;  // last good inputs
     double lower_ = 0, upper_ = 0;        // the region in force
     double place_ = 0, jerk_place_ = 0, speed_ = 0, change_ = 0;
-    double stretch_ = 1;          // of the speed, for a cycle time with sections
-    double rest_ = 0;             // offset at rest
-    double most_ = 0, rate_ = 0;  // last good max-offset and max-rate
+    double stretch_ = 1;  // of the speed, for a cycle time with sections
+    double rest_ = 0;     // offset at rest
     double last_commanded_ = 0;
-    double dead_point_[2] = {0, 0}, error_[2] = {0, 0};
-    double cycle_time_ = 0, since_lower_ = -1;
-    double pulse_left_[2] = {0, 0};
-    double side_ = 0, crossing_ = 0;
     Fault event_ = Fault::none, refused_ = Fault::none;
-    int scale_doubts_ = 0;
     bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false,
          was_refused_ = false;
-    bool metering_ = false, meters_upper_ = false, kept_back_ = false, late_ = false, sparking_ = false;
+    bool late_ = false;
     bool wanted_ = false, going_ = false, shifting_ = false;
 };
 

@@ -55,8 +55,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::feedback:
             return "The joint-feedback or the applied-offset is invalid; dead points are not learned.";
         case Fault::scale:
-            return "The measured stroke differs from the commanded one by more than a tenth: wrong scale, "
-                   "wrong wiring, or the axis is stuck; the stroke was stopped.";
+            return "A measured dead point is farther from the commanded one than the lag explains, by more "
+                   "than a tenth of the stroke: wrong scale, wrong wiring, or the axis is stuck; the stroke "
+                   "was stopped.";
         case Fault::beyond:
             return "The axis passed a dead point by more than max-beyond; learning began again, at reduced "
                    "speed.";

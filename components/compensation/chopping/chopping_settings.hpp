@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tuple>
 
 namespace plumb {
 
@@ -114,6 +115,17 @@ struct ChoppingSettings final : hal::Group {
         double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
         double inset = 0;
         DeadPointLearning::Settings learning;
+
+        bool operator==(const Values& other) const noexcept {
+            const auto all = [](const Values& its) {
+                return std::tie(its.stroke, its.lower, its.upper, its.speed_value, its.override_value,
+                                its.speed_kind, its.stop_kind, its.refuse_slower, its.learn, its.jerk_time,
+                                its.lead, its.max_lead, its.max_output_acceleration, its.taper,
+                                its.max_offset, its.max_rate, its.max_drift, its.max_following_error,
+                                its.inset, its.learning);
+            };
+            return all(*this) == all(other);
+        }
 
         // Of a region, without override; mu/s.
         double peak_speed(double length) const noexcept {

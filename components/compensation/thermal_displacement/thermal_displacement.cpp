@@ -211,24 +211,15 @@ The reference holds at most 64 contacts.)"},
         if (wanted.valid()) settings_ = wanted;
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
         const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
-        // A load that was lost before the cycle began holds nothing up: its authority decides.
         const bool load_lost = lost == Lost::load || !now.load_valid;
-        if (now.cycle_running && !was_running_) load_gone_ = load_lost;
-        if (!load_lost) load_gone_ = false;
-        const bool frozen = applying && (load_lost ? !load_gone_ : lost != Lost::nothing);
-
-        if (now.cycle_running && !was_running_) step_ = verify && applying ? settings_.verify_step : 0;
-        was_running_ = now.cycle_running;
+        watch_cycle(now.cycle_running, load_lost, applying);
         now.step = step_;
+
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
         if (conditions.acknowledges()) measured_.acknowledge();
-        const double estimate = measured_.authority().offset();
-        following_ =
-            applying && measured_.known() && (following_ || event == GrowthByContact::Event::accepted);
-        if (following_ && differs(estimate)) target_ = estimate;
-        if (!applying) target_ = 0;
-        const double asked = applying ? target_ + step_ : 0;
+        const double asked = ask(applying, event);
         const double offset = bounded(asked, settings_.max_offset);
+        const bool frozen = applying && (load_lost ? !load_gone_ : lost != Lost::nothing);
         const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
         if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
@@ -303,6 +294,26 @@ private:
         s.date = conditions.date;
         s.temperature_valid = growth.temperature_usable();
         return s;
+    }
+
+    // A load that was lost before the cycle began holds nothing up: its authority decides.
+    void watch_cycle(bool running, bool load_lost, bool applying) noexcept {
+        if (running && !was_running_) {
+            load_gone_ = load_lost;
+            step_ = verify && applying ? settings_.verify_step : 0;
+        }
+        if (!load_lost) load_gone_ = false;
+        was_running_ = running;
+    }
+
+    // The offset that is asked for, mu.
+    double ask(bool applying, GrowthByContact::Event event) noexcept {
+        const double estimate = measured_.authority().offset();
+        following_ =
+            applying && measured_.known() && (following_ || event == GrowthByContact::Event::accepted);
+        if (following_ && differs(estimate)) target_ = estimate;
+        if (!applying) target_ = 0;
+        return applying ? target_ + step_ : 0;
     }
 
     // The growth differs from the applied offset by more than the tolerances.

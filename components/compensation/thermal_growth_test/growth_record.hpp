@@ -8,7 +8,7 @@
 
 namespace plumb::growth_test {
 
-enum class Kind : std::int32_t { touch = 1, temperature = 2, event = 3 };
+enum class Kind : std::int32_t { touch = 1, temperature = 2, event = 3, speed = 4 };
 
 // The item of a record of an event.
 enum class Event : std::int32_t {
@@ -33,13 +33,13 @@ struct Record {
     std::int32_t bore = 0;
     std::int32_t item = 0;  // direction of a touch, number of a sensor, or an event
     bool turned = false, compensated = false, cooled = false;
-    double x = 0, y = 0, z = 0;  // a temperature: value, valid, age
+    double x = 0, y = 0, z = 0;  // a temperature: value, valid, age; a speed: mean since the last one
     double x_offset = 0, y_offset = 0, z_offset = 0;
 
     bool usable() const noexcept {
         for (const double value : {time, x, y, z, x_offset, y_offset, z_offset})
             if (!(std::abs(value) <= 1e9)) return false;
-        return kind >= 1 && kind <= 3 && time >= 0 && pass >= 0 && visit >= 0 && bore >= 0 && bore <= 16 &&
+        return kind >= 1 && kind <= 4 && time >= 0 && pass >= 0 && visit >= 0 && bore >= 0 && bore <= 16 &&
                item >= -3 && item <= 10;
     }
 };
@@ -89,7 +89,8 @@ public:
 private:
     template <class T>
     using Field = hal::Field<T>;
-    Field<std::int32_t> kind_{this, "kind", "", "Kind of the record: 1 touch, 2 temperature, 3 event."};
+    Field<std::int32_t> kind_{this, "kind", "",
+                              "Kind of the record: 1 touch, 2 temperature, 3 event, 4 speed."};
     Field<double> time_{this, "time", "s", "Time since the test began."};
     Field<std::int32_t> pass_{this, "pass", "", "Number of the pass."};
     Field<std::int32_t> visit_{this, "visit", "", "Number of the visit of a bore."};
@@ -98,7 +99,7 @@ private:
     Field<bool> turned_{this, "turned", "", "The table was at 180 deg."};
     Field<bool> compensated_{this, "compensated", "", "The compensation was on."};
     Field<bool> cooled_{this, "cooled", "", "The temperature control was on."};
-    Field<double> x_{this, "x", "1", "X of a touch in mu, a temperature in degC, or a code."};
+    Field<double> x_{this, "x", "1", "X of a touch in mu, a temperature in degC, a speed in rpm, or a code."};
     Field<double> y_{this, "y", "1", "Y of a touch in mu, or 1 for a valid temperature."};
     Field<double> z_{this, "z", "1", "Z of a touch in mu, or the age of a temperature in s."};
     Field<double> x_offset_{this, "x-offset", "mu", "Compensation in X."};

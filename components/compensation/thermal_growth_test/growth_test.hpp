@@ -80,6 +80,7 @@ public:
             case Kind::touch: touch(r); break;
             case Kind::temperature: temperature(r, settings); break;
             case Kind::event: event(r, settings); break;
+            case Kind::speed: break;
         }
         return true;
     }

@@ -44,6 +44,7 @@ enum class Fault : std::int32_t {
     not_stable,
     full,
     bore,
+    standstill,
 };
 
 constexpr const char* sentence(Fault fault) {
@@ -62,6 +63,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::not_stable: return "The maximum time is over, and the machine is not stable.";
         case Fault::full: return "There is no room for further records.";
         case Fault::bore: return "The number of the bore is not one of 1 to 16.";
+        case Fault::standstill:
+            return "The pass takes longer than max-pass-time: the machine cools meanwhile. Probe fewer "
+                   "bores.";
         default: return nullptr;
     }
 }

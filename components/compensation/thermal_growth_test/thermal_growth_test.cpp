@@ -29,11 +29,13 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   net test-turned   motion.digital-out-29 => growth-test.turned
   net test-comp     motion.digital-out-30 => growth-test.compensate
   net test-resume   motion.digital-out-31 => growth-test.resume
+  net test-cool     motion.digital-out-23 => growth-test.cool
   net test-bore     motion.analog-out-04  => growth-test.bore-key
   net probe                               => growth-test.probe
   net x-joint-fb                          => growth-test.x-position
   net x-applied-offset                    => growth-test.x-offset
   net x-velocity    joint.0.vel-cmd       => growth-test.x-velocity
+  net spindle-speed spindle.0.speed-out   => growth-test.spindle-speed
   net test-request  growth-test.compensation-request
   net comp-on                             => growth-test.compensation-on
   net test-done     growth-test.done      => motion.digital-in-24
@@ -42,7 +44,7 @@ makes the report. The theory is in components/compensation/thermal_growth_test/R
   addf motion-controller      servo-thread
   addf growth-test.update     servo-thread
 
-Wire Y and Z like X; configs/growth has all lines. Load motmod with num_dio=32 num_aio=5.
+Wire Y and Z like X; configs/growth has all lines, and loads linuxcnc_link(1) for the messages. Load motmod with num_dio=32 num_aio=5.
 
 x-joint-fb must contain the compensation, and x-applied-offset is the compensation that it contains: through
 axis_offset(9) both are those of LinuxCNC. Through joint_offset(9) take drive-feedback and applied-offset of the stage.)"},
@@ -64,6 +66,8 @@ compensation of that period. Its direction is that of the motion.
 - at-bore falls: Centre and height are computed from the touches. If they do not count, repeat is true.
 - Outlier: Touches that leave their circle, or touches of the face that differ, by more than max-scatter set repeat and fault 6.
 - cycle rises: A cycle of the machine ends.
+- Pass longer than max-pass-time: fault 15; the test goes on.
+- Speed of the spindle: Its mean is a record with each row of temperatures, for plumb growth identify.
 - Stop: done becomes true when temperatures and displacements stand, never before minimum-time, or at maximum-time.
 - Sensor fault: A sensor that decides and is not valid holds the first rule back. The test goes on.
 - State of compensation: compensation-request follows compensate. confirmed is true when compensation-on agrees.
@@ -96,7 +100,9 @@ At most 16 bores and 50000 records.)"},
     hal::In<bool> cool{this, "cool", false, "The program wants temperature control."};
     hal::In<bool> cooling_on{this, "cooling-on", false, "The control confirms temperature control."};
     hal::In<double> confirm_time{this, "confirm-time", 30, "s", "Longest time until a state is confirmed."};
+    hal::In<double> max_pass_time{this, "max-pass-time", 3600, "s", "Longest pass; the machine cools in it."};
     hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge clears a fault of the past."};
+    hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle, for the log."};
     Machine machine{this};
     Temperatures temperatures{this};
     StopSettings stop_settings{this};
@@ -148,9 +154,10 @@ At most 16 bores and 50000 records.)"},
         begin_or_end();
         if (active_) {
             time_ += dt;
-            follow_pass();
+            follow_pass(dt);
             follow_bore(at);
             follow_cycle();
+            follow_speed(dt);
             sample(warmth);
             decide();
         }
@@ -209,6 +216,7 @@ private:
             past_ = Fault::none;
             repeat_ = false;
             pass_begun_ = false;
+            pass_time_ = 0;
             if (resume && test_.begun() && test_.stop() == Stop::none) {
                 time_ = test_.time() + (pause >= 0 && pause < 1e7 ? pause : 0);
                 pass_ = test_.pass();
@@ -221,6 +229,7 @@ private:
                 happen(Event::begin);
             }
             sampled_ = false;
+            turned_by_ = turned_for_ = 0;
             active_ = true;
         }
         if (!now_.running && active_) {
@@ -229,13 +238,15 @@ private:
         }
     }
 
-    void follow_pass() noexcept {
+    void follow_pass(double dt) noexcept {
         if (now_.pass && !pass_begun_) {
             if (!test_.pass_open()) ++pass_;
             happen(Event::pass_begin);
         }
         if (!now_.pass && pass_begun_) happen(Event::pass_end);
         pass_begun_ = now_.pass;
+        pass_time_ = now_.pass ? pass_time_ + dt : 0;
+        if (pass_time_ > max_pass_time) fail(Fault::standstill);
     }
 
     void follow_bore(const Machine::Reading& at) noexcept {
@@ -319,6 +330,13 @@ private:
         if (now_.cycle && !before_.cycle) happen(Event::cycle_end);
     }
 
+    void follow_speed(double dt) noexcept {
+        const double speed = std::abs(spindle_speed);
+        if (!(speed <= 1e6)) return;
+        turned_by_ += speed * dt;
+        turned_for_ += dt;
+    }
+
     void sample(const Temperatures::Reading& warmth) noexcept {
         const double every = temperatures.sample_time;
         if (sampled_ && time_ - last_sample_ < (every >= 1 && every <= 3600 ? every : 60)) return;
@@ -333,6 +351,12 @@ private:
             r.z = warmth.age[sensor];
             take(r);
         }
+        if (turned_for_ > 0) {
+            Record r = record(Kind::speed, 0);
+            r.x = turned_by_ / turned_for_;
+            take(r);
+        }
+        turned_by_ = turned_for_ = 0;
     }
 
     void decide() noexcept {
@@ -395,7 +419,8 @@ private:
     bool turned_ = false, wants_compensation_ = false, wants_cooling_ = false;
     std::int32_t pass_ = 0, visit_ = 0, bore_ = 0, direction_ = 0;
     Fault past_ = Fault::none, visit_fault_ = Fault::none;
-    double time_ = 0, last_sample_ = 0;
+    double time_ = 0, last_sample_ = 0, pass_time_ = 0;
+    double turned_by_ = 0, turned_for_ = 0;  // rpm s and s, since the last sample
     std::size_t decided_ = 0, changed_ = SIZE_MAX;
 };
 

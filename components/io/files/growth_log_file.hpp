@@ -19,13 +19,13 @@ namespace plumb {
 
 // One record, in the order of time. The fields are those of the records of thermal_growth_test.
 struct GrowthRecord {
-    enum Kind { touch = 1, temperature = 2, event = 3 };
+    enum Kind { touch = 1, temperature = 2, event = 3, speed = 4 };
     int line = 0;  // of the file
     int kind = 0;
     double time = 0;
     int pass = 0, visit = 0, bore = 0, item = 0;
     bool turned = false, compensated = false, cooled = false;
-    std::array<double, 3> at{};  // mu; of a temperature: degC, 1 for valid, age in s; of an event: a number
+    std::array<double, 3> at{};  // mu; of a temperature: degC, 1 for valid, age in s; of an event: a number; of a speed: rpm
     std::array<double, 3> offset{};  // mu
 };
 
@@ -92,6 +92,7 @@ inline std::string line(const GrowthRecord& r, std::size_t number) {
     if (r.kind == GrowthRecord::temperature)
         return join({"temperature", n, time, std::to_string(r.item), text_of(r.at[0]),
                      r.at[1] != 0 ? "1" : "0", text_of(r.at[2])});
+    if (r.kind == GrowthRecord::speed) return join({"speed", n, time, text_of(r.at[0])});
     const auto bit = [](bool value) { return std::string(value ? "1" : "0"); };
     const std::string where = std::to_string(r.pass) + ',' + std::to_string(r.visit) + ',' +
                               std::to_string(r.bore) + ',' + bit(r.turned) + ',' + bit(r.compensated) + ',' +
@@ -166,7 +167,7 @@ private:
         const Fields fields = csv::split_at_commas(line);
         if (line_ == 1) return first(fields);
         const std::string_view key = fields[0];
-        if (key == "touch" || key == "temperature" || key == "event") return record(fields);
+        if (key == "touch" || key == "temperature" || key == "event" || key == "speed") return record(fields);
         if (!log_.records.empty())
             refuse(csv::quoted(key) + " among the records: two logs are mixed, or the file was changed");
         if (key == "machine")
@@ -207,8 +208,8 @@ private:
     void record(const Fields& fields) {
         GrowthRecord r;
         r.line = line_;
-        const bool touch = fields[0] == "touch", event = fields[0] == "event";
-        need(fields, touch ? 16 : event ? 11 : 7);
+        const bool touch = fields[0] == "touch", event = fields[0] == "event", speed = fields[0] == "speed";
+        need(fields, touch ? 16 : event ? 11 : speed ? 4 : 7);
         const int n = whole(fields[1], "the number of the record", 1, 1000000);
         const int expected = static_cast<int>(log_.records.size()) + 1;
         if (n != expected)
@@ -217,6 +218,12 @@ private:
         r.time = number(fields[2], "the time");
         if (r.time < 0 || (!log_.records.empty() && r.time < log_.records.back().time))
             refuse("the time runs backwards");
+        if (speed) {
+            r.kind = GrowthRecord::speed;
+            r.at[0] = number(fields[3], "the speed");
+            log_.records.push_back(r);
+            return;
+        }
         if (!touch && !event) {
             r.kind = GrowthRecord::temperature;
             r.item = whole(fields[3], "the sensor", 1, 8);

@@ -90,6 +90,7 @@ time. Times are s since the test began, lengths of records machine units.
     touch,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
         DIRECTION,X,Y,Z,X-OFFSET,Y-OFFSET,Z-OFFSET       (one line)
     temperature,N,TIME,SENSOR,DEGC,VALID,AGE
+    speed,N,TIME,RPM             # mean since the last one
     event,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
         NAME,NUMBER                                      (one line)
 
@@ -196,7 +197,7 @@ private:
     }
 
     static bool usable(const GrowthRecord& r) {
-        return r.kind >= 1 && r.kind <= 3 &&
+        return r.kind >= 1 && r.kind <= 4 &&
                (r.kind != GrowthRecord::event || (r.item >= 1 && r.item <= 10)) &&
                (r.kind != GrowthRecord::touch || (r.item >= -3 && r.item <= 3));
     }

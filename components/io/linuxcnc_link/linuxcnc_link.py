@@ -23,7 +23,7 @@ import plumb  # noqa: E402
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts longer texts
-OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified")
+OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat")
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
@@ -293,12 +293,14 @@ def main():
         component.newpin("connected", hal.HAL_BIT, hal.HAL_OUT)
         component.newpin("identify", hal.HAL_BIT, hal.HAL_IN)
         component.newpin("identified", hal.HAL_BIT, hal.HAL_OUT)
+        component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
         for message in messages:
             message.make_pins(component)
         component.ready()
         link = Link(component, messages)
         while True:
             link.step()
+            component["heartbeat"] = not component["heartbeat"]
             time.sleep(PAUSE)
     finally:
         component.exit()

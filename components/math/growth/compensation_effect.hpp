@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include <Eigen/Cholesky>
+#include "components/math/growth/swapped_sensors.hpp"
+
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -81,19 +82,6 @@ inline const char* sentence(CompensationFault fault) {
     return "";
 }
 
-// The passes of a test, of which the first one is cold.
-struct CompensationRecord {
-    Eigen::MatrixX3d drift;         // mu, of each pass, without compensation; 0 in the first
-    Eigen::MatrixX3d compensation;  // mu, as applied in each pass, and not relative to the first
-    Eigen::MatrixXd temperatures;   // degC, a column for each logged sensor; no columns if none is logged
-    // The same at each visit of a bore, by which the law of the compensation is found; the above if there are
-    // no rows.
-    Eigen::MatrixXd visit_temperatures;
-    Eigen::MatrixX3d visit_compensation;
-    double uncertainty = 0.001;  // mu, of a drift
-    double millimetres = 1;      // in a machine unit
-};
-
 struct CompensationFinding {
     CompensationFault fault = CompensationFault::undetermined;
     int axis = -1, other_axis = -1;      // that it concerns, 0 X, 1 Y, 2 Z; -1 for none
@@ -169,47 +157,20 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
 
     const double own = square;
     const int frozen = frozen_sensor(record.temperatures);
-    const double gain_rest = [&] {  // of a compensation that has one wrong factor
-        double rest = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double g = cc > 0 ? finding.gain : 0;
-            rest += (c.col(axis) - g * d.col(axis)).squaredNorm();
-        }
-        return rest;
-    }();
+    // Of a compensation that has one wrong factor.
+    const double gain_rest = (c - finding.gain * d).squaredNorm();
 
-    double least_rest = std::min(own, gain_rest);  // a plain factor needs no sensor
     // A compensation is a law of temperatures. If the law with two sensors exchanged removes the drift, they
-    // are swapped.
-    const Eigen::Index sensors = record.temperatures.cols();
-    if (sensors >= 2 && passes > sensors && own > 0.03 * dd + noise) {
-        const Eigen::MatrixXd t = record.temperatures.rowwise() - record.temperatures.row(0);
-        const bool by_visit = record.visit_temperatures.rows() > passes;
-        const Eigen::MatrixXd warm = by_visit ? Eigen::MatrixXd(record.visit_temperatures.rowwise() -
-                                                                record.visit_temperatures.colwise().mean())
-                                              : t;
-        const Eigen::MatrixX3d found = by_visit ? Eigen::MatrixX3d(record.visit_compensation.rowwise() -
-                                                                   record.visit_compensation.colwise().mean())
-                                                : c;
-        Eigen::MatrixXd normal = warm.transpose() * warm;
-        normal.diagonal().array() +=
-            0.03 * 0.03 * static_cast<double>(warm.rows());  // the noise of a sensor, in K
-        const Eigen::MatrixXd law = normal.ldlt().solve(warm.transpose() * found);
-        const bool follows = (warm * law - found).squaredNorm() <
-                             0.1 * found.squaredNorm() +
-                                 noise / static_cast<double>(passes) * static_cast<double>(warm.rows());
-        for (int i = 0; follows && i < sensors; ++i)
-            for (int j = i + 1; j < sensors; ++j) {
-                Eigen::MatrixXd exchanged = law;
-                exchanged.row(i).swap(exchanged.row(j));
-                const double rest = (t * exchanged - d).squaredNorm();
-                if (!explains(rest) || rest >= least_rest) continue;
-                least_rest = rest;
-                finding.fault = CompensationFault::swapped_sensors;
-                finding.sensor = i;
-                finding.other_sensor = j;
-            }
-        if (finding.fault == CompensationFault::swapped_sensors) return finding;
+    // are swapped; unless a plain factor does, too.
+    const double factor_rest = cc > 0 ? gain_rest / (finding.gain * finding.gain) : own;
+    if (own > 0.05 * dd + noise) {
+        const SwappedSensors swapped = swapped_sensors(record, c);
+        if (explains(swapped.rest) && swapped.rest < 0.5 * std::min(own, factor_rest)) {
+            finding.fault = CompensationFault::swapped_sensors;
+            finding.sensor = swapped.sensor;
+            finding.other_sensor = swapped.other_sensor;
+            return finding;
+        }
     }
     if (std::sqrt(cc) < 0.1 * std::sqrt(dd)) {
         finding.fault = frozen >= 0 ? CompensationFault::frozen_sensor : CompensationFault::absent;
@@ -237,9 +198,9 @@ inline CompensationFinding judged_compensation(const CompensationRecord& record)
     const int displaced = displaced_sensor(record.temperatures);
     const double cold = record.compensation.row(0).norm();
     const double usual = std::sqrt(dd / static_cast<double>(passes));  // of a pass
-    const bool shifted = displaced >= 0
-                             ? cold > std::max(record.uncertainty, 0.03 * usual)
-                             : sensors < 3 && cold > std::max(4 * record.uncertainty, 0.15 * usual);
+    const bool shifted = displaced >= 0 ? cold > std::max(record.uncertainty, 0.03 * usual)
+                                        : record.temperatures.cols() < 3 &&
+                                              cold > std::max(4 * record.uncertainty, 0.15 * usual);
     if (shifted) {
         finding.fault = CompensationFault::sensor_offset;
         finding.sensor = displaced;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/oscillation/learned_strokes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,9 +17,13 @@ namespace plumb {
 // A new stroke begins slow, and inside the dead points by an inset. The speed rises while the overshoot that
 // is predicted for it stays within the inset; the overshoot of an axis grows with the square of the speed.
 // At full speed each measured error corrects its end by a part, the gain. Strokes that were learned before
-// are remembered.
+// are remembered; after a restart they begin slow, too, and take up what was learned as far as the axis
+// confirms it.
 class DeadPointLearning {
 public:
+    using Stroke = LearnedStrokes::Stroke;
+    using Learned = LearnedStrokes::Learned;
+
     static constexpr double slow = 0.2;  // of the speed, in the beginning
 
     struct Settings {
@@ -27,81 +32,47 @@ public:
         double most = 0;         // mu, the largest correction either way
         double tolerance = 0;    // mu, of a learned dead point
         double most_beyond = 0;  // mu, beyond a dead point
-    };
 
-    // What a correction holds for.
-    struct Stroke {
-        double lower = 0, upper = 0, speed = 0, acceleration = 0;
-        int sections = 0;  // a number that changes with them, and with dwells
-
-        bool operator==(const Stroke& other) const noexcept {
-            return lower == other.lower && upper == other.upper && speed == other.speed &&
-                   acceleration == other.acceleration && sections == other.sections;
+        bool operator==(const Settings& other) const noexcept {
+            return inset == other.inset && gain == other.gain && most == other.most &&
+                   tolerance == other.tolerance && most_beyond == other.most_beyond;
         }
     };
 
-    // What was learned for a stroke. Offsets are outward: lower, upper.
-    struct Learned {
-        Stroke stroke;
-        std::array<double, 2> offset{}, first_offset{};  // mu, now, and when it was first learned
-        double reversal = 0;                             // mu/s2, the acceleration at the dead points
-
-        // False for NaN too.
-        bool valid() const noexcept {
-            const auto within = [](double x, double most) { return std::abs(x) <= most; };
-            return within(stroke.lower, 1e6) && within(stroke.upper, 1e6) && stroke.lower < stroke.upper &&
-                   stroke.speed > 0 && within(stroke.speed, 1e6) && stroke.acceleration > 0 &&
-                   within(stroke.acceleration, 1e9) && within(offset[0], 1e3) && within(offset[1], 1e3) &&
-                   within(first_offset[0], 1e3) && within(first_offset[1], 1e3) && reversal > 0 &&
-                   within(reversal, 1e9);
-        }
-    };
-
-    static constexpr int most_strokes = 8;  // that are remembered
-
-    // Takes up a stroke: one that it remembers with its corrections, any other one from the beginning.
+    // Takes up a stroke: one that it has learned with its corrections, any other one from the beginning.
     void select(const Stroke& stroke, const Settings& settings) noexcept {
         settings_ = settings;
         if (stroke == stroke_ && used_) return;
         stroke_ = stroke;
         used_ = true;
-        restart();
-        const int place = place_of(stroke);
-        if (place == count_) return;
-        const Learned& known = strokes_[static_cast<std::size_t>(place)];
-        offset_ = {bounded(known.offset[0], settings.most), bounded(known.offset[1], settings.most)};
-        first_offset_ = known.first_offset;
-        reference_ = known.reversal;
-        has_first_ = true;
+        begin();
+        const Learned* known = strokes_.find(stroke);
+        if (!known || !strokes_.proven(stroke)) return;
+        for (std::size_t i = 0; i < 2; ++i) {
+            offset_[i] = bounded(known->offset[i], settings.most);
+            excess_[i] = -offset_[i];
+        }
+        excess_speed_ = {stroke.speed, stroke.speed};
+        reference_ = known->reversal;
         factor_ = 1;
+        drift_ = drift_from(known->first_offset);
     }
 
-    // From the beginning, for the selected stroke.
+    // From the beginning, for the selected stroke: the axis is not the one that learned it.
     void restart() noexcept {
-        offset_ = {-settings_.inset, -settings_.inset};
-        reference_ = 0;
-        factor_ = slow;
-        known_ = {false, false};
-        settling_ = true;
-        cycles_ = good_ = beyond_ = 0;
-        has_first_ = false;
+        strokes_.doubt(stroke_);
+        begin(true);
     }
 
     void forget() noexcept {
-        count_ = oldest_ = 0;
-        restart();
+        strokes_.forget();
+        begin();
     }
 
-    // What is remembered; 0 <= i < size().
-    int size() const noexcept { return count_; }
-    const Learned& operator[](int i) const noexcept { return strokes_[static_cast<std::size_t>(i)]; }
+    const LearnedStrokes& strokes() const noexcept { return strokes_; }
 
-    // Remembers a stroke that was learned before; false if it is impossible. It is not that in progress.
-    bool restore(const Learned& learned) noexcept {
-        if (!learned.valid() || place_of(learned.stroke) != count_ || count_ == most_strokes) return false;
-        strokes_[static_cast<std::size_t>(count_++)] = learned;
-        return true;
-    }
+    // Remembers a stroke that was learned before a restart; false if it is impossible.
+    bool restore(const Learned& learned) noexcept { return strokes_.restore(learned); }
 
     // The part of the full speed at which the next stroke may run.
     double speed_factor() const noexcept { return factor_; }
@@ -115,11 +86,21 @@ public:
         return acceleration < reference_ ? its * acceleration / reference_ : its;
     }
 
-    // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, and
-    // the acceleration of the reversal, of strokes at the present speed factor.
-    void measured(bool upper, double error, double used, double acceleration) noexcept {
+    // Whether a measured dead point can be that of this axis: the distance from its commanded end is between
+    // the last one and that times the square of the speeds, give or take a tenth of the stroke and the inset.
+    bool plausible(bool upper, double error, double used, double speed) const noexcept {
+        const double faster = excess_speed_[upper] > 0 ? speed / excess_speed_[upper] : 1;
+        const double last = excess_[upper], grown = last * faster * faster;
+        const double slack = 0.1 * (stroke_.upper - stroke_.lower) + settings_.inset, excess = error - used;
+        return excess >= std::min(last, grown) - slack && excess <= std::max(last, grown) + slack;
+    }
+
+    // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
+    // acceleration of the reversal, and the speed, of strokes at the present speed factor.
+    void measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
         error_[upper] = error;
         excess_[upper] = error - used;
+        excess_speed_[upper] = speed;
         known_[upper] = true;
         if (factor_ == 1) {
             if (error > settings_.most_beyond) ++beyond_;
@@ -133,11 +114,7 @@ public:
     bool learned() const noexcept { return good_ >= 2; }
     int cycles() const noexcept { return cycles_; }  // at full speed
     // Mu, since the stroke was first learned.
-    double drift() const noexcept {
-        return has_first_ ? std::max(std::abs(offset_[0] - first_offset_[0]),
-                                     std::abs(offset_[1] - first_offset_[1]))
-                          : 0;
-    }
+    double drift() const noexcept { return drift_; }
     // A correction is at its bound, and the dead point is not reached.
     bool weak() const noexcept {
         const auto at_bound = [&](std::size_t i) {
@@ -148,6 +125,18 @@ public:
     int beyond() const noexcept { return beyond_; }  // dead points that the axis has passed by too much
 
 private:
+    void begin(bool distrusts = false) noexcept {
+        distrusts_ = distrusts;
+        offset_ = {-settings_.inset, -settings_.inset};
+        excess_ = excess_speed_ = {};
+        reference_ = 0;
+        factor_ = slow;
+        known_ = {false, false};
+        settling_ = true;
+        cycles_ = good_ = beyond_ = 0;
+        drift_ = 0;
+    }
+
     void cycle() noexcept {
         known_ = {false, false};
         if (factor_ < 1) {
@@ -162,52 +151,50 @@ private:
             std::abs(error_[0]) <= settings_.tolerance && std::abs(error_[1]) <= settings_.tolerance;
         good_ = within ? std::min(good_ + 1, 2) : 0;
         if (!learned()) return;
-        const int place = place_of(stroke_);
-        if (!has_first_) first_offset_ = place < count_ ? (*this)[place].first_offset : offset_;
-        has_first_ = true;
-        remember();
+        const Learned* known = strokes_.find(stroke_);
+        const std::array<double, 2> first = known ? known->first_offset : offset_;
+        drift_ = drift_from(first);
+        strokes_.remember({stroke_, offset_, first, reference_});
     }
 
     // The inset takes the growth of the overshoot, with a reserve of 30 %.
     void rise() noexcept {
-        const double overshoot = std::max({excess_[0], excess_[1], 0.0});
+        const double overshoot = std::max({excess_[0], excess_[1], 0.0}), before = factor_;
         for (std::size_t i = 0; i < 2; ++i)
             offset_[i] = bounded(-settings_.inset - std::max(excess_[i], 0.0), settings_.most);
         const double room = overshoot > 0 ? std::sqrt(1 + settings_.inset / (1.3 * overshoot)) : fastest_rise;
         factor_ = std::min(factor_ * std::min(room, fastest_rise), 1.0);
         if (factor_ > 0.98) factor_ = 1;
         settling_ = true;
+        if (factor_ == 1 && !distrusts_) take_up(1 / (before * before));
     }
 
-    // Of a stroke that is not remembered, size().
-    int place_of(const Stroke& stroke) const noexcept {
-        int i = 0;
-        while (i < count_ && !((*this)[i].stroke == stroke)) ++i;
-        return i;
-    }
-
-    // In the place of the oldest one where all are taken.
-    void remember() noexcept {
-        int place = place_of(stroke_);
-        if (place == most_strokes) {
-            place = oldest_;
-            oldest_ = (oldest_ + 1) % most_strokes;
-        } else {
-            count_ = std::max(count_, place + 1);
+    // What was learned before a restart, not farther out than the axis at reduced speed predicts, with a
+    // reserve of 30 %.
+    void take_up(double growth) noexcept {
+        const Learned* known = strokes_.find(stroke_);
+        if (!known) return;
+        for (std::size_t i = 0; i < 2; ++i) {
+            const double predicted = growth * excess_[i] * (excess_[i] < 0 ? 0.7 : 1.3);
+            offset_[i] = bounded(std::min(known->offset[i], -predicted), settings_.most);
         }
-        strokes_[static_cast<std::size_t>(place)] = {stroke_, offset_, first_offset_, reference_};
+        reference_ = known->reversal;
+    }
+
+    double drift_from(const std::array<double, 2>& first) const noexcept {
+        return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
     }
 
     static constexpr double fastest_rise = 2.5;
 
     Settings settings_;
     Stroke stroke_;
-    bool used_ = false, settling_ = true, has_first_ = false;
-    std::array<Learned, most_strokes> strokes_{};
-    int count_ = 0, oldest_ = 0;
-    std::array<double, 2> offset_{}, first_offset_{}, error_{}, excess_{};
+    LearnedStrokes strokes_;
+    bool used_ = false, settling_ = true, distrusts_ = false;
+    std::array<double, 2> offset_{}, error_{};
+    std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<bool, 2> known_{};
-    double reference_ = 0, factor_ = slow;
+    double reference_ = 0, factor_ = slow, drift_ = 0;
     int cycles_ = 0, good_ = 0, beyond_ = 0;
 };
 

@@ -24,19 +24,26 @@ public:
     void reset(double position, std::size_t count) noexcept {
         count_ = count;
         samples_.fill(position);
+        newest_ = 0;
+        origin_ = position;
+        sum_ = fresh_ = 0;
         settled_ = count;
         value_ = position;
     }
 
     double step(double position) noexcept {
         const double last = samples_[newest_];
-        newest_ = (newest_ + 1) % most;
+        newest_ = (newest_ + 1) % count_;
+        sum_ += position - samples_[newest_];
+        fresh_ += position - origin_;
         samples_[newest_] = position;
+        // The sum of all samples, without the rounding of the sums before it.
+        if (newest_ == 0) {
+            sum_ = fresh_;
+            fresh_ = 0;
+        }
         settled_ = position == last ? settled_ + (settled_ < count_) : 1;
-        if (settled_ >= count_) return value_ = position;
-        double sum = 0;  // of differences: positions far from 0 lose no digits
-        for (std::size_t i = 1; i < count_; ++i) sum += samples_[(newest_ + most - i) % most] - position;
-        return value_ = position + sum / static_cast<double>(count_);
+        return value_ = settled_ >= count_ ? position : origin_ + sum_ / static_cast<double>(count_);
     }
 
     double value() const noexcept { return value_; }
@@ -46,6 +53,7 @@ public:
 private:
     std::array<double, most> samples_{};
     std::size_t count_ = 1, newest_ = 0, settled_ = 1;
+    double origin_ = 0, sum_ = 0, fresh_ = 0;  // sums are of distances from the origin
     double value_ = 0;
 };
 

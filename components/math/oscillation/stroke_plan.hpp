@@ -32,7 +32,7 @@ struct StrokeRequest {
 class StrokePlan {
 public:
     static constexpr std::size_t phases = 240;  // of half a cycle
-    static constexpr std::size_t most_nodes = phases + 1 + 2 * SpeedSections::most_spans;
+    static constexpr std::size_t most_nodes = phases + 1 + 4 * SpeedSections::most_spans;
 
     struct Moment {
         double position, velocity, acceleration;  // mu, mu/s, mu/s2
@@ -72,7 +72,8 @@ private:
 // Plans a stroke, time-optimal, in steps of bounded work. With v^2 as a function of the way, an acceleration
 // a is a slope of 2 a: the fastest v^2 under the bound r^2 F^2 sin^2(phase) is the largest function below it
 // whose slope stays within 2 a, a pass forward and one backward. Nodes are even in phase, with one at each
-// end of a section; v^2 is linear between them, below the bound, which is concave.
+// end of a section and one where a change of speed there is complete; v^2 is linear between them, below the
+// bound, which is concave.
 class StrokePlanner {
 public:
     static constexpr std::size_t passes = 3;
@@ -116,15 +117,22 @@ private:
 
     double where(double way) const noexcept { return request_.from + sign_ * way; }
 
-    // The ends of the spans, as ways from the start, ascending.
+    // The ends of the spans and of the changes of speed there, as ways from the start, ascending.
     void sort_marks() noexcept {
         marks_count_ = 0;
         for (const SpeedSpan& span : request_.spans)
             for (const double height : {span.from, span.to}) {
                 const double way = sign_ * (height - request_.from);
-                if (way > nothing() && way < length_ - nothing()) marks_[marks_count_++] = way;
+                add_mark(way);
+                const double before = wanted(way, ratio_at(way - 2 * nothing()));
+                const double after = wanted(way, ratio_at(way + 2 * nothing()));
+                add_mark(way + (after - before) / (2 * request_.acceleration));
             }
         std::sort(marks_.begin(), marks_.begin() + marks_count_);
+    }
+
+    void add_mark(double way) noexcept {
+        if (way > nothing() && way < length_ - nothing()) marks_[marks_count_++] = way;
     }
 
     double nothing() const noexcept { return 1e-12 * length_; }
@@ -157,22 +165,25 @@ private:
         }
     }
 
-    // The ratio of the interval behind a node, in the direction of the stroke.
-    double ratio_after(double way) const noexcept {
-        const double inside = where(way + 2 * nothing());
+    double ratio_at(double way) const noexcept {
+        const double inside = where(way);
         for (const SpeedSpan& span : request_.spans)
             if (inside >= span.from && inside < span.to) return span.ratio;
         return 1;
     }
 
-    // The largest v^2 at a node: that of the slower of its two neighbours.
+    // The largest v^2 at a position with a ratio.
+    double wanted(double way, double ratio) const noexcept {
+        return std::min(request_.shape.speed_squared(where(way)) * ratio * ratio,
+                        request_.largest_speed * request_.largest_speed);
+    }
+
+    // The largest v^2 at a node: that of the slower of its two neighbours. ratio_ is that of the interval
+    // behind it.
     double bound(std::size_t i, double way) noexcept {
-        const double before = i > 0 ? ratio_[i - 1] : ratio_after(0);
-        ratio_[i] = way >= length_ ? before : ratio_after(way);
-        if (i == 0 || way >= length_) return 0;
-        const double ratio = std::min(before, ratio_[i]);
-        const double wanted = request_.shape.speed_squared(where(way)) * ratio * ratio;
-        return std::min(wanted, request_.largest_speed * request_.largest_speed);
+        const double before = i > 0 ? ratio_[i - 1] : ratio_at(2 * nothing());
+        ratio_[i] = way >= length_ ? before : ratio_at(way + 2 * nothing());
+        return i == 0 || way >= length_ ? 0 : wanted(way, std::min(before, ratio_[i]));
     }
 
     void backward() noexcept {
@@ -215,7 +226,7 @@ private:
     StrokePlan* plan_ = nullptr;
     Work work_ = Work::none;
     std::array<double, StrokePlan::most_nodes> square_{}, ratio_{};
-    std::array<double, 2 * SpeedSections::most_spans> marks_{};
+    std::array<double, 4 * SpeedSections::most_spans> marks_{};
     std::size_t marks_count_ = 0, mark_ = 0, phase_ = 0, next_ = 0;
     double length_ = 0, sign_ = 1, reached_ = 0;
 };

@@ -24,15 +24,16 @@ struct Cut {
 // Height y and distance x of a tip from the axis, signed, from any number of cuts at two or more positions of
 // Y. Each cut gives
 //
-//     r^2 = rho^2 + 2 x dx + dx^2 + 2 y dy + dy^2 + 2 r drift k
+//     r^2 = rho^2 + 2 x dx + dx^2 + 2 y dy + dy^2 + 2 r drift k + 2 (y + dy) rise k
 //
-// with dx, dy against the first cut and k its number; linear in rho^2, x, y and drift. The free rho^2 is the
-// radius of the first cut, so that its error, common to all differences, counts once: generalised least
-// squares. If all cuts have one X, x follows from y. Wear and growth are a drift, estimated where there are
-// cuts enough.
+// with dx, dy against the first cut and k its number from the middle one; linear in rho^2, x, y, drift and
+// rise. The free rho^2 is the radius of the first cut, so that its error, common to all differences, counts
+// once: generalised least squares. If all cuts have one X, x follows from y. Wear, growth and the lift of the
+// spindle are a drift of the radius and a rise of the tip. They are 0 within sigmas.drift: a row of its own
+// for each.
 class CutFit {
 public:
-    static constexpr std::size_t most = 24;
+    static constexpr std::size_t most = 16;
 
     enum class Refusal : std::int32_t { none, too_few, no_step, no_solution };
 
@@ -42,8 +43,8 @@ public:
     };
 
     Refusal refusal = Refusal::none;
-    double x = 0, y = 0;  // at the first cut
-    double drift = 0;     // of the radius, per cut
+    double x = 0, y = 0;         // at the first cut, as in the middle of all cuts
+    double drift = 0, rise = 0;  // of the radius and of the tip, per cut
     double sigma_y = 0, sigma_x = 0;
     double excess = 0;  // of the residuals, in sigmas; 0 if no cut is redundant
     int redundant = 0;  // cuts more than needed
@@ -64,6 +65,7 @@ public:
         if (count < 2 || count > most) return refused(Refusal::too_few);
         std::array<Point, most> points;
         double farthest_x = 0, farthest_y = 0;
+        std::size_t farthest = 0;
         bool one_x = true;
         for (std::size_t i = 0; i < count; ++i) {
             const double step = cuts[i].y - cuts[0].y;
@@ -72,25 +74,25 @@ public:
             points[i].radius = cuts[i].radius;
             one_x &= std::abs(cuts[i].x - cuts[0].x) <= same * cuts[0].radius;
             farthest_x = std::max(farthest_x, std::abs(points[i].dx));
-            farthest_y = std::max(farthest_y, std::abs(points[i].dy));
+            if (std::abs(points[i].dy) > farthest_y) {
+                farthest_y = std::abs(points[i].dy);
+                farthest = i;
+            }
         }
         if (!(farthest_y > 1e-6 * cuts[0].radius)) return refused(Refusal::no_step);
         const Scale scale{farthest_x, farthest_y};
-        if (!one_x && !lands) {
-            fit.solve(points.data(), count, scale, true, sigmas, known, 0);
-            return fit;
-        }
-        // All at one X: of x, only how a skew Y changes it matters, so that x follows from y step by step.
-        double y = 0;
+        // Step by step: the noise of a cut depends on y, and of lands, all at one X, x follows from it.
+        const bool find_x = !one_x && !lands;
+        const double r1 = cuts[0].radius;
+        double y = -(points[0].dy + points[farthest].dy) / 2;
         for (int round = 0; round < 60; ++round) {
-            const double r1 = cuts[0].radius;
             const double x = known.valid ? known.x : std::sqrt(std::max(r1 * r1 - y * y, 0.0));
             fit = CutFit{};
-            fit.solve(points.data(), count, scale, false, sigmas, {}, x);
+            fit.solve(points.data(), count, scale, find_x, sigmas, known, x, y);
             if (fit.refusal != Refusal::none) return fit;
             const double change = std::abs(fit.y - y);
             y = fit.y;
-            if (change <= 1e-14 * r1) return fit;
+            if (change <= 1e-14 * r1 || (find_x && round == 2)) return fit;
             if (!(change <= r1)) break;
         }
         if (std::abs(y) > 0.99 * cuts[0].radius) return refused(Refusal::no_solution);
@@ -107,9 +109,14 @@ private:
         double x, y;
     };
 
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most + 1, 4>;
-    using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most + 1, 1>;
-    using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 4, 4>;
+    static constexpr int rows_most = most + 4, unknowns_most = 6;
+    static constexpr double steadiness = 20;  // cuts in which a drift changes by itself, at the soonest
+    using Rows =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows_most, unknowns_most>;
+    using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, rows_most, 1>;
+    using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, unknowns_most, 1>;
+    using Square =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, unknowns_most, unknowns_most>;
 
     static CutFit refused(Refusal reason) noexcept {
         CutFit fit;
@@ -117,35 +124,35 @@ private:
         return fit;
     }
 
-    // With x as an unknown, or with the given one.
+    // With x as an unknown, or with the given one; `y_now` is about y. Each row has a noise of 1.
     void solve(const Point* points, std::size_t count, const Scale& scale, bool find_x,
-               const CutSigmas& sigmas, const Known& known, double given_x) noexcept {
-        const bool with_known = find_x && known.valid;
-        const auto rows = static_cast<Eigen::Index>(count + (with_known ? 1 : 0));
-        const int needed = find_x ? 3 : 2;
-        if (rows < needed) return void(*this = refused(Refusal::too_few));
-        const bool drifts = static_cast<int>(count) >= needed + 2;
-        const int unknowns = needed + (drifts ? 1 : 0), last = unknowns - 1, y_column = needed - 1;
+               const CutSigmas& sigmas, const Known& known, double given_x, double y_now) noexcept {
+        const bool with_known = find_x && known.valid, drifts = sigmas.drift > 0;
+        const int needed = find_x ? 3 : 2, unknowns = needed + (drifts ? 3 : 0), y_column = needed - 1;
+        const int cuts = static_cast<int>(count), measured = cuts + (with_known ? 1 : 0);
+        if (measured < needed) return void(*this = refused(Refusal::too_few));
         const double r1 = points[0].radius, width = r1 * scale.y;
+        const double per_drift = width / r1;  // of one unit of the unknowns drift and rise
 
-        Rows a = Rows::Zero(rows, unknowns);
-        Column b = Column::Zero(rows);
+        Rows a = Rows::Zero(measured + (drifts ? 3 : 0), unknowns);
+        Column b = Column::Zero(a.rows());
         const double per_radius = std::max(sigmas.radius(), 1e-12 * r1);
         const double per_x = sigmas.travel / std::sqrt(2.0), per_y = sigmas.step / std::sqrt(2.0);
-        for (std::size_t k = 0; k < count; ++k) {
-            const Point& p = points[k];
-            const double x_now = find_x ? std::sqrt(std::max(p.radius * p.radius - p.dy * p.dy, 0.0))
+        for (int row = 0; row < cuts; ++row) {
+            const Point& p = points[row];
+            const double h = y_now + p.dy;
+            const double x_now = find_x ? std::sqrt(std::max(p.radius * p.radius - h * h, 0.0))
                                         : 0;  // lands are cut at one position of X
             const double noise =
-                2 * std::sqrt(square(p.radius * per_radius) + square(x_now * per_x) + square(p.dy * per_y));
-            const auto row = static_cast<Eigen::Index>(k);
+                2 * std::sqrt(square(p.radius * per_radius) + square(x_now * per_x) + square(h * per_y));
             const double weight = width / noise;
             a(row, 0) = weight;
             if (find_x) a(row, 1) = weight * 2 * p.dx / scale.x;
             a(row, y_column) = weight * 2 * p.dy / scale.y;
-            if (drifts)
-                a(row, last) =
-                    weight * 2 * p.radius / r1 * static_cast<double>(k) / static_cast<double>(count);
+            const double k = row - 0.5 * (cuts - 1);
+            if (drifts) a(row, needed) = weight * 2 * p.radius * k / r1;
+            if (drifts) a(row, needed + 1) = weight * 2 * h * k / r1;
+            if (drifts) a(row, needed + 2) = weight * 2 * p.radius * k * k / r1;
             b(row) = weight *
                      ((p.radius - r1) * (p.radius + r1) - p.dx * p.dx - p.dy * p.dy -
                       (find_x ? 0 : 2 * given_x * p.dx)) /
@@ -153,23 +160,28 @@ private:
         }
         if (with_known) {
             const double weight = width / (scale.x * std::max(known.sigma, 1e-12 * r1));
-            a(rows - 1, 1) = weight;
-            b(rows - 1) = weight * known.x * scale.x / width;
+            a(cuts, 1) = weight;
+            b(cuts) = weight * known.x * scale.x / width;
+        }
+        if (drifts) {
+            a(measured, needed) = a(measured + 1, needed + 1) = per_drift / sigmas.drift;
+            a(measured + 2, needed + 2) = steadiness * per_drift / sigmas.drift;
         }
 
         // Columns of like size, so that the rank shows.
-        Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4, 1> sizes = a.colwise().norm();
+        const Sizes sizes = a.colwise().norm();
         if (!(sizes.minCoeff() > 0)) return void(*this = refused(Refusal::no_solution));
         for (int i = 0; i < unknowns; ++i) a.col(i) /= sizes(i);
-        Eigen::ColPivHouseholderQR<Rows> qr(a);
+        Eigen::ColPivHouseholderQR<Eigen::Ref<Rows>> qr(a);  // in place: realtime has little stack
         qr.setThreshold(1e-9);
         if (qr.rank() < unknowns) return void(*this = refused(Refusal::no_solution));
-        const Column solution = qr.solve(b);
+        b.applyOnTheLeft(qr.householderQ().adjoint());
         const Square factor =
             qr.matrixR().topLeftCorner(unknowns, unknowns).template triangularView<Eigen::Upper>();
         const Square unit = Square::Identity(unknowns, unknowns);
         const Square inverse = factor.template triangularView<Eigen::Upper>().solve(unit);
         const Square permuted = qr.colsPermutation() * inverse;
+        const Sizes solution = permuted * b.head(unknowns);
         const auto sigma = [&](int column) { return permuted.row(column).norm() / sizes(column) * width; };
 
         y = solution(y_column) / sizes(y_column) * width / scale.y;
@@ -184,10 +196,13 @@ private:
                            permuted.row(1) / sizes(1) * width / scale.y * y / x)
                               .norm();
         }
-        if (drifts) drift = solution(last) / sizes(last) * width / (r1 * static_cast<double>(count));
-        redundant = static_cast<int>(rows) - unknowns;
+        if (drifts) {
+            drift = solution(needed) / sizes(needed) * per_drift;
+            rise = solution(needed + 1) / sizes(needed + 1) * per_drift;
+        }
+        redundant = static_cast<int>(a.rows()) - unknowns;
         if (redundant > 0) {
-            const double chi = (a * solution - b).squaredNorm();
+            const double chi = b.tail(redundant).squaredNorm();
             excess = std::max(0.0, std::sqrt(2 * chi) - std::sqrt(2.0 * redundant - 1));
         }
     }

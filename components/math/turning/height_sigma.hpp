@@ -11,6 +11,7 @@ struct CutSigmas {
     double repeatability = 0;  // of the radius that a cut leaves, built-up edge included
     double travel = 0;         // of the distance between two positions of X
     double step = 0;           // of the distance between two positions of Y
+    double drift = 0;          // of the radius and of the tip from cut to cut: wear, growth, lift
 
     double radius() const noexcept { return std::hypot(gauge / 2, repeatability); }
 };

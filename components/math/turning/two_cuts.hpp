@@ -67,7 +67,11 @@ struct TwoCuts {
         cuts.by_travel = 2 * cuts.x1 * x2 / travel;
         const double radius = sigmas.radius();
         const double a = cuts.by_r1 * radius, b = cuts.by_r2 * radius, c = cuts.by_travel * sigmas.travel;
-        cuts.sigma_y_squared = std::sqrt(a * a + b * b + c * c);
+        // Half a drift before the middle of both cuts and half a drift behind it: of the radii, and of y.
+        const double y = cuts.y(), half = sigmas.drift / 2;
+        const double d = (cuts.by_r2 - cuts.by_r1) * half;
+        const double e = (cuts.by_r2 * y / r2 - cuts.by_r1 * y / r1) * half;
+        cuts.sigma_y_squared = std::sqrt(a * a + b * b + c * c + d * d + e * e);
         if (cuts.y_squared < -3 * cuts.sigma_y_squared - rounding * r1 * r1)
             return refused(Refusal::short_travel);
         cuts.theta = std::atan2(cuts.y(), cuts.x1);

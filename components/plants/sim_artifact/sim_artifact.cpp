@@ -67,6 +67,7 @@ a perfect probe would find without compensation.
     hal::Axes<hal::Out<double>, 3> position{this, "%-position", "mu", "Position of % by its encoder."};
     hal::Axes<hal::Out<double>, 3> velocity{this, "%-velocity", "mu/s", "Velocity of %."};
     hal::Out<double> table_position{this, "table-position", "deg", "Position of the table."};
+    hal::Out<double> turns{this, "spindle-speed", "rpm", "Speed of the spindle."};
     hal::Out<bool> probe{this, "probe", "The probe touches."};
     hal::Out<bool> cooling_on{this, "cooling-on", "Temperature control is on."};
     hal::Axes<hal::Out<double>, 3> deviation{this, "truth-%-deviation", "mu",
@@ -89,6 +90,7 @@ a perfect probe would find without compensation.
         trunnion_ = trunnion;
         const double speed = plays ? step.speed : usable(spindle_speed, 1e5, 0);
         machine.step(seed_, speed, plays ? step.moving : moving_.value(), cooled_, dt);
+        turns = speed;
         touch_probe.step(seed_, dt);
         compensation.read();
         sensors.step(seed_, machine.bodies(), compensation.sensor_error(), dt);

@@ -121,7 +121,8 @@ configs/lathe/bench.hal has all lines.)"},
 - new-stock: A rising edge puts a new bar into the chuck.
 - A cut: It begins when the tool meets the work, with another built-up edge and more wear, and ends when the tool is 0.2 mm clear.
 - Z: It counts from the chuck. If Z jumps by more than 1 mm in a period the tool does not cut on its way.
-- Gauge: It measures the land at gauge-z; if that is negative, where the tool has cut last.
+- Gauge: It measures the land at gauge-z; if that is negative, where the tool has cut last, or gauge-offset beside it. Where the
+tool stands still the work springs back into it.
 - Truth: truth-... pins are for scoring only.
 - Invalid input: The last good value stays.)"},
         hal::Limits{"Use millimetres only. The tip is a point, and the stock consists of discs of 0.1 mm."},
@@ -141,6 +142,8 @@ configs/lathe/bench.hal has all lines.)"},
     hal::In<bool> guide_bush{this, "guide-bush", false, "A guide bush holds the work at the tool."};
     hal::In<bool> x_reversed{this, "x-reversed", false, "The tool is on the side of -X."};
     hal::In<double> gauge_z{this, "gauge-z", -1, "mu", "Z of the gauge; negative: at the last cut."};
+    hal::In<double> gauge_offset{this, "gauge-offset", 0, "mu",
+                                 "Distance of the gauge from the last cut, away from the chuck."};
 
     Drawn height_error{this, "height-error", 0.1, 0, 0.5, "mu", "Size of the tool's height error"};
     hal::In<std::int32_t> side{this, "side", 0,
@@ -184,7 +187,7 @@ configs/lathe/bench.hal has all lines.)"},
         turn();
 
         const double place = usable(gauge_z, 1e5, -1);
-        const double diameter = 2 * stock_.radius(place < 0 ? cut_z_ : place);
+        const double diameter = 2 * stock_.radius(place < 0 ? cut_z_ + usable(gauge_offset, 100, 0) : place);
         truth_height = y_;
         truth_x = x_;
         truth_diameter = diameter;
@@ -259,7 +262,12 @@ private:
                 cuts_ += 1;
             }
             cutting_ = true;
-            const double depth = stock_.depth(z_, nominal);
+            // A tool that feeds along Z takes each disc in one pass; one that stands still lets it spring
+            // back.
+            if (!stock_.same(z_, disc_z_)) before_ = stock_.radius(z_);
+            disc_z_ = z_;
+            const double depth =
+                z_ != from_z_ ? stock_.depth_against(before_, nominal) : stock_.depth(z_, nominal);
             const double load = force(seed_) * std::max(depth, 0.0) / 0.1;
             const double bend = load * compliance(nominal);
             const double c_t = 0.9 * bend, c_r = 0.4 * bend * sense;
@@ -288,6 +296,7 @@ private:
     Play x_play_, y_play_;
     double px_ = 100, py_ = 0, z_ = 0, from_z_ = 0;  // last good positions
     double x_ = 100, y_ = 0, cut_z_ = 0;
+    double disc_z_ = 1e6, before_ = 0;  // the disc at the tool, and its radius when the tool came
     double time_ = 0, passed_ = 0, wear_ = 0, edge_ = 0, side_ = 1;
     std::int32_t seed_ = 0, cuts_ = 0;
     bool started_ = false, fresh_ = false, cutting_ = false;

@@ -31,6 +31,14 @@ public:
         return has(z) ? (inside_ ? leaves - radius_[cell(z)] : radius_[cell(z)] - leaves) : -1;
     }
 
+    // The same against a radius that was here before.
+    double depth_against(double before, double leaves) const noexcept {
+        return inside_ ? leaves - before : before - leaves;
+    }
+
+    // Whether both are in one disc.
+    static bool same(double z, double other) noexcept { return cell(z) == cell(other); }
+
     void cut(double z, double leaves) noexcept {
         if (depth(z, leaves) > 0) radius_[cell(z)] = leaves;
     }

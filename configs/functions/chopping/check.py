@@ -8,30 +8,35 @@ PATIENCE = 30  # s
 
 
 def check(machinery):
-    unit, machine = machinery.unit, machinery.machine
     begin = machinery.inside("Z")
     machinery.move(Z=begin)
     lower, upper = sorted((begin, machinery.room("Z", STROKE)))
-    for number, value in ((16, upper), (17, lower), (18, FEED * unit)):
-        machine.mdi("M68 E%d Q%.6f" % (number, value))
-    machine.mdi("M64 P16")
+    seen = [stroke(machinery, begin, lower, upper, *each) for each in (("G21", 1), ("G20", 25.4))]
+    left = machinery.get("chop.offset") / machinery.unit
+    faults = [name for name in ("z-stage", "interlock") if machinery.get(name + ".fault")]
+    return [
+        *seen,
+        ("stopped, it is back within %.6f mm" % abs(left), abs(left) < 1e-6),
+        ("no fault", not machinery.get("chop.fault") and not faults),
+    ]
+
+
+def stroke(machinery, begin, lower, upper, word, unit):
+    """A statement on a stroke that a program in mm or inches commands from point R, and whether it holds."""
+    machine, program = machinery.machine, machinery.unit * unit  # machine units of a unit of the program
+    length = upper - lower
+    machine.mdi(word)
+    words = (upper / program, -length / program, (begin - upper) / program, 60 * FEED / unit)
+    machine.mdi("G81.1 Z[%.6f - #<_abs_z> + #<_z>] Q%.6f R%.6f P%.6f" % words)
     waited = 0
     while machinery.get("chop.stroke-count") < 4 and not machinery.get("chop.fault") and waited < PATIENCE:
         machine.wait(0.5)
         waited += 0.5
-    strokes, fault = machinery.get("chop.stroke-count"), machinery.get("chop.fault-code")
-    off = [machinery.get("chop.upper-error") / unit, machinery.get("chop.lower-error") / unit]
-    machine.mdi("M65 P16")
-    machine.wait(5)
-    left = machinery.get("chop.offset") / unit
-    faults = [name for name in ("z-stage", "interlock") if machinery.get(name + ".fault")]
-    length = "mm" if unit == 1 else "in"
-    return [
-        (
-            "Z strokes by %.4g %s: %d strokes, its dead points off by %.3f and %.3f mm"
-            % (upper - lower, length, strokes, *off),
-            strokes >= 4 and max(map(abs, off)) < TOLERANCE,
-        ),
-        ("stopped, it is back within %.6f mm" % abs(left), abs(left) < 1e-6),
-        ("no fault", not fault and not faults),
-    ]
+    strokes = machinery.get("chop.stroke-count")
+    ends = [machinery.get("chop.upper") - upper, machinery.get("chop.lower") - lower]
+    off = [machinery.get("chop.upper-error"), machinery.get("chop.lower-error"), *ends]
+    off = max(abs(each) / machinery.unit for each in off)
+    machine.mdi("G80.1")
+    text = "%s G81.1: Z strokes by %.4g %s, %d strokes, its dead points off by at most %.3f mm"
+    unit_name = "mm" if machinery.unit == 1 else "in"
+    return text % (word, length, unit_name, strokes, off), strokes >= 4 and off < TOLERANCE

@@ -44,16 +44,16 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=N
     return path
 
 
-def read_records(host, folder):
+def read_records(host, folder, period=PERIOD):
     """All records of the component, a period each."""
     count = host.get("growth-test.rows")
     walk, rows = os.path.join(folder, "walk.csv"), os.path.join(folder, "rows.csv")
     with open(walk, "w", encoding="ascii") as file:
         file.write("time,growth-test.row\n")
-        file.writelines("%r,%d\n" % (PERIOD * index, index) for index in range(count))
-    recording = host.record(rows, ["growth-test.row-shown"] + ["growth-test.row-" + field for field in FIELDS], PERIOD)
+        file.writelines("%r,%d\n" % (period * index, index) for index in range(count))
+    recording = host.record(rows, ["growth-test.row-shown"] + ["growth-test.row-" + field for field in FIELDS], period)
     host.replay(walk)
-    host.run(PERIOD * (count + 2))
+    host.run(period * (count + 2))
     host.stop_recording(recording)
     found = {}
     with open(rows, newline="", encoding="ascii") as file:
@@ -78,6 +78,9 @@ def log_text(seed, records, sensors):
         if kind == 2:
             lines.append("temperature,%d,%r,%d,%r,%d,%r" % (number, r["time"], item, r["x"], r["y"], r["z"]))
             continue
+        if kind == 4:
+            lines.append("speed,%d,%r,%r" % (number, r["time"], r["x"]))
+            continue
         where = ",".join("%d" % r[name] for name in ("pass", "visit", "bore", "turned", "compensated", "cooled"))
         if kind == 3:
             lines.append("event,%d,%r,%s,%s,%r" % (number, r["time"], where, EVENTS[item - 1], r["x"]))
@@ -85,6 +88,28 @@ def log_text(seed, records, sensors):
             values = ",".join("%r" % r[name] for name in ("x", "y", "z", "x-offset", "y-offset", "z-offset"))
             lines.append("touch,%d,%r,%s,%s,%s" % (number, r["time"], where, SIDES[item], values))
     return "\n".join(lines) + "\n"
+
+
+def law_of(log, *options):
+    """What plumb growth identify finds in a log."""
+    program = os.path.join(BUILD, "bin", "plumb-growth")
+    done = subprocess.run([program, "identify", log, "--json", *options], check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout)
+
+
+def add_axis_growth(host, lines, instance="axis-growth", place=(0, -60, -140)):
+    """axis_growth beside sim_artifact, with these setp lines, at a place in mm. Nothing applies its offsets."""
+    for number in range(4):
+        for pin in ("temperature-%d", "temperature-valid-%d", "temperature-age-%d"):
+            host.command("net artifact-%s artifact.%s => %s.%s" % (pin % number, pin % number, instance, pin % number))
+    host.command("addf %s.update servo-thread" % instance)
+    host.set(instance + ".all-homed", True)
+    host.set(instance + ".enable", True)
+    for axis, position in zip("xyz", place):
+        host.set("%s.%s-position" % (instance, axis), position)
+    for line in lines.split("\n"):
+        if line and not line.startswith("#"):
+            host.command(line)
 
 
 def results_of(log, folder):

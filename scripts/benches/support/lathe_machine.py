@@ -47,7 +47,7 @@ METHODS = {
     "one pair of lands": Method(1, 1, 1),
     "lands ABBA": Method(1, 2, 1),
     "lands ABBA x 3": Method(1, 6, 1),
-    "step of Y": Method(2, 0, 0.5),
+    "step of Y": Method(2, 0, 0.75),
     "eight cuts": Method(3, 0, 0.2),
 }
 
@@ -67,7 +67,7 @@ class Case:
 
     @property
     def repeatability(self):
-        return 0.0012 if self.edge else 0.0003
+        return 0.0012 if self.edge else 0
 
 
 @dataclasses.dataclass
@@ -127,8 +127,8 @@ class Lathe:
                 "lathe.x-error": 0,
                 "centre.gauge-sigma": gauge,
                 "centre.cut-repeatability": case.repeatability,
-                "centre.travel-sigma": 0.0005,
-                "centre.step-sigma": 0.0005,
+                "centre.travel-sigma": 0.0002,
+                "centre.step-sigma": 0.0001,
                 "centre.land-step": work.step,
                 "centre.land-diameter": work.diameter,
                 "centre.clearance-angle": case.clearance,

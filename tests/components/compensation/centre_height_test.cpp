@@ -410,6 +410,29 @@ TEST_F(CentreHeight, HeightIsValidButHeldForAReason) {
     EXPECT_GT(3 * get("sigma"), 0.035);
 }
 
+// Of lands and of any cuts, too: the pair reversed, or another cut.
+TEST_F(CentreHeight, RedundantLandsMustAgree) {
+    const Lathe lathe;
+    for (const int method : {two_lands, any_cuts}) {
+        for (const double error : {0.0, 0.002, 0.01}) {
+            SCOPED_TRACE(std::to_string(method) + " " + std::to_string(error));
+            const bool agrees = error < 0.005;  // two sigmas of a prediction
+            begin(method == two_lands ? 4 : 5, method);
+            cut(lathe, 5, 1);
+            cut(lathe, 5, -1);
+            cut(lathe, method == two_lands ? 5 : 3, -1);
+            if (method == any_cuts) cut(lathe, 4, 1);
+            place(5, 1);
+            pulse("cut-done");
+            enter(2 * (lathe.radius(5, 1) + error));
+            EXPECT_NEAR(get("predicted-diameter"), 2 * lathe.radius(5, 1), 1e-9) << "by the others";
+            EXPECT_EQ(get("move-allowed"), agrees);
+            EXPECT_EQ(get("hold-code"), agrees ? 0 : 6);
+            EXPECT_EQ(get("disagreement") > 3, !agrees);
+        }
+    }
+}
+
 TEST_F(CentreHeight, RedundantCutMustAgree) {
     const Lathe lathe;
     set("sign", 1);
@@ -436,26 +459,135 @@ TEST_F(CentreHeight, RedundantCutMustAgree) {
     }
 }
 
-TEST_F(CentreHeight, AbortIsResumedOrBegunAgain) {
+// Under the cut the work bends away from the tool; in spring passes it does not.
+TEST_F(CentreHeight, HeightAtRestIsToldFromTheOneUnderTheCut) {
+    Lathe cutting, at_rest;
+    at_rest.tip_y = cutting.tip_y + 0.008;
+    const auto measure_from = [&](const Lathe& lathe, double y) {
+        place(7, y);
+        begin(2, two_lands, y);
+        cut(lathe, 5, y + 1);
+        cut(lathe, 5, y - 1);
+    };
+    set("program-tool", 1);
+    measure_from(cutting, 0);
+    EXPECT_EQ(get("bend-known"), 0);
+    EXPECT_EQ(get("move-allowed"), 1);
+    set("at-rest", 1);
+    measure_from(at_rest, 0.1);  // from another Y
+    EXPECT_EQ(get("bend-known"), 1);
+    EXPECT_NEAR(get("bend"), 0.008, 1e-9);
+    EXPECT_NEAR(get("bend-sigma"), std::sqrt(2.0) * get("sigma"), 1e-5);
+    expect_held(7);  // the part is turned under the cut
+    set("at-rest", 0);
+    set("program-tool", 2);
+    measure_from(cutting, 0);
+    EXPECT_EQ(get("bend-known"), 0);
+    EXPECT_EQ(get("bend"), 0);
+}
+
+// A tip on centre leaves a larger radius than its X where Y is stepped: no slip.
+TEST_F(CentreHeight, StepOfYIsNoSlip) {
+    set("x-is-radius", 1);
+    const Lathe lathe{0, 0.01};
+    begin(3, y_step);
+    cut(lathe, 0.5, 0);
+    cut(lathe, 0.35, 0);
+    cut(lathe, 0.2, 0.25);
+    EXPECT_EQ(get("fault"), 0);
+    EXPECT_NEAR(get("height"), 0.01, 1e-9);
+}
+
+// At every step, and by every method: nothing may move, and the height is the same as without the abort.
+TEST_F(CentreHeight, AbortAtAnyStepIsResumedOrBegunAgain) {
+    Lathe lathe;
+    lathe.tip_y = 0.45;
+    set("sign", 1);
+    set("max-sigma", 1);
+    const std::vector<std::vector<std::array<double, 2>>> plans{{{5, 0}, {3, 0}},
+                                                                {{5, 1}, {5, -1}},
+                                                                {{5, 0}, {4, 0}, {3.5, 0.4}},
+                                                                {{5, 0}, {4, 0}, {4, 0.4}, {5, 0.4}}};
+    for (int method = two_cuts; method <= any_cuts; ++method) {
+        const auto& plan = plans[static_cast<std::size_t>(method)];
+        const int count = static_cast<int>(plan.size()), last = 4 * count + 1;
+        for (int abort_at = 0; abort_at < last; ++abort_at) {
+            for (const bool resume : {true, false}) {
+                SCOPED_TRACE(std::to_string(method) + " aborted at " + std::to_string(abort_at));
+                int now = 0;
+                bool begun_again = false;
+                const auto interrupted = [&] {
+                    if (now++ != abort_at || begun_again) return false;
+                    const double before = get("state-code");
+                    pulse("abort");
+                    EXPECT_EQ(get("state-code"), 5);
+                    for (const char* pin : {"measure", "value-valid", "move-allowed", "y-move", "fault"})
+                        EXPECT_EQ(get(pin), 0) << pin;
+                    for (const char* pin : {"cut-done", "value-ready", "entered", "compute"}) pulse(pin);
+                    EXPECT_EQ(get("state-code"), 5) << "nothing goes on by itself";
+                    if (resume) {
+                        pulse("resume");
+                        EXPECT_EQ(get("state-code"), before);
+                    }
+                    return begun_again = !resume;
+                };
+                const auto work_through = [&] {
+                    now = 0;
+                    begin(count, method);
+                    if (interrupted()) return false;
+                    for (const auto& [x, y] : plan) {
+                        place(x, y);
+                        if (interrupted()) return false;
+                        pulse("cut-done");
+                        if (interrupted()) return false;
+                        if (abort_at % 2 != 0) {  // after a slip
+                            enter(0);
+                            EXPECT_EQ(get("fault"), 1);
+                        }
+                        if (interrupted()) return false;
+                        enter(2 * lathe.radius(x, y));
+                        if (interrupted()) return false;
+                    }
+                    return true;
+                };
+                if (!work_through()) work_through();
+                EXPECT_EQ(get("cut-number"), count);
+                EXPECT_NEAR(get("height"), 0.45, 1e-8);
+                EXPECT_EQ(get("move-allowed"), 1);
+            }
+        }
+    }
+}
+
+TEST_F(CentreHeight, RefusedCutsStayRefusedAfterAnAbort) {
+    set("stock-diameter", 9);
+    begin(2, two_lands);
+    place(5, 1);
+    pulse("cut-done");
+    enter(10);
+    expect_refused(16);
+    pulse("abort");
+    EXPECT_EQ(get("fault"), 0);
+    pulse("resume");
+    expect_refused(16);
+}
+
+// A height that a program has stored must not be stored again.
+TEST_F(CentreHeight, StoredHeightIsForgotten) {
     const Lathe lathe;
     begin(2, two_lands);
     cut(lathe, 5, 1);
-    place(5, -1);
-    pulse("cut-done");
-    pulse("abort");
-    EXPECT_EQ(get("state-code"), 5);
-    enter(1);
-    EXPECT_EQ(get("cut-number"), 1) << "interrupted";
-    pulse("resume");
-    EXPECT_EQ(get("measure"), 1);
-    enter(2 * lathe.radius(5, -1));
-    EXPECT_NEAR(get("height"), 0.035, 1e-9);
-    pulse("abort");
+    cut(lathe, 5, -1);
+    EXPECT_EQ(get("move-allowed"), 1);
+    pulse("stored");
+    EXPECT_EQ(get("state-code"), 0);
     EXPECT_EQ(get("move-allowed"), 0);
     EXPECT_EQ(get("y-move"), 0);
-    begin(2, two_lands);
-    EXPECT_EQ(get("cut-number"), 0);
-    EXPECT_EQ(get("state-code"), 1);
+    pulse("abort");
+    pulse("resume");
+    EXPECT_EQ(get("value-valid"), 0);
+    pulse("compute");
+    EXPECT_EQ(get("move-allowed"), 0);
 }
 
 TEST_F(CentreHeight, TargetHeightAndHabitsOfTheMachineCount) {
@@ -504,7 +636,7 @@ TEST_F(CentreHeight, ShowsWhichDiameterCanBeTurnedAndWhere) {
 
 TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
     for (const char* pin :
-         {"gauge-sigma", "cut-repeatability", "travel-sigma", "step-sigma", "known-x-sigma"})
+         {"gauge-sigma", "cut-repeatability", "travel-sigma", "step-sigma", "drift-sigma", "known-x-sigma"})
         set(pin, 0);
     const Lathe lathe;
     set("x-known", 1);

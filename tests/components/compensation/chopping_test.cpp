@@ -406,6 +406,44 @@ TEST_F(Chopping, LearnsTheDeadPointsWithoutPassingThem) {
     }
 }
 
+// The command of a learned stroke is beyond its dead points, and leads; its acceleration has a limit of its
+// own.
+TEST_F(Chopping, LearnsWithALeadWithinTheLargestAccelerationOfTheOutput) {
+    for (const char* line :
+         {"setp chop.learn 1", "setp chop.jerk-time 0.02", "setp chop.lead 0.012",
+          "setp chop.section-0-kind 1", "setp chop.section-0-to 360", "setp chop.section-0-ratio 2",
+          "setp chop.max-output-accel 2201", "setp axis.servo-gain 25"})
+        bench.command(line);
+    start();
+    bench.run(4);
+    bench.expect("u <= -7.995 && l >= -20.005", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    for (int i = 0; i < 60 && get("speed-factor") < 1; ++i) bench.run(0.5);
+    bench.run(10);
+    EXPECT_EQ(get("learned"), 1);
+    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_NEAR(bench.get("axis.truth-upper"), -8, 2 * um);
+    EXPECT_NEAR(bench.get("axis.truth-lower"), -20, 2 * um);
+    const std::vector<double> z = commands(4);
+    EXPECT_GT(*std::max_element(z.begin(), z.end()), -7.95) << "learned ends lie beyond";
+    EXPECT_LE(hardest(z), 2200 * 1.01);
+    EXPECT_GT(hardest(z), 1050) << "the lead adds to the acceleration";
+}
+
+TEST_F(Chopping, ALearnedStrokeWithSectionsKeepsTheAcceleration) {
+    for (const char* line :
+         {"setp chop.learn 1", "setp axis.servo-gain 20", "setp chop.section-0-kind 2",
+          "setp chop.section-0-from -16", "setp chop.section-0-to -11", "setp chop.section-0-ratio 0.4",
+          "setp chop.section-1-kind 4", "setp chop.section-1-from -20", "setp chop.section-1-to -16",
+          "setp chop.section-1-ratio 3"})
+        bench.command(line);
+    start();
+    double worst = 0;
+    for (int i = 0; i < 30; ++i) worst = std::max(worst, hardest(commands(1)));
+    EXPECT_EQ(get("learned"), 1);
+    EXPECT_GT(get("upper-correction"), 0.1);
+    EXPECT_LE(worst, 1000 * 1.01);
+}
+
 struct Learned : Chopping {
     Learned() {
         bench.command("setp axis.servo-gain 20");
@@ -439,6 +477,52 @@ TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
     EXPECT_NEAR(get("upper-error"), 0, 0.002) << "corrected nevertheless";
 }
 
+// The friction of guides that run dry, on a drive that has hardly enough force.
+TEST_F(Chopping, FrictionThatGrowsOverWeeksIsReported) {
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.max-drift 0.05",
+                             "setp axis.servo-gain 20", "setp axis.force-limit 800"})
+        bench.command(line);
+    start();
+    bench.run(30);
+    ASSERT_EQ(get("learned"), 1);
+    double before = get("drift");
+    for (const double friction : {0.4, 0.5, 0.6}) {
+        EXPECT_EQ(get("fault-code"), 0) << friction;
+        bench.set("axis.friction", friction);
+        bench.run(20);
+        EXPECT_GT(get("drift"), 2 * before) << friction;
+        EXPECT_NEAR(bench.get("axis.truth-upper"), -8, 2 * um) << "corrected nevertheless";
+        before = get("drift");
+    }
+    EXPECT_EQ(get("fault-code"), 16);
+}
+
+TEST_F(Chopping, DeadPointsThatDoNotConvergeAreReported) {
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp axis.resolution 0.02"})
+        bench.command(line);
+    start();
+    bench.run(30);
+    EXPECT_EQ(get("speed-factor"), 1);
+    EXPECT_EQ(get("fault-code"), 0) << "not yet 30 cycles";
+    bench.run(20);
+    EXPECT_EQ(get("learned"), 0);
+    EXPECT_EQ(get("fault-code"), 14);
+    EXPECT_EQ(get("active"), 1) << "it strokes on";
+}
+
+TEST_F(Chopping, AScaleOfAnotherUnitStopsTheStrokeWhileItIsSlow) {
+    for (const char* line :
+         {"loadrt scale names=wrong", "unlinkp chop.joint-feedback", "setp wrong.gain 1.3",
+          "net feedback => wrong.in", "net wrong-feedback wrong.out => chop.joint-feedback",
+          "addf wrong servo-thread", "setp chop.learn 1", "setp chop.jerk-time 0.01"})
+        bench.command(line);
+    start();
+    bench.expect("f == 0.2", {{"f", "chop.speed-factor"}});
+    bench.run(15);
+    EXPECT_EQ(get("fault-code"), 12);
+    EXPECT_EQ(get("active"), 0);
+}
+
 TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     ASSERT_EQ(get("rows"), 1);
     EXPECT_NEAR(get("row-upper-offset"), get("upper-correction"), 0.001);
@@ -454,9 +538,15 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
         later.command(line);
     later.run(0.5);
-    EXPECT_EQ(later.get("chop.speed-factor"), 1) << "at once";
+    EXPECT_EQ(later.get("chop.speed-factor"), 0.2);
     later.run(4);
-    EXPECT_NEAR(later.get("axis.truth-upper"), -8, 0.003);
+    later.expect("u <= -7.998 && l >= -20.002", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    for (int i = 0; i < 60 && later.get("chop.speed-factor") < 1; ++i) later.run(0.5);
+    later.run(1.5);
+    EXPECT_NEAR(later.get("chop.upper-correction"), get("upper-correction"), 0.05) << "in its first cycles";
+    later.run(8);
+    EXPECT_EQ(later.get("chop.learned"), 1);
+    EXPECT_EQ(later.get("chop.row-upper-first"), get("row-upper-first"));
 }
 
 TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {

@@ -356,6 +356,39 @@ TEST_F(ThermalGrowthTest, InterruptedPassGoesOnUnderItsNumber) {
     EXPECT_EQ(get("pass"), 2);
 }
 
+TEST_F(ThermalGrowthTest, APassInWhichTheMachineStandsTooLongIsAFault) {
+    begin();
+    set("max-pass-time", 600);
+    set("pass-running", 1);
+    bench.run(590);
+    EXPECT_EQ(fault(), Fault::none);
+    bench.run(20);
+    EXPECT_EQ(fault(), Fault::standstill);
+    set("pass-running", 0);
+    tick();
+    set("acknowledge", 1);
+    bench.run(900);
+    EXPECT_EQ(fault(), Fault::none);
+}
+
+// The mean of the speed since the last row of temperatures.
+TEST_F(ThermalGrowthTest, RecordsTheSpeedOfTheSpindleWithTheTemperatures) {
+    set("sample-time", 60);
+    begin();
+    set("spindle-speed", -6000);
+    bench.run(30);
+    set("spindle-speed", 0);
+    bench.run(40);
+    std::vector<double> speeds;
+    for (int row = 0; row < get("rows"); ++row) {
+        set("row", row);
+        tick();
+        if (get("row-kind") == 4) speeds.push_back(get("row-x"));
+    }
+    ASSERT_EQ(speeds.size(), 2U);
+    EXPECT_NEAR(speeds[1], 3000, 150);
+}
+
 // Its records give the same test: pass, visits, references and history go on where they were.
 TEST_F(ThermalGrowthTest, RestoredRecordsContinueTheTest) {
     begin();

@@ -3,6 +3,7 @@
 
 import glob
 import os
+import random
 import signal
 import subprocess
 import time
@@ -13,6 +14,7 @@ from tree import BUILD, ROOT, own_folder
 
 GROWTH_LOG = os.path.join(BUILD, "bin", "growth_log")
 PATIENCE = 60  # s of real time, for an event that takes a moment
+KINDS = ("touch", "temperature", "event", "speed")  # of records
 COMPONENT, DISK, DAMAGED, FOREIGN, REFUSED = range(1, 6)
 
 SETTINGS = """machine = "%s"
@@ -108,7 +110,7 @@ class GrowthLog(unittest.TestCase):
         self.assertEqual(lines[0], "growth-log,1")
         self.assertIn("machine,mill 3", lines)
         self.assertIn("bore,1,0,-60,60", lines)
-        records = [line.split(",") for line in lines if line.split(",")[0] in ("touch", "temperature", "event")]
+        records = [line.split(",") for line in lines if line.split(",")[0] in KINDS]
         self.assertEqual([int(record[1]) for record in records], list(range(1, len(records) + 1)))
         self.assertEqual(records[0][9], "begin")
         touches = [record for record in records if record[0] == "touch"]
@@ -147,9 +149,42 @@ class GrowthLog(unittest.TestCase):
         text = "\n".join(self.lines(self.logs()[0]))
         self.assertIn(",resumed,", text)
         self.assertNotIn("touch,99,5", text)
-        numbers = [int(line.split(",")[1]) for line in text.split("\n") if line.split(",")[0] in ("touch", "temperature", "event")]
+        numbers = [int(line.split(",")[1]) for line in text.split("\n") if line.split(",")[0] in KINDS]
         self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
         self.assertGreater(len(numbers), rows)
+
+    def test_killed_at_any_moment_it_keeps_what_it_reported_and_goes_on(self):
+        draw, kept = random.Random(4), ""
+        self.start_log()
+        for attempt in range(6):
+            self.host.set("growth-test.resume", attempt > 0)
+            self.host.set("artifact.play", True)
+            before = self.get("growth-log.lines")
+            self.until(lambda before=before: self.get("growth-log.lines") > before, "a record of this run", tick=True)
+            for _ in range(draw.randrange(60)):
+                self.host.run(draw.choice((0.5, 3, 20)))
+            reported = self.get("growth-log.lines")
+            self.kill()
+            self.assertEqual(len(self.logs()), 1)
+            with open(self.logs()[0], encoding="ascii") as file:
+                text = file.read()
+            text = text[: text.rfind("\n") + 1]
+            self.assertTrue(text.startswith(kept))
+            records = sum(line.split(",")[0] in KINDS for line in text.split("\n"))
+            self.assertGreaterEqual(records, reported)
+            kept = text
+            self.start_machine()
+            self.start_log()
+            self.until(lambda: self.get("growth-log.resumable"), "the test was given back", tick=True)
+            self.assertEqual(self.get("growth-test.rows"), records)
+        self.host.set("growth-test.resume", True)
+        self.play(1500)
+        bores = {}
+        for line in self.lines(self.logs()[0]):
+            fields = line.split(",")
+            if fields[0] == "event" and fields[9] == "measured":
+                bores.setdefault(int(fields[3]), set()).add(tuple(fields[5:8]))
+        self.assertEqual(len(bores[1]), 16)  # bores, orientations and states of a whole pass
 
     def test_without_resume_a_new_file_begins_and_the_old_one_stays(self):
         self.start_log()

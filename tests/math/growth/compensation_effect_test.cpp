@@ -175,6 +175,18 @@ TEST(JudgedCompensation, NamesSwappedSensors) {
     });
 }
 
+TEST(JudgedCompensation, NamesSwappedSensorsBesideOneThatWarmsLikeThem) {
+    expect_named(CompensationFault::swapped_sensors, [](Machine& its) {
+        Eigen::MatrixXd& temperatures = its.record.temperatures;
+        temperatures.conservativeResize(Eigen::NoChange, 4);
+        for (int k = 0; k < temperatures.rows(); ++k)
+            temperatures(k, 3) = 0.7 * temperatures(k, Machine::bed) + 6 + 0.05 * its.random.gaussian();
+        its.seen.col(0).swap(its.seen.col(1));
+        temperatures.col(0).swap(temperatures.col(1));
+        its.compensate();
+    });
+}
+
 TEST(JudgedCompensation, ThreePassesAndAStillMachineAreNotJudged) {
     Machine machine(1);
     CompensationRecord few = machine.record;

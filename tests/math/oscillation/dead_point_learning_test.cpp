@@ -32,7 +32,8 @@ struct Axis {
             const double used = learning.offset(upper, acceleration, 100 * k);
             const double error = used + overshoot * k * k + constant;
             farthest = std::max(farthest, error);
-            learning.measured(upper, error, used, acceleration);
+            EXPECT_TRUE(learning.plausible(upper, error, used, 100 * k));
+            learning.measured(upper, error, used, acceleration, 100 * k);
         }
         return farthest;
     }
@@ -75,22 +76,92 @@ TEST(DeadPointLearning, RemembersTheStrokesThatItLearned) {
     EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow);
 }
 
-TEST(DeadPointLearning, WhatIsRestoredIsInForceWithItsFirstCorrection) {
-    const Axis axis{-0.2};
-    DeadPointLearning first, next;
-    first.select(stroke, usual());
-    for (int i = 0; i < 30; ++i) axis.cycle(first);
-    ASSERT_EQ(first.size(), 1);
-    EXPECT_TRUE(next.restore(first[0]));
-    EXPECT_FALSE(next.restore(first[0])) << "twice";
-    next.select(stroke, usual());
-    EXPECT_EQ(next.speed_factor(), 1);
-    EXPECT_NEAR(axis.cycle(next), 0, um);
+// What another run of the program has learned about an axis.
+DeadPointLearning::Learned learned_of(const Axis& axis) {
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    for (int i = 0; i < 30; ++i) axis.cycle(learning);
+    EXPECT_EQ(learning.strokes().size(), 1);
+    return learning.strokes()[0];
+}
+
+// Restored, and selected.
+struct Restored : DeadPointLearning {
+    explicit Restored(const Learned& learned) {
+        EXPECT_TRUE(restore(learned));
+        EXPECT_FALSE(restore(learned)) << "twice";
+        select(stroke, usual());
+    }
+
+    // To full speed; returns the farthest error beyond a dead point.
+    double rise(const Axis& axis) {
+        double farthest = -1e9;
+        for (int i = 0; i < 50 && speed_factor() < 1; ++i) farthest = std::max(farthest, axis.cycle(*this));
+        return farthest;
+    }
+};
+
+TEST(DeadPointLearning, WhatIsRestoredComesIntoForceAfterSlowStrokes) {
+    for (const double overshoot : {-0.2, 0.1}) {
+        const Axis axis{overshoot};
+        Restored learning(learned_of(axis));
+        EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow);
+        EXPECT_LT(learning.offset(true, 600, 20), -0.2) << "inside first";
+        EXPECT_LE(learning.rise(axis), 0);
+        EXPECT_NEAR(axis.cycle(learning), overshoot < 0 ? -0.06 : -0.03, 2 * um) << "30 % are in reserve";
+        for (int i = 0; i < 8; ++i) EXPECT_LE(axis.cycle(learning), 1 * um);
+        EXPECT_TRUE(learning.learned());
+    }
+}
+
+TEST(DeadPointLearning, ARestoredStrokeKeepsItsFirstCorrection) {
     const Axis rougher{-0.23};
-    for (int i = 0; i < 10; ++i) rougher.cycle(next);
-    EXPECT_NEAR(next.drift(), 0.03, um);
-    EXPECT_NEAR(next[0].offset[1], 0.23, um);
-    EXPECT_NEAR(next[0].first_offset[1], 0.2, um);
+    Restored learning(learned_of(Axis{-0.2}));
+    learning.rise(rougher);
+    EXPECT_EQ(learning.drift(), 0) << "not measured yet";
+    for (int i = 0; i < 10; ++i) rougher.cycle(learning);
+    EXPECT_NEAR(learning.drift(), 0.03, um);
+    EXPECT_NEAR(learning.strokes()[0].offset[1], 0.23, um);
+    EXPECT_NEAR(learning.strokes()[0].first_offset[1], 0.2, um);
+}
+
+// A drive that was tuned, a scale that was changed: the record is of another axis.
+TEST(DeadPointLearning, ARecordOfAnotherAxisNeverTakesItBeyond) {
+    for (const double was : {-0.9, -0.2, 0.0, 0.2})
+        for (const double is : {-0.5, -0.05, 0.0, 0.05, 0.4}) {
+            const Axis axis{is};
+            Restored learning(learned_of(Axis{was}));
+            double farthest = learning.rise(axis);
+            for (int i = 0; i < 12; ++i) farthest = std::max(farthest, axis.cycle(learning));
+            EXPECT_LE(farthest, 5 * um) << was << " " << is;
+            EXPECT_EQ(learning.beyond(), 0);
+            EXPECT_TRUE(learning.learned());
+        }
+}
+
+TEST(DeadPointLearning, WhatTakesTheAxisBeyondIsNotTrustedAgain) {
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    for (int i = 0; i < 30; ++i) Axis{-0.2}.cycle(learning);
+    learning.restart();
+    EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow);
+    learning.select({10, 60, 100, 1000, 0}, usual());
+    learning.select(stroke, usual());
+    EXPECT_EQ(learning.speed_factor(), DeadPointLearning::slow) << "of the same region, later";
+}
+
+TEST(DeadPointLearning, ADeadPointIsPlausibleBetweenTheLastOneAndItsSquare) {
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    constexpr double slack = 0.1 * 30 + 0.3;
+    EXPECT_TRUE(learning.plausible(true, -slack + um, 0, 20));
+    EXPECT_FALSE(learning.plausible(true, -slack - um, 0, 20));
+    EXPECT_FALSE(learning.plausible(true, slack + um, 0, 20));
+    learning.measured(true, -1, 0, 600, 50);
+    EXPECT_TRUE(learning.plausible(true, -4 - slack + um, 0, 100));
+    EXPECT_FALSE(learning.plausible(true, -4 - slack - um, 0, 100));
+    EXPECT_FALSE(learning.plausible(true, -1 + slack + um, 0, 100));
+    EXPECT_TRUE(learning.plausible(true, 0, 1, 50)) << "commanded 1 beyond";
 }
 
 TEST(DeadPointLearning, AnImpossibleRecordIsRefused) {
@@ -107,14 +178,14 @@ TEST(DeadPointLearning, AnImpossibleRecordIsRefused) {
 TEST(DeadPointLearning, TheNinthStrokeTakesThePlaceOfTheFirst) {
     const Axis axis{-0.1};
     DeadPointLearning learning;
-    for (int i = 0; i <= DeadPointLearning::most_strokes; ++i) {
+    for (int i = 0; i <= LearnedStrokes::most; ++i) {
         learning.select({10.0 - i, 40, 100, 1000, 0}, usual());
         for (int k = 0; k < 20; ++k) axis.cycle(learning);
         ASSERT_TRUE(learning.learned()) << i;
     }
-    EXPECT_EQ(learning.size(), DeadPointLearning::most_strokes);
-    EXPECT_EQ(learning[0].stroke.lower, 10.0 - DeadPointLearning::most_strokes);
-    EXPECT_EQ(learning[1].stroke.lower, 9);
+    EXPECT_EQ(learning.strokes().size(), LearnedStrokes::most);
+    EXPECT_EQ(learning.strokes()[0].stroke.lower, 10.0 - LearnedStrokes::most);
+    EXPECT_EQ(learning.strokes()[1].stroke.lower, 9);
 }
 
 TEST(DeadPointLearning, AnEndBeyondComesBackWithTheAcceleration) {
@@ -152,7 +223,7 @@ TEST(DeadPointLearning, GoesBackAtOnceFromFarBeyond) {
     learning.select(stroke, usual());
     for (int i = 0; i < 30; ++i) axis.cycle(learning);
     const double used = learning.offset(true, 600, 100);
-    learning.measured(true, 0.05, used, 600);
+    learning.measured(true, 0.05, used, 600, 100);
     EXPECT_NEAR(learning.offset(true, 600, 100), used - 0.05, 1e-12);
     EXPECT_EQ(learning.beyond(), 1);
 }

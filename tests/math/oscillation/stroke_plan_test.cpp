@@ -26,26 +26,27 @@ std::unique_ptr<StrokePlan> planned(const StrokeRequest& request, std::size_t no
     return plan;
 }
 
-// Both strokes of a region with sections.
+// Both strokes of a region with sections. Its ends may be learned ones.
 struct Region {
     Reciprocation base;
+    double lower_offset = 0, upper_offset = 0;  // mm, outward
     SpeedSections::Table table{};
     double acceleration = 1e9, largest_speed = 1e9;
 
     StrokeRequest stroke(bool upward) const {
         StrokeRequest request;
-        request.from = upward ? base.lower : base.upper;
-        request.to = upward ? base.upper : base.lower;
-        request.shape = base;
+        request.shape = {base.lower - lower_offset, base.upper + upper_offset, base.speed};
+        request.from = upward ? request.shape.lower : request.shape.upper;
+        request.to = upward ? request.shape.upper : request.shape.lower;
         request.largest_speed = largest_speed;
         request.acceleration = acceleration;
-        request.spans = SpeedSections::spans(table, base, upward);
+        request.spans = SpeedSections::spans(table, request.shape, upward);
         return request;
     }
 };
 
-// A region and up to four sections by height or phase, in any place, ratios of 0.1 to 5, limits from far
-// above to far below what the speed wants.
+// A region, every other one with learned ends, and up to four sections in any place, ratios of 0.1 to 5,
+// limits from far above to far below what the speed wants.
 Region drawn(Random& random) {
     Region region;
     region.base.lower = random.uniform(-300, 300);
@@ -53,6 +54,10 @@ Region drawn(Random& random) {
     region.base.speed = std::pow(10, random.uniform(0.5, 3));
     region.acceleration = region.base.peak_acceleration() * std::pow(10, random.uniform(-0.7, 2));
     if (random.uniform() < 0.3) region.largest_speed = region.base.speed * random.uniform(0.5, 3);
+    if (random.uniform() < 0.5) {
+        region.lower_offset = random.uniform(-0.1, 0.1) * region.base.stroke();
+        region.upper_offset = random.uniform(-0.1, 0.1) * region.base.stroke();
+    }
     double edge = random.uniform(0, 1), first = edge;
     for (int i = random.index(5); i > 0; --i) {
         const double from = edge + (random.uniform() < 0.3 ? 0 : random.uniform(0, 1));
@@ -198,7 +203,7 @@ TEST(StrokePlan, AStrokeFromTheMiddleKeepsTheSectionsWhereTheyAre) {
 // What every plan keeps: acceleration and speed, inside the region, position and speed without a step, slow
 // sections at their speed, fast ones never above.
 void examine(const Region& region, const StrokeRequest& request, const StrokePlan& plan) {
-    const double amax = region.acceleration, length = region.base.stroke();
+    const double amax = region.acceleration, length = request.shape.stroke();
     StrokePlan::Moment before = plan.at(0);
     constexpr int samples = 200;
     const double dt = plan.duration() / samples;
@@ -207,16 +212,16 @@ void examine(const Region& region, const StrokeRequest& request, const StrokePla
         ASSERT_LE(std::abs(now.acceleration), amax * (1 + 1e-6));
         ASSERT_LE(std::abs(now.velocity - before.velocity), amax * dt * (1 + 1e-6));
         ASSERT_LE(std::abs(now.velocity), region.largest_speed * (1 + 1e-9));
-        ASSERT_GE(now.position, region.base.lower - 1e-9 * length);
-        ASSERT_LE(now.position, region.base.upper + 1e-9 * length);
+        ASSERT_GE(now.position, request.shape.lower - 1e-9 * length);
+        ASSERT_LE(now.position, request.shape.upper + 1e-9 * length);
         ASSERT_GE((now.position - before.position) * (plan.upward() ? 1 : -1), 0);
         // Exactly at an edge rounding decides which ratio holds.
         const double clear = 1e-6 * length;
         for (const double near : {-clear, clear}) {
             const double ratio = SpeedSections::ratio_at(request.spans, now.position + near);
-            const double wanted = ratio * std::sqrt(region.base.speed_squared(now.position));
+            const double wanted = ratio * std::sqrt(request.shape.speed_squared(now.position));
             if (ratio == SpeedSections::ratio_at(request.spans, now.position - near)) {
-                ASSERT_LE(std::abs(now.velocity), wanted * (1 + 1e-3) + 1e-3 * region.base.speed * ratio);
+                ASSERT_LE(std::abs(now.velocity), wanted * (1 + 1e-3) + 1e-3 * request.shape.speed * ratio);
             }
         }
         before = now;

@@ -94,7 +94,7 @@ TEST(CutFit, AnyNumberOfCutsIsExactOnAnyAxes) {
         ASSERT_EQ(found.refusal, CutFit::Refusal::none) << i;
         EXPECT_NEAR(found.y, tip.y, 1e-9 * tip.x) << i << ' ' << count;
         EXPECT_NEAR(found.x, tip.x, 1e-9 * tip.x) << i;
-        EXPECT_EQ(found.redundant, count >= 5 ? count - 4 : count - 3);
+        EXPECT_EQ(found.redundant, count - 3);
     }
 }
 
@@ -114,10 +114,11 @@ TEST(CutFit, LandsInAbbaOrderCancelWearAndShowIt) {
     const Tip tip{0.5, 0.03};
     std::vector<Cut> cuts;
     for (const double s : {0.2, -0.2, -0.2, 0.2}) cuts.push_back(tip.at(0, s));
-    for (std::size_t k = 0; k < cuts.size(); ++k) cuts[k].radius += 2 * um * static_cast<double>(k);
-    const CutFit found = fit(cuts, {0, 1.2 * um, 0, 0});
+    for (std::size_t k = 0; k < cuts.size(); ++k) cuts[k].radius += 2 * um * (static_cast<double>(k) - 1.5);
+    const CutFit found = fit(cuts, {0, 0.1 * um, 0, 0, 2 * um});
     EXPECT_NEAR(found.y - 0.2, 0.03, 0.02 * um);
     EXPECT_NEAR(found.drift, 2 * um, 0.05 * um);
+    EXPECT_NEAR(found.rise, 0, 0.1 * um);
     const CutFit pair = fit({cuts[0], cuts[1]});
     EXPECT_GT(std::abs(pair.y - 0.23), 1 * um) << "one pair alone takes the wear for height";
 }
@@ -170,6 +171,36 @@ TEST(CutFit, ScatterIsItsSigma) {
     }
     const Scatter known = scatter({{0, 0, 0}, {-0.5, 0.5, 0}}, all, count, {0, 3 * um, true});
     EXPECT_NEAR(known.of_y, 1, 0.06);
+}
+
+// Wear, growth and lift, drawn anew for each procedure.
+TEST(CutFit, DriftIsInItsSigma) {
+    const CutSigmas sigmas{0.3 * um, 0, 0, 0, 0.5 * um};
+    Random random(6);
+    for (const std::vector<double>& order :
+         {std::vector<double>{1, -1}, {1, -1, -1, 1}, {1, -1, -1, 1, 1, -1, -1, 1}}) {
+        double of_y = 0, large = 0;
+        const int count = rounds(4000, 800);
+        for (int i = 0; i < count; ++i) {
+            const Tip tip{5, random.uniform(-0.3, 0.3)};
+            const double drift = sigmas.drift * random.gaussian(), rise = sigmas.drift * random.gaussian();
+            std::vector<Cut> cuts;
+            for (std::size_t k = 0; k < order.size(); ++k) {
+                const double late = static_cast<double>(k) - (static_cast<double>(order.size()) - 1) / 2;
+                Cut cut = tip.at(0, order[k] + rise * late);
+                cut.y = order[k];
+                cut.radius += drift * late + sigmas.radius() * random.gaussian();
+                cuts.push_back(cut);
+            }
+            const CutFit found =
+                CutFit::of(cuts.data(), cuts.size(), SkewedAxes(square_axes), sigmas, {}, true);
+            const double error = (found.y - 1 - tip.y) / found.sigma_y;
+            of_y += error * error / count;
+            large += found.excess > 3 ? 1.0 / count : 0;
+        }
+        EXPECT_NEAR(std::sqrt(of_y), 1, 0.1) << order.size();
+        EXPECT_LT(large, 0.01) << order.size();
+    }
 }
 
 TEST(CutFit, OneBadCutShows) {

@@ -22,6 +22,7 @@ class Function:
         self.records = given.get("records", [])
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
+        self.remap = given.get("remap", [])
         self.ini = given.get("ini", {})
         self.missing = given.get("missing", [])
         self.check = self._file("check.py")

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include "components/commissioning/growth/growth_steps.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+std::string micrometres(double mm) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.1f \u00b5m", mm * 1e3);
+    return text;
+}
+
+}  // namespace
+
+void decide(GrowthAnalysis& analysis) {
+    const bool compensated = analysis.has_on;
+    const auto& axes = compensated ? analysis.on : analysis.off;
+    const std::string state = compensated ? "with compensation" : "without compensation";
+    bool all = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::string letter(1, "XYZ"[axis]);
+        if (!axes[axis].probed) continue;
+        const double most = axes[axis].largest, room = 2 * analysis.uncertainties[axis],
+                     tolerance = analysis.log->tolerance[axis];
+        GrowthVerdict& verdict = analysis.verdicts[axis];
+        if (most - room > tolerance) {
+            verdict = GrowthVerdict::fail;
+            analysis.reasons.push_back(letter + " drifts " + micrometres(most) + " " + state +
+                                       "; the tolerance is " + micrometres(tolerance) + ".");
+            analysis.verdict = GrowthVerdict::fail;
+        } else if (most + room > tolerance) {
+            analysis.reasons.push_back(letter + " drifts " + micrometres(most) + " " + state +
+                                       ", within 2 u = " + micrometres(room) + " of the tolerance of " +
+                                       micrometres(tolerance) + ".");
+        } else if (analysis.stop == 1) {
+            verdict = GrowthVerdict::pass;
+        }
+        all = all && verdict == GrowthVerdict::pass;
+    }
+    if (analysis.stop == 0)
+        analysis.reasons.push_back("The test has not reached its end. Only a fail can be stated now.");
+    if (analysis.stop == 2)
+        analysis.reasons.push_back("The maximum time was reached, and the machine was not stable.");
+    const bool any =
+        std::any_of(axes.begin(), axes.end(), [](const GrowthOfAxis& axis) { return axis.probed; });
+    if (!any) analysis.reasons.push_back("No bore was probed twice.");
+    if (any && all && analysis.verdict != GrowthVerdict::fail) analysis.verdict = GrowthVerdict::pass;
+    if (analysis.verdict == GrowthVerdict::pass)
+        analysis.reasons.push_back("All axes stay within their tolerances " + state + ".");
+}
+
+}  // namespace plumb::commissioning

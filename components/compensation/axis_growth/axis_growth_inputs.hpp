@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/first_order_lag.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/math/growth/growth_law.hpp"
+#include "hal/axes.hpp"
+#include "hal/component.hpp"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace plumb::axis_growth {
+
+struct Settings {
+    GrowthLaw law;
+    SpindleDrive::Settings drive;
+    Eigen::Vector3d sigma = Eigen::Vector3d::Zero();   // mu
+    Eigen::Vector3d travel = Eigen::Vector3d::Zero();  // mu
+    GrowthLaw::Temperatures low = GrowthLaw::Temperatures::Constant(-100),
+                            high = GrowthLaw::Temperatures::Constant(500);  // degC
+    double smoothing = 0, max_age = 0, hold_time = 0;                       // s
+    double harmless = 0, max_offset = 0;                                    // mu
+    double max_rate = 0, max_speed = 0;                                     // mu/s
+
+    bool valid() const noexcept {
+        const auto within = [](double x, double least, double most) { return x >= least && x <= most; };
+        const auto all = [&](const auto& values, double most) {
+            return std::all_of(values.data(), values.data() + values.size(),
+                               [&](double x) { return within(x, -most, most); });
+        };
+        return all(law.growth, 1) && all(law.slope, 1e-4) && all(law.by_speed, 1) &&
+               all(law.reference, 500) && all(law.pivot, 1e6) && all(sigma, 1) && sigma.minCoeff() >= 0 &&
+               all(travel, 1e5) && travel.minCoeff() >= 0 && all(low, 500) && all(high, 500) &&
+               (low.array() <= high.array()).all() && within(drive.reference_speed, 1, 1e6) &&
+               within(drive.exponent, 0.1, 4) && within(drive.turning_time, 1, 1e6) &&
+               within(drive.stopped_time, 1, 1e6) && within(smoothing, 0, 3600) && within(max_age, 0, 1e6) &&
+               within(hold_time, 1, 1e6) && within(harmless, 0, 1) && within(max_offset, 0, 100) &&
+               max_rate > 0 && within(max_rate, 0, 10) && max_speed > 0 && within(max_speed, 0, 1e5);
+    }
+};
+
+// The law of this machine. plumb-growth(1) prints these lines.
+struct LawPins : hal::Group {
+    using Group::Group;
+
+    struct Sensor : hal::Group {
+        Sensor(hal::Owner owner, const std::string& number)
+            : Group(owner),
+              growth{this, "%-growth-" + number, 0.0, "mu/K", "Growth of % by this temperature."},
+              slope{this, "%-slope-" + number, 0.0, "1/K",
+                    "Growth of % by this temperature, per mu of travel."} {}
+        hal::Axes<hal::In<double>, 3> growth, slope;
+    };
+
+    Sensor sensor[GrowthLaw::sensors]{{this, "0"}, {this, "1"}, {this, "2"}, {this, "3"}};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> reference{this, "reference", 20.0, "degC",
+                                                            "This temperature on the cold machine."};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> low{this, "low", -100.0, "degC",
+                                                      "Lowest value of this temperature in the growth test."};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> high{this, "high", 500.0, "degC",
+                                                       "Highest value of this temperature in the test."};
+    hal::Axes<hal::In<double>, 3> pivot{this, "%-pivot", 0.0, "mu",
+                                        "Position of % where its slope displaces nothing."};
+    hal::Axes<hal::In<double>, 3> travel{this, "%-travel", 100.0, "mu",
+                                         "Distance of the work from %-pivot, at most."};
+    hal::Axes<hal::In<double>, 3> by_speed{this, "%-speed-growth", 0.0, "mu",
+                                           "Growth of % in the end at reference-speed."};
+    hal::Axes<hal::In<double>, 3> sigma{this, "%-sigma", 0.002, "mu",
+                                        "Standard uncertainty of the growth of %."};
+    hal::In<double> reference_speed{this, "reference-speed", 5000, "rpm", "Speed of the speed-growth."};
+    hal::In<double> exponent{this, "speed-exponent", 1.7, "1", "Exponent of the speed in the growth."};
+    hal::In<double> turning_time{this, "turning-time", 600, "s", "Time constant of the turning spindle."};
+    hal::In<double> stopped_time{this, "stopped-time", 2400, "s", "Time constant of the spindle at rest."};
+
+    void read(Settings& s) noexcept {
+        for (int i = 0; i < GrowthLaw::sensors; ++i) {
+            const auto row = static_cast<std::size_t>(i);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                s.law.growth(static_cast<int>(axis), i) = sensor[i].growth[axis];
+                s.law.slope(static_cast<int>(axis), i) = sensor[i].slope[axis];
+            }
+            s.law.reference[i] = reference[row];
+            s.low[i] = low[row];
+            s.high[i] = high[row];
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const int k = static_cast<int>(axis);
+            s.law.pivot[k] = pivot[axis];
+            s.law.by_speed[k] = by_speed[axis];
+            s.sigma[k] = sigma[axis];
+            s.travel[k] = travel[axis];
+        }
+        s.drive.reference_speed = reference_speed;
+        s.drive.exponent = exponent;
+        s.drive.turning_time = turning_time;
+        s.drive.stopped_time = stopped_time;
+    }
+};
+
+// The temperatures, each with its doubts: value, valid, age. An invalid one keeps its last good value.
+class Sensors : public hal::Group {
+public:
+    using Group::Group;
+
+    // `used`: the law reads this sensor.
+    template <class Used>
+    void step(const Settings& settings, Used used, double dt) noexcept {
+        bool good = true, known = true;
+        outside_.setZero();
+        for (int i = 0; i < GrowthLaw::sensors; ++i) {
+            const auto row = static_cast<std::size_t>(i);
+            const double now = value_[row], age = age_[row];
+            const bool fine = valid_[row] && now > -100 && now < 500 && age >= 0 && age <= settings.max_age;
+            if (fine && !known_[row]) lag_[row].set(now);
+            if (fine) lag_[row].step(now, settings.smoothing, dt);
+            known_[row] |= fine;
+            smooth_[i] = known_[row] ? lag_[row].value() : settings.law.reference[i];
+            if (!used(i)) continue;
+            good &= fine;
+            known &= known_[row];
+            outside_[i] = std::max({0.0, settings.low[i] - smooth_[i], smooth_[i] - settings.high[i]});
+        }
+        all_known_ = known;
+        lost_ = good ? 0 : std::min(lost_ + dt, 1e9);
+    }
+
+    const GrowthLaw::Temperatures& values() const noexcept { return smooth_; }    // degC
+    const GrowthLaw::Temperatures& outside() const noexcept { return outside_; }  // K, of the range
+    bool all_known() const noexcept { return all_known_; }  // each that the law reads was valid once
+    double lost() const noexcept { return lost_; }          // s since one of them was valid
+
+private:
+    static constexpr std::size_t count = GrowthLaw::sensors;
+    hal::Row<hal::In<double>, count> value_{this, "temperature", 20.0, "degC", "Temperature of this sensor."};
+    hal::Row<hal::In<bool>, count> valid_{this, "temperature-valid", true,
+                                          "The sensor reports that it is valid."};
+    hal::Row<hal::In<double>, count> age_{this, "temperature-age", 0.0, "s",
+                                          "Time since the sensor was read."};
+    std::array<FirstOrderLag, count> lag_;
+    std::array<bool, count> known_{};
+    GrowthLaw::Temperatures smooth_ = GrowthLaw::Temperatures::Zero(), outside_ = smooth_;
+    double lost_ = 0;
+    bool all_known_ = false;
+};
+
+}  // namespace plumb::axis_growth

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/centre_height/height_procedure.hpp"
+#include "components/math/turning/land_pair.hpp"
+#include "hal/component.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+namespace plumb {
+
+// What a procedure has found, and what it waits for.
+struct HeightOutputs final : hal::Group {
+    using Group::Group;
+
+    hal::Out<bool> measure{this, "measure", "The last cut waits for its diameter."};
+    hal::Out<std::int32_t> cut_number{this, "cut-number", "Number of cuts that have their diameter."};
+    hal::Code<State> state{this, "state-code", "State of the procedure."};
+    hal::Codes<Fault> fault{this, "fault"};
+    hal::Codes<Hold> hold{this, "hold", "A height is valid but Y may not move; hold-code gives the cause."};
+    hal::Out<bool> value_valid{this, "value-valid", "The height is valid."};
+    hal::Out<bool> sign_known{this, "sign-known", "The height has a sign."};
+    hal::Out<bool> move_allowed{this, "move-allowed", "Y may move by y-move."};
+    hal::Out<bool> on_centre{this, "on-centre", "The height is within tolerance of target-height."};
+    hal::Out<double> height{this, "height", "mu", "Height of the tip; its size if the sign is unknown."};
+    hal::Out<double> size{this, "height-size", "mu", "Size of the height."};
+    hal::Out<double> sigma{this, "sigma", "mu", "Sigma of the height."};
+    hal::Out<double> within{this, "within", "mu", "Sigma of a height of 0: on centre within."};
+    hal::Out<double> tip_x{this, "tip-x", "mu", "Distance of the tip from the axis in X, at the first cut."};
+    hal::Out<double> theta{this, "theta", "deg", "Angle of the tip above X, at the first cut."};
+    hal::Out<double> by_diameter_1{this, "height-by-diameter-1", "1", "Change of height with diameter 1."};
+    hal::Out<double> by_diameter_2{this, "height-by-diameter-2", "1", "Change of height with diameter 2."};
+    hal::Out<double> by_travel{this, "height-by-travel", "1", "Change of height with the travel."};
+    hal::Out<double> smallest_diameter{this, "smallest-diameter", "mu", "Smallest diameter at this height."};
+    hal::Out<double> y_move{this, "y-move", "mu", "Move of Y to target-height."};
+    hal::Out<double> x_correction{this, "x-correction", "mu",
+                                  "Added to the tool's X, as a radius, when Y moves."};
+    hal::Out<double> target_x{this, "target-x", "mu", "Position of X for target-diameter, at this height."};
+    hal::Out<bool> target_reachable{this, "target-reachable", "The target-diameter is above the smallest."};
+    hal::Out<double> land_1_y{this, "land-1-y", "mu", "Y of the first land, against the present one."};
+    hal::Out<double> land_2_y{this, "land-2-y", "mu", "Y of the second land, against the present one."};
+    hal::Out<double> predicted{this, "predicted-diameter", "mu", "Diameter of the last cut, by the others."};
+    hal::Out<double> disagreement{this, "disagreement", "1", "Disagreement of the cuts, in sigmas."};
+    hal::Out<bool> bend_known{this, "bend-known", "This tool has a height under the cut and one at rest."};
+    hal::Out<double> bend{this, "bend", "mu", "Height at rest less the one under the cut."};
+    hal::Out<double> bend_sigma{this, "bend-sigma", "mu", "Sigma of the bend."};
+
+    void show(const HeightProcedure& procedure, const HeightSettings::Values& now) noexcept {
+        const TipHeight& result = procedure.result;
+        const bool valid = result.valid;
+        const auto if_valid = [valid](double x) { return valid ? x : 0; };
+        measure = procedure.state == State::measure;
+        cut_number = static_cast<std::int32_t>(procedure.cuts.count);
+        state = procedure.state;
+        fault = procedure.fault;
+        hold = valid ? procedure.hold : Hold::none;
+        value_valid = valid;
+        sign_known = valid && result.signed_;
+        move_allowed = valid && procedure.hold == Hold::none && !procedure.on_centre;
+        on_centre = valid && procedure.on_centre;
+        height = if_valid(result.height);
+        size = if_valid(std::abs(result.height));
+        sigma = if_valid(result.sigma);
+        within = if_valid(result.within);
+        tip_x = if_valid(result.x);
+        theta = if_valid(result.theta * (180 / 3.14159265358979323846));
+        by_diameter_1 = result.by_diameter_1;
+        by_diameter_2 = result.by_diameter_2;
+        by_travel = result.by_travel;
+        predicted = result.predicted;
+        disagreement = result.disagreement;
+        smallest_diameter = if_valid(2 * std::abs(result.height));
+        y_move = valid && result.signed_ ? procedure.move : 0;
+        x_correction = valid && result.signed_ ? procedure.correction : 0;
+        bend_known = procedure.bend.known();
+        bend = procedure.bend.bend();
+        bend_sigma = procedure.bend.sigma();
+
+        const double target = now.good ? now.target_diameter / 2 : 0;
+        const bool reachable = valid && target > std::abs(result.height);
+        target_reachable = reachable;
+        // The position of the first cut, further by the way of the tip to its new place.
+        const double tip = reachable ? std::sqrt((target - result.height) * (target + result.height)) : 0;
+        target_x = reachable ? (procedure.cuts[0].x + tip - result.x) * now.outward() : 0;
+
+        const LandPair lands =
+            now.good ? LandPair::of(now.land_step, now.land_diameter / 2, now.clearance, now.rubbing())
+                     : LandPair{};
+        land_1_y = lands.first;
+        land_2_y = lands.second;
+    }
+};
+
+}  // namespace plumb

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/oscillation/oscillation_settings.hpp"
+#include "components/math/oscillation/reciprocation.hpp"
+#include "components/math/oscillation/speed_sections.hpp"
+#include "components/math/oscillation/stroke_plan.hpp"
+
+#include <algorithm>
+
+namespace plumb {
+
+// A part of an oscillation from rest to rest: the first way to a dead point, a stroke, or the way to the end.
+struct OscillationLeg {
+    enum class Kind { none, first, regular, closing };
+
+    static constexpr double nothing = 1e-9;  // mu
+
+    // A dead point that was reached, and how.
+    struct Arrival {
+        bool happened = false, upper = false;
+        bool infeed = false;      // no spark-out
+        bool regular = false;     // it ends a stroke from one dead point to the other of the same region
+        double bound = 0;         // the dead point
+        double offset = 0;        // outward, of the commanded end
+        double acceleration = 0;  // of the reversal
+        double speed = 0;         // mu/s, peak
+    };
+
+    Kind kind = Kind::none;
+    Arrival arrival;               // at its end
+    double dwell = 0;              // s, after it
+    bool sparks = false;           // without infeed
+    bool clipped = false;          // by the soft limits
+    OscillationSettings settings;  // when it was planned
+
+    // Beyond the dead point.
+    bool ends_outside() const noexcept { return kind != Kind::closing && arrival.offset > nothing; }
+
+    // Where it begins, and what is in force then.
+    struct Begin {
+        double position = 0, lower = 0, upper = 0;
+        bool upward = false;
+    };
+
+    // Makes it one to a dead point, planned by `now` while the last settings are `latest`: an end that lies
+    // outside was planned for the settings of then, and the next stroke leaves it by them.
+    // learned(upper, acceleration of the reversal, speed) is where its end lies, outward.
+    template <class Learned>
+    StrokeRequest to_dead_point(const Begin& begin, const OscillationSettings& now,
+                                const OscillationSettings& latest, const Learned& learned) noexcept {
+        const double from = begin.position;
+        const bool upward = begin.upward, whole = kind == Kind::regular;
+        // With a new region that does not reach beyond this dead point the old one holds once more.
+        double bound = upward ? now.upper : now.lower;
+        if (upward ? bound <= from + nothing : bound >= from - nothing)
+            bound = upward ? begin.upper : begin.lower;
+        const bool regular = whole && begin.lower == latest.lower && begin.upper == latest.upper &&
+                             now.speed == latest.speed && now.sections == latest.sections;
+        const Reciprocation region{upward ? std::min(from, begin.lower) : bound,
+                                   upward ? bound : std::max(from, begin.upper), now.speed};
+        const double acceleration = std::min(reversal(region, bound, now), reversal(region, bound, latest));
+        double offset = learned(upward, acceleration, now.speed);
+        if (!regular) offset = std::min(offset, 0.0);  // not learned for this stroke
+        const double end = upward ? bound + offset : bound - offset;
+
+        StrokeRequest request;
+        request.from = from;
+        request.largest_speed = now.largest_speed;
+        request.acceleration = now.acceleration;
+        request.to = std::clamp(end, now.lowest, now.highest);
+        if (upward ? request.to <= from + nothing : request.to >= from - nothing) request.to = bound;
+        const double behind = whole    ? from
+                              : upward ? std::min(from, latest.lower)
+                                       : std::max(from, latest.upper);
+        request.shape = {std::min(behind, request.to), std::max(behind, request.to), now.speed};
+        request.spans = SpeedSections::spans(now.sections, request.shape, upward);
+
+        clipped = request.to != end;
+        dwell = upward ? now.upper_dwell : now.lower_dwell;
+        arrival = {false,        upward,   false,
+                   regular,      bound,    upward ? request.to - bound : bound - request.to,
+                   acceleration, now.speed};
+        return request;
+    }
+
+    // Makes it one to a position.
+    static StrokeRequest to_position(double from, double to, const OscillationSettings& now) noexcept {
+        StrokeRequest request;
+        request.from = from;
+        request.to = to;
+        request.shape = {std::min(from, to), std::max(from, to), fastest};
+        request.largest_speed = std::min(now.speed, now.largest_speed);
+        request.acceleration = now.acceleration;
+        return request;
+    }
+
+private:
+    // The smaller acceleration of both strokes at a dead point.
+    static double reversal(const Reciprocation& region, double position,
+                           const OscillationSettings& its) noexcept {
+        double least = its.acceleration;
+        for (const bool upward : {true, false}) {
+            const auto spans = SpeedSections::spans(its.sections, region, upward);
+            const double speed = SpeedSections::ratio_at(spans, position) * its.speed;
+            least = std::min(least, 2 * speed * speed / region.stroke());
+        }
+        return least;
+    }
+
+    static constexpr double fastest = 1e6;  // mu/s, a bound that is none
+};
+
+}  // namespace plumb

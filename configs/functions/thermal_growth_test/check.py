@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The trial of thermal_growth_test on a copy: the outputs of a program begin a test, a pass, and end them."""
+
+PROBING_COLD, WARMING, INTERRUPTED = 1, 2, 5
+
+
+def check(machinery):
+    def state_after(*words):
+        for word in words:
+            machinery.machine.mdi(word)
+        machinery.machine.wait(0.3)
+        return machinery.get("growth-test.state-code")
+
+    probing = state_after("M64 P24", "M64 P25")
+    warming = state_after("M65 P25")
+    interrupted = state_after("M65 P24")
+    return [
+        ("a program begins a test and its first pass", probing == PROBING_COLD),
+        ("the pass ends, and the machine warms", warming == WARMING),
+        ("a test that does not reach its end can be resumed", interrupted == INTERRUPTED),
+        ("its records count up to %d" % machinery.get("growth-test.rows"), machinery.get("growth-test.rows") >= 4),
+    ]

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// axis_growth by its pins: the law of its README, and what it does with bad sensors.
+#include "tests/support/bench.hpp"
+#include "tests/support/live.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+// A warm spindle that is switched on and off, so that the offsets are under way again and again.
+void bring_to_life(Bench& bench) {
+    const Folder folder;
+    bench.source(folder.write("live.hal", R"(
+loadrt threads name1=servo-thread period1=1000000
+loadrt axis_growth names=axis-growth
+loadrt siggen names=warmth
+setp warmth.frequency 0.5
+setp warmth.amplitude 5
+setp warmth.offset 30
+setp axis-growth.x-growth-0 0.001
+setp axis-growth.y-growth-0 -0.002
+setp axis-growth.z-growth-0 0.004
+setp axis-growth.x-slope-1 1e-5
+setp axis-growth.z-speed-growth 0.01
+setp axis-growth.x-position 100
+setp axis-growth.y-position 200
+setp axis-growth.z-position -100
+setp axis-growth.temperature-1 23
+setp axis-growth.spindle-speed 5000
+setp axis-growth.smoothing 0.1
+setp axis-growth.turning-time 1
+setp axis-growth.stopped-time 1
+setp axis-growth.hold-time 1
+setp axis-growth.max-rate 0.05
+setp axis-growth.all-homed 1
+setp axis-growth.enable 1
+net spindle warmth.square => axis-growth.temperature-0
+addf warmth.update servo-thread
+addf axis-growth.update servo-thread
+start
+)"));
+    bench.run(8);
+}
+
+const Live live{{{"axis_growth", "axis-growth"}},
+                bring_to_life,
+                4,
+                12,
+                {{{"warmth.amplitude", {5, 0}}}, {}, [](Bench& bench) {
+                     bench.set("warmth.amplitude", 0);
+                     bench.run(12);
+                     std::vector<std::string> complaints;
+                     for (const char* axis : {"x", "y", "z"}) {
+                         const double offset = bench.get(std::string("axis-growth.") + axis + "-offset");
+                         const double growth = bench.get(std::string("axis-growth.") + axis + "-growth");
+                         if (!(std::abs(offset - growth) <= 0.2 * um && growth != 0))
+                             complaints.push_back(std::string(axis) + ": " + std::to_string(offset) +
+                                                  " for a growth of " + std::to_string(growth));
+                     }
+                     return complaints;
+                 }}};
+
+// Homed, enabled, at once certain, and fast, so that a test need not wait.
+struct Machine {
+    explicit Machine(const std::string& options = "") {
+        bench.command("loadrt axis_growth names=g " + options);
+        bench.command("addf g.update servo-thread");
+        bench.command("start");
+        set({{"all-homed", 1},
+             {"enable", 1},
+             {"smoothing", 0},
+             {"max-rate", 10},
+             {"x-sigma", 0.0001},
+             {"y-sigma", 0.0001},
+             {"z-sigma", 0.0001}});
+    }
+    void set(const std::string& pin, double value) { bench.set("g." + pin, value); }
+    void set(const std::map<std::string, double>& values) {
+        for (const auto& [pin, value] : values) set(pin, value);
+    }
+    double get(const std::string& pin) { return bench.get("g." + pin); }
+    void run(double seconds) { bench.run(seconds); }
+
+    Bench bench{Bench::Thread::servo};
+};
+
+TEST(AxisGrowth, FollowsTheLawOfTemperaturesAndPosition) {
+    Machine m;
+    m.set({{"x-growth-0", 0.002},
+           {"x-growth-1", -0.001},
+           {"x-slope-1", 12e-6},
+           {"x-pivot", 50},
+           {"reference-0", 20},
+           {"reference-1", 21},
+           {"temperature-0", 30},
+           {"temperature-1", 24},
+           {"x-position", 250}});
+    m.run(0.1);
+    EXPECT_NEAR(m.get("x-offset"), 0.002 * 10 - 0.001 * 3 + 12e-6 * 3 * 200, 1e-9);
+    EXPECT_EQ(m.get("y-offset"), 0);
+    EXPECT_EQ(m.get("authority"), 1);
+    EXPECT_FALSE(m.get("doubt"));
+    m.set("x-position", 249.9);  // slower than max-speed
+    m.run(0.001);
+    EXPECT_NEAR(m.get("x-offset"), 0.017 + 12e-6 * 3 * 199.9, 1e-9) << "motion is followed at once";
+}
+
+TEST(AxisGrowth, FollowsTheSpindleWithTheTimeOfTurningAndOfRest) {
+    Machine m;
+    m.set({{"z-speed-growth", 0.04},
+           {"reference-speed", 8000},
+           {"speed-exponent", 2},
+           {"turning-time", 10},
+           {"stopped-time", 40},
+           {"spindle-speed", -4000}});
+    m.run(10);
+    const double grown = 0.04 * 0.25 * (1 - std::exp(-1));
+    EXPECT_NEAR(m.get("z-offset"), grown, 1e-6);
+    m.set("spindle-speed", 0);
+    m.run(40);
+    EXPECT_NEAR(m.get("z-offset"), grown * std::exp(-1), 1e-6);
+}
+
+TEST(AxisGrowth, NothingButMotionMovesAnAxisFasterThanMaxRate) {
+    Machine m;
+    m.set({{"x-growth-0", 0.005},
+           {"x-slope-0", 1e-5},
+           {"z-growth-0", 0.003},
+           {"max-rate", 0.01},
+           {"temperature-0", 28}});
+    m.bench.expect("x_rate * x_rate + z_rate * z_rate <= 1.00001e-4",
+                   {{"x", "g.x-offset"}, {"z", "g.z-offset"}});
+    m.run(2);
+    EXPECT_TRUE(m.get("ramping"));
+    const std::vector<std::pair<std::string, double>> changes{
+        {"temperature-0", 22}, {"x-growth-0", -0.005}, {"x-position", 300},  // a jump
+        {"x-pivot", 100},      {"x-slope-0", -1e-5},   {"reference-0", 15},
+        {"max-offset", 0.001}, {"enable", 0}};
+    for (const auto& [pin, value] : changes) {
+        m.set(pin, value);
+        m.run(0.7);
+    }
+    m.run(5);
+    EXPECT_EQ(m.get("x-offset"), 0);
+}
+
+TEST(AxisGrowth, ALostTemperatureHoldsAndThenTakesItsOffsetBack) {
+    for (const auto& [pin, value] : std::map<std::string, double>{{"temperature-0", nan},
+                                                                  {"temperature-valid-0", 0},
+                                                                  {"temperature-age-0", 61},
+                                                                  {"temperature-0", 600}}) {
+        SCOPED_TRACE(pin);
+        Machine m;
+        m.set({{"z-growth-0", 0.004}, {"temperature-0", 30}, {"hold-time", 10}});
+        m.run(0.1);
+        ASSERT_NEAR(m.get("z-offset"), 0.04, 1e-9);
+        m.set(pin, value);
+        m.run(9);
+        EXPECT_NEAR(m.get("z-offset"), 0.04, 1e-9);
+        EXPECT_EQ(m.get("doubt-code"), 1);
+        EXPECT_NEAR(m.get("lost-age"), 9, 0.01);
+        m.run(6);
+        EXPECT_NEAR(m.get("z-offset"), 0.02, 1e-4);
+        EXPECT_EQ(m.get("doubt-code"), 2);
+        m.run(6);
+        EXPECT_EQ(m.get("z-offset"), 0);
+        m.set({{"temperature-0", 32}, {"temperature-valid-0", 1}, {"temperature-age-0", 0}});
+        m.run(0.1);
+        EXPECT_NEAR(m.get("z-offset"), 0.048, 1e-9);
+    }
+}
+
+TEST(AxisGrowth, ASensorThatTheLawDoesNotReadMayBeDead) {
+    Machine m;
+    m.set({{"z-growth-0", 0.004}, {"temperature-0", 30}, {"temperature-valid-1", 0}, {"temperature-3", nan}});
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), 0.04, 1e-9);
+    EXPECT_FALSE(m.get("doubt"));
+}
+
+TEST(AxisGrowth, WithoutEverAValidTemperatureNothingMoves) {
+    Machine m;
+    m.set({{"z-growth-0", 0.004}, {"temperature-valid-0", 0}, {"temperature-0", 30}});
+    m.run(1);
+    EXPECT_EQ(m.get("z-offset"), 0);
+    EXPECT_EQ(m.get("z-growth"), 0);
+    EXPECT_EQ(m.get("authority"), 0);
+}
+
+TEST(AxisGrowth, AppliesNothingThatIsLessCertainThanItIsLarge) {
+    Machine m;
+    m.set({{"z-growth-0", 0.004}, {"temperature-0", 25}, {"harmless", 0}, {"z-sigma", 0.02}});
+    m.run(0.1);
+    EXPECT_EQ(m.get("z-offset"), 0) << "20 um are half a standard deviation";
+    EXPECT_EQ(m.get("doubt-code"), 4);
+    m.set("z-sigma", 0.004);
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), 0.02, 1e-9);
+}
+
+TEST(AxisGrowth, TheGrowthAtTheEndOfTheTravelIsCertainEnoughAlsoInItsMiddle) {
+    Machine m;
+    m.set({{"x-slope-0", 12e-6},
+           {"temperature-0", 30},
+           {"harmless", 0},
+           {"x-sigma", 0.002},
+           {"x-position", 100}});
+    m.run(0.1);
+    EXPECT_NEAR(m.get("x-offset"), 0.012, 1e-9);
+    m.set({{"x-position", 0}, {"max-rate", 0.1}});
+    m.run(0.1);
+    EXPECT_EQ(m.get("authority"), 1);
+    m.set("x-travel", 10);
+    m.run(0.1);
+    EXPECT_EQ(m.get("authority"), 0) << "1.2 um, and a standard deviation of 2 um";
+}
+
+TEST(AxisGrowth, BeyondTheTemperaturesOfTheTestTheOffsetIsUncertain) {
+    Machine m;
+    m.set({{"z-growth-0", 0.004}, {"low-0", 18}, {"high-0", 30}, {"temperature-0", 32}, {"harmless", 0}});
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(0.0001, 0.008), 1e-9);
+    EXPECT_EQ(m.get("doubt-code"), 3);
+    EXPECT_NEAR(m.get("z-offset"), 0.048, 1e-9) << "still three standard deviations";
+    m.set("temperature-0", 60);
+    m.run(0.1);
+    EXPECT_LT(m.get("z-offset"), 0.09) << "of 160 um, 120 are beyond the test";
+}
+
+TEST(AxisGrowth, InACycleItsAuthorityNeverFalls) {
+    Machine m;
+    m.set({{"z-growth-0", 0.004}, {"temperature-0", 30}, {"hold-time", 10}, {"cycle-running", 1}});
+    m.run(0.1);
+    m.set("temperature-valid-0", 0);
+    m.run(30);
+    EXPECT_NEAR(m.get("z-offset"), 0.04, 1e-9);
+    EXPECT_EQ(m.get("doubt-code"), 2);
+    m.set("cycle-running", 0);
+    m.run(0.1);
+    EXPECT_EQ(m.get("z-offset"), 0);
+}
+
+TEST(AxisGrowth, SettingsThatAreOutOfRangeLeaveTheLastGoodSetInForce) {
+    Machine m;
+    m.set({{"x-growth-0", 0.001}, {"temperature-0", 30}});
+    m.run(0.1);
+    for (const auto& [pin, value] : std::map<std::string, double>{{"x-growth-0", 2},
+                                                                  {"x-slope-3", nan},
+                                                                  {"max-rate", 0},
+                                                                  {"low-2", 501},
+                                                                  {"turning-time", 0},
+                                                                  {"y-sigma", -1}}) {
+        const double before = m.get(pin);
+        m.set({{pin, value}, {"x-growth-1", 0.5}});
+        m.run(0.01);
+        EXPECT_EQ(m.get("fault-code"), 3) << pin;
+        EXPECT_NEAR(m.get("x-offset"), 0.01, 1e-9) << pin;
+        m.set({{pin, before}, {"x-growth-1", 0}});
+        m.run(0.01);
+        EXPECT_FALSE(m.get("fault")) << pin;
+    }
+}
+
+TEST(AxisGrowth, MaxOffsetBoundsEachAxis) {
+    Machine m;
+    m.set({{"x-growth-0", 0.03}, {"y-growth-0", -0.03}, {"temperature-0", 30}});
+    m.run(0.2);
+    EXPECT_EQ(m.get("x-offset"), 0.15);
+    EXPECT_EQ(m.get("y-offset"), -0.15);
+    EXPECT_TRUE(m.get("limited"));
+}
+
+TEST(AxisGrowth, OnAnInchMachineTheSameLawIsInInches) {
+    Machine m("unit=inch");
+    EXPECT_NEAR(m.get("max-offset"), 0.15 / 25.4, 1e-12);
+    m.set({{"x-growth-0", 0.002 / 25.4}, {"temperature-0", 30}});
+    m.run(0.1);
+    EXPECT_NEAR(m.get("x-offset"), 0.02 / 25.4, 1e-9);
+}
+
+}  // namespace
+}  // namespace plumb
