@@ -37,7 +37,7 @@ def run(folder, machine, *command, **more):
             text=True,
         )
         status, output = finish(process)
-        if linuxcnc_runs.RACE not in output:
+        if not linuxcnc_runs.lost_a_probing_move(output):
             break
     return status, output
 
