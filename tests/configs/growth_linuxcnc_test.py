@@ -20,7 +20,7 @@ from linuxcnc_runs import (
     change,
     copy_configuration,
     finish,
-    lost_a_probing_move,
+    ended_by_linuxcncs_race,
     own_folder,
     start,
     um,
@@ -87,7 +87,7 @@ def run_to_the_end(folder, machine, ini, *arguments):
         shutil.rmtree(now)
         shutil.copytree(before, now)
         status, output = finish(start(folder, ini, *arguments))
-        if not lost_a_probing_move(output):
+        if not ended_by_linuxcncs_race(output):
             break
     return status, output
 
@@ -111,13 +111,13 @@ class KilledAndResumed(unittest.TestCase):
 
     @classmethod
     def killed_after_touches(cls, ini, count):
-        """False if LinuxCNC lost a probing move before."""
+        """False if LinuxCNC ended before, by a race of its own."""
         process = start(cls.folder, ini, "short.ngc")
         end = time.monotonic() + PATIENCE
         while not logs(cls.machine) or len(records(cls.machine, "touch")) < count:
             if time.monotonic() > end or process.poll() is not None:
                 output = finish(process)[1]
-                if lost_a_probing_move(output):
+                if ended_by_linuxcncs_race(output):
                     return False
                 raise AssertionError("no touches came:\n" + output)
             time.sleep(0.02)

@@ -37,7 +37,7 @@ def run(folder, machine, *command, **more):
             text=True,
         )
         status, output = finish(process)
-        if not linuxcnc_runs.lost_a_probing_move(output):
+        if not linuxcnc_runs.ended_by_linuxcncs_race(output):
             break
     return status, output
 

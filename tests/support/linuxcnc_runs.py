@@ -77,11 +77,11 @@ def work(folder, ini, *arguments, facts="facts.json"):
     shutil.copytree(machine, fresh)
     for attempt in range(ATTEMPTS):
         if attempt > 0:
-            print("LinuxCNC lost a probing move to its own race, so the scenario starts afresh:\n%s" % output)
+            print("LinuxCNC lost a command to its own race, so the scenario starts afresh:\n%s" % output)
             shutil.rmtree(machine)
             shutil.copytree(fresh, machine)
         status, output = finish(start(folder, ini, *arguments))
-        if not lost_a_probing_move(output):
+        if not ended_by_linuxcncs_race(output):
             break
     if status != WORKED:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
@@ -89,12 +89,12 @@ def work(folder, ini, *arguments, facts="facts.json"):
         return json.load(file), output
 
 
-def lost_a_probing_move(output):
-    """Whether LinuxCNC took a probing move for done before it had begun.
+def ended_by_linuxcncs_race(output):
+    """Whether LinuxCNC took a probing move, or the wait for an input, for done before it had begun.
 
-    Task may read motion's status between the echo of the move and the period that begins it. A busy computer widens that gap.
+    Task may read motion's status between the echo of a command and the period that begins it. A busy computer widens that gap.
     """
-    return "Queue is not empty after probing" in output or "Probe tripped during non-probe move" in output
+    return "Queue is not empty after" in output or "Probe tripped during non-probe move" in output
 
 
 def start(folder, ini, *arguments, prefix=()):
