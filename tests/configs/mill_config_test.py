@@ -34,7 +34,7 @@ def run(folder, machine, *command, **more):
             text=True,
         )
         status, output = finish(process)
-        if linuxcnc_runs.RACE not in output:
+        if not linuxcnc_runs.ended_by_linuxcncs_race(output):
             break
     return status, output
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
 
 namespace plumb {
@@ -123,6 +124,7 @@ A log ends with its folder: copy it to keep it. Lines must not be edited, as the
     }
 
     void background() override {
+        const std::lock_guard one_at_a_time(working_);  // finish() runs beside it
         try {
             work();
         } catch (const std::exception& error) {
@@ -162,10 +164,9 @@ private:
             find_again_ = now + std::chrono::seconds(1);
         }
         if (!found_) return note(LogFault::component, settings_.component);
-        std::int64_t count = rows_->count();
-        if (last_ && count == 0 && !give_back()) return;
+        if (last_ && (giving_ || rows_->count() == 0) && !give_back()) return;
         last_.reset();
-        count = rows_->count();
+        const std::int64_t count = rows_->count();
         if (count < written_) {  // a new test
             written_ = 0;
             given_ = 0;
@@ -202,19 +203,24 @@ private:
                (r.kind != GrowthRecord::touch || (r.item >= -3 && r.item <= 3));
     }
 
-    // The records of the last log; false while the component does not answer.
+    // The records of the last log; false while the component does not answer. The component's own count tells
+    // how many it has: an answer may come after the time limit.
     bool give_back() {
-        for (std::size_t i = static_cast<std::size_t>(given_); i < last_->records.size(); ++i) {
-            const auto accepted = rows_->give(last_->records[i]);
+        giving_ = true;
+        for (;;) {
+            if (!rows_->settle()) return false;
+            given_ = rows_->count();
+            const auto next = static_cast<std::size_t>(given_);
+            if (next >= last_->records.size()) break;
+            const auto accepted = rows_->give(last_->records[next]);
             if (!accepted) return false;
-            if (!*accepted) {
-                past_ = LogFault::refused;
-                report(past_, last_->file + ":" + std::to_string(last_->records[i].line));
-                given_ = 0;
-                return true;
-            }
-            ++given_;
+            if (*accepted) continue;
+            past_ = LogFault::refused;
+            report(past_, last_->file + ":" + std::to_string(last_->records[next].line));
+            given_ = 0;
+            return true;
         }
+        given_ = static_cast<std::int64_t>(last_->records.size());
         rows_->set_gap(GrowthLogWriter::age(last_->file));
         writer_->resume(last_->file);
         written_ = given_;
@@ -236,8 +242,9 @@ private:
     std::unique_ptr<GrowthLogWriter> writer_;
     std::unique_ptr<GrowthRows> rows_;
     std::optional<GrowthLog> last_;
+    std::mutex working_;
     std::int64_t written_ = 0, given_ = 0;
-    bool begun_ = false, beat_ = false, found_ = false;
+    bool giving_ = false, begun_ = false, beat_ = false, found_ = false;
     std::chrono::steady_clock::time_point find_again_{};
     LogFault problem_ = LogFault::none;  // now
     LogFault past_ = LogFault::none;     // of the last log, until the next one begins

@@ -66,7 +66,22 @@ public:
         return whole("row-shown") == row ? std::optional(r) : std::nullopt;
     }
 
-    // Gives one record back. Nothing if the component does not answer, else whether it accepted the record.
+    // Whether the component has seen restore false in a period of its own, as the edge of the next record needs.
+    // A record given before has then been counted, or never will be.
+    bool settle() const {
+        if (count() == 0) {  // no row can answer; an edge that was not seen is given again
+            const bool rests = !std::get<bool>(pins_.at("restore").read());
+            write("restore", false);
+            return rests;
+        }
+        write("restore", false);
+        const std::int64_t other = whole("row-shown") < 0 ? 0 : -1;
+        write("row", other);
+        return await([&] { return whole("row-shown") == other; });
+    }
+
+    // Gives one record back, after settle(). Nothing if the component does not answer, else whether it accepted
+    // the record.
     std::optional<bool> give(const GrowthRecord& r) const {
         const auto put = [&](const char* field, const hal::Value& value) {
             write(std::string("restore-") + field, value);
@@ -90,15 +105,8 @@ public:
         const auto answers = [&] { return std::pair(whole("restores"), whole("restores-refused")); };
         const auto before = answers();
         write("restore", true);
-        const bool answered = await([&] { return answers() != before; });
-        const bool accepted = answers().first != before.first;
-        write("restore", false);
-        if (!answered) return std::nullopt;
-        // The edge of the next record needs a period in which restore is false.
-        const auto row = whole("row-shown");
-        write("row", row < 0 ? std::int64_t{0} : std::int64_t{-1});
-        await([&] { return whole("row-shown") != row; });
-        return accepted;
+        if (!await([&] { return answers() != before; })) return std::nullopt;
+        return answers().first != before.first;
     }
 
     void set_gap(double seconds) const { write("gap", seconds); }

@@ -135,14 +135,14 @@ private:
         const double change = std::abs(innovation) * consistency_ * expected.variance / sum2;
         const Claim claim{
             innovation, std::sqrt(noise2), r.cycle, r.tool, near, std::abs(innovation) > settings.floor};
-        const bool of_a_step = innovation * innovation > 4 * sum2 && confirmed(claim, r, settings);
+        const bool of_a_step = innovation * innovation > 4 * sum2 && confirmed(claim, r);
         if (r.admitted && near && change <= settings.floor && !of_a_step) {
             drop_claim(watch);
             ++predicted_;
             learn_scatter(watch, innovation * innovation, expected.variance, noise2);
             return take(r, gauge, std::sqrt(seen2), true, settings);
         }
-        if (r.admitted && (r.confirmed || confirmed(claim, r, settings)))
+        if (r.admitted && (r.confirmed || confirmed(claim, r)))
             return take_step(r, claim.shift, gauge, std::sqrt(seen2), settings);
         const Verdict verdict = claimed(watch, claim, r, gauge, std::sqrt(seen2), settings);
         if (verdict != Verdict::claim) return verdict;
@@ -185,7 +185,7 @@ private:
     }
 
     // Noise agrees with noise: only a claim far beyond its own can be confirmed.
-    bool confirmed(const Claim& claim, const Reading& r, const Settings& settings) const noexcept {
+    bool confirmed(const Claim& claim, const Reading& r) const noexcept {
         if (std::abs(claim.shift) < 3 * claim.noise) return false;
         const bool by_another_tool = r.other_tools && claim.large && !claim.possible;
         for (std::size_t i = 0; i < watches_.size(); ++i) {

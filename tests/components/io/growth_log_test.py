@@ -2,6 +2,7 @@
 """growth_log, the real program, beside thermal_growth_test and the simulated machine in the virtual-time host."""
 
 import glob
+import itertools
 import os
 import random
 import signal
@@ -185,6 +186,42 @@ class GrowthLog(unittest.TestCase):
             if fields[0] == "event" and fields[9] == "measured":
                 bores.setdefault(int(fields[3]), set()).add(tuple(fields[5:8]))
         self.assertEqual(len(bores[1]), 16)  # bores, orientations and states of a whole pass
+
+    def test_asked_to_end_while_it_writes_it_leaves_each_record_once(self):
+        for row in (1, 5, 20, 40):
+            for path in self.logs():
+                os.remove(path)
+            self.start_machine()
+            self.host.set("artifact.play", True)
+            self.host.run(200)
+            self.assertGreater(self.get("growth-test.rows"), 40)
+            self.start_log()
+            self.until(lambda row=row: self.get("growth-test.row") >= row, "it reads", tick=True)
+            os.kill(self.process(), signal.SIGTERM)
+            self.until(lambda: self.process() is None, "growth_log has ended", tick=True)
+            records = [line.split(",") for line in self.lines(self.logs()[0]) if line.split(",")[0] in KINDS]
+            self.assertEqual([int(record[1]) for record in records], list(range(1, len(records) + 1)))
+
+    def test_a_machine_that_stands_while_records_are_given_back_gets_each_once(self):
+        self.start_log()
+        self.play(60)
+        rows = self.get("growth-test.rows")
+        self.kill()
+        self.start_machine()
+        self.start_log()
+
+        ticks = itertools.count(1)
+
+        def given_back():
+            self.host.run(0.5)
+            if next(ticks) % 50 == 0:
+                time.sleep(0.3)  # longer than growth_log waits for an answer
+            return self.get("growth-log.resumable")
+
+        self.until(given_back, "the test was given back")
+        self.assertEqual(self.get("growth-test.rows"), rows)
+        self.assertEqual(self.get("growth-test.restores-refused"), 0)
+        self.assertEqual(len(self.logs()), 1)
 
     def test_without_resume_a_new_file_begins_and_the_old_one_stays(self):
         self.start_log()
