@@ -26,7 +26,7 @@ void read(std::string_view bytes) {
                "a point that is taken has numbers");
     file.shape.uncertainty = 0.002;
     ProbedCorner found;
-    if (!takes<std::invalid_argument>([&] { found = ProbedShapeFit::corner(file.shape); })) return;
+    if (!takes<std::invalid_argument>([&] { found = corner_from_shape(file.shape); })) return;
     demand(std::isfinite(found.corner.opening) && std::isfinite(found.corner.uncertainty),
            "a corner has numbers");
     demand(found.corner.uncertainty > 0, "a corner has an uncertainty");

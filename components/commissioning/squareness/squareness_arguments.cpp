@@ -362,7 +362,7 @@ SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points,
     else if (shape.object == MeasuredObject::artifact && !shape.own_uncertainty)
         how += ", taken as true";
     try {
-        const ProbedCorner found = ProbedShapeFit::corner(shape);
+        const ProbedCorner found = corner_from_shape(shape);
         if (found.corner.scatter > 1.5)
             how += "; line " + std::to_string(file.lines[found.worst]) + " lies furthest off, by " +
                    formatted("%+.2g mm", found.distance);

@@ -194,7 +194,7 @@ TEST(ProbedShape, SquareGivesTheCornerOfTheAxesThatProbedIt) {
     for (const double pose : {0.0, 0.03}) {
         const Guides guides{-80 * urad};
         const Artifact square{square_normals, {0, 0, 0, 0}, 150, pose};
-        const ProbedCorner found = ProbedShapeFit::corner(shape_of(square, guides, {0}));
+        const ProbedCorner found = corner_from_shape(shape_of(square, guides, {0}));
         EXPECT_NEAR(found.corner.opening, -80 * urad, 0.01 * urad);
         EXPECT_LT(std::abs(found.distance), 1e-6 * um);
     }
@@ -203,9 +203,9 @@ TEST(ProbedShape, SquareGivesTheCornerOfTheAxesThatProbedIt) {
 TEST(ProbedShape, TurnedSquareSeparatesItsOwnErrorFromThatOfTheAxes) {
     const Guides guides{-80 * urad};
     const Artifact square{square_normals, {30 * urad, -20 * urad, -15 * urad, 60 * urad}, 150, 0.002};
-    EXPECT_GT(std::abs(ProbedShapeFit::corner(shape_of(square, guides, {0})).corner.opening + 80 * urad),
+    EXPECT_GT(std::abs(corner_from_shape(shape_of(square, guides, {0})).corner.opening + 80 * urad),
               5 * urad);
-    EXPECT_NEAR(ProbedShapeFit::corner(shape_of(square, guides, {0, pi / 2})).corner.opening, -80 * urad,
+    EXPECT_NEAR(corner_from_shape(shape_of(square, guides, {0, pi / 2})).corner.opening, -80 * urad,
                 0.1 * urad);
 }
 
@@ -213,13 +213,13 @@ TEST(ProbedShape, PolygonSeparatesScalesFromTheCorner) {
     const Guides guides{60 * urad, 1 + 40e-6};
     const double step = pi / 4;
     const Artifact octagon{{step, 2 * step, 3 * step, 4 * step, 5 * step}, {0, 0, 0, 0, 0}, 150, 0.01};
-    EXPECT_NEAR(ProbedShapeFit::corner(shape_of(octagon, guides, {0})).corner.opening, 60 * urad, 0.1 * urad);
+    EXPECT_NEAR(corner_from_shape(shape_of(octagon, guides, {0})).corner.opening, 60 * urad, 0.1 * urad);
 }
 
 TEST(ProbedShape, SquareThatLiesAskewReportsThatTheScalesHideTheCorner) {
     const auto uncertainty = [](double askew) {
         const Artifact square{{askew, askew + pi / 2, askew + pi}, {0, 0, 0}, 150, 0};
-        return ProbedShapeFit::corner(shape_of(square, {}, {0})).corner.uncertainty;
+        return corner_from_shape(shape_of(square, {}, {0})).corner.uncertainty;
     };
     EXPECT_LT(uncertainty(0), 10 * urad);
     EXPECT_GT(uncertainty(pi / 9), 50 * urad);
@@ -244,25 +244,25 @@ ProbedShape ring_of(const Guides& guides, double ovality, double ovality_at, con
 }
 
 TEST(ProbedShape, RingGivesTheCornerForAnyScales) {
-    EXPECT_NEAR(ProbedShapeFit::corner(ring_of({-80 * urad, 1 - 30e-6}, 0, 0, {0})).corner.opening,
-                -80 * urad, 0.1 * urad);
-    EXPECT_NEAR(ProbedShapeFit::corner(ring_of({120 * urad}, 0, 0, {0}, 5)).corner.opening, 120 * urad,
+    EXPECT_NEAR(corner_from_shape(ring_of({-80 * urad, 1 - 30e-6}, 0, 0, {0})).corner.opening, -80 * urad,
+                0.1 * urad);
+    EXPECT_NEAR(corner_from_shape(ring_of({120 * urad}, 0, 0, {0}, 5)).corner.opening, 120 * urad,
                 0.1 * urad);
 }
 
 TEST(ProbedShape, TurnedRingSeparatesItsOvalityFromTheCorner) {
     const Guides guides{-80 * urad};
-    EXPECT_NEAR(ProbedShapeFit::corner(ring_of(guides, 3 * um, 0.6, {0})).corner.opening,
-                -80 * urad + 56 * urad, 1 * urad);
-    EXPECT_NEAR(ProbedShapeFit::corner(ring_of(guides, 3 * um, 0.6, {0, pi / 2})).corner.opening, -80 * urad,
+    EXPECT_NEAR(corner_from_shape(ring_of(guides, 3 * um, 0.6, {0})).corner.opening, -80 * urad + 56 * urad,
+                1 * urad);
+    EXPECT_NEAR(corner_from_shape(ring_of(guides, 3 * um, 0.6, {0, pi / 2})).corner.opening, -80 * urad,
                 0.2 * urad);
 }
 
 TEST(ProbedShape, OwnUncertaintyOfAnArtifactWidensThatOfTheCorner) {
     ProbedShape ring = ring_of({}, 0, 0, {0});
-    const double without = ProbedShapeFit::corner(ring).corner.uncertainty;
+    const double without = corner_from_shape(ring).corner.uncertainty;
     ring.own_uncertainty = 2 * um;
-    EXPECT_NEAR(ProbedShapeFit::corner(ring).corner.uncertainty, std::hypot(without, 2 * 2 * um / 100),
+    EXPECT_NEAR(corner_from_shape(ring).corner.uncertainty, std::hypot(without, 2 * 2 * um / 100),
                 0.05 * urad);
 }
 
@@ -280,7 +280,7 @@ TEST(ProbedShape, PartIsTheMirrorImageOfWhatAnArtifactReads) {
             part.points.push_back({{place.x + 30, place.y - 20}, p.normal, 0});
         }
     }
-    EXPECT_NEAR(ProbedShapeFit::corner(part).corner.opening, -80 * urad, 0.01 * urad);
+    EXPECT_NEAR(corner_from_shape(part).corner.opening, -80 * urad, 0.01 * urad);
 
     ProbedShape circle;
     circle.ring = true;
@@ -291,13 +291,11 @@ TEST(ProbedShape, PartIsTheMirrorImageOfWhatAnArtifactReads) {
             Guides{-80 * urad}.drawn(90 * std::cos(2 * pi * i / 9), 90 * std::sin(2 * pi * i / 9));
         circle.points.push_back({{place.x, place.y}, 0, 0});
     }
-    EXPECT_NEAR(ProbedShapeFit::corner(circle).corner.opening, -80 * urad, 0.01 * urad);
+    EXPECT_NEAR(corner_from_shape(circle).corner.opening, -80 * urad, 0.01 * urad);
 }
 
 TEST(ProbedShape, RefusesWhatLeavesTheCornerOpenOrDoesNotFit) {
-    const auto refused = [](const ProbedShape& shape) {
-        return refusal([&] { ProbedShapeFit::corner(shape); });
-    };
+    const auto refused = [](const ProbedShape& shape) { return refusal([&] { corner_from_shape(shape); }); };
     const std::string too_few =
         "the points leave the corner open: it takes two points on each of two faces that are neither "
         "parallel "
@@ -311,7 +309,7 @@ TEST(ProbedShape, RefusesWhatLeavesTheCornerOpenOrDoesNotFit) {
     ProbedShape wrong = shape_of({square_normals, {0, 0, 0, 0}}, {}, {0});
     wrong.points[9].normal = pi / 2;
     try {
-        ProbedShapeFit::corner(wrong);
+        corner_from_shape(wrong);
         ADD_FAILURE() << "accepted";
     } catch (const ProbedMisfit& misfit) {
         EXPECT_GT(misfit.fitted.corner.scatter, 20);
@@ -378,7 +376,7 @@ TEST(StatedUncertainty, CoversTheErrorOfProbedPoints) {
             point.place.x() += 1 * um * noise();
             point.place.y() += 1 * um * noise();
         }
-        return ProbedShapeFit::corner(shape).corner;
+        return corner_from_shape(shape).corner;
     };
     expect_stated(
         [&](double opening, auto noise) {
@@ -544,7 +542,7 @@ TEST(Corner, UncertaintyOfTheSquareItselfDoesNotAverageOut) {
     EXPECT_EQ(corner_from_diagonals(Axis::X, Axis::Y, d, MeasuredObject::artifact).own, 5 * urad);
 }
 
-TEST(ProbedShapeFit, GivesTheArtifactsOwnPartOfTheUncertainty) {
+TEST(ProbedShape, GivesTheArtifactsOwnPartOfTheUncertainty) {
     ProbedShape shape;
     shape.uncertainty = 1 * um;
     shape.own_uncertainty = 10 * urad;
@@ -552,7 +550,7 @@ TEST(ProbedShapeFit, GivesTheArtifactsOwnPartOfTheUncertainty) {
         shape.points.push_back({{100, side}, 0, 0});
         shape.points.push_back({{side, 100}, pi / 2, 0});
     }
-    const Corner corner = ProbedShapeFit::corner(shape).corner;
+    const Corner corner = corner_from_shape(shape).corner;
     EXPECT_NEAR(corner.own, std::sqrt(2.0) * 10 * urad, 0.01 * urad) << "two faces";
     EXPECT_NEAR(corner.uncertainty, std::hypot(corner.own, um / 100), 0.01 * urad);
     std::vector<ProbedShape::Point> again = shape.points;
@@ -562,7 +560,7 @@ TEST(ProbedShapeFit, GivesTheArtifactsOwnPartOfTheUncertainty) {
         point.turned = pi / 2;
         shape.points.push_back(point);
     }
-    EXPECT_EQ(ProbedShapeFit::corner(shape).corner.own, 0) << "turning shows it";
+    EXPECT_EQ(corner_from_shape(shape).corner.own, 0) << "turning shows it";
 }
 
 // The test move, on paper: an axis that leans by 80 urad towards the base is 24 um further there at 300 mm.
