@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Files of configs/lathe that need no LinuxCNC: the check of the tool table, and the analog gauge."""
+"""Files of configs/lathe that need no LinuxCNC: the check of the tool table, and the gauges."""
 
 import math
 import os
@@ -14,7 +14,7 @@ from tree import BUILD, ROOT
 
 CHECK = os.path.join(ROOT, "configs", "functions", "centre_height", "tool_table_check")
 SERVER = os.path.join(ROOT, "tests", "programs", "modbus_server.py")
-GAUGE = os.path.join(ROOT, "configs", "lathe", "analog_gauge.hal")
+GAUGE = os.path.join(ROOT, "configs", "lathe", "%s_gauge.hal")
 WHOLE = "T1   P1   D+0.800000 X-100.017478 Y-0.098484 Q2 ;turning tool\nT2 P2 X-115 ;fine\n"
 
 
@@ -65,7 +65,7 @@ class AnalogGauge(unittest.TestCase):
             for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "newsig gauge-voltage float"):
                 host.command(line)
             host.command("net height-measure centre.measure")
-            host.load(GAUGE)
+            host.load(GAUGE % "analog")
             host.command("addf centre.update servo-thread")
             host.command("start")
             host.set("centre.start", True)
@@ -77,6 +77,57 @@ class AnalogGauge(unittest.TestCase):
                 host.run(0.5)
                 self.assertTrue(host.get("centre.measure"))
                 host.set("gauge-voltage", math.hypot(5, y + 0.05))
+                host.run(1)
+                self.assertFalse(host.get("centre.measure"))
+                host.set("centre.cut-done", False)
+                host.run(0.01)
+            self.assertAlmostEqual(host.get("centre.height"), 0.05, delta=1e-9)
+
+
+class DigitalGauge(unittest.TestCase):
+    def test_lands_are_measured_once_the_gauge_has_seen_its_master(self):
+        import plumb
+
+        with plumb.Host() as host:
+            for line in (
+                "loadrt threads name1=servo-thread period1=1000000",
+                "loadrt centre_height names=centre",
+                "newsig gauge-near float",
+                "newsig gauge-far float",
+                "newsig gauge-master bit",
+            ):
+                host.command(line)
+            host.command("net height-measure centre.measure")
+            host.load(GAUGE % "digital")
+            host.command("addf centre.update servo-thread")
+            host.command("start")
+
+            def touch(diameter):
+                host.set("gauge-near", diameter / 2 + 3.25)  # counters start anywhere
+                host.set("gauge-far", diameter / 2 - 71.5)
+
+            host.set("centre.start", True)
+            host.run(0.01)
+            touch(9.8)
+            host.set("centre.cut-done", True)
+            host.run(5)
+            self.assertTrue(host.get("centre.measure"), "nobody has pressed the button")
+            host.set("centre.cut-done", False)
+            touch(10)
+            host.set("gauge-master", True)
+            host.run(0.1)
+            host.set("gauge-master", False)
+            host.set("centre.start", False)
+            host.run(0.01)
+            host.set("centre.start", True)
+            host.run(0.01)
+            for y in (1, -1):
+                touch(20)  # far off, until it has settled
+                host.set("centre.y-position-0", y)
+                host.set("centre.cut-done", True)
+                host.run(0.5)
+                self.assertTrue(host.get("centre.measure"))
+                touch(2 * math.hypot(5, y + 0.05))
                 host.run(1)
                 self.assertFalse(host.get("centre.measure"))
                 host.set("centre.cut-done", False)
@@ -102,7 +153,7 @@ class ModbusGauge(unittest.TestCase):
                 for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre"):
                     host.command(line)
                 host.command("net height-measure centre.measure")
-                host.load(os.path.join(ROOT, "configs", "lathe", "modbus_gauge.hal"))
+                host.load(GAUGE % "modbus")
                 host.command("addf centre.update servo-thread")
                 host.command("start")
                 host.set("centre.start", True)
