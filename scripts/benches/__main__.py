@@ -21,7 +21,8 @@ def benches():
 
 def usage():
     lines = ["Usage: scripts/bench NAME [OPTION ...]", ""]
-    lines += [f"    {name:12}{words}" for name, words in benches().items()]
+    width = max(len(name) for name in benches()) + 2
+    lines += [f"    {name:{width}}{words}" for name, words in benches().items()]
     return "\n".join(lines + ["", "`scripts/bench NAME --help` prints the options of a bench.", ""])
 
 
