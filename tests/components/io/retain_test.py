@@ -33,7 +33,10 @@ kills = 20 if os.environ.get("PLUMB_SANITIZE") else 60  # sanitized programs sta
 
 
 def processes():
-    """Numbers of the retains that run, by the path of their TOML file."""
+    """Numbers of the retains that run, by the path of their TOML file.
+
+    A child of one has its command line until it becomes halcmd.
+    """
     found = {}
     for line in glob.glob("/proc/[0-9]*/cmdline"):
         try:
@@ -42,8 +45,16 @@ def processes():
         except OSError:
             continue
         if os.path.basename(words[0]) == "retain" and "--file" in words:
-            found[words[words.index("--file") + 1]] = int(line.split("/")[2])
-    return found
+            found[int(line.split("/")[2])] = words[words.index("--file") + 1]
+    return {file: process for process, file in found.items() if parent(process) not in found}
+
+
+def parent(process):
+    try:
+        with open("/proc/%d/stat" % process) as file:
+            return int(file.read().rpartition(")")[2].split()[1])
+    except OSError:
+        return None
 
 
 def kill(process):
