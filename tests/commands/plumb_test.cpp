@@ -16,8 +16,9 @@ using testing::Not;
 TEST(Plumb, AnUnknownCommandIsNamedWithTheNearestAndAll) {
     const Outcome outcome = run_program({BUILD_DIR "/bin/plumb", "bech"}, "/");
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.errors, AllOf(HasSubstr("there is no command 'bech'; did you mean 'bench'?"),
-                                      HasSubstr("bench, contacts, doctor, growth, panel, run, squareness, wire")));
+    EXPECT_THAT(outcome.errors,
+                AllOf(HasSubstr("there is no command 'bech'; did you mean 'bench'?"),
+                      HasSubstr("bench, contacts, doctor, growth, panel, run, squareness, wire")));
 }
 
 TEST(Plumb, AnUnknownCommandThatResemblesNoneHasNoGuess) {

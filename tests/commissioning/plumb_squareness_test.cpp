@@ -261,7 +261,8 @@ TEST(PlumbSquareness, EachSingleWrongSignHasItsReading) {
     EXPECT_THAT(output, ContainsRegex("EB0Z +X +.X +Z by 300 mm +.7.2 um +0 um +.14.4 um"));
     EXPECT_THAT(output, ContainsRegex("only EB0Z wrong +.72.6 um"));  // 2 * 121 um/m * 300 mm
     EXPECT_THAT(output, ContainsRegex("only EB0W wrong +-58.2 um"));
-    EXPECT_THAT(output_of({"--iso", "EC0Y=-80urad"}), Not(HasSubstr("only EC0Y wrong"))) << "there is one sign only";
+    EXPECT_THAT(output_of({"--iso", "EC0Y=-80urad"}), Not(HasSubstr("only EC0Y wrong")))
+        << "there is one sign only";
 }
 
 TEST(PlumbSquareness, WhatRemainedIsAddedToWhatIsInForce) {

@@ -117,7 +117,8 @@ TEST(HostScheduler, ATaskHasAMebibyteOfStackForAnyRequest) {
 
 TEST(HostScheduler, AStackThatIsUsedUpIsCaughtByItsGuardPage) {
     struct Deep {
-        [[gnu::noinline]] static int fall(int depth) {  // half a page a call, so that none steps over the guard
+        [[gnu::noinline]] static int fall(
+            int depth) {  // half a page a call, so that none steps over the guard
             volatile char frame[2048];
             frame[0] = static_cast<char>(depth);
             return depth == 1 << 20 ? 0 : fall(depth + 1) + frame[0];

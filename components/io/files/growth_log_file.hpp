@@ -25,7 +25,8 @@ struct GrowthRecord {
     double time = 0;
     int pass = 0, visit = 0, bore = 0, item = 0;
     bool turned = false, compensated = false, cooled = false;
-    std::array<double, 3> at{};  // mu; of a temperature: degC, 1 for valid, age in s; of an event: a number; of a speed: rpm
+    std::array<double, 3>
+        at{};  // mu; of a temperature: degC, 1 for valid, age in s; of an event: a number; of a speed: rpm
     std::array<double, 3> offset{};  // mu
 };
 

@@ -66,8 +66,8 @@ public:
         return whole("row-shown") == row ? std::optional(r) : std::nullopt;
     }
 
-    // Whether the component has seen restore false in a period of its own, as the edge of the next record needs.
-    // A record given before has then been counted, or never will be.
+    // Whether the component has seen restore false in a period of its own, as the edge of the next record
+    // needs. A record given before has then been counted, or never will be.
     bool settle() const {
         if (count() == 0) {  // no row can answer; an edge that was not seen is given again
             const bool rests = !std::get<bool>(pins_.at("restore").read());
@@ -80,8 +80,8 @@ public:
         return await([&] { return whole("row-shown") == other; });
     }
 
-    // Gives one record back, after settle(). Nothing if the component does not answer, else whether it accepted
-    // the record.
+    // Gives one record back, after settle(). Nothing if the component does not answer, else whether it
+    // accepted the record.
     std::optional<bool> give(const GrowthRecord& r) const {
         const auto put = [&](const char* field, const hal::Value& value) {
             write(std::string("restore-") + field, value);

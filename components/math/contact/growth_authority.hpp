@@ -40,8 +40,7 @@ constexpr const char* sentence(Doubt doubt) {
         case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
         case Doubt::prediction:
             return "The growth since the last contact is uncertain: the offset holds that contact.";
-        case Doubt::uncertain:
-            return "The growth is uncertain: the offset is a part of it, or may do harm.";
+        case Doubt::uncertain: return "The growth is uncertain: the offset is a part of it, or may do harm.";
         default: return nullptr;
     }
 }
