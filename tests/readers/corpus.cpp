@@ -21,12 +21,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr unsigned patience = 20;             // s, for one file
-constexpr std::size_t longest_in_all = 4096;  // bytes of a file each of whose beginnings is read
+constexpr unsigned patience = 20;             // s, for one beginning of a file
+constexpr std::size_t longest_in_all = 1024;  // bytes of a file each of whose beginnings is read
 
 std::string under_way;  // the file that is read
 
 void read_bytes(const std::string& text) {
+    alarm(patience);
     // A copy of its own size, beyond which the sanitizer sees every step.
     const std::vector<std::uint8_t> bytes(text.begin(), text.end());
     LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
@@ -34,7 +35,6 @@ void read_bytes(const std::string& text) {
 
 void read_file(const fs::path& file) {
     under_way = file.string() + '\n';
-    alarm(patience);
     std::ifstream stream(file, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(stream), {}};
     read_bytes(text);
