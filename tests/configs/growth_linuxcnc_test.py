@@ -28,12 +28,15 @@ from linuxcnc_runs import (
 
 SHORT = "#<_growth_rounds> = 1\n#<_growth_dwell> = 6\n#<_growth_feed> = 60\n"
 
-# The maximum time is over at the end of a cycle.
-LONGEST = """loadrt mux2 names=longest
+# From the end of the first cycle on the maximum time is over.
+LONGEST = """loadrt flipflop names=cycled
+loadrt mux2 names=longest
 setp longest.in0 100000
 setp longest.in1 1
-net test-cycle => longest.sel
-addf longest servo-thread 1
+net test-cycle => cycled.set
+net cycled cycled.out => longest.sel
+addf cycled servo-thread
+addf longest servo-thread
 """
 
 
