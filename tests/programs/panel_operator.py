@@ -41,7 +41,7 @@ class Operator:
 
     def first_day(self):
         finger = self.finger
-        finger.press("Growth of Z")
+        finger.open("Growth of Z", "Learn from the next part")
         finger.press("Learn from the next part")
         finger.press("Learn")
         self.until("growth.learn", True)
@@ -94,7 +94,7 @@ class Operator:
         finger = self.finger
         seen["ec0y"] = self.host.get("square.ec0y")
         seen["gate-floor"] = self.host.get("growth.gate-floor")
-        finger.press("All components")
+        finger.open("All components", "growth")
         finger.press("growth")
         finger.press("gate-floor")
         seen["kept"] = finger.await_text("Saved by retain: this value wins over the HAL file.")

@@ -94,6 +94,16 @@ class Finger:
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
         self.press_at(x, y)
 
+    def open(self, page, mark):
+        """Presses the button of a page until a widget of the page is there: a window that was just covered may lose a press."""
+
+        def opened():
+            self.press(page)
+            self.rest()
+            return self.find(mark)
+
+        self.until(opened, "the page " + page)
+
     def press_at(self, x, y):
         self._do("mousemove", x, y, "click", "1")
 
