@@ -57,6 +57,22 @@ class ToolTable(unittest.TestCase):
         self.assertIn("there is no whole copy of it", message)
 
 
+def measure_two_lands(test, host, show):
+    """Two lands of a tool that is 0.05 mm high; show(diameter) is the reading of the gauge."""
+    for y in (1, -1):
+        show(20)  # far off, until it has settled
+        host.set("centre.y-position-0", y)
+        host.set("centre.cut-done", True)
+        host.run(0.5)
+        test.assertTrue(host.get("centre.measure"))
+        show(2 * math.hypot(5, y + 0.05))
+        host.run(1)
+        test.assertFalse(host.get("centre.measure"))
+        host.set("centre.cut-done", False)
+        host.run(0.01)
+    test.assertAlmostEqual(host.get("centre.height"), 0.05, delta=1e-9)
+
+
 class AnalogGauge(unittest.TestCase):
     def test_two_lands_are_measured_when_the_reading_has_settled(self):
         import plumb
@@ -70,18 +86,7 @@ class AnalogGauge(unittest.TestCase):
             host.command("start")
             host.set("centre.start", True)
             host.run(0.01)
-            for y in (1, -1):
-                host.set("gauge-voltage", 20)  # far off, until it has settled
-                host.set("centre.y-position-0", y)
-                host.set("centre.cut-done", True)
-                host.run(0.5)
-                self.assertTrue(host.get("centre.measure"))
-                host.set("gauge-voltage", math.hypot(5, y + 0.05))
-                host.run(1)
-                self.assertFalse(host.get("centre.measure"))
-                host.set("centre.cut-done", False)
-                host.run(0.01)
-            self.assertAlmostEqual(host.get("centre.height"), 0.05, delta=1e-9)
+            measure_two_lands(self, host, lambda diameter: host.set("gauge-voltage", diameter / 2))
 
 
 class DigitalGauge(unittest.TestCase):
@@ -121,18 +126,7 @@ class DigitalGauge(unittest.TestCase):
             host.run(0.01)
             host.set("centre.start", True)
             host.run(0.01)
-            for y in (1, -1):
-                touch(20)  # far off, until it has settled
-                host.set("centre.y-position-0", y)
-                host.set("centre.cut-done", True)
-                host.run(0.5)
-                self.assertTrue(host.get("centre.measure"))
-                touch(2 * math.hypot(5, y + 0.05))
-                host.run(1)
-                self.assertFalse(host.get("centre.measure"))
-                host.set("centre.cut-done", False)
-                host.run(0.01)
-            self.assertAlmostEqual(host.get("centre.height"), 0.05, delta=1e-9)
+            measure_two_lands(self, host, touch)
 
 
 class ModbusGauge(unittest.TestCase):

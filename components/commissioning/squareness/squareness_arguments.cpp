@@ -242,6 +242,13 @@ struct Arguments {
     std::string datum, travel;
 };
 
+void add_once(const SquarenessQuantity& quantity, std::vector<SquarenessQuantity>& to) {
+    for (const SquarenessQuantity& other : to)
+        if (other.is_of(quantity.axis, quantity.rotation))
+            refuse(squareness_name(quantity.axis, quantity.rotation) + " is set twice");
+    to.push_back(quantity);
+}
+
 void read_tilts(const Arguments& arguments, TiltedMachine& machine) {
     std::map<Axis, std::vector<Lean>> leans;
     for (const std::string& text : arguments.leans) {
@@ -262,13 +269,7 @@ void read_tilts(const Arguments& arguments, TiltedMachine& machine) {
         });
     }
     for (const std::string& text : arguments.quantities) {
-        read("--iso", text, [&] {
-            const SquarenessQuantity quantity = quantity_of(text, machine.chain);
-            for (const SquarenessQuantity& other : machine.known)
-                if (other.is_of(quantity.axis, quantity.rotation))
-                    refuse(squareness_name(quantity.axis, quantity.rotation) + " is set twice");
-            machine.known.push_back(quantity);
-        });
+        read("--iso", text, [&] { add_once(quantity_of(text, machine.chain), machine.known); });
     }
 }
 
@@ -317,13 +318,7 @@ void read_all(const Arguments& arguments, SquarenessOptions& options) {
     });
     read_tilts(arguments, machine);
     for (const std::string& text : arguments.in_force)
-        read("--in-force", text, [&] {
-            const SquarenessQuantity quantity = quantity_of(text, machine.chain);
-            for (const SquarenessQuantity& other : machine.in_force)
-                if (other.is_of(quantity.axis, quantity.rotation))
-                    refuse(squareness_name(quantity.axis, quantity.rotation) + " is set twice");
-            machine.in_force.push_back(quantity);
-        });
+        read("--in-force", text, [&] { add_once(quantity_of(text, machine.chain), machine.in_force); });
     for (const std::string& text : arguments.diagonals)
         read("--diagonals", text, [&] { options.measured.push_back(diagonals_of(text, machine.chain)); });
     for (const std::string& text : arguments.squares)
