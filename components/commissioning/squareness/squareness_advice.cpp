@@ -89,7 +89,7 @@ KinematicChain chain_of(const TiltedMachine& machine, const Quantities& quantiti
     return KinematicChain(settings);
 }
 
-// Each with what is in force; those in force that are not among them keep their angles.
+// Adds each angle to the one in force. Angles in force that were not measured stay.
 Quantities added_to_force(const TiltedMachine& machine, const Quantities& quantities) {
     Quantities sums = machine.in_force;
     for (const SquarenessQuantity& q : quantities) {
@@ -108,7 +108,7 @@ Quantities added_to_force(const TiltedMachine& machine, const Quantities& quanti
     for (const SquarenessQuantity& sum : sums)
         if (!(std::abs(sum.angle) < largest_angle))
             throw std::invalid_argument(name_of(sum) + " would be " + formatted("%.4g", sum.angle) +
-                                        " rad with what is in force: an angle is below 0.1 rad");
+                                        " rad with the angle in force: an angle is below 0.1 rad");
     return sums;
 }
 

@@ -10,7 +10,7 @@
 
 namespace plumb {
 
-// What a procedure has found, and what it waits for.
+// The outputs of a procedure: its results, and the next act that it waits for.
 struct HeightOutputs final : hal::Group {
     using Group::Group;
 

@@ -12,7 +12,7 @@
 
 namespace plumb {
 
-// The sequence from the first cut to the height: what has been measured, and what is due next. Lengths in mu.
+// The sequence from the first cut to the height: the cuts that are measured, and the next act. Lengths in mu.
 struct HeightProcedure {
     using Settings = HeightSettings::Values;
 
@@ -37,7 +37,7 @@ struct HeightProcedure {
         if (!known(y_origin_) || !known(cuts.x_zero)) fail(Fault::position);
     }
 
-    // A height is used once: what is stored in the tool table must not be added to it again.
+    // A height is used once: the tool table must not receive it again.
     void end() noexcept {
         forget();
         cuts = TurnedCuts{};

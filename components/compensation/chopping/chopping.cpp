@@ -195,7 +195,7 @@ private:
     static constexpr std::size_t nodes = 64;                        // to plan in a period
     static constexpr int most_cycles = 30;                          // of learning
 
-    // What a judgement of the settings rests on: it takes longer than all else.
+    // The inputs of judge(). It takes longer than all else, so it runs only when one of them changes.
     struct Judged {
         Values given;
         double lower = 0, upper = 0, position = 0;

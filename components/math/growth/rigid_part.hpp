@@ -22,7 +22,7 @@ struct RigidPart {
     double rms = 0;         // mu, of the rest, per degree of freedom; 0 if there is none
 };
 
-// What a rigid part with these parameters does at a place.
+// Displacement at a place (mu) = these rows times the parameters.
 Eigen::Matrix<double, 3, 9> rigid_rows(const Eigen::Vector3d& place);
 
 // By least squares: one row of `places` and one of `deviations` for each bore, in mu. What the places do not

@@ -17,8 +17,8 @@ namespace plumb {
 // A new stroke begins slow, and inside the dead points by an inset. The speed rises while the overshoot that
 // is predicted for it stays within the inset; the overshoot of an axis grows with the square of the speed.
 // At full speed each measured error corrects its end by a part, the gain. Strokes that were learned before
-// are remembered; after a restart they begin slow, too, and take up what was learned as far as the axis
-// confirms it.
+// are remembered. After a restart they begin slow, too, and use their learned corrections as far as the
+// axis confirms them.
 class DeadPointLearning {
 public:
     using Stroke = LearnedStrokes::Stroke;
