@@ -30,6 +30,8 @@ struct HeightSettings final : hal::Group {
                               "X less x-zero is the programmed radius; entries are compared with it."};
 
     hal::In<double> gauge_sigma{this, "gauge-sigma", 0.002, "mu", "Sigma of a measured diameter."};
+    hal::In<double> gauge_scale_sigma{this, "gauge-scale-sigma", 0.0002, "1",
+                                      "Sigma of the gauge's error per difference of two diameters."};
     hal::In<double> cut_repeatability{this, "cut-repeatability", 0.0012, "mu",
                                       "Sigma of the radius that a cut leaves, built-up edge included."};
     hal::In<double> travel_sigma{this, "travel-sigma", 0.001, "mu", "Sigma of a travel of X."};
@@ -115,6 +117,7 @@ struct HeightSettings final : hal::Group {
         now.angle = axes_angle[now.post] * degree;
         now.clearance = clearance_angle * degree;
         now.sigmas.gauge = gauge_sigma;
+        now.sigmas.scale = gauge_scale_sigma;
         now.sigmas.repeatability = cut_repeatability;
         now.sigmas.travel = travel_sigma;
         now.sigmas.step = step_sigma;
@@ -140,14 +143,15 @@ struct HeightSettings final : hal::Group {
             return within;
         };
         const CutSigmas& s = now.sigmas;
-        now.good = now.good && all(0.1, 3, {now.angle}) && all(0, 1.5, {now.clearance}) &&
-                   all(0, 1, {s.gauge, s.repeatability, s.travel, s.step, s.drift, now.known_x_sigma}) &&
-                   all(0, farthest,
-                       {now.land_step, now.land_diameter, now.stock_diameter, now.max_move, now.max_sigma,
-                        now.tolerance, now.target_diameter}) &&
-                   all(-farthest, farthest, {now.known_x}) &&
-                   all(-100, 100, {now.target_height, now.correction_offset, now.diameter_offset}) &&
-                   all(0.5, 2, {now.correction_factor, now.diameter_factor});
+        now.good =
+            now.good && all(0.1, 3, {now.angle}) && all(0, 1.5, {now.clearance}) &&
+            all(0, 1, {s.gauge, s.scale, s.repeatability, s.travel, s.step, s.drift, now.known_x_sigma}) &&
+            all(0, farthest,
+                {now.land_step, now.land_diameter, now.stock_diameter, now.max_move, now.max_sigma,
+                 now.tolerance, now.target_diameter}) &&
+            all(-farthest, farthest, {now.known_x}) &&
+            all(-100, 100, {now.target_height, now.correction_offset, now.diameter_offset}) &&
+            all(0.5, 2, {now.correction_factor, now.diameter_factor});
         return now;
     }
 };

@@ -40,12 +40,16 @@ struct TipHeight {
     double predicted = 0;     // diameter of the last cut, by the estimate
     Fault fault = Fault::none;
 
-    // What an entry may be. A tool on centre would leave `expected`, steps of Y included.
+    // What an entry may be. A tool on centre would leave `expected`, steps of Y included. X is the programmed
+    // one, or that of the announced lands.
     static Fault slip(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
         const SkewedAxes axes(settings.angle);
         const double y = cuts[i].y;
-        const double expected = std::hypot(cuts.programmed(i) + axes.x_of(y), axes.height_of(y));
-        switch (slip_of(cuts[i].radius, settings.x_is_radius && cuts.programmed(i) > 0 ? expected : 0)) {
+        const double x = settings.x_is_radius && cuts.programmed(i) > 0 ? cuts.programmed(i)
+                         : settings.method == Method::two_lands         ? settings.land_diameter / 2
+                                                                        : 0;
+        const double expected = x > 0 ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
+        switch (slip_of(cuts[i].radius, expected)) {
             case EntrySlip::not_positive: return Fault::diameter;
             case EntrySlip::radius: return Fault::radius;
             case EntrySlip::doubled: return Fault::doubled;
@@ -143,10 +147,13 @@ private:
         const double later =
             static_cast<double>(cuts.count) - 1;  // drifts between the first cut and the last
         const double of_drift = (per_r2 - 2 * radius * later) * settings.sigmas.drift;
+        const double of_scale =
+            (per_r2 * (cuts[1].radius - cuts[0].radius) - 2 * radius * (radius - cuts[0].radius)) *
+            settings.sigmas.scale;
         const double noise =
             std::sqrt(per_r1 * per_r1 * s * s + per_r2 * per_r2 * s * s + per_travel * per_travel * t * t +
                       4 * radius * radius * s * s + 4 * (two.x1 + dx) * (two.x1 + dx) * t * t +
-                      of_step * of_step + of_y * of_y + of_drift * of_drift) /
+                      of_step * of_step + of_y * of_y + of_drift * of_drift + of_scale * of_scale) /
             (2 * radius);
         disagreement = std::abs(last.radius - radius) / std::max(noise, 1e-9 * radius);
     }
@@ -182,7 +189,8 @@ private:
         const double dx = last.x - cuts[0].x + axes.x_of(step), dy = axes.height_of(step);
         predicted = 2 * others.predicted(dx, dy);
         const double later = 0.5 * static_cast<double>(cuts.count);  // drifts from the middle of the others
-        const double own = std::hypot(settings.sigmas.radius(), settings.sigmas.drift * later);
+        const double own = std::hypot(settings.sigmas.radius(), settings.sigmas.drift * later,
+                                      settings.sigmas.scale * (last.radius - cuts[0].radius));
         const double noise = std::hypot(others.sigma_predicted(dx, dy), own, 1e-9 * last.radius);
         disagreement = std::max(disagreement, std::abs(last.radius - predicted / 2) / noise);
     }

@@ -24,13 +24,14 @@ struct Cut {
 // Height y and distance x of a tip from the axis, signed, from any number of cuts at two or more positions of
 // Y. Each cut gives
 //
-//     r^2 = rho^2 + 2 x dx + dx^2 + 2 y dy + dy^2 + 2 r drift k + 2 (y + dy) rise k
+//     r^2 = rho^2 + 2 x dx + dx^2 + 2 y dy + dy^2 + 2 r drift k + 2 (y + dy) rise k + 2 r (r - r1) scale
 //
-// with dx, dy against the first cut and k its number from the middle one; linear in rho^2, x, y, drift and
-// rise. The free rho^2 is the radius of the first cut, so that its error, common to all differences, counts
-// once: generalised least squares. If all cuts have one X, x follows from y. Wear, growth and the lift of the
-// spindle are a drift of the radius and a rise of the tip. They are 0 within sigmas.drift: a row of its own
-// for each.
+// with dx, dy, r1 of the first cut and k its number from the middle one; linear in rho^2, x, y, drift, rise
+// and scale. The free rho^2 is the radius of the first cut, so that its error, common to all differences,
+// counts once: generalised least squares. If all cuts have one X, x follows from y. Wear, growth and the lift
+// of the spindle are a drift of the radius and a rise of the tip. They are 0 within sigmas.drift: a row of
+// its own for each. The scale of the gauge is 0 within sigmas.scale. Many cuts at the same few diameters do
+// not lessen its error.
 class CutFit {
 public:
     static constexpr std::size_t most = 16;
@@ -109,14 +110,12 @@ private:
         double x, y;
     };
 
-    static constexpr int rows_most = most + 4, unknowns_most = 6;
+    static constexpr int rows_most = most + 5, unknowns_most = 7;
     static constexpr double steadiness = 20;  // cuts in which a drift changes by itself, at the soonest
     using Rows =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows_most, unknowns_most>;
     using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, rows_most, 1>;
     using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, unknowns_most, 1>;
-    using Square =
-        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, unknowns_most, unknowns_most>;
 
     static CutFit refused(Refusal reason) noexcept {
         CutFit fit;
@@ -127,14 +126,15 @@ private:
     // With x as an unknown, or with the given one; `y_now` is about y. Each row has a noise of 1.
     void solve(const Point* points, std::size_t count, const Scale& scale, bool find_x,
                const CutSigmas& sigmas, const Known& known, double given_x, double y_now) noexcept {
-        const bool with_known = find_x && known.valid, drifts = sigmas.drift > 0;
-        const int needed = find_x ? 3 : 2, unknowns = needed + (drifts ? 3 : 0), y_column = needed - 1;
+        const bool with_known = find_x && known.valid, drifts = sigmas.drift > 0, scales = sigmas.scale > 0;
+        const int needed = find_x ? 3 : 2, y_column = needed - 1, scale_column = needed + (drifts ? 3 : 0);
+        const int unknowns = scale_column + (scales ? 1 : 0);
         const int cuts = static_cast<int>(count), measured = cuts + (with_known ? 1 : 0);
         if (measured < needed) return void(*this = refused(Refusal::too_few));
         const double r1 = points[0].radius, width = r1 * scale.y;
         const double per_drift = width / r1;  // of one unit of the unknowns drift and rise
 
-        Rows a = Rows::Zero(measured + (drifts ? 3 : 0), unknowns);
+        Rows a = Rows::Zero(measured + (unknowns - needed), unknowns);
         Column b = Column::Zero(a.rows());
         const double per_radius = std::max(sigmas.radius(), 1e-12 * r1);
         const double per_x = sigmas.travel / std::sqrt(2.0), per_y = sigmas.step / std::sqrt(2.0);
@@ -153,6 +153,7 @@ private:
             if (drifts) a(row, needed) = weight * 2 * p.radius * k / r1;
             if (drifts) a(row, needed + 1) = weight * 2 * h * k / r1;
             if (drifts) a(row, needed + 2) = weight * 2 * p.radius * k * k / r1;
+            if (scales) a(row, scale_column) = weight * 2 * p.radius * (p.radius - r1) / width;
             b(row) = weight *
                      ((p.radius - r1) * (p.radius + r1) - p.dx * p.dx - p.dy * p.dy -
                       (find_x ? 0 : 2 * given_x * p.dx)) /
@@ -167,6 +168,7 @@ private:
             a(measured, needed) = a(measured + 1, needed + 1) = per_drift / sigmas.drift;
             a(measured + 2, needed + 2) = steadiness * per_drift / sigmas.drift;
         }
+        if (scales) a(a.rows() - 1, scale_column) = 1 / sigmas.scale;
 
         // Columns of like size, so that the rank shows.
         const Sizes sizes = a.colwise().norm();
@@ -176,13 +178,19 @@ private:
         qr.setThreshold(1e-9);
         if (qr.rank() < unknowns) return void(*this = refused(Refusal::no_solution));
         b.applyOnTheLeft(qr.householderQ().adjoint());
-        const Square factor =
+        const auto factor =
             qr.matrixR().topLeftCorner(unknowns, unknowns).template triangularView<Eigen::Upper>();
-        const Square unit = Square::Identity(unknowns, unknowns);
-        const Square inverse = factor.template triangularView<Eigen::Upper>().solve(unit);
-        const Square permuted = qr.colsPermutation() * inverse;
-        const Sizes solution = permuted * b.head(unknowns);
-        const auto sigma = [&](int column) { return permuted.row(column).norm() / sizes(column) * width; };
+        Sizes solution = b.head(unknowns);
+        factor.solveInPlace(solution);
+        solution = (qr.colsPermutation() * solution).eval();
+        // Row of P R^-1, whose products are the covariances.
+        const auto row_of = [&](int column) {
+            Sizes row = Sizes::Unit(unknowns, column);
+            row = (qr.colsPermutation().transpose() * row).eval();
+            factor.transpose().solveInPlace(row);
+            return row;
+        };
+        const auto sigma = [&](int column) { return row_of(column).norm() / sizes(column) * width; };
 
         y = solution(y_column) / sizes(y_column) * width / scale.y;
         sigma_y = sigma(y_column) / scale.y;
@@ -192,9 +200,9 @@ private:
         } else {  // from rho^2 = x^2 + y^2
             x = std::sqrt(std::max(r1 * r1 + solution(0) / sizes(0) * width - y * y, 0.0));
             if (x > 0)
-                sigma_x = (permuted.row(0) / sizes(0) * width / (2 * x) -
-                           permuted.row(1) / sizes(1) * width / scale.y * y / x)
-                              .norm();
+                sigma_x =
+                    (row_of(0) / sizes(0) * width / (2 * x) - row_of(1) / sizes(1) * width / scale.y * y / x)
+                        .norm();
         }
         if (drifts) {
             drift = solution(needed) / sizes(needed) * per_drift;

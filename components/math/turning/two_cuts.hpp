@@ -71,7 +71,8 @@ struct TwoCuts {
         const double y = cuts.y(), half = sigmas.drift / 2;
         const double d = (cuts.by_r2 - cuts.by_r1) * half;
         const double e = (cuts.by_r2 * y / r2 - cuts.by_r1 * y / r1) * half;
-        cuts.sigma_y_squared = std::sqrt(a * a + b * b + c * c + d * d + e * e);
+        const double f = cuts.by_r2 * (r1 - r2) * sigmas.scale;
+        cuts.sigma_y_squared = std::sqrt(a * a + b * b + c * c + d * d + e * e + f * f);
         if (cuts.y_squared < -3 * cuts.sigma_y_squared - rounding * r1 * r1)
             return refused(Refusal::short_travel);
         cuts.theta = std::atan2(cuts.y(), cuts.x1);

@@ -77,6 +77,7 @@ class Outcome:
     truth: np.ndarray  # effective height before
     height: np.ndarray  # measured; NaN if the cuts were refused
     sigma: np.ndarray
+    within: np.ndarray
     moved: np.ndarray
     fault: np.ndarray
     hold: np.ndarray
@@ -84,10 +85,6 @@ class Outcome:
     @property
     def residual(self):
         return self.height - self.truth
-
-    @property
-    def valid(self):
-        return np.isfinite(self.height)
 
 
 class Lathe:
@@ -126,6 +123,7 @@ class Lathe:
                 "lathe.micrometer": case.micrometer,
                 "lathe.x-error": 0,
                 "centre.gauge-sigma": gauge,
+                "centre.gauge-scale-sigma": 0 if case.micrometer else 0.0003,
                 "centre.cut-repeatability": case.repeatability,
                 "centre.travel-sigma": 0.0002,
                 "centre.step-sigma": 0.0001,
@@ -179,9 +177,9 @@ def simulate(case, seeds, progress):
             rows.append(lathe.run())
             if not progress((done + 1) * AT_A_TIME):
                 break
-    _, moved, valid, fault, hold, height, sigma, _, truth = np.array(rows, float).T
+    _, moved, valid, fault, hold, height, sigma, within, truth = np.array(rows, float).T
     known = np.where(valid > 0, UM * height, np.nan)
-    return Outcome(UM * truth, known, UM * sigma, moved > 0, fault, hold)
+    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, hold)
 
 
 @dataclasses.dataclass

@@ -323,6 +323,36 @@ TEST_F(CentreHeight, SlipIsNamedAndEnteredAgain) {
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
 }
 
+TEST_F(CentreHeight, AnnouncedDiameterOfLandsShowsSlips) {
+    const Lathe lathe;
+    for (const auto& [factor, code] :
+         std::vector<std::pair<double, int>>{{0.5, 2}, {2, 3}, {1 / 25.4, 4}, {1, 0}}) {
+        SCOPED_TRACE(factor);
+        const auto lands = [&](double announced) {
+            set("land-diameter", announced);
+            key(two_lands,
+                {{2 * factor * lathe.radius(5, 1), 5, 1}, {2 * factor * lathe.radius(5, -1), 5, -1}});
+        };
+        lands(10);
+        EXPECT_EQ(get("fault-code"), code);
+        lands(0);
+        EXPECT_EQ(get("fault-code"), 0) << "nothing to compare with";
+        EXPECT_NEAR(get("height"), 0.035 * factor * factor, 1e-9);
+    }
+}
+
+TEST_F(CentreHeight, SwappedLandsShowInTheOrder1221) {
+    const Lathe lathe;
+    const auto land = [&](double y, double measured_y) {
+        return Keyed{2 * lathe.radius(5, measured_y), 5, y};
+    };
+    key(two_lands, {land(1, -1), land(-1, 1)});
+    EXPECT_EQ(get("hold-code"), 0);
+    EXPECT_NEAR(get("height"), -0.035, 1e-9) << "one pair shows nothing";
+    key(two_lands, {land(1, -1), land(-1, 1), land(-1, -1), land(1, 1)});
+    expect_held(6);
+}
+
 TEST_F(CentreHeight, ImpossibleCutsAreRefusedAndNothingMoves) {
     set("sign", 1);
     set("max-move", 100);
@@ -369,6 +399,7 @@ TEST_F(CentreHeight, ImpossibleCutsAreRefusedAndNothingMoves) {
                                                                                 {"sign", 2},
                                                                                 {"axes-angle-0", 0},
                                                                                 {"gauge-sigma", -1},
+                                                                                {"gauge-scale-sigma", -1},
                                                                                 {"max-move", std::nan("")},
                                                                                 {"correction-factor", 0}}) {
         const double good = get(pin);
@@ -635,8 +666,8 @@ TEST_F(CentreHeight, ShowsWhichDiameterCanBeTurnedAndWhere) {
 }
 
 TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
-    for (const char* pin :
-         {"gauge-sigma", "cut-repeatability", "travel-sigma", "step-sigma", "drift-sigma", "known-x-sigma"})
+    for (const char* pin : {"gauge-sigma", "gauge-scale-sigma", "cut-repeatability", "travel-sigma",
+                            "step-sigma", "drift-sigma", "known-x-sigma"})
         set(pin, 0);
     const Lathe lathe;
     set("x-known", 1);

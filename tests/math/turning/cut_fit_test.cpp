@@ -203,6 +203,31 @@ TEST(CutFit, DriftIsInItsSigma) {
     }
 }
 
+// The error of a gauge is the same at each land of a diameter: more lands do not lessen it.
+TEST(CutFit, ScaleOfTheGaugeIsInItsSigma) {
+    const CutSigmas sigmas{0.1 * um, 0, 0, 0, 0, 3e-4};
+    Random random(7);
+    for (const int lands : {2, 12}) {
+        double of_y = 0, large = 0;
+        const int count = rounds(4000, 800);
+        for (int i = 0; i < count; ++i) {
+            const Tip tip{5, random.uniform(-0.3, 0.3)};
+            const double scale = sigmas.scale * random.gaussian();
+            std::vector<Cut> cuts;
+            for (int k = 0; k < lands; ++k) cuts.push_back(tip.at(0, k % 2 ? -1.7 : 0));
+            for (Cut& cut : cuts)
+                cut.radius += scale * (cut.radius - 5) + sigmas.radius() * random.gaussian();
+            const CutFit found =
+                CutFit::of(cuts.data(), cuts.size(), SkewedAxes(square_axes), sigmas, {}, true);
+            const double error = (found.y - tip.y) / found.sigma_y;
+            of_y += error * error / count;
+            large += found.excess > 3 ? 1.0 / count : 0;
+        }
+        EXPECT_NEAR(std::sqrt(of_y), 1, 0.1) << lands;
+        EXPECT_LT(large, 0.01) << lands;
+    }
+}
+
 TEST(CutFit, OneBadCutShows) {
     const Tip tip{5, 0.1};
     std::vector<Cut> cuts;

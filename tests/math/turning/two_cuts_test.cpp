@@ -72,14 +72,15 @@ TEST(TwoCuts, DerivativesAreThoseOfTheResult) {
 }
 
 TEST(TwoCuts, ScatterAsMuchAsTheirSigma) {
-    const CutSigmas sigmas{2 * um, 1.2 * um, 1 * um, 0};
+    const CutSigmas sigmas{2 * um, 1.2 * um, 1 * um, 0, 0, 1e-3};
     double squares = 0, of_squares = 0;
     Random random(3);
     const int count = rounds(40000, 4000);
     for (int i = 0; i < count; ++i) {
         const Turned t = drawn(random);
         const double r1 = t.r1() + sigmas.radius() * random.gaussian();
-        const double r2 = t.r2() + sigmas.radius() * random.gaussian();
+        const double of_scale = (t.r2() - t.r1()) * sigmas.scale * random.gaussian();
+        const double r2 = t.r2() + of_scale + sigmas.radius() * random.gaussian();
         const TwoCuts cuts =
             TwoCuts::of(r1, r2, t.travel + sigmas.travel * random.gaussian(), t.inside, sigmas);
         if (cuts.refusal != Refusal::none) continue;
