@@ -62,6 +62,10 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(y, -0.07, delta=0.012)
         self.assertAlmostEqual(x, -100.03, delta=0.012)
 
+    def test_tool_does_not_enter_standing_work(self):
+        self.assertIn("start the spindle of the work", "\n".join(self.facts["standing work"]))
+        self.assertIn("I is the number of a spindle", "\n".join(self.facts["no such spindle"]))
+
     def test_step_of_y_in_a_program(self):
         x, y = self.facts["by step"]
         self.assertAlmostEqual(y, -0.1, delta=0.03)

@@ -85,8 +85,11 @@ class Shift(Scenario):
             self.machine.mdi(block)
         self.note("turned behind", self.host.get("lathe.truth-diameter"))
         self.note("behind", self.table())
+        self.machine.mdi("T4 M6 G43")
+        self.note("standing work", self.refused("M5", "M3 S1000", "M455 D10 Z94 K-4 Q2 P200 R10 J2 I1"))
+        self.note("no such spindle", self.refused("M455 D10 Z94 K-4 Q2 P200 R10 J2 I4"))
         self.host.set("lathe.new-stock", False)
-        self.machine.mdi("T1 M6 G43")
+        self.machine.mdi("T1 M6 G43 M3 S1000")
 
     def thin_bar(self):
         """A bar of 1 mm that must finish at 0.06 mm, in a guide bush."""
@@ -255,7 +258,7 @@ class Shift(Scenario):
         machine.mdi("G8 G21")
         machine.mdi("T2 M6 G43 M3 S1000")
         self.note("other tool", self.refused("M453"))
-        machine.mdi("T1 M6 G43")
+        machine.mdi("T1 M6 G43 M3 S1000")
 
     def has_come(self, step):
         """Whether the machine waits at this step."""

@@ -135,6 +135,8 @@ tool stands still the work springs back into it.
     hal::In<double> y_position{this, "y-position", 0, "mu", "Position of Y."};
     hal::In<double> z_position{this, "z-position", 0, "mu", "Position of Z from the chuck."};
     hal::In<double> elapsed{this, "elapsed", 0, "s", "Time since the start besides the simulated one."};
+    hal::In<double> spindle_speed{this, "spindle-speed", 1000, "rpm",
+                                  "Speed of the work; a tool cuts only turning work."};
     hal::In<bool> new_stock{this, "new-stock", false, "A rising edge gives new stock."};
     hal::In<double> stock_diameter{this, "stock-diameter", 12, "mu", "Diameter of the stock, or its bore."};
     hal::In<double> stock_length{this, "stock-length", 100, "mu", "Length of the stock."};
@@ -253,8 +255,9 @@ private:
         const double sense = inside ? -1 : 1;
         const double nominal = std::hypot(x_, y_);
         const double reach = stock_.depth(z_, nominal - sense * edge_);
-        if (!(reach > 0)) {
-            if (!(reach > -clear)) cutting_ = false;  // else it rests between two passes
+        const bool turns = std::abs(usable(spindle_speed, 1e6, 0)) > 1;
+        if (!turns || !(reach > 0)) {
+            if (!turns || !(reach > -clear)) cutting_ = false;  // else it rests between two passes
         } else {
             if (!cutting_) {
                 edge_ = std::max(usable(edge, 1, 0), 0.0) * random_.uniform(0.2, 1);

@@ -56,6 +56,14 @@ struct SimLathe : testing::Test {
     Bench bench;
 };
 
+TEST_F(SimLathe, CutsNothingWhileTheWorkStands) {
+    make_ideal();
+    set("spindle-speed", 0);
+    EXPECT_EQ(land(4, 0, 20), 12);
+    set("spindle-speed", -500);
+    EXPECT_NEAR(land(4, 0, 20), 2 * std::hypot(4, 0.1), 1e-9);
+}
+
 TEST_F(SimLathe, LeavesTheRadiusOfItsTip) {
     make_ideal();
     set("height-error", 0.1);
