@@ -397,6 +397,34 @@ void planning_chopping_beside_pid(benchmark::State& state) {
     beside_pid(state, subject);
 }
 
+// Without a procedure, with height and x of eight cuts on its pins.
+Subject centre_height() {
+    Subject subject{"centre_height", "update", {{"keyed", "1"}, {"cuts", "8"}, {"method", "3"}}, {}, "sigma"};
+    for (int i = 0; i < 8; ++i) {
+        const double x = 5 - 0.1 * i, y = i % 2 ? -1 : 1;
+        const std::string number = "-0" + std::to_string(i);
+        subject.settings.emplace_back("cut-diameter" + number, std::to_string(2 * std::hypot(x, y + 0.05)));
+        subject.settings.emplace_back("cut-x" + number, std::to_string(x));
+        subject.settings.emplace_back("cut-y" + number, std::to_string(y));
+    }
+    subject.settings.emplace_back("compute", "1");
+    return subject;
+}
+
+void centre_height_beside_pid(benchmark::State& state) {
+    beside_pid(state, centre_height());
+}
+
+// The most that a period can take: a fit of eight cuts, here in every second one.
+void computing_centre_height_beside_pid(benchmark::State& state) {
+    Subject subject = centre_height();
+    subject.settings.pop_back();
+    subject.inputs.emplace_back("compute", "every-second");
+    subject.before = {"loadrt charge_pump", "net every-second charge-pump.out",
+                      "addf charge-pump servo-thread"};
+    beside_pid(state, subject);
+}
+
 // The cost of LinuxCNC's own kinematics in each period, for a machine that is not trivial: inverse and
 // forward.
 void stock_kinematics_beside_pid(benchmark::State& state) {
@@ -420,6 +448,8 @@ BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(planning_chopping_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(centre_height_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(computing_centre_height_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(stock_kinematics_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(joint_offset_beside_pid)->UseManualTime()->Iterations(40);
 
