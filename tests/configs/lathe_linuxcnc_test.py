@@ -110,6 +110,9 @@ class Shift(unittest.TestCase):
                 self.assertAlmostEqual(y, -0.05, delta=2e-5)
                 self.assertAlmostEqual(x, -0.03, delta=2e-5)
 
+    def test_height_too_small_to_store_ends_no_program(self):
+        self.assertEqual(self.facts["small"], [[True, 0, True], [False, 3, True]])
+
     def test_abort_leaves_the_table_and_the_operator_goes_on(self):
         self.assertTrue(self.facts["resumed"])
         self.assertEqual(self.facts["resumed cuts"], 1)

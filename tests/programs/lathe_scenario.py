@@ -122,7 +122,7 @@ class Shift(Scenario):
         host.set("centre.land-step", 1)
         host.set("centre.cut-repeatability", 0.0012)
         before = self.table()
-        self.note("nothing known", self.refused("M454"))
+        self.note("nothing known", self.refused("M450 P1 Q2 D10", "M454"))
         self.note("compensated", self.refused("G18 G41 D1", "M450 P1 Q2 D10"))
         self.machine.mdi("G40")
         self.note("no cut", self.refused("M450 P1 Q2 D10", "M452 P10"))
@@ -159,6 +159,18 @@ class Shift(Scenario):
             after = self.table()["T1"]
             self.facts["hand"].append([mode, length, after[0] - before[0], after[1] - before[1]])
         self.machine.mdi("G8 G21 G0 X12 Y0")
+        self.note("small", [])
+        for height in (0.001, 0.008):
+            before = self.table()
+            self.machine.mdi("G0 X12 Y0")
+            self.machine.mdi("M450 P1 Q2 D10")
+            for step in (1, -1):
+                self.machine.mdi("G0 X5 Y%g" % step)
+                self.machine.mdi("M451")
+                self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5.03, step + height)))
+            self.machine.mdi("M454")
+            self.facts["small"].append([self.host.get("centre.on-centre"), self.host.get("centre.hold-code"), self.table() == before])
+        self.machine.mdi("G0 X12 Y0")
 
     def interrupted(self):
         before = self.table()

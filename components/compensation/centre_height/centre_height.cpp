@@ -37,6 +37,7 @@ sources.)",
   net height-stored  motion.digital-out-13 => centre.stored
   net height-at-rest motion.digital-out-14 => centre.at-rest
   net height-measure centre.measure        => motion.digital-in-08
+  net height-at-cut  centre.cut-taken      => motion.digital-in-14
   net height-taken   centre.value-taken    => motion.digital-in-09
   net height-valid   centre.value-valid    => motion.digital-in-10
   net move-allowed   centre.move-allowed   => motion.digital-in-11
@@ -64,7 +65,8 @@ Correct the tool's X by x-correction at the same time.
 7. Repeat until on-centre is true.)"},
                                       hal::Behaviour{R"(
 - start: The procedure begins. All cuts are forgotten; the present Y is the one for which height is valid.
-- cut-done: X and Y of this moment are the positions of the cut. measure is true.
+- cut-done: X and Y of this moment are the positions of the cut. cut-taken and measure are true. A fast gauge answers at once, and
+measure is false again; cut-taken stays until you lower cut-done.
 - value-ready: The diameter counts. An entry that is a slip sets fault, and measure stays true: enter it again.
 - All cuts have their diameter: height is computed. Each further cut is a check: it must agree with the others within three
 sigmas.
@@ -126,6 +128,7 @@ micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
     KeyedCuts keyed_cuts{this};
     HeightSettings settings{this};
 
+    hal::Out<bool> cut_taken{this, "cut-taken", "The position of the cut was taken, while cut-done is true."};
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
@@ -147,15 +150,17 @@ micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
         } else if (resumed) {
             procedure_.go_on(now);
         } else if (cut) {
-            procedure_.take_position(now, x_position[now.post], y_position[now.post]);
+            cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post]);
         } else if ((typed || value) && procedure_.state == State::measure) {
             take_diameter(now, typed ? HeightGauge::Reading{typed_diameter(), false} : gauge.read());
         } else if (computed) {
             compute_now(now);
         }
+        cut_taken_ = cut_taken_ && cut_done;
         taken_ = taken_ && (value_ready || entered);
 
         outputs.show(procedure_, now);
+        cut_taken = cut_taken_;
         value_taken = taken_;
     }
 
@@ -212,7 +217,7 @@ private:
 
     Edge start_, abort_, resume_, stored_, cut_, value_, typed_, compute_;
     HeightProcedure procedure_;
-    bool taken_ = false;
+    bool cut_taken_ = false, taken_ = false;
 };
 
 hal::Model hal::model() {

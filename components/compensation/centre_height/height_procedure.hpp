@@ -60,14 +60,18 @@ struct HeightProcedure {
     }
 
     // The tool stands at the end of a cut.
-    void take_position(const Settings& now, double x, double y) noexcept {
-        if ((state != State::cut && state != State::known) || cuts.count == CutFit::most) return;
-        if (!known(x) || !known(y)) return fail(Fault::position);
+    bool take_position(const Settings& now, double x, double y) noexcept {
+        if ((state != State::cut && state != State::known) || cuts.count == CutFit::most) return false;
+        if (!known(x) || !known(y)) {
+            fail(Fault::position);
+            return false;
+        }
         forget();
         Cut& cut = cuts.cuts[cuts.count];
         cut.x = x * now.outward();
         cut.y = y - y_origin_;
         state = State::measure;
+        return true;
     }
 
     // The diameter of the cut; from the `wanted` one on, the height is computed. A slip is to be entered

@@ -323,6 +323,23 @@ TEST_F(CentreHeight, SlipIsNamedAndEnteredAgain) {
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
 }
 
+TEST_F(CentreHeight, CutIsAcknowledgedThoughTheGaugeHasAnswered) {
+    begin(2, two_lands);
+    place(5, 1);
+    set("cut-done", 1);
+    step();
+    enter(10.2);
+    EXPECT_EQ(get("measure"), 0);
+    EXPECT_EQ(get("cut-taken"), 1);
+    set("cut-done", 0);
+    step();
+    EXPECT_EQ(get("cut-taken"), 0);
+    pulse("abort");
+    set("cut-done", 1);
+    step();
+    EXPECT_EQ(get("cut-taken"), 0) << "no cut was due";
+}
+
 TEST_F(CentreHeight, AnnouncedDiameterOfLandsShowsSlips) {
     const Lathe lathe;
     for (const auto& [factor, code] :
