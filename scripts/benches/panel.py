@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Measures how soon plumb panel is on the screen, and how much of a processor it takes.
+
+The panel shows the machine of configs/mill/bench.hal, whose clock keeps pace with that of the computer. It stands in a
+window of another program, as in a tab of AXIS. Hidden means that this window is, as behind another tab. The start is the fastest of five.
+"""
+
+import contextlib
+import os
+import subprocess
+import sys
+import time
+
+from support.command import errors_reported, new_parser, whole
+from support.simulations import BUILD, ROOT
+
+CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
+STARTS = 5
+PATIENCE = 30  # s
+TICK = 0.05  # s, of the machine between two pauses
+SETTLING = 3  # s after the start
+LIMITS = {"start": 1.0, "at rest": 2, "with a chart": 5, "hidden": 1}  # s, % of a processor
+
+
+@contextlib.contextmanager
+def screen():
+    """An X server without a monitor; its name."""
+    numbers, answer = os.pipe()
+    words = ["Xvfb", "-displayfd", str(answer), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"]
+    try:
+        process = subprocess.Popen(words, pass_fds=[answer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except FileNotFoundError:
+        raise RuntimeError("Xvfb is missing; apt install xvfb") from None
+    finally:
+        os.close(answer)
+    try:
+        with os.fdopen(numbers) as line:
+            yield ":" + line.readline().strip()
+    finally:
+        process.terminate()
+        process.wait()
+
+
+class Around:
+    """The window of another program, in which the panel stands."""
+
+    def __init__(self, name):
+        from Xlib import display
+
+        self.display = display.Display(name)
+        its = self.display.screen()
+        self.window = its.root.create_window(0, 0, 1000, 740, 0, its.root_depth)
+        self.show()
+
+    def show(self):
+        self.window.map()
+        self.display.sync()
+
+    def hide(self):
+        self.window.unmap()
+        self.display.sync()
+
+    def is_filled(self):
+        """Whether the panel is on the screen."""
+        from Xlib import X
+
+        return any(child.get_attributes().map_state == X.IsViewable for child in self.window.query_tree().children)
+
+
+class Panel:
+    """A panel on a host that keeps pace with the clock."""
+
+    number = 0
+
+    def __init__(self, host, around, display, *options):
+        Panel.number += 1
+        self.host, self.around = host, around
+        user = f"bench-{os.getpid()}-{Panel.number}"
+        words = ["env", f"DISPLAY={display}", "NO_AT_BRIDGE=1", os.path.join(BUILD, "bin", "plumb-panel")]
+        words += ["-x", str(around.window.id), "--language", "en", "--user", user, *options]
+        begin = time.monotonic()
+        host.halcmd("loadusr", *words)
+        while not around.is_filled():
+            if time.monotonic() > begin + PATIENCE:
+                raise RuntimeError("the panel does not come")
+            time.sleep(0.01)
+        self.start_time = time.monotonic() - begin
+        self.pid = next(pid for pid in filter(str.isdigit, os.listdir("/proc")) if user in words_of(pid))
+
+    def pace(self, seconds):
+        """The machine runs in real time."""
+        ends = now = time.monotonic()
+        while now < ends + seconds:
+            self.host.run(TICK)
+            time.sleep(max(0, now + TICK - time.monotonic()))
+            now = time.monotonic()
+
+    def share(self, seconds):
+        """Percent of a processor that it takes."""
+        self.pace(SETTLING)
+        before, begin = processor_time(self.pid), time.monotonic()
+        self.pace(seconds)
+        return 100 * (processor_time(self.pid) - before) / (time.monotonic() - begin)
+
+    def close(self):
+        os.kill(int(self.pid), 15)
+        while words_of(self.pid):
+            self.pace(TICK)
+
+
+def words_of(pid):
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as file:
+            return file.read().decode(errors="replace").split("\0")[:-1]
+    except OSError:
+        return []
+
+
+def processor_time(pid):
+    with open(f"/proc/{pid}/stat") as file:
+        user, system = file.read().rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def bench(seconds):
+    import plumb
+
+    with screen() as display, plumb.Host() as host:
+        host.load(CONFIG)
+        host.command("start")
+        host.run(60)
+        around = Around(display)
+        starts = []
+        for _ in range(STARTS):
+            panel = Panel(host, around, display)
+            starts.append(panel.start_time)
+            panel.close()
+        found = {"start": min(starts)}
+        panel = Panel(host, around, display, "--page", "All components")
+        found["at rest"] = panel.share(seconds)
+        around.hide()
+        found["hidden"] = panel.share(seconds)
+        around.show()
+        panel.close()
+        panel = Panel(host, around, display, "--page", "Growth of Z")
+        found["with a chart"] = panel.share(seconds)
+        panel.close()
+    for name, limit in LIMITS.items():
+        unit = "s" if name == "start" else "% of a processor"
+        print(f"{name:14}{found[name]:7.2f} {unit:18} at most {limit:g}")
+    return all(found[name] <= limit for name, limit in LIMITS.items())
+
+
+def main():
+    parser = new_parser("panel", __doc__)
+    parser.add_argument("--for", dest="seconds", type=whole(1, 3600), default=20, metavar="SECONDS", help="measure each page for so long (default: 20)")
+    options = parser.parse_args()
+    with errors_reported():
+        good = bench(options.seconds)
+    sys.exit(0 if good else 1)
