@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace plumb::hal {
@@ -19,11 +20,26 @@ std::string initial(const PinInfo& pin) {
     return text.str();
 }
 
-// Type, unit, default and sentence.
+// "0 to 1"; "" of an input that accepts all values.
+std::string range_of(const PinInfo& pin) {
+    const Range& range = pin.range;
+    std::ostringstream text;
+    if (std::isfinite(range.least) && std::isfinite(range.most))
+        text << range.least << " to " << range.most;
+    else if (std::isfinite(range.least))
+        text << "at least " << range.least;
+    else if (std::isfinite(range.most))
+        text << "at most " << range.most;
+    return text.str();
+}
+
+// Type, unit, default, range and sentence.
 std::string described(const PinInfo& pin) {
     std::string text = std::string("\n.RI ( ") + type_name(pin.type);
     if (!pin.unit.empty()) text += " \", " + escaped(pin.unit) + '"';
-    if (!pin.output) text += " \", default " + escaped(initial(pin)) + '"';
+    const std::string range = range_of(pin);
+    if (!pin.output)
+        text += " \", default " + escaped(initial(pin)) + (range.empty() ? "" : ", " + escaped(range)) + '"';
     return text + " )\n.br\n" + escaped(pin.doc) + '\n';
 }
 
@@ -186,6 +202,8 @@ std::string declarations(const Model& model) {
                  {"default", pin.initial},
                  {"sentence", pin.doc}};
         if (!pin.output && is_length(pin.unit)) entry["default_unit"] = default_unit(pin.unit);
+        if (std::isfinite(pin.range.least)) entry["minimum"] = pin.range.least;
+        if (std::isfinite(pin.range.most)) entry["maximum"] = pin.range.most;
     }
     for (const auto& code : declared.codes)
         for (const auto& [number, sentence] : code.sentences)

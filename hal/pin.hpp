@@ -23,9 +23,9 @@ public:
 
 protected:
     Pin(Owner owner, bool output, const std::string& name, T initial, const std::string& unit,
-        const std::string& doc)
+        const std::string& doc, const Range& range = {})
         : slot_(owner.registrar().add(PinInfo{type_of<T>, output, owner.name(name), unit,
-                                              static_cast<double>(initial), owner.sentence(doc)})),
+                                              static_cast<double>(initial), owner.sentence(doc), range})),
           name_(owner.name(name)) {
         slot_.template write<T>(converted(owner, initial, unit));
     }
@@ -47,12 +47,34 @@ private:
 // Another program may write it at any time: update() reads each input once.
 template <class T>
 struct In final : Pin<T> {
-    In(Owner owner, const std::string& name, T initial, const std::string& unit, const std::string& doc)
-        : Pin<T>(owner, false, name, initial, unit, doc) {}
-    In(Owner owner, const std::string& name, T initial, const std::string& doc)
-        : In(owner, name, initial, "", doc) {}
+    // A setting has the range that its component accepts.
+    In(Owner owner, const std::string& name, T initial, const std::string& unit, const std::string& doc,
+       const Range& range = {})
+        : Pin<T>(owner, false, name, initial, unit, doc, range), range_(range) {}
+    In(Owner owner, const std::string& name, T initial, const std::string& doc, const Range& range = {})
+        : In(owner, name, initial, "", doc, range) {}
 
     operator T() const noexcept { return this->slot_.template read<T>(); }
+
+    bool accepts(T value) const noexcept { return range_.contains(static_cast<double>(value)); }
+
+private:
+    const Range range_;
+};
+
+// Reads settings, each once; good() is false if one of them was out of its range.
+class SettingsReader {
+public:
+    template <class T>
+    T operator()(const In<T>& setting) noexcept {
+        const T value = setting;
+        good_ = good_ && setting.accepts(value);
+        return value;
+    }
+    bool good() const noexcept { return good_; }
+
+private:
+    bool good_ = true;
 };
 
 // An output: write-only for its component, so that a public pin is never used as private state.

@@ -6,6 +6,7 @@
 #include "hal/value.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,6 +16,14 @@ namespace plumb::hal {
 class Component;
 class Function;
 
+// Values that an input accepts, both ends included, in the unit of the pin; not NaN.
+struct Range {
+    double least = -std::numeric_limits<double>::infinity();
+    double most = std::numeric_limits<double>::infinity();
+
+    bool contains(double value) const noexcept { return value >= least && value <= most; }
+};
+
 // Everything that the outside world may know about a pin.
 struct PinInfo {
     Type type;
@@ -23,6 +32,7 @@ struct PinInfo {
     std::string unit;  // "" for bits and codes
     double initial;    // of a length in mm, also on an inch machine
     std::string doc;   // one sentence
+    Range range = {};  // of an input; in the machine unit, also where the initial value is not
 };
 
 // ... and about a load-time option.

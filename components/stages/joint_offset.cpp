@@ -25,8 +25,8 @@ constexpr const char* sentence(Fault fault) {
             return "The drive-feedback is invalid or beyond 1e9; LinuxCNC sees the joint stand, and stops "
                    "with a following error when it moves.";
         case Fault::settings:
-            return "A setting is out of range: max-offset (0 to 1000), ramp-rate or max-rate (above 0, to "
-                   "10000); the last good set stays in force.";
+            return "The max-offset, ramp-rate or max-rate is out of its range; the last good set stays in "
+                   "force.";
         case Fault::limits:
             return "A limit is not set or out of range: min-limit below max-limit (both to 1e9), "
                    "joint-acceleration or offset-acceleration (0.001 to 1e9); the last good set stays in "
@@ -128,9 +128,13 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                                        "Largest acceleration of the joint by motion."};
     hal::In<double> offset_acceleration{this, "offset-acceleration", 0, "mu/s2",
                                         "Largest acceleration that the offset adds to it."};
-    hal::In<double> max_offset{this, "max-offset", 1, "mu", "Largest sum of the offsets either way."};
-    hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of changes that motion does not cause."};
-    hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Fastest change of the offset, away from limits."};
+    static constexpr hal::Range offsets{0, 1000}, rates{1e-6, 1e4};
+    hal::In<double> max_offset{this,   "max-offset", 1, "mu", "Largest sum of the offsets either way.",
+                               offsets};
+    hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of changes that motion does not cause.",
+                              rates};
+    hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Fastest change of the offset, away from limits.",
+                             rates};
 
     hal::Out<double> drive_command{this, "drive-command", "mu", "To the drive, offset included."};
     hal::Out<double> joint_feedback{this, "joint-feedback", "mu",
@@ -164,8 +168,9 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     }
 
     void update(double dt) noexcept {
-        const Settings settings{max_offset, ramp_rate, max_rate};
-        if (settings.valid()) settings_ = settings;
+        hal::SettingsReader setting;
+        const Settings settings{setting(max_offset), setting(ramp_rate), setting(max_rate)};
+        if (setting.good()) settings_ = settings;
         const SoftLimits limits{min_limit, max_limit, joint_acceleration, offset_acceleration};
         if (limits.valid()) limits_ = limits;
         const double command = joint_command;
@@ -200,7 +205,7 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                                    {!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
                                    {!good_feedback_, Fault::feedback},
-                                   {!settings.valid(), Fault::settings},
+                                   {!setting.good(), Fault::settings},
                                    {!limits.valid(), Fault::limits},
                                    {shifted_, Fault::origin}});
     }
@@ -215,11 +220,6 @@ private:
 
     struct Settings {
         double max_offset, ramp_rate, max_rate;
-
-        bool valid() const noexcept {
-            return max_offset >= 0 && max_offset <= largest && ramp_rate > 0 && ramp_rate <= 1e4 &&
-                   max_rate > 0 && max_rate <= 1e4;
-        }
     };
 
     // Whether the distance from the last position to this one can be a move of the joint.

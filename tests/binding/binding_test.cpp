@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -185,6 +186,19 @@ TEST_F(Binding, CodesAreListedOnTheManualPage) {
     EXPECT_THAT(page, HasSubstr("\n.SH FAULTS\n.TP 4\n1\nThe value to add is below \\-100.\n.TP 4\n3\n"));
     EXPECT_THAT(page, HasSubstr("\n.SH CODES OF half\n.TP 4\n1\nThe order is below 50.\n"));
     EXPECT_THAT(page, HasSubstr("NAME .fault\\-code\n"));
+}
+
+TEST_F(Binding, RangeOfASettingIsOnThePageAndForPrograms) {
+    EXPECT_THAT(hal::manual(module.model(), 9), HasSubstr(R"(.RI ( s32 ", default 0, 0 to 1000" ))"));
+    const auto pins = nlohmann::json::parse(hal::declarations(module.model())).at("pins");
+    EXPECT_EQ(pins.at("order").at("minimum"), 0);
+    EXPECT_EQ(pins.at("order").at("maximum"), 1000);
+    EXPECT_FALSE(pins.at("in").contains("minimum"));
+    const hal::Range all, from_one{1};
+    EXPECT_TRUE(all.contains(-1e308));
+    EXPECT_TRUE(from_one.contains(1));
+    EXPECT_FALSE(from_one.contains(0.999));
+    EXPECT_FALSE(all.contains(std::nan("")));
 }
 
 TEST_F(Binding, DeclarationsArePrintedForPrograms) {

@@ -70,6 +70,8 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
             demand(units.count(pin.unit) == 1, pin.name + ": unit '" + pin.unit + "' is not in the list");
         else
             demand(pin.unit.empty(), pin.name + ": a bit or a count has no unit, not '" + pin.unit + "'");
+        if (!pin.output)
+            demand(pin.range.contains(pin.initial), pin.name + ": its default is out of its range");
     }
     for (const hal::CodesInfo& codes : declared.codes)
         for (const auto& [number, text] : codes.sentences)
@@ -323,14 +325,15 @@ TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
 #endif
 
 TEST(ConformanceRules, CatchBadDeclarations) {
-    EXPECT_THAT(about_declarations(Module(BUILD_DIR "/specimens/sloppy.so").model(), "sloppy"),
-                testing::UnorderedElementsAre(
-                    "No_Unit: not lower case with dashes", "No_Unit: unit '' is not in the list",
-                    "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
-                    "for the instance",
-                    "flag: a bit or a count has no unit, not 'mu'", "nameless: not one sentence: no period",
-                    "fault-code 1: not one sentence: something", "update: its place is not one sentence",
-                    "no wiring", "no behaviour"));
+    EXPECT_THAT(
+        about_declarations(Module(BUILD_DIR "/specimens/sloppy.so").model(), "sloppy"),
+        testing::UnorderedElementsAre(
+            "No_Unit: not lower case with dashes", "No_Unit: unit '' is not in the list",
+            "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
+            "for the instance",
+            "max-offset: its default is out of its range", "flag: a bit or a count has no unit, not 'mu'",
+            "nameless: not one sentence: no period", "fault-code 1: not one sentence: something",
+            "update: its place is not one sentence", "no wiring", "no behaviour"));
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {

@@ -22,7 +22,8 @@ struct Sloppy final : hal::Component {
 
     hal::In<double> in{this, "in", 0, "mu", "Goes straight to the output."};
     hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Is not heeded."};
-    hal::In<double> max_offset{this, "max-offset", 1, "mu", "Is not heeded."};
+    static constexpr hal::Range offsets{2, 3};
+    hal::In<double> max_offset{this, "max-offset", 1, "mu", "Is not heeded.", offsets};
     hal::In<double> unit{this, "No_Unit", 0, "Has no unit."};
     hal::In<double> wordy{this, "a-name-longer-than-it-may-be", 0, "mu", "Leaves no room for the instance."};
     hal::In<double> nameless{this, "nameless", 0, "mu", "no period"};

@@ -69,10 +69,11 @@ Two functions share a state; a table is chosen at load time; work that is not re
 
     using Component::Component;
 
+    static constexpr hal::Range orders{0, 1000};
     hal::In<double> in{this, "in", 1.5, "mu", "Value to add."};
     hal::In<bool> allocate{this, "allocate", false, "Misbehave: allocate in update."};
     hal::In<bool> call_system{this, "call-system", false, "Misbehave: make a system call in update."};
-    hal::In<std::int32_t> order{this, "order", 0, "Work to do aside: its square appears in done."};
+    hal::In<std::int32_t> order{this, "order", 0, "Work to do aside: its square appears in done.", orders};
     hal::In<std::int32_t> renumber{this, "renumber", 0, "Added to the tools of all records."};
     hal::Out<double> sum{this, "sum", "mu", "Sum of the inputs."};
     hal::Out<double> latched{this, "latched", "mu", "Sum at the last latch."};

@@ -105,15 +105,23 @@ There is no sensor of the growth itself. thermal_displacement(9) measures what r
     hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle."};
     axis_growth::Sensors sensors{this};
     axis_growth::LawPins law{this};
-    hal::In<double> smoothing{this, "smoothing", 60, "s", "Time constant that smooths the temperatures."};
-    hal::In<double> max_age{this, "max-age", 60, "s", "Largest age of a temperature."};
-    hal::In<double> hold_time{this, "hold-time", 1800, "s",
-                              "Time without a temperature, after which the offset returns to 0."};
-    hal::In<double> harmless{this, "harmless", 0.005, "mu", "An offset this wrong does no harm."};
-    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset of an axis, either way."};
-    hal::In<double> max_rate{this, "max-rate", 0.002, "mu/s",
-                             "Fastest change of the offsets but for motion."};
-    hal::In<double> max_speed{this, "max-speed", 1000, "mu/s", "No axis moves faster."};
+    static constexpr hal::Range smoothings{0, 3600}, ages{0, 1e6}, errors{0, 1}, offsets{0, 100};
+    static constexpr hal::Range rates{1e-6, 10}, axis_speeds{1e-6, 1e5};
+    hal::In<double> smoothing{this,      "smoothing", 60, "s", "Time constant that smooths the temperatures.",
+                              smoothings};
+    hal::In<double> max_age{this, "max-age", 60, "s", "Largest age of a temperature.", ages};
+    hal::In<double> hold_time{this,
+                              "hold-time",
+                              1800,
+                              "s",
+                              "Time without a temperature, after which the offset returns to 0.",
+                              axis_growth::LawPins::times};
+    hal::In<double> harmless{this, "harmless", 0.005, "mu", "An offset this wrong does no harm.", errors};
+    hal::In<double> max_offset{this,   "max-offset", 0.15, "mu", "Largest offset of an axis, either way.",
+                               offsets};
+    hal::In<double> max_rate{this, "max-rate", 0.002, "mu/s", "Fastest change of the offsets but for motion.",
+                             rates};
+    hal::In<double> max_speed{this, "max-speed", 1000, "mu/s", "No axis moves faster.", axis_speeds};
 
     hal::Axes<hal::Out<double>, 3> offset{this, "%-offset", "mu", "Offset of %, for its stage."};
     hal::Axes<hal::Out<double>, 3> growth{this, "%-growth", "mu", "Growth of % here and now, by the law."};
@@ -186,14 +194,16 @@ private:
     // False if the settings contradict themselves; the last good set stays in force.
     bool judge() noexcept {
         Settings wanted;
-        law.read(wanted);
-        wanted.smoothing = smoothing;
-        wanted.max_age = max_age;
-        wanted.hold_time = hold_time;
-        wanted.harmless = harmless;
-        wanted.max_offset = max_offset;
-        wanted.max_rate = max_rate;
-        wanted.max_speed = max_speed;
+        hal::SettingsReader read;
+        law.read(wanted, read);
+        wanted.smoothing = read(smoothing);
+        wanted.max_age = read(max_age);
+        wanted.hold_time = read(hold_time);
+        wanted.harmless = read(harmless);
+        wanted.max_offset = read(max_offset);
+        wanted.max_rate = read(max_rate);
+        wanted.max_speed = read(max_speed);
+        wanted.in_range = read.good();
         if (!wanted.valid()) return false;
         settings_ = wanted;
         return true;

@@ -28,78 +28,79 @@ struct Settings {
     double harmless = 0, max_offset = 0;                                    // mu
     double max_rate = 0, max_speed = 0;                                     // mu/s
 
-    bool valid() const noexcept {
-        const auto within = [](double x, double least, double most) { return x >= least && x <= most; };
-        const auto all = [&](const auto& values, double most) {
-            return std::all_of(values.data(), values.data() + values.size(),
-                               [&](double x) { return within(x, -most, most); });
-        };
-        return all(law.growth, 1) && all(law.slope, 1e-4) && all(law.by_speed, 1) &&
-               all(law.reference, 500) && all(law.pivot, 1e6) && all(sigma, 1) && sigma.minCoeff() >= 0 &&
-               all(travel, 1e5) && travel.minCoeff() >= 0 && all(low, 500) && all(high, 500) &&
-               (low.array() <= high.array()).all() && within(drive.reference_speed, 1, 1e6) &&
-               within(drive.exponent, 0.1, 4) && within(drive.turning_time, 1, 1e6) &&
-               within(drive.stopped_time, 1, 1e6) && within(smoothing, 0, 3600) && within(max_age, 0, 1e6) &&
-               within(hold_time, 1, 1e6) && within(harmless, 0, 1) && within(max_offset, 0, 100) &&
-               max_rate > 0 && within(max_rate, 0, 10) && max_speed > 0 && within(max_speed, 0, 1e5);
-    }
+    bool in_range = false;
+
+    bool valid() const noexcept { return in_range && (low.array() <= high.array()).all(); }
 };
 
 // The law of this machine. plumb-growth(1) prints these lines.
 struct LawPins : hal::Group {
     using Group::Group;
 
+    static constexpr hal::Range growths{-1, 1}, slopes{-1e-4, 1e-4}, temperatures{-500, 500},
+        places{-1e6, 1e6};
+    static constexpr hal::Range distances{0, 1e5}, sigmas{0, 1}, speeds{1, 1e6}, exponents{0.1, 4},
+        times{1, 1e6};
+
     struct Sensor : hal::Group {
         Sensor(hal::Owner owner, const std::string& number)
             : Group(owner),
-              growth{this, "%-growth-" + number, 0.0, "mu/K", "Growth of % by this temperature."},
-              slope{this, "%-slope-" + number, 0.0, "1/K",
-                    "Growth of % by this temperature, per mu of travel."} {}
+              growth{this, "%-growth-" + number, 0.0, "mu/K", "Growth of % by this temperature.", growths},
+              slope{this,
+                    "%-slope-" + number,
+                    0.0,
+                    "1/K",
+                    "Growth of % by this temperature, per mu of travel.",
+                    slopes} {}
         hal::Axes<hal::In<double>, 3> growth, slope;
     };
 
     Sensor sensor[GrowthLaw::sensors]{{this, "0"}, {this, "1"}, {this, "2"}, {this, "3"}};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> reference{this, "reference", 20.0, "degC",
-                                                            "This temperature on the cold machine."};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> low{this, "low", -100.0, "degC",
-                                                      "Lowest value of this temperature in the growth test."};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> high{this, "high", 500.0, "degC",
-                                                       "Highest value of this temperature in the test."};
-    hal::Axes<hal::In<double>, 3> pivot{this, "%-pivot", 0.0, "mu",
-                                        "Position of % where its slope displaces nothing."};
-    hal::Axes<hal::In<double>, 3> travel{this, "%-travel", 100.0, "mu",
-                                         "Distance of the work from %-pivot, at most."};
-    hal::Axes<hal::In<double>, 3> by_speed{this, "%-speed-growth", 0.0, "mu",
-                                           "Growth of % in the end at reference-speed."};
-    hal::Axes<hal::In<double>, 3> sigma{this, "%-sigma", 0.002, "mu",
-                                        "Standard uncertainty of the growth of %."};
-    hal::In<double> reference_speed{this, "reference-speed", 5000, "rpm", "Speed of the speed-growth."};
-    hal::In<double> exponent{this, "speed-exponent", 1.7, "1", "Exponent of the speed in the growth."};
-    hal::In<double> turning_time{this, "turning-time", 600, "s", "Time constant of the turning spindle."};
-    hal::In<double> stopped_time{this, "stopped-time", 2400, "s", "Time constant of the spindle at rest."};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> reference{
+        this, "reference", 20.0, "degC", "This temperature on the cold machine.", temperatures};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> low{
+        this, "low", -100.0, "degC", "Lowest value of this temperature in the growth test.", temperatures};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> high{
+        this, "high", 500.0, "degC", "Highest value of this temperature in the test.", temperatures};
+    hal::Axes<hal::In<double>, 3> pivot{
+        this, "%-pivot", 0.0, "mu", "Position of % where its slope displaces nothing.", places};
+    hal::Axes<hal::In<double>, 3> travel{
+        this, "%-travel", 100.0, "mu", "Distance of the work from %-pivot, at most.", distances};
+    hal::Axes<hal::In<double>, 3> by_speed{
+        this, "%-speed-growth", 0.0, "mu", "Growth of % in the end at reference-speed.", growths};
+    hal::Axes<hal::In<double>, 3> sigma{
+        this, "%-sigma", 0.002, "mu", "Standard uncertainty of the growth of %.", sigmas};
+    hal::In<double> reference_speed{this,  "reference-speed", 5000, "rpm", "Speed of the speed-growth.",
+                                    speeds};
+    hal::In<double> exponent{this,     "speed-exponent", 1.7, "1", "Exponent of the speed in the growth.",
+                             exponents};
+    hal::In<double> turning_time{this, "turning-time", 600, "s", "Time constant of the turning spindle.",
+                                 times};
+    hal::In<double> stopped_time{this, "stopped-time", 2400, "s", "Time constant of the spindle at rest.",
+                                 times};
 
-    void read(Settings& s) noexcept {
+    void read(Settings& s, hal::SettingsReader& read) noexcept {
         for (int i = 0; i < GrowthLaw::sensors; ++i) {
             const auto row = static_cast<std::size_t>(i);
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                s.law.growth(static_cast<int>(axis), i) = sensor[i].growth[axis];
-                s.law.slope(static_cast<int>(axis), i) = sensor[i].slope[axis];
+                s.law.growth(static_cast<int>(axis), i) = read(sensor[i].growth[axis]);
+                s.law.slope(static_cast<int>(axis), i) = read(sensor[i].slope[axis]);
             }
-            s.law.reference[i] = reference[row];
-            s.low[i] = low[row];
-            s.high[i] = high[row];
+            s.law.reference[i] = read(reference[row]);
+            s.low[i] = read(low[row]);
+            s.high[i] = read(high[row]);
         }
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const int k = static_cast<int>(axis);
-            s.law.pivot[k] = pivot[axis];
-            s.law.by_speed[k] = by_speed[axis];
-            s.sigma[k] = sigma[axis];
-            s.travel[k] = travel[axis];
+            s.law.pivot[k] = read(pivot[axis]);
+            s.law.by_speed[k] = read(by_speed[axis]);
+            s.sigma[k] = read(sigma[axis]);
+            s.travel[k] = read(travel[axis]);
         }
-        s.drive.reference_speed = reference_speed;
-        s.drive.exponent = exponent;
-        s.drive.turning_time = turning_time;
-        s.drive.stopped_time = stopped_time;
+        s.drive.reference_speed = read(reference_speed);
+        s.drive.exponent = read(exponent);
+        s.drive.turning_time = read(turning_time);
+        s.drive.stopped_time = read(stopped_time);
     }
 };
 

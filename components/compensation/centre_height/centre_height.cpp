@@ -90,9 +90,6 @@ With one entry a slip shows only against land-diameter, for two lands, or agains
 true. A wrong diameter within a factor of 1.4 shows only as a height beyond max-move or as disagreement; two diameters wrong
 by the same few micrometres never show, nor do swapped diameters of one pair of lands, which reverse the sign. A travel entered in diameter shows against the positions of X, or as a tip past the axis, or as a height near the radius.
 
-Valid settings: method 0 to 3, post 0 to 3, sign -1 to 1, axes-angle 6 to 170, clearance-angle 0 to 85, sigmas 0 to 1,
-offsets -100 to 100, factors 0.5 to 2, lengths to 1e5.
-
 Two cuts of a work of D 10 to 5 move Y for heights from 0.28 mm on with a laser of 0.3 um, from 0.30 mm on with a
 micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
                                       hal::SeeAlso{"motion(9), linuxcnc_link(1)"}};
@@ -135,7 +132,7 @@ micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
     hal::Function run{this, "update", &CentreHeight::update, "After motion-controller."};
 
     void update(double) noexcept {
-        HeightSettings::Values now = settings.read(program_post);
+        HeightSettings::Values now = settings.values(program_post);
         take_words(now);
         const bool began = start_.rises(start), aborted = abort_.rises(abort);
         const bool resumed = resume_.rises(resume), ended = stored_.rises(stored);

@@ -37,7 +37,7 @@ constexpr const char* sentence(Fault fault) {
         case Fault::metric: return "The entry is in millimetres. Enter it in the unit of the machine.";
         case Fault::beam: return "The work is not inside the beam, or more light is received than emitted.";
         case Fault::position: return "A position of X or Y is invalid.";
-        case Fault::settings: return "A setting is out of range; see the list in LIMITS.";
+        case Fault::settings: return "A setting is out of its range, which the list of pins gives.";
         case Fault::too_few: return "The method needs more cuts.";
         case Fault::travel: return "The travel of X between the cuts is not above 0.";
         case Fault::travel_differs:

@@ -45,6 +45,10 @@ struct ChoppingSettings final : hal::Group {
 
     static constexpr double farthest = 1e6;           // mu
     static constexpr std::int32_t with_sections = 4;  // of speed_kind
+    static constexpr hal::Range places{-farthest, farthest}, lengths{0, farthest}, speeds{1e-3, 1e6};
+    static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, lead_times{0, 1}, gains{0.01, 0.95};
+    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 2}, tapers{0, 100};
+    static constexpr hal::Range counts{0};
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
     hal::In<double> lower{this, "lower", 0, "mu", "Lower dead point, in the frame of position."};
@@ -58,51 +62,67 @@ struct ChoppingSettings final : hal::Group {
     hal::In<double> feed{this, "feed", 0, "mu/s", "Speed of the stroke, without sections."};
     hal::In<double> frequency{this, "frequency", 0, "Hz", "Cycles a second, without sections."};
     hal::In<double> cycle_time{this, "cycle-time", 0, "s", "Time of both strokes."};
-    hal::In<double> override_{this, "override", 1, "1", "Multiplies the speed, 0.01 to 2; 0 holds."};
-    hal::In<double> lower_dwell{this, "lower-dwell", 0, "s", "Rest at the lower dead point."};
-    hal::In<double> upper_dwell{this, "upper-dwell", 0, "s", "Rest at the upper dead point."};
-    hal::In<std::int32_t> strokes{this, "strokes", 0, "Strokes to make; 0 until run is false."};
-    hal::In<std::int32_t> spark_out{this, "spark-out", 0,
-                                    "Strokes without infeed before the stop, unless that is at once."};
+    hal::In<double> override_{this,     "override", 1, "1", "Multiplies the speed, from 0.01 on; 0 holds.",
+                              overrides};
+    hal::In<double> lower_dwell{this, "lower-dwell", 0, "s", "Rest at the lower dead point.", times};
+    hal::In<double> upper_dwell{this, "upper-dwell", 0, "s", "Rest at the upper dead point.", times};
+    hal::In<std::int32_t> strokes{this, "strokes", 0, "Strokes to make; 0 until run is false.", counts};
+    hal::In<std::int32_t> spark_out{
+        this, "spark-out", 0, "Strokes without infeed before the stop, unless that is at once.", counts};
     hal::In<bool> upward_first{this, "upward-first", false,
                                "The first stroke is upward, where the axis starts between the dead points."};
     hal::In<std::int32_t> stop_kind{
         this, "stop-kind", 0,
-        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once."};
+        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once.", stop_kinds};
     hal::In<bool> refuse_slower{this, "refuse-slower", false,
                                 "Refuse a stroke that max-acceleration makes slower, and do not limit it."};
     hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
 
     hal::In<double> max_feed{this, "max-feed", 500, "mu/s", "Largest speed of the stroke."};
-    hal::In<double> max_acceleration{this, "max-acceleration", 1000, "mu/s2",
-                                     "Largest acceleration of the stroke."};
-    hal::In<double> jerk_time{this, "jerk-time", 0, "s",
-                              "The jerk is at most 2 max-acceleration / jerk-time; 0 does not limit it."};
-    hal::In<double> lead{this, "lead", 0, "s",
-                         "The command leads by this time; below 0.8 / Kv of the drive."};
-    hal::In<double> max_lead{this, "max-lead", 0.02, "s", "Largest lead."};
-    hal::In<double> max_output_acceleration{this, "max-output-accel", 3000, "mu/s2",
-                                            "Largest acceleration of the command, with the lead."};
-    hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
-    hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint."};
-    hal::In<double> taper{this, "taper", 0, "1",
-                          "Distance from a soft limit that the stage needs, as a multiple of the offset."};
-    hal::In<double> max_offset{this, "max-offset", 500, "mu", "Largest offset either way."};
-    hal::In<double> max_rate{this, "max-rate", 500, "mu/s", "Fastest change of the offset."};
+    hal::In<double> max_acceleration{
+        this, "max-acceleration", 1000, "mu/s2", "Largest acceleration of the stroke.", accelerations};
+    hal::In<double> jerk_time{
+        this, "jerk-time", 0, "s", "The jerk is at most 2 max-acceleration / jerk-time; 0 does not limit it.",
+        times};
+    hal::In<double> lead{
+        this, "lead", 0, "s", "The command leads by this time; below 0.8 / Kv of the drive.", lead_times};
+    hal::In<double> max_lead{this, "max-lead", 0.02, "s", "Largest lead.", lead_times};
+    hal::In<double> max_output_acceleration{this,
+                                            "max-output-accel",
+                                            3000,
+                                            "mu/s2",
+                                            "Largest acceleration of the command, with the lead.",
+                                            accelerations};
+    hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint.", places};
+    hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint.", places};
+    hal::In<double> taper{this,
+                          "taper",
+                          0,
+                          "1",
+                          "Distance from a soft limit that the stage needs, as a multiple of the offset.",
+                          tapers};
+    hal::In<double> max_offset{this, "max-offset", 500, "mu", "Largest offset either way.", lengths};
+    hal::In<double> max_rate{this, "max-rate", 500, "mu/s", "Fastest change of the offset.", speeds};
 
     hal::In<bool> learn{this, "learn", false, "Correct the dead points by the measured ones."};
-    hal::In<double> gain{this, "gain", 0.7, "1", "Part of a measured error that is corrected each cycle."};
-    hal::In<double> inset{this, "inset", 0.3, "mu",
-                          "Largest distance inside the dead points at which learning begins."};
-    hal::In<double> max_correction{this, "max-correction", 1, "mu", "Largest correction of a dead point."};
-    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Error of a learned dead point."};
-    hal::In<double> max_beyond{this, "max-beyond", 0.005, "mu",
-                               "Largest distance of the axis beyond a dead point."};
-    hal::In<double> max_drift{this, "max-drift", 0.1, "mu",
-                              "Largest change of a correction since it was first learned."};
-    hal::In<double> max_following_error{
-        this, "max-following-error", 0, "mu",
-        "Largest distance of the axis from its command; 0 does not watch it."};
+    hal::In<double> gain{this, "gain", 0.7, "1", "Part of a measured error that is corrected each cycle.",
+                         gains};
+    hal::In<double> inset{
+        this,   "inset", 0.3, "mu", "Largest distance inside the dead points at which learning begins.",
+        lengths};
+    hal::In<double> max_correction{this,   "max-correction", 1, "mu", "Largest correction of a dead point.",
+                                   lengths};
+    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Error of a learned dead point.", lengths};
+    hal::In<double> max_beyond{
+        this, "max-beyond", 0.005, "mu", "Largest distance of the axis beyond a dead point.", lengths};
+    hal::In<double> max_drift{
+        this, "max-drift", 0.1, "mu", "Largest change of a correction since it was first learned.", lengths};
+    hal::In<double> max_following_error{this,
+                                        "max-following-error",
+                                        0,
+                                        "mu",
+                                        "Largest distance of the axis from its command; 0 does not watch it.",
+                                        lengths};
 
     // All of it, read once.
     struct Values {
@@ -110,7 +130,7 @@ struct ChoppingSettings final : hal::Group {
         double lower = 0, upper = 0;   // as given now
         double speed_value = 0, override_value = 1;
         std::int32_t speed_kind = 0, stop_kind = 0;
-        bool refuse_slower = false, learn = false;
+        bool refuse_slower = false, learn = false, in_range = false;
         double jerk_time = 0, lead = 0, max_lead = 0, max_output_acceleration = 0;
         double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
         double inset = 0;
@@ -149,24 +169,15 @@ struct ChoppingSettings final : hal::Group {
 
         // Whether each value alone is possible. False for NaN.
         bool possible(double dt) const noexcept {
-            const auto within = [](double x, double least, double most) { return x >= least && x <= most; };
-            return within(stroke.lower_dwell, 0, 3600) && within(stroke.upper_dwell, 0, 3600) &&
-                   stroke.strokes >= 0 && stroke.spark_out >= 0 && within(stop_kind, 0, 2) &&
-                   within(stroke.acceleration, 1e-3, 1e9) && within(stroke.largest_speed, 1e-3, 1e6) &&
-                   within(jerk_time, 0, dt * static_cast<double>(JerkLimit::most)) && within(lead, 0, 1) &&
-                   within(max_lead, 0, 1) && within(max_output_acceleration, 1e-3, 1e9) &&
-                   within(taper, 0, 100) && within(max_offset, 0, farthest) && within(max_rate, 1e-3, 1e6) &&
-                   within(learning.gain, 0.01, 0.95) && within(inset, 0, farthest) &&
-                   within(learning.most, 0, farthest) && within(learning.tolerance, 0, farthest) &&
-                   within(learning.most_beyond, 0, farthest) && within(max_drift, 0, farthest) &&
-                   within(max_following_error, 0, farthest) && within(stroke.lowest, -farthest, farthest) &&
-                   within(stroke.highest, -farthest, farthest) && stroke.lowest < stroke.highest &&
-                   (override_value == 0 || within(override_value, 0.01, 2));
+            return in_range && jerk_time <= dt * static_cast<double>(JerkLimit::most) &&
+                   stroke.largest_speed >= speeds.least && stroke.lowest < stroke.highest &&
+                   (override_value == 0 || override_value >= 0.01);
         }
     };
 
     Values read() noexcept {
         Values now;
+        hal::SettingsReader setting;
         const bool centred = by_centre;
         const double middle = centre, length = stroke, low = lower, high = upper;
         now.lower = centred ? middle - length / 2 : low;
@@ -176,37 +187,38 @@ struct ChoppingSettings final : hal::Group {
         now.speed_value = now.speed_kind == 2   ? given_frequency
                           : now.speed_kind >= 3 ? given_time
                                                 : given_feed;
-        now.override_value = override_;
-        now.stroke.lower_dwell = lower_dwell;
-        now.stroke.upper_dwell = upper_dwell;
-        now.stroke.strokes = strokes;
-        now.stroke.spark_out = spark_out;
+        now.override_value = setting(override_);
+        now.stroke.lower_dwell = setting(lower_dwell);
+        now.stroke.upper_dwell = setting(upper_dwell);
+        now.stroke.strokes = setting(strokes);
+        now.stroke.spark_out = setting(spark_out);
         now.stroke.upward_first = upward_first;
-        now.stop_kind = stop_kind;
+        now.stop_kind = setting(stop_kind);
         now.stroke.ending =
             now.stop_kind == 0 ? Oscillation::Stop::end_position : Oscillation::Stop::dead_point;
         now.refuse_slower = refuse_slower;
         for (std::size_t i = 0; i < SpeedSections::most; ++i) now.stroke.sections[i] = section[i].read();
-        const double rate = max_rate, feed_limit = max_feed;
+        const double rate = setting(max_rate), feed_limit = max_feed;
         now.max_rate = rate;
-        now.stroke.acceleration = max_acceleration;
-        now.jerk_time = jerk_time;
-        now.lead = lead;
-        now.max_lead = max_lead;
-        now.max_output_acceleration = max_output_acceleration;
+        now.stroke.acceleration = setting(max_acceleration);
+        now.jerk_time = setting(jerk_time);
+        now.lead = setting(lead);
+        now.max_lead = setting(max_lead);
+        now.max_output_acceleration = setting(max_output_acceleration);
         now.stroke.largest_speed = std::min(feed_limit, rate - now.lead * now.stroke.acceleration);
-        now.stroke.lowest = min_limit;
-        now.stroke.highest = max_limit;
-        now.taper = taper;
-        now.max_offset = max_offset;
+        now.stroke.lowest = setting(min_limit);
+        now.stroke.highest = setting(max_limit);
+        now.taper = setting(taper);
+        now.max_offset = setting(max_offset);
         now.learn = learn;
-        now.learning.gain = gain;
-        now.inset = inset;
-        now.learning.most = max_correction;
-        now.learning.tolerance = tolerance;
-        now.learning.most_beyond = max_beyond;
-        now.max_drift = max_drift;
-        now.max_following_error = max_following_error;
+        now.learning.gain = setting(gain);
+        now.inset = setting(inset);
+        now.learning.most = setting(max_correction);
+        now.learning.tolerance = setting(tolerance);
+        now.learning.most_beyond = setting(max_beyond);
+        now.max_drift = setting(max_drift);
+        now.max_following_error = setting(max_following_error);
+        now.in_range = setting.good();
         return now;
     }
 

@@ -40,14 +40,18 @@ struct SquarenessSettings final : hal::Group {
     hal::Axes<hal::In<double>, 3> reference_tool_offset{
         this, "%-reference-tool-offset", 0, "mu",
         "Offset in % of the tool that the work's origin was set with."};
-    hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Largest tilt either way."};
-    hal::In<double> max_correction{this, "max-correction", 1, "mu",
-                                   "Largest correction of an axis either way."};
-    hal::In<double> max_rate{this, "max-rate", 0.1, "mu/s",
-                             "Fastest change of the correction that motion did not cause."};
-    hal::In<double> max_speed{this, "max-speed", 0, "mu/s",
-                              "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set."};
-    hal::In<double> settling_time{this, "settling-time", 10, "s", "Maximum time for which settling is true."};
+    static constexpr hal::Range tilts{1e-9, 0.1}, corrections{1e-6, 100}, rates{1e-6, 10}, speeds{0, 1e5},
+        settling_times{1e-3, 3600};
+    hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Largest tilt either way.", tilts};
+    hal::In<double> max_correction{
+        this, "max-correction", 1, "mu", "Largest correction of an axis either way.", corrections};
+    hal::In<double> max_rate{
+        this, "max-rate", 0.1, "mu/s", "Fastest change of the correction that motion did not cause.", rates};
+    hal::In<double> max_speed{
+        this,  "max-speed", 0, "mu/s", "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set.",
+        speeds};
+    hal::In<double> settling_time{
+        this, "settling-time", 10, "s", "Maximum time for which settling is true.", settling_times};
 
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;
@@ -154,10 +158,9 @@ private:
 
     static Fault contradiction_of(const Values& usable, const AxisChain& chain) noexcept {
         if (usable.max_speed == 0) return Fault::speed;
-        const auto within = [](double x, double most) { return x > 0 && x <= most; };
-        if (!(within(usable.max_angle, 0.1) && within(usable.max_correction, 100) &&
-              within(usable.max_rate, 10) && within(usable.max_speed, 1e5) &&
-              within(usable.settling_time, 3600)))
+        if (!(tilts.contains(usable.max_angle) && corrections.contains(usable.max_correction) &&
+              rates.contains(usable.max_rate) && speeds.contains(usable.max_speed) && usable.max_speed > 0 &&
+              settling_times.contains(usable.settling_time)))
             return Fault::limit;
         for (const Axis axis : all_axes)
             if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;

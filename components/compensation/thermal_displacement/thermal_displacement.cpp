@@ -184,11 +184,13 @@ The reference holds at most 64 contacts.)"},
     hal::In<double> verify_step{
         this, "verify-step", 0, "mu",
         "Displacement that shows which contacts are of the work, at most gate-cap; 0: none."};
-    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied."};
-    hal::In<double> time_tolerance{this, "time-tolerance", 0, "s",
-                                   "Smallest change that is applied by the time method, as a time."};
-    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way."};
-    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset, at most 1."};
+    static constexpr hal::Range lengths{0, 1000}, times{0, 1000}, rates{0, 1};
+    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied.", lengths};
+    hal::In<double> time_tolerance{
+        this, "time-tolerance", 0, "s", "Smallest change that is applied by the time method, as a time.",
+        times};
+    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way.", lengths};
+    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset.", rates};
 
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
@@ -250,25 +252,25 @@ private:
         double time_tolerance = 0;  // s
         double max_offset = 0;      // mu
         double max_rate = 0;        // mu/s
+        bool in_range = false;
 
         bool valid() const noexcept {
-            const auto within = [](double x, double most) { return x >= 0 && x <= most; };
-            return contact.valid() && within(tolerance, 1e3) && within(time_tolerance, 1e3) &&
-                   within(max_offset, 1e3) && within(max_rate, 1) &&
-                   within(std::abs(verify_step), contact.gate.cap);
+            return in_range && contact.valid() && std::abs(verify_step) <= contact.gate.cap;
         }
     };
 
     Settings settings() noexcept {
         Settings s;
+        hal::SettingsReader setting;
         s.contact = contact_settings.read();
         s.contact.between = growth.read();
         s.contact.hold_time = growth.hold_time;
-        s.tolerance = tolerance;
+        s.tolerance = setting(tolerance);
         s.verify_step = verify_step;
-        s.time_tolerance = time_tolerance;
-        s.max_offset = max_offset;
-        s.max_rate = max_rate;
+        s.time_tolerance = setting(time_tolerance);
+        s.max_offset = setting(max_offset);
+        s.max_rate = setting(max_rate);
+        s.in_range = setting.good();
         return s;
     }
 

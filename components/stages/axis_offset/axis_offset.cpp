@@ -126,9 +126,11 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
                                     "Of interlock, which permits changes of the offset; -1 without one."};
     hal::In<bool> offset_limited{this, "offset-limited", false, "LinuxCNC holds an axis at a soft limit."};
     hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset."};
-    hal::In<double> scale{this, "scale", 0.0001, "mu", "Offset of one count."};
-    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest sum of the offsets either way."};
-    hal::In<double> max_rate{this, "max-rate", 0.1, "mu/s", "Fastest change of the own offset."};
+    static constexpr hal::Range scales{1e-7, 0.1}, offsets{0, 1000}, rates{0, 10};
+    hal::In<double> scale{this, "scale", 0.0001, "mu", "Offset of one count.", scales};
+    hal::In<double> max_offset{this,   "max-offset", 0.15, "mu", "Largest sum of the offsets either way.",
+                               offsets};
+    hal::In<double> max_rate{this, "max-rate", 0.1, "mu/s", "Fastest change of the own offset.", rates};
     GuestPins guest{this};
 
     hal::Out<std::int32_t> counts{this, "counts", "Counts of LinuxCNC's external offset."};
@@ -158,8 +160,9 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
     void prepare() override { settings_ = {scale, max_offset, max_rate}; }
 
     void update(double dt) noexcept {
-        const Settings given{scale, max_offset, max_rate};
-        if (given.valid()) settings_ = given;
+        hal::SettingsReader setting;
+        const Settings given{setting(scale), setting(max_offset), setting(max_rate)};
+        if (setting.good()) settings_ = given;
         const bool good_sources = sources_.read(offset, largest);
         const bool on = motion_enabled, taking_back = clear;
         watch_power(on);
@@ -192,7 +195,7 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
         fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!hears, Fault::report},
-                                   {!given.valid(), Fault::settings},
+                                   {!setting.good(), Fault::settings},
                                    {lost_, Fault::lost},
                                    {counter_.used_up(), Fault::counts},
                                    {shifted_, Fault::homed},
@@ -209,11 +212,6 @@ private:
 
     struct Settings {
         double scale, max_offset, max_rate;
-
-        bool valid() const noexcept {
-            return scale >= 1e-7 && scale <= 0.1 && max_offset >= 0 && max_offset <= largest &&
-                   max_rate >= 0 && max_rate <= 10;
-        }
     };
 
     // Whether the own part is.  Beside a guest's fractions of a count it is rounded to half a count.

@@ -14,8 +14,7 @@ constexpr const char* sentence(Fault fault) {
             return "LinuxCNC's offset-request or offset-in-force is invalid or beyond 1000; the offset is "
                    "held.";
         case Fault::settings:
-            return "A setting is out of range: scale (1e-7 to 0.1), max-offset (0 to 1000) or max-rate (0 to "
-                   "10); the last good set stays in force.";
+            return "The scale, max-offset or max-rate is out of its range; the last good set stays in force.";
         case Fault::lost:
             return "LinuxCNC does not take the counts: a pin is not wired, or something else clears or "
                    "disables the offsets of this axis; arm again.";

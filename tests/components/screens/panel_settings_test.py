@@ -122,12 +122,21 @@ class Changing(WithHost):
 
     def test_a_value_that_the_component_refuses_is_taken_back(self):
         with self.assertRaises(settings.Refused) as refused:
-            self.screen().change(self.growth, "max-rate", "-1")
+            self.screen().change(self.growth, "gate-cap", "0.001")  # below gate-floor
         sentence = DECLARED["thermal_displacement"].sentence("fault-code", 6)
-        for words in ("growth.max-rate", "\u22121 mm/s", sentence):
+        for words in ("growth.gate-cap", "0.001 mm", sentence):
             self.assertIn(words, str(refused.exception))
-        self.assertEqual(self.hal.get("growth.max-rate"), 0.01)
+        self.assertEqual(self.hal.get("growth.gate-cap"), 0.06)
         self.assertEqual(self.hal.get("growth.fault-code"), 0)
+        self.assertEqual(self.screen().log.all(), [])
+
+    def test_a_value_out_of_the_declared_range_is_not_written(self):
+        for text, words in (("-0.5", "\u22120.5 mm/s is out of range: at least 0 mm/s"), ("2", "2 mm/s is out of range: at most 1 mm/s")):
+            with self.subTest(text):
+                with self.assertRaises(settings.Refused) as refused:
+                    self.screen().change(self.growth, "max-rate", text)
+                self.assertIn("growth.max-rate: " + words, str(refused.exception))
+        self.assertEqual(self.hal.get("growth.max-rate"), 0.01)
         self.assertEqual(self.screen().log.all(), [])
 
     def test_a_comma_is_a_decimal_point(self):

@@ -65,7 +65,7 @@ class Window(unittest.TestCase):
         finger.press("Clear")
         finger.type("-1")
         finger.press("Save")
-        finger.await_text("growth refuses growth.tolerance")
+        finger.await_text("growth.tolerance: \u22121 mm is out of range: at least 0 mm.")
         self.assertEqual(self.host.get("growth.tolerance"), 0.002)
 
     def test_who_may_only_look_changes_nothing(self):
