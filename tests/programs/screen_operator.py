@@ -14,10 +14,10 @@ from plumb_linuxcnc import Machine
 from screen import Finger
 
 # By the name of the screen's program: title of its window; points of which one is the panel's tab; its buttons of the emergency
-# stop and of the machine.
+# stop, of the machine, and of the exit, which QtDragon does without at SIGTERM.
 SCREENS = {
-    "gmoccapy": ("gmoccapy for", [(x, y) for y in (20, 42) for x in range(70, 400, 30)], (1230, 28), (1230, 154)),
-    "qtdragon": ("QTvcp-Screen", [(x, y) for y in (25, 44) for x in range(740, 900, 25)], (1137, 24), (1064, 24)),
+    "gmoccapy": ("gmoccapy for", [(x, y) for y in (20, 42) for x in range(70, 400, 30)], (1230, 28), (1230, 154), (1227, 970)),
+    "qtdragon": ("QTvcp-Screen", [(x, y) for y in (25, 44) for x in range(740, 900, 25)], (1137, 24), (1064, 24), None),
 }
 seen = {}
 
@@ -30,7 +30,7 @@ class Operator:
     def until(self, pin, value):
         self.finger.until(lambda: self.host.get(pin) == value, "%s = %s" % (pin, value))
 
-    def work(self, title, places, emergency_stop, power):
+    def work(self, title, places, emergency_stop, power, _leave):
         finger = self.finger
         finger.find_tab(title, places)
         # By the buttons of the screen: gmoccapy undoes what another program does meanwhile.
@@ -93,6 +93,22 @@ def screen_process(word):
     return None
 
 
+def end(word):
+    """Not by SIGKILL, which may find the screen with a lock of LinuxCNC."""
+    process, leave = screen_process(word), SCREENS[word][-1]
+    if process is not None and leave is None:
+        os.kill(process, signal.SIGTERM)
+    elif process is not None:
+        finger = Finger(os.environ["DISPLAY"], "widgets.json")
+
+        def pressed():
+            finger.fill(SCREENS[word][0])
+            finger.press_at(*leave)
+            return screen_process(word) is None
+
+        finger.until(pressed, "the end of " + word)
+
+
 def main(word):
     with Machine() as machine:
         operator = Operator(machine)
@@ -108,7 +124,5 @@ except (AssertionError, RuntimeError, plumb.Refused, subprocess.SubprocessError)
 finally:
     with open("seen.json", "w") as file:
         json.dump(seen, file)
-    process = screen_process(screen)
-    if process is not None:
-        os.kill(process, signal.SIGKILL)  # gmoccapy asks a question at any other signal
+    end(screen)
 sys.exit(0)
