@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chopping and thermal_growth_test."""
 
+import collections
 import glob
 import math
 import os
@@ -11,6 +12,7 @@ from gi.repository import Gtk
 from panel import style as styles
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
+from panel.growth_test_state import remaining
 from panel.pages import state_of
 from panel.texts import _, in_micrometres, number, seconds
 from panel.widgets import Figures, button, card, label, named, set_text
@@ -146,7 +148,7 @@ class StrokePicture(Gtk.DrawingArea):
             cairo.fill()
 
 
-_temperatures = {}  # by instance
+_temperatures, _changes = {}, {}  # by instance: pages are built again when components come
 
 
 class GrowthTestPage(FunctionPage):
@@ -164,6 +166,7 @@ class GrowthTestPage(FunctionPage):
 
     def content(self):
         self._history = _temperatures.setdefault(self.instance.name, History(every=20))
+        self._changes = _changes.setdefault(self.instance.name, collections.deque(maxlen=3 * 180))  # three hours
         self._figures = Figures(_("Elapsed"), _("Remaining"), _("Pass"), _("Change"))
         count = int(self.panel.values.get(self.instance.full("sensors"), 0))
         names = [_("Sensor {number}").format(number=place) for place in range(min(count, 3))]
@@ -178,19 +181,27 @@ class GrowthTestPage(FunctionPage):
 
     def observe(self, values):
         count = int(self.get(values, "sensors"))
-        if self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]) and self.panel.page is self:
+        if not self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]):
+            return
+        elapsed = float(self.get(values, "elapsed", 0.0))
+        if self._changes and elapsed < self._changes[-1][0]:  # another test
+            self._changes.clear()
+        self._changes.append((elapsed, float(self.get(values, "temperature-change", 0.0))))
+        if self.panel.page is self:
             self._chart.queue_draw()
 
     def remaining(self, values):
-        """Shortest and longest time to go in s: until the machine may be warm, and until the time is over."""
-        elapsed = self.get(values, "elapsed", 0.0)
-        return max(0.0, self.get(values, "minimum-time", 0.0) - elapsed), max(0.0, self.get(values, "maximum-time", 0.0) - elapsed)
+        """The remaining time in words: the likely one with its bounds, or the bounds alone."""
+        get = lambda short: float(self.get(values, short, 0.0))  # noqa: E731
+        low, likely, high = remaining(self._changes, get("threshold"), get("elapsed"), get("minimum-time"), get("maximum-time"))
+        bounds = "%s \u2013 %s" % (seconds(low), seconds(high))
+        return bounds if likely is None else "%s (%s)" % (seconds(likely), bounds)
 
     def refresh(self, values):
         super().refresh(values)
         runs = self.get(values, "state") and not self.get(values, "stop-reason")
         self._figures.show_value(_("Elapsed"), seconds(self.get(values, "elapsed", 0.0)))
-        self._figures.show_value(_("Remaining"), "%s \u2013 %s" % tuple(seconds(each) for each in self.remaining(values)) if runs else "\u2013")
+        self._figures.show_value(_("Remaining"), self.remaining(values) if runs else "\u2013")
         self._figures.show_value(_("Pass"), number(self.get(values, "pass")))
         change = self.get(values, "temperature-change", 0.0)
         self._figures.show_value(_("Change"), "\u2013" if change >= 1000 else "%.2f K" % change)
