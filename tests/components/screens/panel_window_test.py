@@ -114,6 +114,16 @@ class Window(unittest.TestCase):
         done = self.host.halcmd("loadusr", "-w", "/usr/bin/python3", program, os.path.join(ROOT, "components", "screens"))
         self.assertEqual(done.status, 0, done.output)
 
+    def test_the_page_of_a_growth_test_shows_state_and_remaining_time(self):
+        for line in ("loadrt thermal_growth_test names=test", "addf test.update servo-thread", "setp test.sensors 2", "setp test.running 1"):
+            self.host.command(line)
+        finger = self.panel()
+        finger.press("Growth test")
+        finger.await_text("The machine warms between two passes.")
+        finger.await_text("4.0 h \u2013 12.0 h")
+        self.host.command("setp test.temperature-valid-1 0")
+        finger.await_text("\u2716 1: 20 \u00b0C")
+
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")
         self.host.command("addf interlock.update servo-thread")
