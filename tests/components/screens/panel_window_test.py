@@ -124,6 +124,23 @@ class Window(unittest.TestCase):
         self.host.command("setp test.temperature-valid-1 0")
         finger.await_text("\u2716 1: 20 \u00b0C")
 
+    def test_strokes_are_held_at_once_and_go_on_after_a_question(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
+                     "setp chop.section-0-kind 2", "setp chop.section-0-from -20", "setp chop.section-0-to -5", "setp chop.section-0-ratio 0.5"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Chopping")
+        finger.press("Hold / go on")
+        finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
+        finger.press("Hold / go on")
+        finger.await_text("Go on with the strokes?")
+        self.assertTrue(self.host.get("chop.feed-hold"))
+        finger.press("Go on")
+        finger.until(lambda: not self.host.get("chop.feed-hold"), "the end of the hold")
+        finger.press("Faster")
+        finger.until(lambda: self.host.get("chop.override") == 1.05, "the faster stroke")
+        finger.await_text("105 %")
+
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")
         self.host.command("addf interlock.update servo-thread")
