@@ -19,7 +19,8 @@ STARTS = 5
 PATIENCE = 30  # s
 TICK = 0.05  # s, of the machine between two pauses
 SETTLING = 3  # s after the start
-LIMITS = {"start": 1.0, "at rest": 2, "with a chart": 5, "hidden": 1}  # s, % of a processor
+LIMITS = {"start": 1.0, "at rest": 2, "with a chart": 5, "hidden": 1, "memory": 100}
+UNITS = {"start": "s", "memory": "MB"}  # of the others: % of a processor
 
 
 @contextlib.contextmanager
@@ -122,6 +123,12 @@ def processor_time(pid):
     return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
+def memory(pid):
+    """MB."""
+    with open(f"/proc/{pid}/status") as file:
+        return int(next(line for line in file if line.startswith("VmRSS")).split()[1]) / 1024
+
+
 def bench(seconds):
     import plumb
 
@@ -144,9 +151,10 @@ def bench(seconds):
         panel.close()
         panel = Panel(host, around, display, "--page", "Growth of Z")
         found["with a chart"] = panel.share(seconds)
+        found["memory"] = memory(panel.pid)
         panel.close()
     for name, limit in LIMITS.items():
-        unit = "s" if name == "start" else "% of a processor"
+        unit = UNITS.get(name, "% of a processor")
         print(f"{name:14}{found[name]:7.2f} {unit:18} at most {limit:g}")
     return all(found[name] <= limit for name, limit in LIMITS.items())
 

@@ -25,19 +25,8 @@ class Operator:
         self.finger.until(lambda: self.host.get(pin) == value, "%s = %s" % (pin, value))
 
     def open_tab(self):
-        """Presses along the row of tabs until the panel is seen."""
-        self.finger.until(lambda: self.finger.is_there(), "the panel")
-        fill = ["xdotool", "search", "--name", "AXIS 2", "windowmove", "0", "0", "windowsize", "1280", "1000"]
-        subprocess.run(fill, check=True, stdout=subprocess.DEVNULL, timeout=60)
-        self.finger.rest()
-        for height in (76, 90, 100, 64):
-            for x in TABS:
-                if x > 400:  # behind the tabs of AXIS's left side
-                    self.finger.press_at(x, height)
-                    self.finger.rest()
-                    if self.finger.is_seen():
-                        return
-        raise AssertionError("no tab shows the panel")
+        """Presses along the row of tabs, behind those of AXIS's left side, until the panel is seen."""
+        self.finger.find_tab("AXIS 2", [(x, y) for y in (76, 90, 100, 64) for x in TABS if x > 400])
 
     def first_day(self):
         finger = self.finger

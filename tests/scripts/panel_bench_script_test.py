@@ -14,7 +14,7 @@ class PanelBench(unittest.TestCase):
         table = io.StringIO()
         with contextlib.redirect_stdout(table):
             panel.bench(2)
-        found = dict(re.findall(r"(?m)^(\S.*?) +([\d.]+) (?:s|% of a processor) +at most", table.getvalue()))
+        found = dict(re.findall(r"(?m)^(\S.*?) +([\d.]+) (?:s|MB|% of a processor) +at most", table.getvalue()))
         self.assertEqual(set(found), set(panel.LIMITS))
         self.assertGreater(float(found["start"]), 0)
         self.assertGreater(float(found["at rest"]), 0, "it looks at HAL")

@@ -119,6 +119,37 @@ def finish(process):
     return process.returncode, output
 
 
+def add_operator(machine, ini, operator):
+    """An operator of PROGRAMS, with arguments, who works plumb panel in a tab of a copied configuration's screen."""
+    shutil.copy(os.path.join(PROGRAMS, operator.split()[0]), machine)
+    path = os.path.join(machine, ini)
+    change(path, "plumb-panel -x {XID}", "plumb-panel -x {XID} --widgets widgets.json --user anna")
+    with open(path, "a") as file:
+        file.write("[APPLICATIONS]\nAPP = ./%s\n" % operator)
+
+
+def work_screen(folder, machine, ini, display, speed):
+    """Starts LinuxCNC with its screen on a display, until the operator has ended it. Returns what this one has seen."""
+    python = os.pathsep.join([os.path.join(BUILD, "python"), os.path.join(ROOT, "tests", "support")])
+    process = subprocess.Popen(
+        [*plumb_run(BUILD, "--speed", "%g" % speed), "linuxcnc", "-r", ini],
+        cwd=machine,
+        # Without a service for notifications on the session's bus, QtDragon crashes in libdbus.
+        env=environment(folder, PYTHONPATH=python, DISPLAY=display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1", PLUMB_PATIENCE="600",
+                        DBUS_SESSION_BUS_ADDRESS="disabled:"),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    status, output = finish(process)
+    with open(os.path.join(machine, "seen.json")) as file:
+        seen = json.load(file)
+    if not seen.get("done"):
+        raise AssertionError("linuxcnc ended with %d:\n%s\n%s" % (status, output, seen.get("error")))
+    return seen
+
+
 def read_recording(file):
     """Columns of a recording, by name."""
     with open(file) as lines:

@@ -104,6 +104,24 @@ class Finger:
 
         self.until(opened, "the page " + page)
 
+    def fill(self, title, size="1280x1000"):
+        """Fills the screen with the window of that title. Returns whether it is there."""
+        words = ["xdotool", "search", "--onlyvisible", "--name", title, "windowmove", "0", "0", "windowsize", *size.split("x")]
+        return subprocess.run(words, env=self._environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              timeout=PATIENCE, check=False).returncode == 0
+
+    def find_tab(self, title, places):
+        """Presses places in the window of that title, of which one is on the tab, until the panel is seen."""
+        self.until(self.is_there, "the panel")
+        self.until(lambda: self.fill(title), "the window " + title)
+        self.rest()
+        for x, y in places:
+            self.press_at(x, y)
+            self.rest()
+            if self.is_seen():
+                return
+        raise AssertionError("no tab of %s shows the panel" % title)
+
     def press_at(self, x, y):
         self._do("mousemove", x, y, "click", "1")
 

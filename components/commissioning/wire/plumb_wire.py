@@ -26,7 +26,7 @@ SUMMARY = "wires functions into a LinuxCNC configuration, and tries the result"
 FUNCTIONS = os.path.join(PREFIX, "share", "plumb", "functions")
 OFFSET_RATIO = "0.2"
 ABORT = "plumb_abort"
-TABS = {"axis": "ntb_preview", "gmoccapy": "ntb_preview", "qtdragon": "tabWidget_utilities"}  # place of a tab, by the screen
+TABS = {"axis": "ntb_preview", "gmoccapy": "ntb_preview", "qtdragon": "stackedWidget_mainTab"}  # place of a tab, by the screen
 
 
 def main():

@@ -46,7 +46,7 @@ class Panel:
         self._build()
         self._list = WidgetList(options.widgets, self.window) if options.widgets else None
         self._connect()
-        GLib.timeout_add(PERIOD, self._tick)
+        GLib.timeout_add(PERIOD if self._list is None else PERIOD // 4, self._tick)  # a test waits for looks
 
     # --- the window ---
 
@@ -72,7 +72,7 @@ class Panel:
         self._standstill.set_no_show_all(True)
         content = row(navigation, grow(self._stack), spacing=0)
         content.grows = True
-        self._sides = content, navigation
+        self._sides, self._narrow = (content, navigation), False
         self.window.connect("size-allocate", lambda _window, place: self._arrange(place.width))
         box = style(column(content, self._standstill, self._message, spacing=0), "plumb")
         self.window.add(box)
@@ -92,11 +92,19 @@ class Panel:
             self._navigation.set_valign(Gtk.Align.START if narrow else Gtk.Align.FILL)
             policies = (Gtk.PolicyType.AUTOMATIC, Gtk.PolicyType.NEVER) if narrow else (Gtk.PolicyType.NEVER, Gtk.PolicyType.AUTOMATIC)
             navigation.set_policy(*policies)
-            navigation.set_size_request(-1 if narrow else 184, 112 if narrow else -1)
+            navigation.set_size_request(-1 if narrow else 184, -1)
             navigation.set_vexpand(not narrow)
+            self._narrow = narrow
+            self._wrap_navigation()
             return False
 
         GLib.idle_add(change)  # not while places are given out
+
+    def _wrap_navigation(self):
+        """Words of a row stand in one line; they would break after each letter."""
+        for child in self._navigation.get_children():
+            words = child if isinstance(child, Gtk.Label) else child.get_child()
+            words.set_line_wrap(not self._narrow)
 
     def _theme(self):
         Gtk.Settings.get_default().set_property("gtk-application-prefer-dark-theme", self.dark)
@@ -110,8 +118,9 @@ class Panel:
 
     def show(self):
         self.window.show_all()
-        if self.options.into is not None:
+        if self.options.into is not None or self.options.xid:
             Gdk.error_trap_push()  # the screen around it may end first, and its windows with it
+        if self.options.into is not None:
             _into(self.window, self.options.into)
             _forward_keys(self.window)
         if self.options.xid:
@@ -160,6 +169,7 @@ class Panel:
         theme = button(_("Light / dark"), self._toggle_theme)
         self._navigation.pack_end(theme, False, False, 0)
         self._navigation.pack_end(label(_(self.access.level), "soft"), False, False, 0)
+        self._wrap_navigation()
         self._navigation.show_all()
 
     def _alone(self, text):

@@ -40,7 +40,7 @@ class Chart(Gtk.DrawingArea):
         self._panel, self._history, self._names, self._unit, self._scale = panel, history, names, unit, scale
         self.set_size_request(300, 230)
         self.connect("draw", self._draw)
-        named(self, ", ".join(names))
+        named(self, ", ".join(names) or _("Chart"))
 
     def _draw(self, _area, cairo):
         width, height = self.get_allocated_width(), self.get_allocated_height()

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The pages of the functions, in the order of the navigation."""
 
+from panel.centre_height_page import CentreHeightPage
 from panel.growth_page import GrowthPage
-from panel.simple_pages import CentreHeightPage, ChoppingPage, GrowthTestPage
+from panel.simple_pages import ChoppingPage, GrowthTestPage
 from panel.squareness_page import SquarenessPage
 
 PAGES = {

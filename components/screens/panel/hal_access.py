@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The HAL of this computer: the one module that imports hal. It makes a component without pins."""
 
+import ctypes
+import gc
 import os
 import subprocess
+import sys
 
 import hal
 
 from panel.pin_lines import parse_pins
+
+OWN_REFERENCES = 2  # to an element of a list: that of the list, and that of the call which counts them
+_release = ctypes.pythonapi.Py_DecRef
+_release.argtypes, _release.restype = [ctypes.py_object], None
 
 MEMORY_KEY = 0x48414C32  # of HAL's shared memory
 
@@ -32,7 +39,17 @@ class Hal:
 
     def values(self):
         """All pins' values by name."""
-        return {pin["NAME"]: pin["VALUE"] for pin in hal.get_info_pins()}
+        gc.disable()  # a collection while HAL is locked would hold up all that needs the lock
+        try:
+            pins = hal.get_info_pins()
+        finally:
+            gc.enable()
+        found = {pin["NAME"]: pin["VALUE"] for pin in pins}
+        if pins and sys.getrefcount(pins[0]) > OWN_REFERENCES:
+            # LinuxCNC 2.9 keeps a reference to each of these dictionaries, 0.5 kB a pin and look.
+            for pin in pins:
+                _release(pin)
+        return found
 
     def pins(self):
         """All pins, by halcmd, which knows owners and signals."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""centre_height, chopping and thermal_growth_test."""
+"""chopping and thermal_growth_test."""
 
+import collections
 import glob
 import math
 import os
@@ -11,187 +12,10 @@ from gi.repository import Gtk
 from panel import style as styles
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
-from panel.pages import Page, state_of
-from panel.texts import _, in_micrometres, number, seconds, unit_name
-from panel.widgets import Figures, Keypad, button, card, column, flow, grow, label, named, row, scrolled, set_text
-
-
-class CentreHeightPage(FunctionPage):
-    heading = "Centre height"  # for gettext: _("Centre height")
-
-    WAITS = 2  # state-code: for a diameter
-    KNOWN = 3
-    METHODS = ("Two cuts", "Two lands", "Step of Y", "Any cuts")  # for gettext: _("Two cuts"), _("Two lands"), _("Step of Y"), _("Any cuts")
-
-    def verdict(self, values):
-        kind, text = state_of(self.instance, values)
-        if kind != "good":
-            return kind, text
-        if self.get(values, "hold"):
-            return "warn", _(self.instance.sentence(values, "hold-code"))
-        state = self.get(values, "state-code")
-        if state == self.KNOWN:
-            if self.get(values, "on-centre"):
-                return "good", _("The tool is on centre.")
-            return "good", _("The height is {height}, \u00b1{sigma}.").format(height=in_micrometres(self.get(values, "height", 0.0)), sigma=self._sigma(values))
-        return ("good", _(self.instance.sentence(values, "state-code"))) if state else ("off", _("Begin with one of the methods below."))
-
-    def _sigma(self, values):
-        return in_micrometres(2 * self.get(values, "sigma", 0.0)).lstrip("+")
-
-    def content(self):
-        self._picture = HeightPicture(self)
-        self._figures = Figures(_("Height"), _("Uncertainty (k=2)"), _("Move of Y"), _("Cuts"))
-        return [self._figures, self._picture]
-
-    def buttons(self):
-        its = [button(_("Begin: {method}").format(method=_(name)), lambda kind=kind: self._do(_("Begin"), "start", "M450 P%d" % kind), name=_(name))
-               for kind, name in enumerate(self.METHODS[:3])]
-        # The buttons that come next, by state-code.
-        self._next = {
-            1: button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")),
-            self.WAITS: button(_("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))),
-            self.KNOWN: button(_("Store the height: M454"), self._store),
-        }
-        return [*its, *self._next.values(),
-                button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11")),
-                button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453"))]
-
-    def _do(self, action, pin, line):
-        """By the pin, where nothing else writes it; else by the M-code of the configuration."""
-        refusal = self.panel.access.refusal("operator")
-        if refusal:
-            self.panel.say(refusal, "warn")
-        elif pin in self.instance.settings():
-            self.panel.pulse(self.instance.full(pin))
-        else:
-            self.panel.mdi(line, action)
-
-    def enter(self, text):
-        """The diameter of the last cut. Raises ValueError."""
-        value = float(text.replace(",", "."))
-        if not value > 0 or not math.isfinite(value):
-            raise ValueError(_("A diameter is above 0."))
-        if "entered" in self.instance.settings():
-            self.panel.hal.set(self.instance.full("entered-diameter"), repr(value))
-            self.panel.pulse(self.instance.full("entered"))
-        else:
-            self.panel.mdi("M452 P%r" % value, _("Enter the diameter"))
-
-    def _store(self):
-        move = in_micrometres(self.get(self.panel.values, "y-move", 0.0))
-        self.panel.move(_("Store the height in the tool table? Y moves by {move} with its next word.").format(move=move),
-                        _("Store the height"), lambda: self.panel.mdi("M454", _("Store the height")))
-
-    def refresh(self, values):
-        super().refresh(values)
-        for state, its in self._next.items():
-            context = its.get_style_context()
-            (context.add_class if state == self.get(values, "state-code") else context.remove_class)("main")
-        valid = self.get(values, "value-valid")
-        self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
-        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + self._sigma(values) if valid else "\u2013")
-        self._figures.show_value(_("Move of Y"), in_micrometres(self.get(values, "y-move", 0.0)) if valid else "\u2013")
-        self._figures.show_value(_("Cuts"), number(self.get(values, "cut-number")))
-        self._picture.show_height(self.get(values, "height", 0.0) if valid else None, self.get(values, "sigma", 0.0))
-
-
-class DiameterPage(Page):
-    """The entry of a measured diameter, judged at once."""
-
-    def __init__(self, panel, page):
-        self.page = page
-        super().__init__(panel)
-
-    @property
-    def title(self):
-        return _("Diameter of the cut")
-
-    def build(self):
-        self._keypad = Keypad("")
-        self._judged = label("", "value")
-        self._keypad.entry.connect("changed", lambda _entry: self._judge())
-        return scrolled(column(label(self.title, "title"), row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)), self._judged,
-                               flow(button(_("Enter"), self._enter, "main"), button(_("Back"), lambda: self.panel.open(self.page)))))
-
-    def _judge(self):
-        try:
-            value = float(self._keypad.text)
-        except ValueError:
-            self._judged.set_text("")
-            return
-        expected = self.page.get(self.panel.values, "predicted-diameter", 0.0)
-        text = ""
-        if expected and abs(value - expected) > 0.2 * expected:
-            text = "\u25b2 " + _("The other cuts let expect {value}.").format(value=number(expected, 5))
-        self._judged.set_text(text)
-
-    def _enter(self):
-        refusal = self.panel.access.refusal("operator")
-        try:
-            if refusal:
-                raise ValueError(refusal)
-            self.page.enter(self._keypad.text)
-        except ValueError as error:
-            self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
-            return
-        self.panel.open(self.page)
-
-
-class HeightPicture(Gtk.DrawingArea):
-    """The work from its end, its axis, and the tool's edge with its uncertainty; heights are enlarged."""
-
-    def __init__(self, page):
-        super().__init__()
-        self._page, self._height = page, None
-        self.set_size_request(300, 210)
-        self.connect("draw", self._draw)
-        named(self, _("Tool and centre"))
-
-    def show_height(self, height, sigma):
-        if (height, sigma) != self._height:
-            self._height = (height, sigma)
-            self.queue_draw()
-
-    def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._page.panel.dark
-        middle, radius = height / 2, height * 0.44
-        centre = width * 0.35
-        cairo.set_line_width(2)
-        cairo.arc(centre, middle, radius, 0, 2 * math.pi)
-        cairo.set_source_rgb(*styles.colour(dark, "pick"))
-        cairo.fill_preserve()
-        cairo.set_source_rgb(*styles.colour(dark, "line"))
-        cairo.stroke()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.set_dash([12, 4, 2, 4])
-        cairo.move_to(8, middle)
-        cairo.line_to(width - 8, middle)
-        cairo.stroke()
-        cairo.set_dash([])
-        if not self._height or self._height[0] is None or not math.isfinite(self._height[0]):
-            return
-        its, sigma = self._height
-        largest = max(abs(its) + 2 * sigma, 1e-6)
-        scale = radius * 0.6 / largest
-        edge = middle - its * scale
-        cairo.set_source_rgb(*styles.colour(dark, "curve2"))
-        cairo.move_to(centre + radius * 0.85, edge)
-        cairo.line_to(width - 30, edge)
-        cairo.line_to(width - 30, edge + 34)
-        cairo.line_to(centre + radius * 0.85 + 16, edge + 34)
-        cairo.close_path()
-        cairo.fill()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.set_line_width(3)
-        cairo.move_to(centre + radius * 0.85, edge - 2 * sigma * scale)
-        cairo.line_to(centre + radius * 0.85, edge + 2 * sigma * scale)
-        cairo.stroke()
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(17)
-        cairo.move_to(centre + radius + 12, edge - 8 if its >= 0 else edge + 54)
-        cairo.show_text(in_micrometres(float(its)))
+from panel.growth_test_state import remaining
+from panel.pages import state_of
+from panel.texts import _, in_micrometres, number, seconds
+from panel.widgets import Figures, button, card, label, named, set_text
 
 
 class ChoppingPage(FunctionPage):
@@ -209,13 +33,46 @@ class ChoppingPage(FunctionPage):
 
     def content(self):
         self._picture = StrokePicture(self)
-        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"))
+        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"), _("Speed of the stroke"))
         self._learned = label("")
         return [self._figures, self._picture, card(label(_("Learned correction"), "value"), self._learned)]
+
+    def buttons(self):
+        """Those whose pins have no other writer."""
+        own = self.instance.settings()
+        its = []
+        if "feed-hold" in own:
+            its.append(button(_("Hold / go on"), self._hold))
+        if "go-to-end" in own:
+            its.append(button(_("To point R"), lambda: self.panel.move(
+                _("Move the axis to point R?"), _("To point R"), lambda: self.panel.pulse(self.instance.full("go-to-end")), must_be_safe=False)))
+        if "override" in own:
+            its += [button(_("Slower"), lambda: self._faster(-0.05)), button(_("Faster"), lambda: self._faster(0.05))]
+        return its
+
+    def _hold(self):
+        """A hold comes at once; the axis goes on after a question."""
+        pin = self.instance.full("feed-hold")
+        refusal = self.panel.access.refusal("operator")
+        if refusal:
+            self.panel.say(refusal, "warn")
+        elif not self.panel.hal.get(pin):
+            self.panel.hal.set(pin, "1")
+        else:
+            self.panel.move(_("Go on with the strokes?"), _("Go on"), lambda: self.panel.hal.set(pin, "0"), must_be_safe=False)
+
+    def _faster(self, step):
+        refusal = self.panel.access.refusal("operator")
+        if refusal:
+            self.panel.say(refusal, "warn")
+            return
+        pin = self.instance.full("override")
+        self.panel.hal.set(pin, "%.2f" % min(1.5, max(0.05, self.panel.hal.get(pin) + step)))
 
     def refresh(self, values):
         super().refresh(values)
         get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
+        self._figures.show_value(_("Speed of the stroke"), "%.0f %%" % (100 * get("override", 1.0)))
         self._figures.show_value(_("Upper dead point"), "%.4f" % get("measured-upper"))
         self._figures.show_value(_("Lower dead point"), "%.4f" % get("measured-lower"))
         self._figures.show_value(_("Strokes"), number(get("stroke-count", 0)))
@@ -291,7 +148,7 @@ class StrokePicture(Gtk.DrawingArea):
             cairo.fill()
 
 
-_temperatures = {}  # by instance
+_temperatures, _changes = {}, {}  # by instance: pages are built again when components come
 
 
 class GrowthTestPage(FunctionPage):
@@ -309,6 +166,7 @@ class GrowthTestPage(FunctionPage):
 
     def content(self):
         self._history = _temperatures.setdefault(self.instance.name, History(every=20))
+        self._changes = _changes.setdefault(self.instance.name, collections.deque(maxlen=3 * 180))  # three hours
         self._figures = Figures(_("Elapsed"), _("Remaining"), _("Pass"), _("Change"))
         count = int(self.panel.values.get(self.instance.full("sensors"), 0))
         names = [_("Sensor {number}").format(number=place) for place in range(min(count, 3))]
@@ -323,19 +181,27 @@ class GrowthTestPage(FunctionPage):
 
     def observe(self, values):
         count = int(self.get(values, "sensors"))
-        if self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]) and self.panel.page is self:
+        if not self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]):
+            return
+        elapsed = float(self.get(values, "elapsed", 0.0))
+        if self._changes and elapsed < self._changes[-1][0]:  # another test
+            self._changes.clear()
+        self._changes.append((elapsed, float(self.get(values, "temperature-change", 0.0))))
+        if self.panel.page is self:
             self._chart.queue_draw()
 
     def remaining(self, values):
-        """Shortest and longest time to go in s: until the machine may be warm, and until the time is over."""
-        elapsed = self.get(values, "elapsed", 0.0)
-        return max(0.0, self.get(values, "minimum-time", 0.0) - elapsed), max(0.0, self.get(values, "maximum-time", 0.0) - elapsed)
+        """The remaining time in words: the likely one with its bounds, or the bounds alone."""
+        get = lambda short: float(self.get(values, short, 0.0))  # noqa: E731
+        low, likely, high = remaining(self._changes, get("threshold"), get("elapsed"), get("minimum-time"), get("maximum-time"))
+        bounds = "%s \u2013 %s" % (seconds(low), seconds(high))
+        return bounds if likely is None else "%s (%s)" % (seconds(likely), bounds)
 
     def refresh(self, values):
         super().refresh(values)
         runs = self.get(values, "state") and not self.get(values, "stop-reason")
         self._figures.show_value(_("Elapsed"), seconds(self.get(values, "elapsed", 0.0)))
-        self._figures.show_value(_("Remaining"), "%s \u2013 %s" % tuple(seconds(each) for each in self.remaining(values)) if runs else "\u2013")
+        self._figures.show_value(_("Remaining"), self.remaining(values) if runs else "\u2013")
         self._figures.show_value(_("Pass"), number(self.get(values, "pass")))
         change = self.get(values, "temperature-change", 0.0)
         self._figures.show_value(_("Change"), "\u2013" if change >= 1000 else "%.2f K" % change)

@@ -32,6 +32,7 @@ CSS = """
 .plumb .mono {{ font-family: "DejaVu Sans Mono", monospace; font-size: 14px; }}
 .plumb scrolledwindow, .plumb viewport, .plumb stack {{ background: {back}; }}
 .plumb scrollbar slider {{ min-width: 18px; min-height: 30px; background: {soft}; }}
+.plumb scrollbar.horizontal slider {{ min-width: 30px; min-height: 10px; }}
 """
 
 

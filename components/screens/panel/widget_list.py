@@ -6,6 +6,9 @@ import os
 
 from gi.repository import Gtk
 
+# All that can be pressed, moved or typed into, and what is shown.
+LISTED = (Gtk.Actionable, Gtk.Editable, Gtk.Range, Gtk.ComboBox, Gtk.Expander, Gtk.EventBox, Gtk.DrawingArea, Gtk.Label)
+
 
 class WidgetList:
     def __init__(self, path, window):
@@ -27,7 +30,7 @@ class WidgetList:
     def _walk(self, widget, left, top, found, view):
         if not widget.get_mapped() or widget.get_allocated_width() <= 1:
             return
-        if isinstance(widget, (Gtk.Button, Gtk.Label, Gtk.Entry, Gtk.DrawingArea, Gtk.EventBox, Gtk.Expander)):
+        if isinstance(widget, LISTED) and not isinstance(widget, Gtk.Scrollbar):
             place = widget.translate_coordinates(self._window, 0, 0) or (0, 0)
             entry = {"kind": type(widget).__name__, "name": widget.get_accessible().get_name() or "",
                      "x": left + place[0], "y": top + place[1],

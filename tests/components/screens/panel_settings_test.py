@@ -3,6 +3,7 @@
 
 import math
 import os
+import random
 import re
 import sys
 import time
@@ -13,7 +14,7 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, growth_state, hal_files, machine, settings, texts  # noqa: E402
+from panel import access, growth_state, growth_test_state, hal_files, machine, settings, texts  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import parse_pins  # noqa: E402
 
@@ -276,6 +277,44 @@ class Verdicts(WithHost):
         self.assertEqual(may, {"view": [True, False, False], "operator": [True, True, False], "integrator": [True, True, True]})
         with self.assertRaises(ValueError):
             access.Access("boss")
+
+
+class GrowthTest(unittest.TestCase):
+    """A machine warms with a time constant of an hour; its temperatures change by 8 K an hour at first, and scatter."""
+
+    THRESHOLD, CONSTANT, MINUTE, HOUR = 0.5, 3600.0, 60.0, 3600.0
+
+    def changes(self, until, scatter=0.03):
+        numbers = random.Random(7)
+        return [(when, 8 * math.exp(-when / self.CONSTANT) * (1 + scatter * numbers.gauss(0, 1))) for when in range(0, int(until), 60)]
+
+    def remaining(self, elapsed, **more):
+        times = {"shortest": 0.0, "longest": 12 * self.HOUR, **more}
+        return growth_test_state.remaining(self.changes(elapsed), self.THRESHOLD, elapsed, times["shortest"], times["longest"])
+
+    def test_the_remaining_time_is_that_of_the_exponential(self):
+        warm = self.CONSTANT * math.log(8 / self.THRESHOLD)
+        for elapsed in (0.5 * self.HOUR, self.HOUR, 2 * self.HOUR):
+            low, likely, high = self.remaining(elapsed)
+            with self.subTest(elapsed):
+                self.assertAlmostEqual(likely, warm - elapsed, delta=high - low)
+                self.assertLess(low, warm - elapsed + 2 * self.MINUTE)
+                self.assertGreater(high, warm - elapsed - 2 * self.MINUTE)
+        self.assertAlmostEqual(self.remaining(2 * self.HOUR)[1], warm - 2 * self.HOUR, delta=5 * self.MINUTE)
+        early, late = self.remaining(0.5 * self.HOUR), self.remaining(2 * self.HOUR)
+        self.assertLess(late[2] - late[0], early[2] - early[0])
+
+    def test_it_is_within_the_times_of_the_test(self):
+        self.assertEqual(self.remaining(2 * self.HOUR, shortest=6 * self.HOUR)[:2], (4 * self.HOUR, 4 * self.HOUR))
+        self.assertEqual(self.remaining(self.HOUR, longest=1.5 * self.HOUR)[1:], (0.5 * self.HOUR, 0.5 * self.HOUR))
+
+    def test_without_changes_only_the_bounds_are_known(self):
+        for changes in ([], [(60.0 * place, 1000.0) for place in range(20)], [(60.0, 1.0)] * 20):
+            self.assertEqual(growth_test_state.remaining(changes, 0.5, 3600, 7200, 36000), (3600, None, 32400))
+
+    def test_a_machine_that_does_not_settle_takes_the_whole_time(self):
+        growing = [(60.0 * place, 1 + 0.01 * place) for place in range(60)]
+        self.assertEqual(growth_test_state.remaining(growing, 0.5, 3600, 0, 36000)[1:], (32400, 32400))
 
 
 class Texts(unittest.TestCase):

@@ -7,7 +7,7 @@ import unittest
 
 import plumb
 from screen import Finger, Screen
-from tree import BUILD, own_folder
+from tree import BUILD, ROOT, own_folder
 
 LINES = (
     "loadrt threads name1=servo-thread period1=1000000",
@@ -17,6 +17,17 @@ LINES = (
     "addf square.update servo-thread",
     "start",
 )
+ALL_FUNCTIONS = (
+    "loadrt centre_height names=centre",
+    "loadrt chopping names=chop",
+    "loadrt thermal_growth_test names=test",
+)
+# Buttons to press one after the other, by the page.
+DEEPER = {
+    "Squareness": ("Measure and set up", "w-X-Y.b-Z-C-t", "Axis Y", "Y leans to +X", "Square and indicator instead"),
+    "Centre height": ("Two lands",),
+    "All components": ("growth", "Other settings, at their defaults", "tolerance"),
+}
 
 
 class Window(unittest.TestCase):
@@ -98,6 +109,38 @@ class Window(unittest.TestCase):
         finger.press("All components")
         finger.await_text("growth.load is not a number.")
 
+    def test_looks_at_the_pins_keep_no_memory(self):
+        program = os.path.join(ROOT, "tests", "programs", "panel_memory.py")
+        done = self.host.halcmd("loadusr", "-w", "/usr/bin/python3", program, os.path.join(ROOT, "components", "screens"))
+        self.assertEqual(done.status, 0, done.output)
+
+    def test_the_page_of_a_growth_test_shows_state_and_remaining_time(self):
+        for line in ("loadrt thermal_growth_test names=test", "addf test.update servo-thread", "setp test.sensors 2", "setp test.running 1"):
+            self.host.command(line)
+        finger = self.panel()
+        finger.press("Growth test")
+        finger.await_text("The machine warms between two passes.")
+        finger.await_text("4.0 h \u2013 12.0 h")
+        self.host.command("setp test.temperature-valid-1 0")
+        finger.await_text("\u2716 1: 20 \u00b0C")
+
+    def test_strokes_are_held_at_once_and_go_on_after_a_question(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
+                     "setp chop.section-0-kind 2", "setp chop.section-0-from -20", "setp chop.section-0-to -5", "setp chop.section-0-ratio 0.5"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Chopping")
+        finger.press("Hold / go on")
+        finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
+        finger.press("Hold / go on")
+        finger.await_text("Go on with the strokes?")
+        self.assertTrue(self.host.get("chop.feed-hold"))
+        finger.press("Go on")
+        finger.until(lambda: not self.host.get("chop.feed-hold"), "the end of the hold")
+        finger.press("Faster")
+        finger.until(lambda: self.host.get("chop.override") == 1.05, "the faster stroke")
+        finger.await_text("105 %")
+
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")
         self.host.command("addf interlock.update servo-thread")
@@ -109,15 +152,26 @@ class Window(unittest.TestCase):
         finger.until(lambda: not finger.find_text("The realtime threads stand still"), "the message to go")
 
     def test_every_widget_has_a_name_and_no_text_is_cut(self):
-        for language in ("en", "de"):
-            finger = self.panel("--language", language, "--size", "720x560" if language == "en" else "500x560", name="small" + language)
+        """On the pages of all functions, and those that their buttons open."""
+        for line in ALL_FUNCTIONS:
+            self.host.command(line)
+        for language, size in (("en", "720x560"), ("de", "500x560")):
+            finger = self.panel("--language", language, "--size", size, name="small" + language)
             finger.until(lambda finger=finger: len(finger.widgets()) > 5, "the window")
-            for page in [each["name"] for each in finger.widgets() if each["kind"] == "Button"][:6]:
+            for page in [each["name"] for each in finger.widgets() if each["kind"] == "Button"][:-1]:  # the last one is light / dark
                 finger.press(page)
-                for each in finger.widgets():
-                    with self.subTest(language=language, page=page, **each):
-                        self.assertTrue(each["name"] or each["kind"] in ("Label", "EventBox"))
-                        self.assertFalse(each.get("cut"))
+                finger.rest()
+                self.check(finger, language, page)
+                for name in DEEPER.get(page, ()) if language == "en" else ():
+                    finger.press(name)
+                    finger.rest()
+                    self.check(finger, page, name)
+
+    def check(self, finger, *place):
+        for each in finger.widgets():
+            with self.subTest(place=place, **each):
+                self.assertTrue(each["name"] or each["kind"] == "Label")
+                self.assertFalse(each.get("cut"))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,34 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb panel in a tab of AXIS, before the complete lathe: a tool comes on centre by a finger and a micrometer."""
+
+import unittest
+
+import linuxcnc_runs
+from linuxcnc_runs import copy_configuration, own_folder, um
+from screen import Screen
+
+
+class Lathe(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = own_folder(cls)
+        machine = copy_configuration("lathe", folder)
+        linuxcnc_runs.add_operator(machine, "axis.ini", "lathe_operator.py")
+        cls.seen = linuxcnc_runs.work_screen(folder, machine, "axis.ini", Screen(cls).display, speed=4)
+
+    def test_the_height_is_that_of_the_tool(self):
+        self.assertAlmostEqual(self.seen["height"], 0.1, delta=12 * um)
+
+    def test_a_finger_stores_it_in_the_tool_table(self):
+        self.assertEqual(self.seen["before"], [-100, 0])
+        x, y = self.seen["after"]
+        self.assertAlmostEqual(y, -0.1, delta=12 * um)
+        self.assertAlmostEqual(x, -100.02, delta=12 * um)
+
+    def test_the_next_measurement_shows_that_it_is_on_centre(self):
+        self.assertIn("on centre", self.seen["verdict"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,113 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""An [APPLICATIONS]APP of lathe_panel_linuxcnc_test: brings a tool on centre by the tab of AXIS and a micrometer, and ends AXIS."""
+
+import json
+import os
+import subprocess
+import sys
+import traceback
+
+import plumb
+from plumb_linuxcnc import Machine
+from screen import Finger
+
+seen = {}
+
+
+class Operator:
+    def __init__(self, machine):
+        self.machine, self.host = machine, machine.host
+        self.finger = Finger(os.environ["DISPLAY"], "widgets.json", lambda: machine.wait(0.05))
+
+    def until(self, pin, value):
+        self.finger.until(lambda: self.host.get(pin) == value, "%s = %s" % (pin, value))
+
+    def work(self):
+        self.finger.find_tab("AXIS 2", [(x, y) for y in (76, 90, 100, 64) for x in range(420, 1280, 36)])
+        # The operator measures, and no gauge.
+        self.host.command("unlinkp centre.value-ready")
+        self.host.set("lathe.micrometer", True)
+        self.host.set("lathe.micrometer-noise", 0)
+        seen["before"] = self.tool()
+        self.machine.mdi("T1 M6 G43")
+        self.machine.mdi("M3 S1000")
+        self.finger.open("Centre height", "Two lands")
+        self.measure(58)
+        seen["height"] = self.host.get("centre.height")
+        seen["truth"] = self.host.get("lathe.truth-height")
+        self.finger.await_text("Store the height. Then move Y to 0")
+        self.shot("lathe_known.png")
+        self.finger.press("Store the height: M454")
+        self.finger.press("Store the height")
+        self.finger.until(lambda: self.tool() != seen["before"], "the corrected tool table")
+        seen["after"] = self.tool()
+        self.machine.wait_until_idle()
+        self.machine.mdi("G0 X12")
+        self.machine.mdi("G0 Y0")
+        self.measure(40)
+        seen["verdict"] = self.finger.await_text("The tool is on centre.")
+        self.shot("lathe_centred.png")
+
+    def measure(self, z):
+        """Two lands, each turned by the operator and measured by the micrometer."""
+        finger = self.finger
+        finger.press("Two lands")
+        finger.type("10")
+        finger.press("Begin")
+        self.until("centre.state-code", 1)
+        finger.await_text("Turn land 1: move Y by +1 mm")
+        self.shot("lathe_land.png")
+        for land, y in ((1, 1), (2, -1)):
+            finger.await_text("Turn land %d: move Y by " % land)
+            self.turn(z + 1 - 4 * land, y)
+            finger.press("The cut is done")
+            self.until("centre.measure", True)
+            diameter = self.micrometer()
+            finger.press("Enter the diameter")
+            if land == 1:
+                for key, words in (("5.1", "That is the radius"), ("0.4", "That is in inches")):
+                    finger.type(key)
+                    finger.await_text(words)
+                    finger.press("Clear")
+            finger.type("%.4f" % diameter)
+            finger.await_text("from the programmed 10 mm.")
+            self.shot("lathe_diameter.png")
+            finger.press("Enter")
+            self.until("centre.cut-number", land)
+            self.machine.wait_until_idle()
+        self.until("centre.state-code", 3)
+
+    def turn(self, z, y):
+        for line in ("G0 X12", "G0 Y%g" % y, "G0 Z%g" % (z + 3), "G0 X5", "G1 Z%g F600" % z):
+            self.machine.mdi(line)
+
+    def micrometer(self):
+        self.until("lathe.value-ready", True)
+        return self.host.get("lathe.diameter")
+
+    def tool(self):
+        """X and Y of tool 1 in the table."""
+        with open("tool.tbl") as file:
+            words = next(line for line in file if line.startswith("T1 ")).split(";")[0].split()
+        return [float(next((word[1:] for word in words if word[0] == letter), 0)) for letter in "XY"]
+
+    def shot(self, name):
+        if "--shots" in sys.argv:
+            self.finger.shot(name)
+
+
+try:
+    with Machine() as its:
+        operator = Operator(its)
+        its.turn_on()
+        its.home()
+        operator.work()
+        seen["done"] = True
+except (AssertionError, RuntimeError, plumb.Refused, subprocess.SubprocessError):
+    seen["error"] = traceback.format_exc()
+finally:
+    with open("seen.json", "w") as file:
+        json.dump(seen, file)
+    subprocess.run(["axis-remote", "--quit"], check=False)
+sys.exit(0)
