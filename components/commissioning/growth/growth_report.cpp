@@ -133,6 +133,11 @@ std::string growth_summary(const GrowthAnalysis& test) {
     out << test.log->file << "\n  " << clause(*test.log) << "\n  Verdict: " << word(test.verdict) << '\n';
     for (const std::string& reason : test.reasons) out << "    " << reason << '\n';
     out << "  " << compensation_sentence(test) << '\n';
+    if (test.identified)
+        for (int axis = 0; axis < 3; ++axis)
+            out << "  Identified: " << test.identified->sentence(axis) << '\n';
+    else if (!test.not_identified.empty())
+        out << "  Identified: nothing, as " << test.not_identified << '\n';
     for (const std::string& note : test.notes) out << "  Note: " << note << '\n';
     return out.str();
 }
