@@ -6,6 +6,7 @@
 #include "components/plants/sim_artifact/touch_probe.hpp"
 #include "components/plants/sim_artifact/warm_machine.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb {
@@ -96,7 +97,8 @@ a perfect probe would find without compensation.
         sensors.step(seed_, machine.bodies(), compensation.sensor_error(), dt);
         auto sensitivities = machine.sensitivities(ArtifactGeometry::centre());
         // It was set where the probe works, while the spindle cools and its sensor lags behind.
-        sensitivities[0] /= std::max(1 + (sensors.lag(seed_) - 120) / machine.cooling_time(), 0.5);
+        const double tau = machine.cooling_time(), usual = std::min(120.0, tau / 22.5);
+        sensitivities[0] /= std::max(1 + (sensors.lag(seed_) - usual) / tau, 0.5);
         offset_ = compensation.step(sensitivities, sensors, dt);
         if (plays)
             play(step);
@@ -178,9 +180,12 @@ private:
         probe = depth(ball) > trip_depth();
     }
 
+    // Those of the approach hold while the ball touches: an offset that creeps does not turn the stylus.
     double trip_depth() noexcept {
-        if (direction_.norm() > 1e-9) heading_ = direction_.normalized();
-        if (!touching_) error_ = touch_probe.noise(seed_);
+        if (!touching_) {
+            if (direction_.norm() > 1e-9) heading_ = direction_.normalized();
+            error_ = touch_probe.noise(seed_);
+        }
         return std::max(touch_probe.pre_travel(seed_, heading_) + error_, 1e-6);
     }
 

@@ -69,6 +69,23 @@ TEST_F(SimArtifact, ProbeMeetsTheFaceBesideTheBoreAndItsWalls) {
     EXPECT_NEAR(touch(1, -1), -72, 0.02);
 }
 
+TEST_F(SimArtifact, ProbeThatTouchesStaysSoWhileAnOffsetCreeps) {
+    go(25, -60, -136);
+    const double z = touch(2, -1) - 0.001;
+    for (int step = 0; step < 200; ++step) {
+        command(25 + 1e-6 * step, -60, z);
+        bench.run(0.001);
+    }
+    EXPECT_EQ(get("probe"), 1);
+    for (int step = 0; step < 200; ++step) {  // the trip ends once
+        const double before = get("probe");
+        command(25, -60, z + 0.0001 * step);
+        bench.run(0.001);
+        EXPECT_LE(get("probe"), before);
+    }
+    EXPECT_EQ(get("probe"), 0);
+}
+
 TEST_F(SimArtifact, BoreIsAtTheOtherSideWhenTheTableIsTurned) {
     set("table-position-cmd", 180);
     go(25, -60, -136);
