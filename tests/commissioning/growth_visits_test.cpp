@@ -82,5 +82,38 @@ TEST(VisitsAtOneTime, WhatIsVisitedOnceIsLeftAsItIs) {
     EXPECT_EQ(found[1].place, pass.visits[1].place);
 }
 
+TEST(GrowthVisitsOfALog, CentreOfASphereIsItsPlaceWithoutTheCompensation) {
+    GrowthLog log;
+    log.bores[3].sphere = true;
+    const Vector3d centre(7, -8, -120), offset(0.01, -0.02, 0.03);
+    const double r = 13, miss = 0.5, side = std::sqrt(r * r - miss * miss);
+    const Vector3d places[] = {
+        {side, 0, miss}, {-side, 0, miss}, {0, side, miss}, {0, -side, miss}, {miss, 0, side}};
+    GrowthRecord record;
+    record.visit = 1, record.pass = 1, record.bore = 3, record.compensated = true;
+    for (const Vector3d& place : places) {
+        record.kind = GrowthRecord::touch;
+        record.item = place.z() > miss ? -3 : 1;
+        record.time += 4;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            record.at[i] = (centre + place + offset)[k];
+            record.offset[i] = offset[k];
+        }
+        log.records.push_back(record);
+    }
+    record.kind = GrowthRecord::event;
+    record.item = 10;
+    log.records.push_back(record);
+    const auto visits = growth_visits(log);
+    ASSERT_EQ(visits.size(), 1u);
+    EXPECT_LT((visits[0].place - centre).norm(), 1e-6);
+    EXPECT_LT((visits[0].compensation - offset).norm(), 1e-9);
+    EXPECT_NEAR(visits[0].diameter, 20, 1e-6);
+    EXPECT_TRUE(visits[0].checked);
+    log.bores[3].sphere = false;  // by the face alone Z is that of the touch
+    EXPECT_NEAR(growth_visits(log)[0].place.z(), centre.z() + side, 1e-6);
+}
+
 }  // namespace
 }  // namespace plumb::commissioning

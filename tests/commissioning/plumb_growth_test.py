@@ -133,6 +133,8 @@ class Report(unittest.TestCase):
         with open(self.out("law/report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertIn(settings.strip(), page)
+        self.assertIn("Which axis does the compensation follow?", page)
+        self.assertIn("<li>%s</li>" % results["compensation"]["sentence"], page)
         for axis, its in law["axes"].items():
             left = "%.1f um of passes it did not see" % (1e3 * its["predicted_rest_mm"])
             self.assertRegex(output, r"Identified: %s: drift [\d.]+ um rms; the law leaves [\d.]+ um, and %s" % (axis, left))

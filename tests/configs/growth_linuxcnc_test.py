@@ -192,16 +192,19 @@ class Trunnion(unittest.TestCase):
 
 
 class Single(unittest.TestCase):
-    def test_one_bore_without_table_and_second_state_is_probed_with_temperature_control(self):
+    def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
         shorten(machine)
-        program(machine, "single.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n" + SHORT)
-        status, output = run_to_the_end(folder, machine, os.path.join(machine, "growth.ini"), "single.ngc")
+        program(machine, "sphere.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n#<_growth_first> = 9\n" + SHORT)
+        status, output = run_to_the_end(folder, machine, os.path.join(machine, "growth.ini"), "sphere.ngc")
         self.assertEqual(status, 0, output)
         self.assertIn("Growth test: ", output)  # that it has reached its end
         results = report(machine)
-        self.assertEqual([(s["bore"], s["turned"], s["compensated"]) for s in results["series"]], [(1, False, False)])
+        self.assertEqual([(s["bore"], s["turned"], s["compensated"]) for s in results["series"]], [(9, False, False)])
+        for point in results["series"][0]["points"]:
+            self.assertLess(abs(point["diameter_mm"] - 20), 50 * um)
+            self.assertTrue(all(abs(value) < 50 * um for value in point["deviation_mm"]), point)  # none is null
         self.assertLessEqual(results.get("rigid_part", {"rank": 0})["rank"], 3)
         self.assertEqual({line[8] for line in records(machine, "touch")}, {"1"})  # temperature control
         self.assertGreater(max(float(line[3]) for line in records(machine, "speed")), 1000)

@@ -50,7 +50,7 @@ void split_places(GrowthAnalysis& analysis) {
 }
 
 std::string GrowthSeries::name() const {
-    return "bore " + std::to_string(bore) + (turned ? ", 180\u00b0" : ", 0\u00b0");
+    return (sphere ? "sphere " : "bore ") + std::to_string(bore) + (turned ? ", 180\u00b0" : ", 0\u00b0");
 }
 
 std::string word(GrowthVerdict verdict) {

@@ -31,7 +31,7 @@ struct GrowthPoint {
 
 struct GrowthSeries {
     int bore = 0;
-    bool turned = false, compensated = false;
+    bool turned = false, compensated = false, sphere = false;
     std::vector<GrowthPoint> points;
 
     std::string name() const;

@@ -254,6 +254,7 @@ void write_test(std::ostringstream& out, const GrowthAnalysis& test) {
         << stop_sentence(test) << "</p>\n"
         << "<div class=\"verdict " << kind << "\" role=\"status\"><b>" << word(test.verdict) << "</b><ul>";
     for (const std::string& reason : test.reasons) out << "<li>" << escaped_xml(reason) << "</li>";
+    if (test.has_off && test.has_on) out << "<li>" << escaped_xml(compensation_sentence(test)) << "</li>";
     out << "</ul></div>\n";
     write_axes(out, test);
     write_compensation(out, test);

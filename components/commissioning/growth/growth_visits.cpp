@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "components/math/growth/bore_centre.hpp"
+#include "components/math/growth/sphere_centre.hpp"
 
 namespace plumb::commissioning {
 
@@ -29,7 +30,10 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
         visit.turned = r.turned;
         visit.compensated = r.compensated;
         visit.cooled = r.cooled;
+        const auto named = log.bores.find(r.bore);
+        const bool is_sphere = named != log.bores.end() && named->second.sphere;
         BoreTouches circle;
+        SphereTouches sphere;
         Vector3d offset = Vector3d::Zero();
         double face = 0, count = 0, faces = 0;
         for (const GrowthRecord* t : touches) {
@@ -39,7 +43,9 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
             offset += c;
             visit.time += t->time;
             ++count;
-            if (std::abs(t->item) == 3) {
+            if (is_sphere) {
+                sphere.add(p);
+            } else if (std::abs(t->item) == 3) {
                 face += p.z();
                 ++faces;
             } else {
@@ -50,6 +56,12 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
         if (count == 0) continue;
         visit.time /= count;
         visit.compensation = offset / count;
+        if (const auto centre = sphere.centre()) {
+            visit.place = centre->place;
+            visit.diameter = centre->diameter(log.ball);
+            visit.scatter = centre->scatter;
+            visit.checked = sphere.count() > 4;
+        }
         if (const auto centre = circle.centre()) {
             visit.place.head<2>() = Eigen::Vector2d(centre->x, centre->y);
             visit.diameter = centre->bore_diameter(log.ball);

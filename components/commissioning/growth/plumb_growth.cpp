@@ -47,7 +47,10 @@ log of a test that still runs, or that was interrupted, is as good: only a fail 
 Several logs are compared, such as before and after a repair. They must be of one machine.
 
 The verdict of an axis is pass if it stays within its tolerance by two standard uncertainties, and the test reached its end. It
-is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.)"},
+is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.
+
+Cross gains and the rms of offset minus drift show which axis a compensation follows. The settings of axis_growth are those of
+plumb growth identify without options.)"},
          {"IDENTIFY",
           R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the logged
 temperatures, with the spindle speed and along its travel. It needs four passes, and eight are better. Both states of a

@@ -37,8 +37,8 @@ Wire Y and Z like X. configs/growth has all lines.)"},
         {},
         hal::Behaviour{R"(
 - Machine: seed draws its growth, its sensors, its probe and its compensation. seed 0 is the typical one.
-- Artifact: Bores 1 to 8 have a diameter of 30 mm, through blocks with a face towards the spindle at both orientations. The
-ball of the probe has 6 mm.
+- Artifact: Bores 1 to 8 have a diameter of 30 mm, through blocks with a face towards the spindle at both orientations. A
+sphere of 20 mm stands above the centre of the table on both sides; play leaves it out. The ball of the probe has 6 mm.
 - Position: It follows the command with a lag of 3 ms, and contains the compensation if the command does.
 - Probe: A rising edge of tool-changed seats it again. The ball touches after its pre-travel.
 - Compensation: It follows the temperatures of spindle and bed as its sensors show them. compensation-fault spoils it.
@@ -189,7 +189,7 @@ private:
         return std::max(touch_probe.pre_travel(seed_, heading_) + error_, 1e-6);
     }
 
-    // How far the ball is inside a block, mm; negative outside.
+    // How far the ball is inside a block or the sphere, mm; negative outside.
     double depth(const Eigen::Vector3d& ball) noexcept {
         double deepest = -1;
         for (int i = 0; i < ArtifactGeometry::most; ++i) {
@@ -200,6 +200,10 @@ private:
             deepest = std::max(deepest,
                                radial < ArtifactBore::radius && from.z() < r ? std::min(wall, face) : face);
         }
+        const Eigen::Vector3d sphere = ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_,
+                                                                      trunnion_, machine.table_shift());
+        deepest = std::max(deepest,
+                           ArtifactGeometry::sphere_radius + ArtifactGeometry::ball - (ball - sphere).norm());
         touching_ = deepest > 0;
         return deepest;
     }

@@ -69,6 +69,25 @@ TEST_F(SimArtifact, ProbeMeetsTheFaceBesideTheBoreAndItsWalls) {
     EXPECT_NEAR(touch(1, -1), -72, 0.02);
 }
 
+TEST_F(SimArtifact, ProbeMeetsTheSphereOnTopAndAtItsEquator) {
+    go(0, 0, -106);
+    EXPECT_EQ(get("probe"), 0);
+    EXPECT_NEAR(touch(2, -1), -120 + 13, 0.01);
+    go(0, 0, -100);
+    go(-14, 0, -100);
+    go(-14, 0, -120);
+    EXPECT_EQ(get("probe"), 0);
+    EXPECT_NEAR(touch(0, 1), -13, 0.02);
+    go(-20, 0, -120);
+    go(-20, 14, -120);
+    go(0, 14, -120);
+    EXPECT_NEAR(touch(1, -1), 13, 0.02);
+    go(0, 0, -100);
+    set("table-position-cmd", 180);
+    go(0, 0, -106);
+    EXPECT_NEAR(touch(2, -1), -120 + 13, 0.01);
+}
+
 TEST_F(SimArtifact, ProbeThatTouchesStaysSoWhileAnOffsetCreeps) {
     go(25, -60, -136);
     const double z = touch(2, -1) - 0.001;
