@@ -41,11 +41,11 @@ class MillUnderTest(unittest.TestCase):
         return z
 
     def test_thermal_displacement_removes_the_drift(self):
-        z = self.judged("test_on", "pass", "The compensation removes the drift.")
+        z = self.judged("on", "pass", "The compensation removes the drift.")
         self.assertLess(z["on"]["largest_mm"], TOLERANCE)
 
     def test_a_wrong_sign_is_named_and_fails(self):
-        z = self.judged("test_wrong_sign", "fail", "The compensation has the wrong sign.")
+        z = self.judged("wrong_sign", "fail", "The compensation has the wrong sign.")
         self.assertGreater(z["on"]["largest_mm"], z["off"]["largest_mm"])
 
 
