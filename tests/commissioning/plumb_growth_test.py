@@ -140,6 +140,22 @@ class Report(unittest.TestCase):
             self.assertRegex(output, r"Identified: %s: drift [\d.]+ um rms; the law leaves [\d.]+ um, and %s" % (axis, left))
             self.assertIn("<td>%.1f</td><td>yes</td>" % (1e3 * its["predicted_rest_mm"]), page)
 
+    def test_axes_that_were_not_probed_have_no_charts(self):
+        kept, number = [], 0
+        for line in self.text.rstrip("\n").split("\n"):
+            fields = line.split(",")
+            if fields[0] == "touch" and fields[9] != "-Z":
+                continue
+            if is_record(line):
+                number += 1
+                line = ",".join([fields[0], str(number)] + fields[2:])
+            kept.append(line)
+        growth("report", self.write("face.csv", "\n".join(kept) + "\n"), "--output", self.out("face"))
+        with open(self.out("face/report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(Page(page).tags.count("svg"), 3)  # temperatures, and two of Z
+        self.assertEqual(page.count('<td colspan="3">was not probed</td>'), 2)
+
     def test_the_page_of_a_short_test_says_why_it_has_no_law(self):
         end = next(index for index, line in enumerate(self.text.split("\n")) if ",3,0,0,0,0,0,pass-end" in line or ",pass-end," in line and line.split(",")[3] == "3")
         short = self.write("short.csv", "\n".join(self.text.split("\n")[: end + 1]) + "\n")

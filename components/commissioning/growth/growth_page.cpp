@@ -103,7 +103,8 @@ void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
             out << "<td>" << number(gain.gain, 2) << "</td><td>" << number(2 * gain.uncertainty, 2)
                 << "</td><td>" << number(100 * gain.effectiveness, 0) << " %</td></tr>\n";
         else
-            out << "<td colspan=\"3\">the drift is too small</td></tr>\n";
+            out << "<td colspan=\"3\">"
+                << (test.off[axis].probed ? "the drift is too small" : "was not probed") << "</td></tr>\n";
     }
     out << "</tbody></table><p class=\"soft\">Gain: 0 not applied, 1 perfect, \u22121 wrong sign, above 1 "
            "too much.</p>\n";
@@ -293,6 +294,11 @@ void write_comparison(std::ostringstream& out, const std::vector<GrowthAnalysis>
     }
     out << "</tbody></table></div><p class=\"soft\">Largest deviation of a bore, in \u00b5m.</p>\n";
     for (int axis = 0; axis < 3; ++axis) {
+        const auto probed = [axis](const GrowthAnalysis& test) {
+            const auto i = static_cast<std::size_t>(axis);
+            return test.off[i].probed || test.on[i].probed;
+        };
+        if (std::none_of(tests.begin(), tests.end(), probed)) continue;
         GrowthChart chart{"compared-" + std::string(1, "xyz"[axis]),
                           std::string(1, letters[axis]) +
                               " of the worst bore of each test, without compensation where "

@@ -41,7 +41,7 @@ log of a test that still runs, or that was interrupted, is as good: only a fail 
   report.html   verdict, tables, charts, method; one file that needs nothing else
   results.json  all results in full precision, with rank and "determined"
   results.csv   every deviation and compensation of the first log
-  axis_growth_settings.hal  the settings of axis_growth that the first log gives, if it shows a law
+  *.hal         axis_growth_settings.hal, if the first log shows a law of the machine
   *.png         the charts of the first log, if rsvg-convert is installed
 
 Several logs are compared, such as before and after a repair. They must be of one machine.
