@@ -85,11 +85,13 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
         for (int column = 0; column < 3; ++column) {
             const bool known = cross.determined[static_cast<std::size_t>(column)];
             const bool drifts = cross.drifts[static_cast<std::size_t>(column)];
+            const bool probed = test.off[static_cast<std::size_t>(row)].probed &&
+                                test.off[static_cast<std::size_t>(column)].probed;
             j["compensation"]["cross_gains"][std::string(1, letters[row])][std::string(1, letters[column])] =
                 {{"value", drifts ? real(cross.gain(row, column)) : nullptr},
                  {"uncertainty", drifts ? real(cross.uncertainty(row, column)) : nullptr},
                  {"determined", known},
-                 {"difference_mm", cross.difference(row, column)}};
+                 {"difference_mm", probed ? real(cross.difference(row, column)) : nullptr}};
         }
     if (test.identified)
         j["identified"] = growth_identified_json(*test.identified);

@@ -25,7 +25,7 @@ class ArtifactGeometry {
 public:
     static constexpr int most = 8;
     static constexpr double sphere_radius = 10, sphere_height = 80;  // mm, above the centre of the table
-    static constexpr double ball = 3;  // mm, its radius
+    static constexpr double ball = 3;                                // mm, its radius
 
     static const ArtifactBore& bore(int index) noexcept {
         static constexpr std::array<ArtifactBore, most> bores{{{0, -60, 60, -60},
