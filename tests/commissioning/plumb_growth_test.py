@@ -120,6 +120,52 @@ class Report(unittest.TestCase):
                     self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
         self.assertEqual(glob.glob(self.out("page/*.svg")), [])
 
+    def test_the_law_is_in_the_page_the_results_the_text_and_a_file_of_settings(self):
+        status, output, error = growth("report", self.log, "--output", self.out("law"))
+        self.assertEqual((status, error), (0, ""))
+        law = law_of(self.log)
+        with open(self.out("law/results.json"), encoding="utf-8") as file:
+            results = json.load(file)["tests"][0]
+        self.assertEqual(results["identified"], {"axes": law["axes"], "lines": law["lines"]})
+        with open(self.out("law/axis_growth_settings.hal"), encoding="utf-8") as file:
+            settings = file.read()
+        self.assertEqual(settings, growth("identify", self.log)[1])
+        with open(self.out("law/report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertIn(settings.strip(), page)
+        self.assertIn("Which axis does the compensation follow?", page)
+        self.assertIn("<li>%s</li>" % results["compensation"]["sentence"], page)
+        for axis, its in law["axes"].items():
+            left = "%.1f um of passes it did not see" % (1e3 * its["predicted_rest_mm"])
+            self.assertRegex(output, r"Identified: %s: drift [\d.]+ um rms; the law leaves [\d.]+ um, and %s" % (axis, left))
+            self.assertIn("<td>%.1f</td><td>yes</td>" % (1e3 * its["predicted_rest_mm"]), page)
+
+    def test_axes_that_were_not_probed_have_no_charts(self):
+        kept, number = [], 0
+        for line in self.text.rstrip("\n").split("\n"):
+            fields = line.split(",")
+            if fields[0] == "touch" and fields[9] != "-Z":
+                continue
+            if is_record(line):
+                number += 1
+                line = ",".join([fields[0], str(number)] + fields[2:])
+            kept.append(line)
+        growth("report", self.write("face.csv", "\n".join(kept) + "\n"), "--output", self.out("face"))
+        with open(self.out("face/report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(Page(page).tags.count("svg"), 3)  # temperatures, and two of Z
+        self.assertEqual(page.count('<td colspan="3">was not probed</td>'), 2)
+
+    def test_the_page_of_a_short_test_says_why_it_has_no_law(self):
+        end = next(index for index, line in enumerate(self.text.split("\n")) if ",3,0,0,0,0,0,pass-end" in line or ",pass-end," in line and line.split(",")[3] == "3")
+        short = self.write("short.csv", "\n".join(self.text.split("\n")[: end + 1]) + "\n")
+        _, output, _ = growth("report", short, "--output", self.out("law"))  # over the one of the other test
+        reason = "the log has 3 passes; a law of temperatures needs four"
+        self.assertIn("Identified: nothing, as " + reason, output)
+        with open(self.out("law/report.html"), encoding="utf-8") as file:
+            self.assertIn("None: " + reason, file.read())
+        self.assertFalse(os.path.exists(self.out("law/axis_growth_settings.hal")))
+
     @unittest.skipUnless(shutil.which("chromium"), "chromium is not installed")
     def test_chromium_shows_the_page_without_an_error(self):
         growth("report", self.log, "--output", self.out("shown"))
@@ -191,6 +237,10 @@ class Faults(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder, self.subTest(fault=fault):
                 results = results_of(run_test(folder, 3, {"artifact.compensation-fault": fault}), folder)
                 self.assertIn(words, results["compensation"]["sentence"])
+                cross = results["compensation"]["cross_gains"]
+                follows = {axis: min(row, key=lambda other: row[other]["difference_mm"]) for axis, row in cross.items()}
+                if fault in (0, 5):
+                    self.assertEqual(follows["Y"] + follows["Z"], "YZ" if fault == 0 else "ZY")
 
     def test_a_frozen_sensor_that_is_not_logged_is_called_absent_and_the_sentence_says_why(self):
         with tempfile.TemporaryDirectory() as folder:

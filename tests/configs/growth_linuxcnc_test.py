@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""configs/growth: a growth test by the G-code in a complete LinuxCNC, killed and resumed; on a trunnion; and without a table."""
+"""configs/growth: a growth test by the G-code in a complete LinuxCNC, killed and resumed; on a trunnion; without a table; and with
+axis_growth as the compensation."""
 
 import csv
 import glob
@@ -110,8 +111,9 @@ class KilledAndResumed(unittest.TestCase):
         cls.folder = own_folder(cls)
         cls.machine = copy_configuration("growth", cls.folder)
         shorten(cls.machine)
-        program(cls.machine, "short.ngc", "[1] [1] [1] [0]")
-        program(cls.machine, "again.ngc", "[1] [1] [1] [1]")
+        mirrored = "#<_growth_mirrored> = 1\n" + SHORT
+        program(cls.machine, "short.ngc", "[1] [1] [1] [0]", mirrored)
+        program(cls.machine, "again.ngc", "[1] [1] [1] [1]", mirrored)
         ini = os.path.join(cls.machine, "growth.ini")
         for _ in range(ATTEMPTS):
             shutil.rmtree(os.path.join(cls.machine, "logs"), ignore_errors=True)
@@ -149,6 +151,11 @@ class KilledAndResumed(unittest.TestCase):
         self.assertEqual(events[-1], "end")
         self.assertGreater(len(records(self.machine, "touch")), self.kept)
 
+    def test_passes_are_mirrored(self):
+        last = records(self.machine, "event")[-1][3]
+        order = [(line[6], line[7]) for line in records(self.machine, "event") if line[9] == "measured" and line[3] == last]
+        self.assertEqual(order, [("0", "0"), ("1", "0"), ("1", "1"), ("0", "1")])  # turned, compensated
+
     def test_each_touch_has_the_direction_and_the_place_of_its_bore(self):
         for line in records(self.machine, "touch"):
             x, y, z = (float(value) for value in line[10:13])
@@ -185,19 +192,46 @@ class Trunnion(unittest.TestCase):
 
 
 class Single(unittest.TestCase):
-    def test_one_bore_without_table_and_second_state_is_probed_with_temperature_control(self):
+    def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
         shorten(machine)
-        program(machine, "single.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n" + SHORT)
-        status, output = run_to_the_end(folder, machine, os.path.join(machine, "growth.ini"), "single.ngc")
+        program(machine, "sphere.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n#<_growth_first> = 9\n" + SHORT)
+        status, output = run_to_the_end(folder, machine, os.path.join(machine, "growth.ini"), "sphere.ngc")
         self.assertEqual(status, 0, output)
         self.assertIn("Growth test: ", output)  # that it has reached its end
         results = report(machine)
-        self.assertEqual([(s["bore"], s["turned"], s["compensated"]) for s in results["series"]], [(1, False, False)])
+        self.assertEqual([(s["bore"], s["turned"], s["compensated"]) for s in results["series"]], [(9, False, False)])
+        for point in results["series"][0]["points"]:
+            self.assertLess(abs(point["diameter_mm"] - 20), 50 * um)
+            self.assertTrue(all(abs(value) < 50 * um for value in point["deviation_mm"]), point)  # none is null
         self.assertLessEqual(results.get("rigid_part", {"rank": 0})["rank"], 3)
         self.assertEqual({line[8] for line in records(machine, "touch")}, {"1"})  # temperature control
         self.assertGreater(max(float(line[3]) for line in records(machine, "speed")), 1000)
+
+
+class Identified(unittest.TestCase):
+    def test_axis_growth_with_the_settings_of_a_file_is_the_compensation_under_test(self):
+        folder = own_folder(type(self))
+        machine = copy_configuration("growth", folder)
+        shorten(machine)
+        program(machine, "short.ngc", "[1] [0] [1] [0]")
+        with open(os.path.join(machine, "identified_settings.hal"), "w", encoding="ascii") as file:
+            lines = {"z-growth-0": 0.001, "z-sigma": 0.0005, "reference-0": 20, "low-0": 18, "high-0": 50, "smoothing": 1, "harmless": 0.1}
+            file.writelines("setp axis-growth.%s %g\n" % line for line in lines.items())
+        status, output = run_to_the_end(folder, machine, os.path.join(machine, "identified.ini"), "short.ngc")
+        self.assertEqual(status, 0, output)
+        results = report(machine)
+        off, on = (next(s["points"] for s in results["series"] if s["compensated"] == state) for state in (False, True))
+        self.assertTrue(all(value == 0 for point in off for value in point["compensation_mm"]))
+        warmest = max(float(line[4]) for line in records(machine, "temperature") if line[3] == "1")
+        applied = max(point["compensation_mm"][2] for point in on)
+        self.assertGreater(applied, 2 * um)
+        self.assertLess(applied, (warmest - 20 + 0.5) * um)  # 1 um for 1 K
+        self.assertEqual([point["compensation_mm"][0] for point in on], [0] * len(on))
+        for without, compensated in zip(off, on):
+            left = without["deviation_mm"][2] - (compensated["compensation_mm"][2] - on[0]["compensation_mm"][2])
+            self.assertLess(abs(compensated["deviation_mm"][2] - left), 5 * um)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <stdexcept>
 
 #include "components/commissioning/growth/growth_steps.hpp"
 
@@ -49,7 +50,7 @@ void split_places(GrowthAnalysis& analysis) {
 }
 
 std::string GrowthSeries::name() const {
-    return "bore " + std::to_string(bore) + (turned ? ", 180\u00b0" : ", 0\u00b0");
+    return (sphere ? "sphere " : "bore ") + std::to_string(bore) + (turned ? ", 180\u00b0" : ", 0\u00b0");
 }
 
 std::string word(GrowthVerdict verdict) {
@@ -116,6 +117,16 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     if (log.bores.empty() && !analysis.series.empty())
         analysis.notes.push_back("The places of the bores are not in the log: there is no rigid part.");
     return analysis;
+}
+
+void identify_law(GrowthAnalysis& analysis) {
+    try {
+        analysis.identified = growth_identified(*analysis.log);
+    } catch (const std::runtime_error& error) {
+        const std::string reason = error.what(), file = analysis.log->file + ": ";
+        analysis.not_identified = reason.rfind(file, 0) == 0 ? reason.substr(file.size()) : reason;
+        if (analysis.not_identified.rfind("has ", 0) == 0) analysis.not_identified.insert(0, "the log ");
+    }
 }
 
 }  // namespace plumb::commissioning

@@ -2,6 +2,7 @@
 // What a log of a growth test shows. Lengths are millimetres, times s since the test began.
 #pragma once
 
+#include "components/commissioning/growth/growth_identify.hpp"
 #include "components/io/files/growth_log_file.hpp"
 #include "components/math/growth/compensation_effect.hpp"
 #include "components/math/growth/exponential_fit.hpp"
@@ -30,7 +31,7 @@ struct GrowthPoint {
 
 struct GrowthSeries {
     int bore = 0;
-    bool turned = false, compensated = false;
+    bool turned = false, compensated = false, sphere = false;
     std::vector<GrowthPoint> points;
 
     std::string name() const;
@@ -78,11 +79,18 @@ struct GrowthAnalysis {
     // Temperatures: time and value, by sensor.
     std::map<int, std::vector<std::pair<double, double>>> temperatures;
     std::vector<std::string> notes;
+    // The law of the machine, if the caller had it identified; else why there is none.
+    std::optional<GrowthIdentified> identified;
+    std::string not_identified;
 
     const GrowthSeries* worst(bool compensated) const;  // null if there is none
 };
 
 // The log must outlive the analysis.
 GrowthAnalysis analysed(const GrowthLog& log);
+
+// Adds the law of the machine, with the options that plumb growth identify has by itself. Takes up to
+// seconds.
+void identify_law(GrowthAnalysis& analysis);
 
 }  // namespace plumb::commissioning

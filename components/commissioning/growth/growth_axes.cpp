@@ -40,6 +40,8 @@ void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysi
     for (const auto& [key, all] : keyed) {
         GrowthSeries series;
         std::tie(series.bore, series.turned, series.compensated) = key;
+        const auto named = analysis.log->bores.find(series.bore);
+        series.sphere = named != analysis.log->bores.end() && named->second.sphere;
         if (all.front()->pass > 1) {
             without.insert(series.bore);
             continue;

@@ -274,34 +274,35 @@ std::string line(const std::string& pin, double value) {
 
 }  // namespace
 
-std::string growth_identify(const GrowthLog& log, const GrowthIdentifyOptions& options, bool json) {
+std::string GrowthIdentified::sentence(int axis) const {
+    const Axis& its = axes[static_cast<std::size_t>(axis)];
+    const char letter = "XYZ"[axis];
+    char text[200];
+    if (its.probed)
+        std::snprintf(text, sizeof text,
+                      "%c: drift %.1f um rms; the law leaves %.1f um, and %.1f um of passes it did not see%s",
+                      letter, its.drift * 1e3, its.rest * 1e3, its.predicted_rest * 1e3,
+                      its.used ? "" : ": not used, as it does not help");
+    else
+        std::snprintf(text, sizeof text, "%c: was not probed", letter);
+    return text;
+}
+
+GrowthIdentified growth_identified(const GrowthLog& log, const GrowthIdentifyOptions& options) {
     const Data data = read(log, options);
     const auto laws = choose(data, options.speed_exponent);
     const double unit = log.millimetres;
-    std::string text = "# Found by plumb growth identify in " + log.file + ", of " + log.begun + "\n";
-    nlohmann::json all{{"log", log.file}, {"machine", log.machine}};
-    std::string lines;
+    GrowthIdentified result;
+    std::string& lines = result.lines;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::string letter(1, "XYZ"[axis]), prefix = options.instance + '.' + "xyz"[axis] + '-';
-        if (!laws[axis]) {
-            text += "# " + letter + ": was not probed\n";
-            continue;
-        }
+        if (!laws[axis]) continue;
         const AxisResult& law = *laws[axis];
         const IdentifiedGrowth& found = law.found;
         const bool useful = found.predicted_rest < 0.8 * found.drift;
-        char sentence[200];
-        std::snprintf(
-            sentence, sizeof sentence,
-            "# %s: drift %.1f um rms; the law leaves %.1f um, and %.1f um of passes it did not see%s\n",
-            letter.c_str(), found.drift * 1e3, found.rest * 1e3, found.predicted_rest * 1e3,
-            useful ? "" : ": not used, as it does not help");
-        text += sentence;
-        nlohmann::json& its = all["axes"][letter];
-        its = {
-            {"drift_mm", found.drift}, {"rest_mm", found.rest},   {"predicted_rest_mm", found.predicted_rest},
-            {"used", useful},          {"slope", law.form.slope}, {"speed", law.form.speed}};
+        result.axes[axis] = {true,           useful,        found.drift, found.rest, found.predicted_rest,
+                             law.form.slope, law.form.speed};
         if (!useful) continue;
+        const std::string prefix = options.instance + '.' + "xyz"[axis] + '-';
         for (std::size_t s = 0; s < data.sensors.size(); ++s) {
             const std::string number = std::to_string(data.sensors[s].index);
             const auto i = static_cast<Eigen::Index>(s);
@@ -329,8 +330,25 @@ std::string growth_identify(const GrowthLog& log, const GrowthIdentifyOptions& o
         lines += line(options.instance + ".stopped-time", law->form.stopped);
         break;
     }
-    all["lines"] = lines;
-    return json ? all.dump(1) + '\n' : text + lines;
+    return result;
+}
+
+std::string growth_settings(const GrowthLog& log, const GrowthIdentified& found) {
+    std::string text = "# Found by plumb growth identify in " + log.file + ", of " + log.begun + "\n";
+    for (int axis = 0; axis < 3; ++axis) text += "# " + found.sentence(axis) + '\n';
+    return text + found.lines;
+}
+
+nlohmann::json growth_identified_json(const GrowthIdentified& found) {
+    nlohmann::json all{{"lines", found.lines}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const GrowthIdentified::Axis& its = found.axes[axis];
+        if (!its.probed) continue;
+        all["axes"][std::string(1, "XYZ"[axis])] = {
+            {"drift_mm", its.drift}, {"rest_mm", its.rest}, {"predicted_rest_mm", its.predicted_rest},
+            {"used", its.used},      {"slope", its.slope},  {"speed", its.speed}};
+    }
+    return all;
 }
 
 }  // namespace plumb::commissioning

@@ -79,6 +79,24 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
                          {"fault", static_cast<int>(test.finding.fault)},
                          {"sentence", compensation_sentence(test)},
                          {"gain", test.finding.gain}};
+    const CrossGains& cross = test.finding.cross;
+    const bool any = cross.drifts[0] || cross.drifts[1] || cross.drifts[2];
+    for (int row = 0; any && row < 3; ++row)
+        for (int column = 0; column < 3; ++column) {
+            const bool known = cross.determined[static_cast<std::size_t>(column)];
+            const bool drifts = cross.drifts[static_cast<std::size_t>(column)];
+            const bool probed = test.off[static_cast<std::size_t>(row)].probed &&
+                                test.off[static_cast<std::size_t>(column)].probed;
+            j["compensation"]["cross_gains"][std::string(1, letters[row])][std::string(1, letters[column])] =
+                {{"value", drifts ? real(cross.gain(row, column)) : nullptr},
+                 {"uncertainty", drifts ? real(cross.uncertainty(row, column)) : nullptr},
+                 {"determined", known},
+                 {"difference_mm", probed ? real(cross.difference(row, column)) : nullptr}};
+        }
+    if (test.identified)
+        j["identified"] = growth_identified_json(*test.identified);
+    else
+        j["identified"] = nullptr, j["not_identified"] = test.not_identified;
     if (test.rigid) {
         nlohmann::json& its = j["rigid_part"];
         its["rank"] = test.rigid->rank;

@@ -31,7 +31,7 @@ svg.chart{width:100%;height:auto;margin:.6rem 0;font-family:system-ui,sans-serif
 .l4{stroke:#56b4e9;fill:#56b4e9}.l5{stroke:#e69f00;fill:#e69f00}.l6{stroke:#8a6d00;fill:#8a6d00}.l7{stroke:#777;fill:#777}
 @media (prefers-color-scheme:dark){.l0{stroke:#4da6e0;fill:#4da6e0}.l1{stroke:#ff8a45;fill:#ff8a45}}
 figure{margin:0}figure:focus-visible,summary:focus-visible,a:focus-visible{outline:3px solid #0072b2;outline-offset:2px}
-details{margin:.5rem 0}summary{cursor:pointer}
+pre{overflow-x:auto;background:var(--card);padding:.6rem;font-size:.85rem}details{margin:.5rem 0}summary{cursor:pointer}
 @media print{body{max-width:none;font-size:11pt}figure,table{break-inside:avoid}details{display:none}}
 </style>)";
 
@@ -61,6 +61,35 @@ void write_axes(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "</tbody></table></div>\n";
 }
 
+void write_cross_gains(std::ostringstream& out, const CrossGains& cross) {
+    if (std::count(cross.drifts.begin(), cross.drifts.end(), true) < 2) return;
+    out << "<table><caption class=\"soft\">Which axis does the compensation follow? Offset of the row minus "
+           "drift of the "
+           "column, \u00b5m rms, and the cross gain with its 2 u</caption><thead><tr><th "
+           "scope=\"col\">Compensation</th>";
+    for (const char letter : {'X', 'Y', 'Z'}) out << "<th scope=\"col\">drift of " << letter << "</th>";
+    out << "</tr></thead><tbody>\n";
+    for (int row = 0; row < 3; ++row) {
+        out << "<tr><th scope=\"row\">" << letters[row] << "</th>";
+        Eigen::Index nearest = 0;
+        cross.difference.row(row).minCoeff(&nearest);
+        for (int column = 0; column < 3; ++column) {
+            const char* const tag = column == nearest ? "b" : "span";
+            out << "<td><" << tag << '>' << um(cross.difference(row, column)) << "</" << tag << '>';
+            if (cross.determined[static_cast<std::size_t>(column)])
+                out << " <span class=\"soft\">" << number(cross.gain(row, column), 2) << " \u00b1 "
+                    << number(2 * cross.uncertainty(row, column), 2) << "</span>";
+            out << "</td>";
+        }
+        out << "</tr>\n";
+    }
+    out << "</tbody></table><p class=\"soft\">A good compensation has its smallest differences, in bold, on "
+           "the "
+           "diagonal, and gains of 1 there and 0 elsewhere. Where the axes drift alike, their gains cannot "
+           "be told "
+           "apart and are left out.</p>\n";
+}
+
 void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<h2>Compensation</h2><p>" << escaped_xml(compensation_sentence(test)) << "</p>\n";
     if (!test.has_on || !test.has_off) return;
@@ -74,10 +103,41 @@ void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
             out << "<td>" << number(gain.gain, 2) << "</td><td>" << number(2 * gain.uncertainty, 2)
                 << "</td><td>" << number(100 * gain.effectiveness, 0) << " %</td></tr>\n";
         else
-            out << "<td colspan=\"3\">the drift is too small</td></tr>\n";
+            out << "<td colspan=\"3\">"
+                << (test.off[axis].probed ? "the drift is too small" : "was not probed") << "</td></tr>\n";
     }
     out << "</tbody></table><p class=\"soft\">Gain: 0 not applied, 1 perfect, \u22121 wrong sign, above 1 "
            "too much.</p>\n";
+    write_cross_gains(out, test.finding.cross);
+}
+
+void write_identified(std::ostringstream& out, const GrowthAnalysis& test) {
+    if (!test.identified && test.not_identified.empty()) return;
+    out << "<h2>Settings of axis_growth</h2>";
+    if (!test.identified) {
+        out << "<p>None: " << escaped_xml(test.not_identified) << ".</p>\n";
+        return;
+    }
+    out << "<p>The law of temperatures and spindle speed that explains this test best. The last column is "
+           "the one to "
+           "trust: each pass in turn was left out and predicted by the others.</p><table><thead><tr><th "
+           "scope=\"col\">Axis</th><th scope=\"col\">drift, \u00b5m rms</th><th scope=\"col\">the law "
+           "leaves</th><th "
+           "scope=\"col\">of passes it did not see</th><th scope=\"col\">used</th></tr></thead><tbody>\n";
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const GrowthIdentified::Axis& its = test.identified->axes[axis];
+        out << "<tr><th scope=\"row\">" << letters[axis] << "</th>";
+        if (its.probed)
+            out << "<td>" << um(its.drift) << "</td><td>" << um(its.rest) << "</td><td>"
+                << um(its.predicted_rest) << "</td><td>" << (its.used ? "yes" : "no, it does not help")
+                << "</td></tr>\n";
+        else
+            out << "<td colspan=\"4\">was not probed</td></tr>\n";
+    }
+    out << "</tbody></table><details><summary>The lines for axis_growth_settings.hal, also in "
+           "axis_growth_settings.hal beside "
+           "this page</summary><pre>"
+        << escaped_xml(growth_settings(*test.log, *test.identified)) << "</pre></details>\n";
 }
 
 void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {
@@ -195,12 +255,14 @@ void write_test(std::ostringstream& out, const GrowthAnalysis& test) {
         << stop_sentence(test) << "</p>\n"
         << "<div class=\"verdict " << kind << "\" role=\"status\"><b>" << word(test.verdict) << "</b><ul>";
     for (const std::string& reason : test.reasons) out << "<li>" << escaped_xml(reason) << "</li>";
+    if (test.has_off && test.has_on) out << "<li>" << escaped_xml(compensation_sentence(test)) << "</li>";
     out << "</ul></div>\n";
     write_axes(out, test);
     write_compensation(out, test);
     out << "<h2>Charts</h2>\n";
     for (const GrowthChart& chart : growth_charts(test))
         out << "<figure tabindex=\"0\">" << chart.svg(false) << "</figure>\n";
+    write_identified(out, test);
     write_prediction(out, test);
     write_places(out, test);
     write_method(out, test);
@@ -232,6 +294,11 @@ void write_comparison(std::ostringstream& out, const std::vector<GrowthAnalysis>
     }
     out << "</tbody></table></div><p class=\"soft\">Largest deviation of a bore, in \u00b5m.</p>\n";
     for (int axis = 0; axis < 3; ++axis) {
+        const auto probed = [axis](const GrowthAnalysis& test) {
+            const auto i = static_cast<std::size_t>(axis);
+            return test.off[i].probed || test.on[i].probed;
+        };
+        if (std::none_of(tests.begin(), tests.end(), probed)) continue;
         GrowthChart chart{"compared-" + std::string(1, "xyz"[axis]),
                           std::string(1, letters[axis]) +
                               " of the worst bore of each test, without compensation where "

@@ -83,7 +83,12 @@ std::vector<GrowthChart> growth_charts(const GrowthAnalysis& test) {
         charts.push_back(std::move(chart));
     }
     const GrowthSeries* const worst = test.worst(!test.has_off);
+    const auto probed = [&](int axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        return test.off[i].probed || test.on[i].probed;
+    };
     for (int axis = 0; worst && axis < 3; ++axis) {
+        if (!probed(axis)) continue;
         GrowthChart chart{std::string(1, "xyz"[axis]) + "-off-and-on",
                           std::string(1, letters[axis]) + " of " + worst->name() + ", the worst",
                           "\u00b5m",
@@ -97,6 +102,7 @@ std::vector<GrowthChart> growth_charts(const GrowthAnalysis& test) {
         charts.push_back(std::move(chart));
     }
     for (int axis = 0; axis < 3 && test.series.size() > 1; ++axis) {
+        if (!probed(axis)) continue;
         GrowthChart chart{std::string(1, "xyz"[axis]) + "-bores",
                           std::string(1, letters[axis]) + " of all bores, " +
                               (test.has_off ? "without compensation" : "with compensation"),
@@ -133,6 +139,11 @@ std::string growth_summary(const GrowthAnalysis& test) {
     out << test.log->file << "\n  " << clause(*test.log) << "\n  Verdict: " << word(test.verdict) << '\n';
     for (const std::string& reason : test.reasons) out << "    " << reason << '\n';
     out << "  " << compensation_sentence(test) << '\n';
+    if (test.identified)
+        for (int axis = 0; axis < 3; ++axis)
+            out << "  Identified: " << test.identified->sentence(axis) << '\n';
+    else if (!test.not_identified.empty())
+        out << "  Identified: nothing, as " << test.not_identified << '\n';
     for (const std::string& note : test.notes) out << "  Note: " << note << '\n';
     return out.str();
 }

@@ -29,8 +29,9 @@ struct GrowthVisit {
 
 std::vector<GrowthVisit> growth_visits(const GrowthLog& log);
 
-// Takes the drift within each pass out, by the bore that was probed twice in it, and leaves one visit of each
-// bore.
+// All visits of a pass at its middle, one of each bore, orientation and state. The drift within the pass is
+// that of all bores that were visited more than once at an orientation, in any state: off and on may be taken
+// bore by bore, or in mirrored passes.
 std::vector<GrowthVisit> visits_at_one_time(const std::vector<GrowthVisit>& visits);
 
 }  // namespace plumb::commissioning

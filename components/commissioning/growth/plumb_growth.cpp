@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
 #include <fstream>
@@ -40,12 +41,16 @@ log of a test that still runs, or that was interrupted, is as good: only a fail 
   report.html   verdict, tables, charts, method; one file that needs nothing else
   results.json  all results in full precision, with rank and "determined"
   results.csv   every deviation and compensation of the first log
+  *.hal         axis_growth_settings.hal, if the first log shows a law of the machine
   *.png         the charts of the first log, if rsvg-convert is installed
 
 Several logs are compared, such as before and after a repair. They must be of one machine.
 
 The verdict of an axis is pass if it stays within its tolerance by two standard uncertainties, and the test reached its end. It
-is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.)"},
+is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.
+
+Cross gains and the rms of offset minus drift show which axis a compensation follows. The settings of axis_growth are those of
+plumb growth identify without options.)"},
          {"IDENTIFY",
           R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the logged
 temperatures, with the spindle speed and along its travel. It needs four passes, and eight are better. Both states of a
@@ -101,7 +106,10 @@ int report(const std::vector<std::string>& files, std::string output) {
             throw std::runtime_error(log.file + " is of the machine '" + log.machine + "', and " +
                                      logs.front().file + " of '" + logs.front().machine + "'");
     std::vector<GrowthAnalysis> tests;
-    for (const GrowthLog& log : logs) tests.push_back(analysed(log));
+    for (const GrowthLog& log : logs) {
+        tests.push_back(analysed(log));
+        identify_law(tests.back());
+    }
     const fs::path first = fs::absolute(files.front());
     const fs::path folder =
         output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
@@ -109,6 +117,11 @@ int report(const std::vector<std::string>& files, std::string output) {
     write(folder / "report.html", growth_page(tests));
     write(folder / "results.json", growth_json(tests));
     write(folder / "results.csv", growth_csv(tests.front()));
+    const fs::path settings = folder / "axis_growth_settings.hal";
+    if (tests.front().identified)
+        write(settings, growth_settings(logs.front(), *tests.front().identified));
+    else
+        fs::remove(settings);
     bool drawn = true;
     for (const GrowthChart& chart : growth_charts(tests.front())) {
         const fs::path svg = folder / (chart.file + ".svg");
@@ -179,7 +192,16 @@ int main(int argc, char** argv) {
         }
         if (*identifying) {
             identify.speed = !no_speed;
-            std::cout << growth_identify(plumb::read_growth_log(log), identify, json);
+            const plumb::GrowthLog read = plumb::read_growth_log(log);
+            const GrowthIdentified found = growth_identified(read, identify);
+            if (json) {
+                nlohmann::json all = growth_identified_json(found);
+                all["log"] = read.file;
+                all["machine"] = read.machine;
+                std::cout << all.dump(1) << '\n';
+            } else {
+                std::cout << growth_settings(read, found);
+            }
             return 0;
         }
         return report(logs, output);

@@ -33,6 +33,7 @@ struct GrowthRecord {
 struct GrowthLog {
     struct Bore {
         std::array<double, 3> place{};  // mm, from the centre of the table at the orientation 0
+        bool sphere = false;            // touched from outside and from above
     };
 
     std::string file;
@@ -77,8 +78,8 @@ inline std::string head(const GrowthLog& log) {
     add("compensation", log.compensation);
     for (const auto& [number, name] : log.sensors) add("sensor", std::to_string(number) + ',' + name);
     for (const auto& [number, bore] : log.bores)
-        add("bore", std::to_string(number) + ',' + text_of(bore.place[0]) + ',' + text_of(bore.place[1]) +
-                        ',' + text_of(bore.place[2]));
+        add(bore.sphere ? "sphere" : "bore", std::to_string(number) + ',' + text_of(bore.place[0]) + ',' +
+                                                 text_of(bore.place[1]) + ',' + text_of(bore.place[2]));
     return text;
 }
 
@@ -196,9 +197,10 @@ private:
         } else if (key == "sensor") {
             need(fields, 3);
             log_.sensors[whole(fields[1], "the sensor", 1, 8)] = fields[2];
-        } else if (key == "bore") {
+        } else if (key == "bore" || key == "sphere") {
             need(fields, 5);
             GrowthLog::Bore& bore = log_.bores[whole(fields[1], "the bore", 1, 16)];
+            bore.sphere = key == "sphere";
             for (std::size_t i = 0; i < 3; ++i)
                 bore.place[i] = number(fields[i + 2], "the place of the bore");
         } else {

@@ -61,6 +61,7 @@ growth_log finds the pins of growth-test by their names. Do not net row, row-...
     x = 0
     y = -60
     z = 60
+    kind = "bore"                          # or "sphere", whose x, y and z are those of its centre
 
 Set unit = 25.4 on an inch machine.
 
@@ -88,6 +89,7 @@ time. Times are s since the test began, lengths of records machine units.
     compensation,NAME
     sensor,NUMBER,NAME
     bore,NUMBER,X,Y,Z            # mm
+    sphere,NUMBER,X,Y,Z          # mm, instead of a bore
     touch,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
         DIRECTION,X,Y,Z,X-OFFSET,Y-OFFSET,Z-OFFSET       (one line)
     temperature,N,TIME,SENSOR,DEGC,VALID,AGE

@@ -57,6 +57,8 @@ struct GrowthLogSettings {
             if (head.bores.count(number) != 0) its.refuse("number", "is there twice");
             for (std::size_t i = 0; i < 3; ++i)
                 head.bores[number].place[i] = its.number(std::string(1, "xyz"[i]), -1e5, 1e5);
+            head.bores[number].sphere =
+                its.choice_or<bool>("kind", false, {{"bore", false}, {"sphere", true}});
             its.end();
         }
         reader.end();

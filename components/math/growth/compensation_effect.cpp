@@ -113,6 +113,7 @@ CompensationFinding judged_compensation(const CompensationRecord& record) {
     }
     if (!(dd > 0)) return finding;
     finding.gain = cd / dd;
+    finding.cross = cross_gains(record, finding.drifts);
     const double noise = 8 * record.uncertainty * record.uncertainty * static_cast<double>(passes);
     const auto explains = [&](double rest) { return rest < 0.25 * square && rest < 0.12 * dd + noise; };
 
@@ -150,6 +151,16 @@ CompensationFinding judged_compensation(const CompensationRecord& record) {
             const double rest = (swapped - c).squaredNorm();
             if (!explains(rest) || rest >= best) continue;
             best = rest;
+            finding.fault = CompensationFault::swapped_axes;
+            finding.axis = a;
+            finding.other_axis = b;
+        }
+    for (int a = 0; a < 3 && finding.fault != CompensationFault::swapped_axes; ++a)
+        for (int b = a + 1; b < 3; ++b) {
+            std::array<bool, 3> both{};
+            both[static_cast<std::size_t>(a)] = finding.drifts[static_cast<std::size_t>(a)];
+            both[static_cast<std::size_t>(b)] = finding.drifts[static_cast<std::size_t>(b)];
+            if (!cross_gains(record, both).swapped(a, b)) continue;
             finding.fault = CompensationFault::swapped_axes;
             finding.axis = a;
             finding.other_axis = b;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/growth/cross_gains.hpp"
 #include "components/math/growth/swapped_sensors.hpp"
 
 #include <Eigen/Core>
@@ -43,11 +44,13 @@ struct CompensationFinding {
     int sensor = -1, other_sensor = -1;  // columns of the temperatures; -1 for none
     double gain = 0;                     // over all axes that drift
     std::array<bool, 3> drifts{};        // axes with enough drift to judge
+    CrossGains cross;
 };
 
-// Names the fault that explains the record best. A compensation that is absent and one whose sensor is frozen
-// differ only where that sensor is logged. Sensors that nobody uses have no effect, and are not named unless
-// the compensation fails.
+// Names the fault that explains the record best. Swapped axes are named by their residual, or by the cross
+// gains where the drifts of the axes differ enough. A compensation that is absent and one whose sensor is
+// frozen differ only where that sensor is logged. Sensors that nobody uses have no effect, and are not named
+// unless the compensation fails.
 CompensationFinding judged_compensation(const CompensationRecord& record);
 
 }  // namespace plumb

@@ -24,7 +24,8 @@ struct ArtifactBore {
 class ArtifactGeometry {
 public:
     static constexpr int most = 8;
-    static constexpr double ball = 3;  // mm, its radius
+    static constexpr double sphere_radius = 10, sphere_height = 80;  // mm, above the centre of the table
+    static constexpr double ball = 3;                                // mm, its radius
 
     static const ArtifactBore& bore(int index) noexcept {
         static constexpr std::array<ArtifactBore, most> bores{{{0, -60, 60, -60},
@@ -52,6 +53,13 @@ public:
             trunnion ? Eigen::Vector3d(at.x(), c * at.y() - s * at.z(), s * at.y() + c * at.z())
                      : Eigen::Vector3d(c * at.x() + s * at.z(), at.y(), c * at.z() - s * at.x());
         return centre() + shift + turned;
+    }
+
+    // The centre of the sphere that looks to the spindle now; each side of the table has one.
+    static Eigen::Vector3d sphere_place(double strain, double angle, bool trunnion,
+                                        const Eigen::Vector3d& shift) noexcept {
+        const double side = std::cos(angle * pi / 180) >= 0 ? 1 : -1;
+        return place({0, 0, side * sphere_height}, strain, angle, trunnion, shift);
     }
 
     // The place of a bore and of the face that looks to the spindle now.

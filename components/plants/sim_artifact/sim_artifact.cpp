@@ -6,6 +6,7 @@
 #include "components/plants/sim_artifact/touch_probe.hpp"
 #include "components/plants/sim_artifact/warm_machine.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb {
@@ -36,8 +37,8 @@ Wire Y and Z like X. configs/growth has all lines.)"},
         {},
         hal::Behaviour{R"(
 - Machine: seed draws its growth, its sensors, its probe and its compensation. seed 0 is the typical one.
-- Artifact: Bores 1 to 8 have a diameter of 30 mm, through blocks with a face towards the spindle at both orientations. The
-ball of the probe has 6 mm.
+- Artifact: Bores 1 to 8 have a diameter of 30 mm, through blocks with a face towards the spindle at both orientations. A
+sphere of 20 mm stands above the centre of the table on both sides; play leaves it out. The ball of the probe has 6 mm.
 - Position: It follows the command with a lag of 3 ms, and contains the compensation if the command does.
 - Probe: A rising edge of tool-changed seats it again. The ball touches after its pre-travel.
 - Compensation: It follows the temperatures of spindle and bed as its sensors show them. compensation-fault spoils it.
@@ -96,7 +97,8 @@ a perfect probe would find without compensation.
         sensors.step(seed_, machine.bodies(), compensation.sensor_error(), dt);
         auto sensitivities = machine.sensitivities(ArtifactGeometry::centre());
         // It was set where the probe works, while the spindle cools and its sensor lags behind.
-        sensitivities[0] /= std::max(1 + (sensors.lag(seed_) - 120) / machine.cooling_time(), 0.5);
+        const double tau = machine.cooling_time(), usual = std::min(120.0, tau / 22.5);
+        sensitivities[0] /= std::max(1 + (sensors.lag(seed_) - usual) / tau, 0.5);
         offset_ = compensation.step(sensitivities, sensors, dt);
         if (plays)
             play(step);
@@ -178,13 +180,16 @@ private:
         probe = depth(ball) > trip_depth();
     }
 
+    // Those of the approach hold while the ball touches: an offset that creeps does not turn the stylus.
     double trip_depth() noexcept {
-        if (direction_.norm() > 1e-9) heading_ = direction_.normalized();
-        if (!touching_) error_ = touch_probe.noise(seed_);
+        if (!touching_) {
+            if (direction_.norm() > 1e-9) heading_ = direction_.normalized();
+            error_ = touch_probe.noise(seed_);
+        }
         return std::max(touch_probe.pre_travel(seed_, heading_) + error_, 1e-6);
     }
 
-    // How far the ball is inside a block, mm; negative outside.
+    // How far the ball is inside a block or the sphere, mm; negative outside.
     double depth(const Eigen::Vector3d& ball) noexcept {
         double deepest = -1;
         for (int i = 0; i < ArtifactGeometry::most; ++i) {
@@ -195,6 +200,10 @@ private:
             deepest = std::max(deepest,
                                radial < ArtifactBore::radius && from.z() < r ? std::min(wall, face) : face);
         }
+        const Eigen::Vector3d sphere = ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_,
+                                                                      trunnion_, machine.table_shift());
+        deepest = std::max(deepest,
+                           ArtifactGeometry::sphere_radius + ArtifactGeometry::ball - (ball - sphere).norm());
         touching_ = deepest > 0;
         return deepest;
     }

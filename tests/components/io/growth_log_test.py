@@ -29,6 +29,12 @@ number = 1
 x = 0
 y = -60
 z = 60
+[[bore]]
+number = 9
+kind = "sphere"
+x = 0
+y = 0
+z = 80
 """
 
 
@@ -111,6 +117,7 @@ class GrowthLog(unittest.TestCase):
         self.assertEqual(lines[0], "growth-log,1")
         self.assertIn("machine,mill 3", lines)
         self.assertIn("bore,1,0,-60,60", lines)
+        self.assertIn("sphere,9,0,0,80", lines)
         records = [line.split(",") for line in lines if line.split(",")[0] in KINDS]
         self.assertEqual([int(record[1]) for record in records], list(range(1, len(records) + 1)))
         self.assertEqual(records[0][9], "begin")

@@ -69,6 +69,42 @@ TEST_F(SimArtifact, ProbeMeetsTheFaceBesideTheBoreAndItsWalls) {
     EXPECT_NEAR(touch(1, -1), -72, 0.02);
 }
 
+TEST_F(SimArtifact, ProbeMeetsTheSphereOnTopAndAtItsEquator) {
+    go(0, 0, -106);
+    EXPECT_EQ(get("probe"), 0);
+    EXPECT_NEAR(touch(2, -1), -120 + 13, 0.01);
+    go(0, 0, -100);
+    go(-14, 0, -100);
+    go(-14, 0, -120);
+    EXPECT_EQ(get("probe"), 0);
+    EXPECT_NEAR(touch(0, 1), -13, 0.02);
+    go(-20, 0, -120);
+    go(-20, 14, -120);
+    go(0, 14, -120);
+    EXPECT_NEAR(touch(1, -1), 13, 0.02);
+    go(0, 0, -100);
+    set("table-position-cmd", 180);
+    go(0, 0, -106);
+    EXPECT_NEAR(touch(2, -1), -120 + 13, 0.01);
+}
+
+TEST_F(SimArtifact, ProbeThatTouchesStaysSoWhileAnOffsetCreeps) {
+    go(25, -60, -136);
+    const double z = touch(2, -1) - 0.001;
+    for (int step = 0; step < 200; ++step) {
+        command(25 + 1e-6 * step, -60, z);
+        bench.run(0.001);
+    }
+    EXPECT_EQ(get("probe"), 1);
+    for (int step = 0; step < 200; ++step) {  // the trip ends once
+        const double before = get("probe");
+        command(25, -60, z + 0.0001 * step);
+        bench.run(0.001);
+        EXPECT_LE(get("probe"), before);
+    }
+    EXPECT_EQ(get("probe"), 0);
+}
+
 TEST_F(SimArtifact, BoreIsAtTheOtherSideWhenTheTableIsTurned) {
     set("table-position-cmd", 180);
     go(25, -60, -136);

@@ -147,6 +147,21 @@ TEST(JudgedCompensation, NamesSwappedAxes) {
     expect_named(CompensationFault::swapped_axes,
                  [](Machine& its) { its.record.compensation.col(1).swap(its.record.compensation.col(2)); });
 }
+// It is more than a plain swap: the cross gains of the two axes show it.
+TEST(JudgedCompensation, NamesSwappedAxesWhoseCompensationIsTooWeakToo) {
+    CompensationRecord record;
+    record.uncertainty = 0.3 * um;
+    record.drift.resize(10, 3);
+    for (int k = 0; k < 10; ++k)
+        record.drift.row(k) << 0, -25 * um * std::expm1(-0.17 * k), -60 * um * std::expm1(-0.9 * k);
+    record.compensation = 0.6 * record.drift;
+    EXPECT_EQ(judged_compensation(record).fault, CompensationFault::too_weak);
+    record.compensation.col(1).swap(record.compensation.col(2));
+    const CompensationFinding found = judged_compensation(record);
+    EXPECT_EQ(found.fault, CompensationFault::swapped_axes);
+    EXPECT_EQ(found.axis, 1);
+    EXPECT_EQ(found.other_axis, 2);
+}
 TEST(JudgedCompensation, NamesAFrozenSensorThatIsLogged) {
     expect_named(CompensationFault::frozen_sensor, [](Machine& its) {
         its.record.temperatures.col(Machine::spindle).setConstant(20.1);

@@ -1,0 +1,53 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""configs/mill under a growth test in a complete LinuxCNC: thermal_displacement as it is, and with the wrong sign."""
+
+import glob
+import json
+import os
+import subprocess
+import unittest
+
+from linuxcnc_runs import ATTEMPTS, BUILD, copy_configuration, ended_by_linuxcncs_race, finish, own_folder, start, um
+
+TOLERANCE = 10 * um  # of growth_test.toml
+
+
+def tested(folder, program):
+    """The results of one test on a fresh mill."""
+    for attempt in range(ATTEMPTS):
+        machine = copy_configuration("mill", folder, "%s-%d" % (program, attempt))
+        ini = os.path.join(machine, "growth.ini")
+        status, output = finish(start(folder, ini, "setup.ngc", "growth_test/%s.ngc" % program))
+        if not ended_by_linuxcncs_race(output):
+            break
+    if status != 0:
+        raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
+    (log,) = glob.glob(os.path.join(machine, "logs", "growth-*.csv"))
+    out = os.path.join(machine, "report")
+    subprocess.run([os.path.join(BUILD, "bin", "plumb-growth"), "report", log, "--output", out], check=True, stdout=subprocess.DEVNULL)
+    with open(os.path.join(out, "results.json"), encoding="utf-8") as file:
+        return json.load(file)["tests"][0], output
+
+
+class MillUnderTest(unittest.TestCase):
+    def judged(self, program, verdict, sentence):
+        results, output = tested(own_folder(type(self)), program)
+        self.assertIn("Growth test: The machine is warm by the rules.", output)
+        self.assertEqual(results["verdict"], verdict)
+        self.assertEqual(results["compensation"]["sentence"], sentence)
+        z = results["axes"]["Z"]
+        self.assertGreater(z["off"]["largest_mm"], 2 * TOLERANCE)  # the mill alone
+        return z
+
+    def test_thermal_displacement_removes_the_drift(self):
+        z = self.judged("on", "pass", "The compensation removes the drift.")
+        self.assertLess(z["on"]["largest_mm"], TOLERANCE)
+
+    def test_a_wrong_sign_is_named_and_fails(self):
+        z = self.judged("wrong_sign", "fail", "The compensation has the wrong sign.")
+        self.assertGreater(z["on"]["largest_mm"], z["off"]["largest_mm"])
+
+
+if __name__ == "__main__":
+    unittest.main()
