@@ -26,6 +26,7 @@ def main():
     parser.add_argument("--page", metavar="NAME", help="page to begin with")
     parser.add_argument("--size", metavar="WxH", default="1000x740", help="size of the window of its own; default %(default)s")
     parser.add_argument("--widgets", metavar="FILE", help="write names and places of all widgets into a file, for tests")
+    parser.add_argument("--period", type=int, default=250, help=argparse.SUPPRESS)  # ms between two looks at the pins
     parser.add_argument("--version", action="version", version="plumb @PROJECT_VERSION@")
     options = parser.parse_args()
     if options.summary:

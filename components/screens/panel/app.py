@@ -24,7 +24,6 @@ from panel.texts import _  # noqa: E402
 from panel.widget_list import WidgetList  # noqa: E402
 from panel.widgets import button, clear, column, flow, grow, label, named, row, scrolled, style  # noqa: E402
 
-PERIOD = 250  # ms between two looks at the pins
 NARROW = 640  # px
 STANDSTILL = 20  # s
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
@@ -46,7 +45,7 @@ class Panel:
         self._build()
         self._list = WidgetList(options.widgets, self.window) if options.widgets else None
         self._connect()
-        GLib.timeout_add(PERIOD if self._list is None else PERIOD // 4, self._tick)  # a test waits for looks
+        GLib.timeout_add(options.period, self._tick)
 
     # --- the window ---
 

@@ -48,7 +48,7 @@ class Window(unittest.TestCase):
     def panel(self, *options, name="panel"):
         widgets = os.path.join(self.folder, name + ".widgets")
         words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8",
-                 os.path.join(BUILD, "bin", "plumb-panel"), "--ini", self.ini, "--user", name, "--widgets", widgets]
+                 os.path.join(BUILD, "bin", "plumb-panel"), "--ini", self.ini, "--user", name, "--widgets", widgets, "--period", "60"]
         self.host.halcmd("loadusr", *words, *options)
         return Finger(self.screen.display, widgets, self.between)
 
