@@ -4,14 +4,13 @@
 import os
 import re
 
-from gi.repository import Gtk
-
-from panel import squareness_program as program, style as styles
+from panel import squareness_program as program
 from panel.function_page import FunctionPage
 from panel.pages import Page
 from panel.settings import Refused
+from panel.squareness_pictures import ChainPicture, LeanPicture, VolumePicture
 from panel.texts import _, in_micrometres, number
-from panel.widgets import Figures, Keypad, button, card, column, flow, grow, label, named, row, scrolled, style
+from panel.widgets import Figures, Keypad, button, card, column, flow, grow, label, row, scrolled, style
 
 ANGLE = re.compile(r"e[abc]0[xyzuvw]$")
 
@@ -101,57 +100,6 @@ class Step(Page):
         self.panel.open(step(self.panel, self.work, self, *arguments))
 
 
-class Picture(Gtk.DrawingArea):
-    """A machine by its chain: the work on its axes on the left, the tool on its axes on the right, the bed below."""
-
-    def __init__(self, panel, chain, lean=None):
-        super().__init__()
-        self._panel, self._chain, self._lean = panel, chain, lean
-        self.set_size_request(220, 150)
-        self.connect("draw", self._draw)
-        named(self, _("Machine {chain}").format(chain=chain))
-
-    def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._panel.dark
-        text, line, fill = (styles.colour(dark, name) for name in ("text", "good", "pick"))
-        work, tool = _sides(self._chain)
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(17)
-
-        def block(x, y, w, h, words):
-            cairo.rectangle(x, y, w, h)
-            cairo.set_source_rgb(*fill)
-            cairo.fill_preserve()
-            cairo.set_source_rgb(*line)
-            cairo.set_line_width(2)
-            cairo.stroke()
-            extents = cairo.text_extents(words)
-            cairo.set_source_rgb(*text)
-            cairo.move_to(x + (w - extents.width) / 2, y + h / 2 + 6)
-            cairo.show_text(words)
-
-        base = height - 26
-        block(8, base, width - 16, 22, _("bed"))
-        step = min(26, (base - 14) / max(len(work) + 1, len(tool) + 1))
-        for place, axis in enumerate(work):
-            block(14 + place * 5, base - (place + 1) * step, width * 0.42 - place * 10, step - 3, axis)
-        block(14 + len(work) * 5 + 16, base - (len(work) + 1) * step, width * 0.42 - len(work) * 10 - 32, step - 3, _("work"))
-        for place, axis in enumerate(tool):
-            block(width * 0.55 + place * 5, base - (place + 1) * step, width * 0.42 - place * 10, step - 3, axis)
-        block(width * 0.55 + len(tool) * 5 + 16, base - (len(tool) + 1) * step, width * 0.42 - len(tool) * 10 - 32, step - 3, _("tool"))
-
-
-def _sides(chain):
-    """Axes from the bed outwards: those that carry the work, and those that carry the tool."""
-    before, after = (chain.split("b", 1) + [""])[:2] if "b" in chain else ("", chain)
-    tool = program.axes_of(after)
-    work = list(reversed(program.axes_of(before)))
-    if not before:
-        work = [axis for axis in "XYZ" if axis not in tool]
-    return work, tool
-
-
 class ChainStep(Step):
     heading = "1. Which axis carries what?"  # for gettext: _("1. Which axis carries what?")
 
@@ -164,7 +112,7 @@ class ChainStep(Step):
             its = button(_(name), lambda chain=chain: self._choose(chain), name=chain)
             its.remove(its.get_child())
             words = label(_(name), "soft", chars=24)
-            its.add(column(Picture(self.panel, chain), words, label(chain, "mono"), spacing=2))
+            its.add(column(ChainPicture(self.panel, chain), words, label(chain, "mono"), spacing=2))
             if chain == self.work.former_chain:
                 style(its, "chosen")
             choices.append(its)
@@ -181,7 +129,7 @@ class AxisStep(Step):
     def content(self):
         axes = [button(axis, lambda axis=axis: self._choose(axis), "key", name=_("Axis {axis}").format(axis=axis))
                 for axis in _chain_axes(self.work.chain)]
-        return [Picture(self.panel, self.work.chain),
+        return [ChainPicture(self.panel, self.work.chain),
                 label(_("Touch the axis whose + end is off, by a square held against another axis. "
                         "With diagonals of a part or probed points you need not know it.")),
                 flow(*axes),
@@ -201,55 +149,19 @@ class DirectionStep(Step):
     heading = "3. To which side does its + end lean?"  # for gettext: _("3. To which side does its + end lean?")
 
     def content(self):
-        arrows = {"+": "\u2192", "-": "\u2190"}
         choices = []
         for direction in program.directions(self.work.axis):
-            text = "%s %s%s" % (arrows[direction[0]], direction.replace("-", "\u2212"), "")
-            choices.append(button(text, lambda direction=direction: self._choose(direction), "key",
-                                  name=_("{axis} leans to {direction}").format(axis=self.work.axis, direction=direction)))
-        return [LeanPicture(self.panel, self.work.axis, ""), flow(*choices)]
+            its = button("", lambda direction=direction: self._choose(direction),
+                         name=_("{axis} leans to {direction}").format(axis=self.work.axis, direction=direction))
+            its.remove(its.get_child())
+            its.add(LeanPicture(self.panel, self.work.axis, direction, (220, 150)))
+            choices.append(its)
+        return [label(_("Touch the picture whose arrow shows to which side the + end lies. X goes to the right, Y to the back, Z upward.")),
+                flow(*choices)]
 
     def _choose(self, direction):
         self.work.direction = direction
         self.go(AngleStep)
-
-
-class LeanPicture(Gtk.DrawingArea):
-    """An axis that stands, and dashed as it leans."""
-
-    def __init__(self, panel, axis, direction):
-        super().__init__()
-        self._panel, self._axis, self._direction = panel, axis, direction
-        self.set_size_request(260, 150)
-        self.connect("draw", self._draw)
-        named(self, _("Axis {axis}").format(axis=axis))
-
-    def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._panel.dark
-        middle, foot = width / 2, height - 20
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(18)
-        leans = (1, -1) if not self._direction else (1 if self._direction[0] == "+" else -1,)
-        for lean in leans:
-            cairo.set_source_rgb(*styles.colour(dark, "curve2"))
-            cairo.set_dash([10, 6])
-            cairo.set_line_width(4)
-            cairo.move_to(middle, foot)
-            cairo.line_to(middle + lean * 46, 22)
-            cairo.stroke()
-        cairo.set_dash([])
-        cairo.set_source_rgb(*styles.colour(dark, "curve"))
-        cairo.set_line_width(4)
-        cairo.move_to(middle, foot)
-        cairo.line_to(middle, 22)
-        cairo.stroke()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.move_to(middle - 8, 16)
-        cairo.show_text("+" + self._axis)
-        if self._direction:
-            cairo.move_to(middle + leans[0] * 70 - 14, 40)
-            cairo.show_text(self._direction.replace("-", "\u2212"))
 
 
 class AngleStep(Step):
@@ -401,45 +313,6 @@ class ResultStep(Step):
 
     def further(self):
         return [button(_("Test move"), lambda: self.go(TestStep), "main")]
-
-
-class VolumePicture(Gtk.DrawingArea):
-    """The working volume as the axes draw it, its errors enlarged."""
-
-    def __init__(self, panel, slopes, words):
-        super().__init__()
-        self._panel, self._slopes, self._words = panel, slopes, words
-        self.set_size_request(240, 190)
-        self.connect("draw", self._draw)
-        named(self, _("Working volume {words}").format(words=words))
-
-    def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._panel.dark
-        largest = max((abs(self._slopes[i][k]) for i in range(3) for k in range(3) if i != k), default=0)
-        scale = 0.22 / largest if largest > 1e-9 else 0
-
-        def project(point, slopes):
-            x, y, z = (sum(point[i] * (slopes[i][k] if i == k else slopes[i][k] * scale) for i in range(3)) for k in range(3))
-            size = min(width, height) * 0.42
-            return width * 0.34 + (x + 0.45 * y) * size, height * 0.80 - (z + 0.32 * y) * size
-
-        corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-        edges = [(a, b) for a in corners for b in corners if sum(p != q for p, q in zip(a, b)) == 1 and a < b]
-        ideal = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-        for slopes, name, dashes, thick in ((ideal, "soft", [4, 4], 1.5), (self._slopes, "curve2" if scale else "curve", [], 3)):
-            cairo.set_source_rgb(*styles.colour(dark, name))
-            cairo.set_dash(dashes)
-            cairo.set_line_width(thick)
-            for a, b in edges:
-                cairo.move_to(*project(a, slopes))
-                cairo.line_to(*project(b, slopes))
-            cairo.stroke()
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(16)
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.move_to(8, 20)
-        cairo.show_text("%s: %s" % (self._words, _("{error} \u00b5m over 1 m").format(error="%.0f" % (largest * 1e6))))
 
 
 class TestStep(Step):
