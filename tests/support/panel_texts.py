@@ -27,7 +27,7 @@ def of_sources():
     return found
 
 
-def of_declarations(build, codes_only=False):
+def of_declarations(build):
     """Summaries, codes and sentences of all components but simulated ones."""
     found = {}
     for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
@@ -37,9 +37,8 @@ def of_declarations(build, codes_only=False):
         with open(path, encoding="utf-8") as file:
             declared = json.load(file)
         texts = [text for codes in declared.get("codes", {}).values() for text in codes.values()] + [declared["summary"]]
-        if not codes_only:
-            pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
-            texts += [pin["sentence"] for pin in pins.values()]
+        pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
+        texts += [pin["sentence"] for pin in pins.values()]
         found.update({text: name for text in texts})
     return found
 
@@ -54,6 +53,6 @@ def translated(path=PO):
 
 if __name__ == "__main__":
     there = translated() if os.path.exists(PO) else {}
-    for text, place in {**of_sources(), **of_declarations(sys.argv[1], codes_only=len(sys.argv) > 2)}.items():
+    for text, place in {**of_sources(), **of_declarations(sys.argv[1])}.items():
         if not there.get(text):
             print("#: %s\nmsgid %s\nmsgstr \"\"\n" % (place, json.dumps(text, ensure_ascii=False)))
