@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""plumb panel in a tab of AXIS, before the complete mill: a finger learns a part and changes a setting, over a restart."""
+"""plumb panel in a tab of AXIS, before the complete mill: a finger learns a part, makes the machine square and changes a setting, over a restart."""
 
 import os
 import unittest
@@ -16,6 +16,9 @@ class Days(unittest.TestCase):
         folder = own_folder(cls)
         machine = copy_configuration("mill", folder)
         display = Screen(cls).display
+        angles = os.path.join(machine, "square_settings.hal")
+        for text in ("square.ec0y -0.00016", "square.ea0y  0.00012"):
+            linuxcnc_runs.change(angles, text, text.split()[0] + " 0")
         linuxcnc_runs.add_operator(machine, "axis.ini", "panel_operator.py")
         cls.days = []
         for _ in range(2):
@@ -32,8 +35,12 @@ class Days(unittest.TestCase):
         self.assertEqual(self.days[1]["gate-floor"], 0.025)
         self.assertIn("anna", self.days[1]["change"])
 
-    def test_squareness_is_set_up_by_the_finger_and_is_there_after_a_restart(self):
-        self.assertEqual(self.days[1]["ec0y"], -8e-05)
+    def test_leaning_machine_is_made_square_by_the_finger_and_is_square_after_a_restart(self):
+        self.assertEqual(self.days[1]["angles"], [-0.00016, 0.00012])
+        for axis, leaning, square, lean in zip("XZ", self.days[0]["leaning"], self.days[1]["square"], (48, 36)):
+            with self.subTest(axis):
+                self.assertAlmostEqual(abs(leaning), lean, delta=2)  # um over 300 mm
+                self.assertLess(abs(square), 2)
 
 
 if __name__ == "__main__":

@@ -62,26 +62,54 @@ class Operator:
         seen["refused"] = finger.await_text("The machine is off.")
 
     def square(self):
-        """From the picture of the machine to saved angles."""
+        """From the picture of the leaning machine to saved angles: one lean of Y, then the other, which remained."""
         finger = self.finger
-        finger.press("Squareness")
-        for name in ("Measure and set up", "w-Z.b-X-Y-C-t", "Axis Y", "Y leans to +X"):
-            finger.press(name)
-        finger.type("0.024")
-        finger.press("Next")
-        finger.await_text("EC0Y  \u221280 \u00b5m/m")
+        seen["leaning"] = self.errors_along_y()
+        self.lean("Y leans to +X", "0.048", "Next")
+        finger.await_text("EC0Y  \u2212160 \u00b5m/m")
         finger.press("Test move")
-        finger.await_text("before: +24.0 \u00b5m   after: +0.0 \u00b5m")
-        finger.await_text("if EC0Y has the wrong sign: +48.0 \u00b5m")
-        finger.press("Save")
-        finger.press("Save the angles")
-        self.until("square.ec0y", -8e-05)
-        self.until("square.ea0y", 0)  # of settings.hal, and not of this measurement
-        finger.until(lambda: '"square.ec0y" = -8e-05' in read("panel.retained"), "the saved angle")
+        finger.await_text("before: +48.0 \u00b5m   after: +0.0 \u00b5m")
+        finger.await_text("if EC0Y has the wrong sign: +96.0 \u00b5m")
+        self.save()
+        self.until("square.ec0y", -0.00016)
+        self.until("square.ea0y", 0)
+        self.lean("Y leans to +Z", "0.036", "It remained with the correction on: add it")
+        finger.await_text("EA0Y  120 \u00b5m/m")
+        finger.press("Test move")
+        self.save()
+        self.until("square.ea0y", 0.00012)
+        self.until("square.ec0y", -0.00016)
+        finger.until(lambda: '"square.ea0y" = 0.00012' in read("panel.retained"), "the saved angle")
+
+    def lean(self, direction, rise, how):
+        """A lean of Y in mm over 300 mm."""
+        finger = self.finger
+        finger.open("Squareness", "Measure and set up")
+        finger.open("Measure and set up", "w-Z.b-X-Y-C-t")
+        finger.open("w-Z.b-X-Y-C-t", "Axis Y")
+        finger.open("Axis Y", direction)
+        finger.open(direction, "7")
+        finger.type(rise)
+        finger.press(how)
+
+    def save(self):
+        self.finger.press("Save")
+        self.finger.press("Save the angles")
+
+    def errors_along_y(self):
+        """Errors of the tip in X and Z at the ends of 300 mm of Y, the second less the first: what a part gets."""
+        found = []
+        for y in (-150, 150):
+            self.machine.mdi("G53 G0 Y%d" % y)
+            self.machine.wait(2)
+            found.append(self.host.get(["portal.truth-x-error", "portal.truth-z-error"]))
+        self.machine.mdi("G53 G0 Y0")
+        return [1000 * (after - before) for before, after in zip(*found)]
 
     def second_day(self):
         finger = self.finger
-        seen["ec0y"] = self.host.get("square.ec0y")
+        seen["angles"] = self.host.get(["square.ec0y", "square.ea0y"])
+        seen["square"] = self.errors_along_y()
         seen["gate-floor"] = self.host.get("growth.gate-floor")
         finger.open("All components", "growth")
         finger.press("growth")

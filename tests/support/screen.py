@@ -98,8 +98,14 @@ class Finger:
         """Presses the button of a page until a widget of the page is there: a window that was just covered may lose a press."""
 
         def opened():
-            self.press(page)
-            self.rest()
+            place = self.find(page)
+            if not self.find(mark) and place:
+                self.rest()
+                if place["scrolled"]:
+                    self.press(page)
+                elif place == self.find(page):  # else an earlier press has led on meanwhile
+                    self.press_at(place["x"] + place["width"] // 2, place["y"] + place["height"] // 2)
+                self.rest()
             return self.find(mark)
 
         self.until(opened, "the page " + page)
