@@ -1,10 +1,33 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How long a test of thermal growth still runs. Without a screen."""
+"""How long a test of thermal growth still runs, and how far its bores have moved. Without a screen."""
 
 import math
 
 FEWEST = 6  # values for a line
 WIDTH = 3  # of the uncertainty, in sigmas: a few values scatter more than their sigma shows
+
+
+class LiveDrift:
+    """Drift of each bore at each orientation since the first visit that was seen: {(bore, turned): (x, y, z)}."""
+
+    def __init__(self):
+        self.now = {}
+        self._first, self._visits, self._probed = {}, 0, None
+
+    def observe(self, visits, at_bore, counts, key, position):
+        """A look at the pins. visits is the number of the present visit, and key that of its bore, while at_bore; when that ends, position
+        is the centre of the bore, and counts is whether it counts."""
+        if visits < self._visits:  # another test
+            self.now, self._first = {}, {}
+        self._visits = visits
+        if at_bore:
+            self._probed = visits, key
+            return
+        if self._probed and self._probed[0] == visits and counts and all(map(math.isfinite, position)):
+            key = self._probed[1]
+            first = self._first.setdefault(key, position)
+            self.now[key] = tuple(now - then for now, then in zip(position, first))
+        self._probed = None
 
 
 def remaining(changes, threshold, elapsed, shortest, longest):

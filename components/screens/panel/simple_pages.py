@@ -12,7 +12,7 @@ from gi.repository import Gtk
 from panel import style as styles
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
-from panel.growth_test_state import remaining
+from panel.growth_test_state import LiveDrift, remaining
 from panel.pages import state_of
 from panel.texts import _, in_micrometres, number, seconds
 from panel.widgets import Figures, button, card, label, named, set_text
@@ -148,7 +148,7 @@ class StrokePicture(Gtk.DrawingArea):
             cairo.fill()
 
 
-_temperatures, _changes = {}, {}  # by instance: pages are built again when components come
+_temperatures, _changes, _drifts = {}, {}, {}  # by instance: pages are built again when components come
 
 
 class GrowthTestPage(FunctionPage):
@@ -172,14 +172,19 @@ class GrowthTestPage(FunctionPage):
         names = [_("Sensor {number}").format(number=place) for place in range(min(count, 3))]
         self._chart = Chart(self.panel, self._history, names, "\u00b0C")
         self._sensors = label("")
-        self._drift = label("")
+        self._bore, self._drift = label(""), label("")
+        self._moved = _drifts.setdefault(self.instance.name, LiveDrift())
         return [self._figures, card(label(_("Temperatures"), "value"), self._sensors), self._chart,
-                card(label(_("Last bore"), "value"), self._drift)]
+                card(label(_("Drift of the bores without compensation, in X, Y and Z"), "value"), self._drift),
+                card(label(_("Last bore"), "value"), self._bore)]
 
     def buttons(self):
         return [button(_("Stop the test"), self._stop), button(_("Make and open the report"), self._report)]
 
     def observe(self, values):
+        get = lambda short: self.get(values, short, 0)  # noqa: E731
+        self._moved.observe(get("visit"), get("at-bore"), not get("repeat"), (int(get("bore-key")), bool(get("turned"))),
+                            tuple(float(get("bore-" + axis)) for axis in "xyz"))
         count = int(self.get(values, "sensors"))
         if not self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]):
             return
@@ -210,7 +215,10 @@ class GrowthTestPage(FunctionPage):
             valid = self.get(values, "temperature-valid-%d" % place)
             lines.append("%s %d: %s \u00b0C" % ("\u2714" if valid else "\u2716", place, number(float(self.get(values, "temperature-%d" % place)), 4)))
         set_text(self._sensors, "    ".join(lines) or _("No sensor is set up."))
-        set_text(self._drift, "X %.4f   Y %.4f   Z %.4f   \u2300 %.4f" % tuple(
+        lines = [(_("Bore {number}, turned:") if turned else _("Bore {number}:")).format(number=bore) + "  " + "   ".join(map(in_micrometres, drift))
+                 for (bore, turned), drift in sorted(self._moved.now.items())]
+        set_text(self._drift, "\n".join(lines) or _("No bore has been probed since this screen began."))
+        set_text(self._bore, "X %.4f   Y %.4f   Z %.4f   \u2300 %.4f" % tuple(
             self.get(values, short, 0.0) for short in ("bore-x", "bore-y", "bore-z", "bore-diameter")))
 
     def _stop(self):

@@ -292,6 +292,28 @@ class GrowthTest(unittest.TestCase):
         times = {"shortest": 0.0, "longest": 12 * self.HOUR, **more}
         return growth_test_state.remaining(self.changes(elapsed), self.THRESHOLD, elapsed, times["shortest"], times["longest"])
 
+    def test_the_drift_of_a_bore_is_that_since_its_first_visit(self):
+        drift, visits = growth_test_state.LiveDrift(), 4  # visits before this screen began
+        drift.observe(visits, False, True, (7, False), (9, 9, 9))
+        self.assertEqual(drift.now, {})
+
+        def visit(bore, turned, position, counts=True):
+            drift.observe(visits, True, True, (bore, turned), (9, 9, 9))
+            for _ in range(2):  # meanwhile the program has another bore in mind
+                drift.observe(visits, False, counts, (3, True), position)
+
+        for growth in (0, 1, 2):
+            for bore, turned in ((1, False), (1, True), (2, False)):
+                visits += 1
+                visit(bore, turned, (bore + growth, 10 * turned, -growth))
+        moved = {key: (2, 0, -2) for key in ((1, False), (1, True), (2, False))}
+        self.assertEqual(drift.now, moved)
+        visit(2, False, (math.nan, 0, 0))
+        visit(2, False, (50, 0, 0), counts=False)
+        self.assertEqual(drift.now, moved)
+        drift.observe(0, False, True, (1, False), (9, 9, 9))  # another test
+        self.assertEqual(drift.now, {})
+
     def test_the_remaining_time_is_that_of_the_exponential(self):
         warm = self.CONSTANT * math.log(8 / self.THRESHOLD)
         for elapsed in (0.5 * self.HOUR, self.HOUR, 2 * self.HOUR):
