@@ -109,10 +109,10 @@ def start(folder, ini, *arguments, prefix=()):
     )
 
 
-def finish(process):
+def finish(process, patience=PATIENCE):
     """Exit status and output of a process from start()."""
     try:
-        output = process.communicate(timeout=PATIENCE)[0]
+        output = process.communicate(timeout=patience)[0]
     except subprocess.TimeoutExpired:
         process.terminate()
         raise AssertionError("linuxcnc did not end:\n" + process.communicate()[0]) from None
@@ -128,7 +128,7 @@ def add_operator(machine, ini, operator):
         file.write("[APPLICATIONS]\nAPP = ./%s\n" % operator)
 
 
-def work_screen(folder, machine, ini, display, speed):
+def work_screen(folder, machine, ini, display, speed, patience=PATIENCE):
     """Starts LinuxCNC with its screen on a display, until the operator has ended it. Returns what this one has seen."""
     python = os.pathsep.join([os.path.join(BUILD, "python"), os.path.join(ROOT, "tests", "support")])
     process = subprocess.Popen(
@@ -136,13 +136,13 @@ def work_screen(folder, machine, ini, display, speed):
         cwd=machine,
         # Without a service for notifications on the session's bus, QtDragon crashes in libdbus.
         env=environment(folder, PYTHONPATH=python, DISPLAY=display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1", PLUMB_PATIENCE="600",
-                        DBUS_SESSION_BUS_ADDRESS="disabled:"),
+                        DBUS_SESSION_BUS_ADDRESS="disabled:", PYTHONFAULTHANDLER="1"),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
     )
-    status, output = finish(process)
+    status, output = finish(process, patience)
     with open(os.path.join(machine, "seen.json")) as file:
         seen = json.load(file)
     if not seen.get("done"):

@@ -26,6 +26,7 @@ from panel.widgets import button, clear, column, flow, grow, label, named, row, 
 
 NARROW = 640  # px
 STANDSTILL = 20  # s
+ORPHANED = 5000  # ms until a panel within another screen ends after LinuxCNC
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
 
@@ -203,6 +204,7 @@ class Panel:
                 GLib.timeout_add(1000, _start_again)
             else:
                 self._alone(_("LinuxCNC has ended."))
+                GLib.timeout_add(ORPHANED, Gtk.main_quit)  # the screen around it may have crashed, and closes no window
             return False
         values = self.hal.values()
         if self._names is None or values.keys() != self._names:
