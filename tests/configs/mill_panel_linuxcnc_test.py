@@ -10,9 +10,23 @@ from linuxcnc_runs import copy_configuration, own_folder
 from screen import Screen
 
 
+ATTEMPTS = 3
+
+
 class Days(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        for attempt in range(ATTEMPTS):
+            try:
+                return cls.work()
+            except AssertionError as error:  # AXIS lost a command or a press, in 1 of 6 runs
+                if attempt + 1 == ATTEMPTS:
+                    raise
+                print("The days begin afresh:\n%s" % error)
+        return None
+
+    @classmethod
+    def work(cls):
         folder = own_folder(cls)
         machine = copy_configuration("mill", folder)
         display = Screen(cls).display
