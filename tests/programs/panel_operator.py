@@ -102,7 +102,7 @@ class Operator:
         self.finger.press("Save the angles")
 
     def errors_along_y(self):
-        """Errors of the tip in X and Z at the ends of 300 mm of Y, the second less the first: what a part gets."""
+        """Change of the tip's error in X and Z from Y-150 to Y150, in um."""
         found = []
         for y in (-150, 150):
             self.machine.mdi("G53 G0 Y%d" % y)

@@ -37,7 +37,7 @@ struct GrowthIdentified {
 // Throws std::runtime_error with the log and the reason.
 GrowthIdentified growth_identified(const GrowthLog& log, const GrowthIdentifyOptions& options = {});
 
-// The setp lines with what they leave of the drift, as a file of settings.
+// The text of a settings file: the setp lines, and the remaining drift of each axis as a comment.
 std::string growth_settings(const GrowthLog& log, const GrowthIdentified& found);
 
 // The same as JSON.

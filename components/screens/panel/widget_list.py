@@ -6,7 +6,7 @@ import os
 
 from gi.repository import Gtk
 
-# All that can be pressed, moved or typed into, and what is shown.
+# Widgets that take input, and widgets that show a text or a picture.
 LISTED = (Gtk.Actionable, Gtk.Editable, Gtk.Range, Gtk.ComboBox, Gtk.Expander, Gtk.EventBox, Gtk.DrawingArea, Gtk.Label)
 
 
