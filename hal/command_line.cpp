@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/identity.hpp"
+#include "hal/program_end.hpp"
 #include "hal/spelling.hpp"
 #include "hal/standard_output.hpp"
 
@@ -45,7 +46,7 @@ int status_of(CLI::App& app, int argc, char** argv, const std::function<int()>& 
     try {
         return work();
     } catch (const std::exception& error) {
-        std::cerr << app.get_name() << ": " << error.what() << '\n';
+        std::cerr << app.get_name() << ": " << reason(error) << '\n';
         return 1;
     }
 }

@@ -56,6 +56,10 @@ public:
         const std::string name = full(function.name);
         check(hal_export_funct(name.c_str(), call, &function, /*uses_fp=*/1, /*reentrant=*/0, component_),
               "function " + name);
+        functions_.push_back(&function);
+    }
+    const std::vector<const Function*>& functions() const noexcept {
+        return functions_;
     }
 #else  // a user-space program calls its functions itself
     void add(Function& function) override {
@@ -89,9 +93,7 @@ private:
     std::string instance_;
     std::map<std::string, std::string> options_;
     double millimetres_ = 1;
-#ifndef RTAPI
     std::vector<const Function*> functions_;
-#endif
 };
 
 }  // namespace plumb::hal

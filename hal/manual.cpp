@@ -65,8 +65,14 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
         out << "The offset" << (offset.guest.empty() ? "" : ", without " + escaped(offset.guest) + ',')
             << " never grows beyond " << escaped(offset.bound) << " either way, and changes by at most "
             << escaped(offset.rate) << (offset.motion.empty() ? "" : " apart from motion");
-        if (!offset.acceleration.empty()) out << ", its speed by at most " << escaped(offset.acceleration);
-        out << ". While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
+        if (!offset.acceleration.empty()) {
+            out << ", its speed by at most ";
+            if (offset.times != 1) out << offset.times << " times ";
+            out << escaped(offset.acceleration);
+        }
+        out << ". ";
+        if (!offset.accelerated_by.empty()) out << escaped(offset.accelerated_by) << ' ';
+        out << "While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
     }
 }
 
@@ -125,7 +131,7 @@ void write_tasks(std::ostream& out, const Model& model) {
 void write_functions(std::ostream& out, const Declarations& declared) {
     out << ".SH FUNCTIONS\nIn the order of a thread:\n";
     for (const Function* function : declared.functions)
-        out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->place) << '\n';
+        out << ".TP\n.BI NAME ." << escaped(function->name) << '\n' << escaped(function->sentence) << '\n';
 }
 
 // A sentence, where a default is a length.
@@ -208,8 +214,26 @@ std::string declarations(const Model& model) {
     for (const auto& code : declared.codes)
         for (const auto& [number, sentence] : code.sentences)
             result["codes"][code.pin][std::to_string(number)] = sentence;
+    for (const auto& offset : declared.offsets) {
+        nlohmann::ordered_json& entry = result["moves"][offset.counts.empty() ? offset.value : offset.counts];
+        entry = {{"bound", offset.bound}, {"rate", offset.rate}, {"limited", offset.limited}};
+        if (offset.acceleration.empty()) {
+            entry["accelerated_by"] = offset.accelerated_by;
+        } else {
+            entry["acceleration"] = offset.acceleration;
+            entry["times"] = offset.times;
+        }
+    }
     for (const auto& option : declared.options) result["options"][option.name] = option.doc;
-    for (const auto* function : declared.functions) result["functions"][function->name] = function->place;
+    for (const auto* function : declared.functions) {
+        nlohmann::ordered_json& entry = result["functions"][function->name];
+        entry = {{"sentence", function->sentence}, {"place", info(function->place).name}};
+        if (info(function->place).in_its_thread) entry["thread"] = info(Place::motion).name;
+        for (const PlaceInfo& other : places) {
+            if (goes_before(other.place, function->place)) entry["after"].push_back(other.name);
+            if (goes_before(function->place, other.place)) entry["before"].push_back(other.name);
+        }
+    }
     return result.dump(1) + '\n';
 }
 

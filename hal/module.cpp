@@ -14,14 +14,17 @@
 #include <rtapi_app.h>
 #include <rtapi_errno.h>
 
+#include <atomic>
 #include <charconv>
 #include <cstddef>
 #include <exception>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -130,6 +133,36 @@ struct Loaded {
 };
 Loaded* loaded = nullptr;
 
+// Of the functions, as another module may ask for them: also while this one is loaded or unloaded.
+struct DeclaredPlace {
+    char name[HAL_NAME_LEN + 1] = "";
+    Place place = Place::none;
+};
+DeclaredPlace declared_places[8];
+std::atomic<std::size_t> number_of_places{0};
+
+void declare_places(const std::vector<const Function*>& functions) {
+    if (functions.size() > std::size(declared_places)) throw std::logic_error("too many functions");
+    std::size_t number = 0;
+    for (const Function* const function : functions) {
+        DeclaredPlace& declared = declared_places[number++];
+        function->name.copy(declared.name, HAL_NAME_LEN);
+        declared.place = function->place;
+    }
+    number_of_places = number;
+}
+
+// function: as HAL knows it, INSTANCE.NAME.
+Place place_of_function(const std::string_view function) {
+    for (std::size_t i = 0; i < number_of_places; ++i) {
+        const std::string_view name = declared_places[i].name;
+        if (function.size() <= name.size()) continue;
+        const std::size_t dot = function.size() - name.size() - 1;
+        if (function[dot] == '.' && function.substr(dot + 1) == name) return declared_places[i].place;
+    }
+    return Place::none;
+}
+
 void load() {
     const Texts instance = instance_names();
     const auto options = option_values(instance.size());
@@ -141,6 +174,7 @@ void load() {
         for (const auto& [option, values] : options) own[option] = values[i];
         HalRegistrar registrar(component_id, instance[i], std::move(own));
         loaded->instances.push_back(model().make(registrar));
+        if (i == 0) declare_places(registrar.functions());
         loaded->instances.back()->prepare();
     }
     if (model().has_background) loaded->background = Background::of(loaded->instances);
@@ -184,6 +218,11 @@ extern "C" int rtapi_app_main() {
 
 extern "C" void rtapi_app_exit() {
     plumb::hal::unload();
+}
+
+// For interlock: the name of a function's place in the order of a thread.
+extern "C" const char* plumb_place(const char* function) {
+    return plumb::hal::info(plumb::hal::place_of_function(function)).name;
 }
 
 // For our own tools: the manual and the conformance test.

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// An output that moves an axis declares it, with its bound and its rate:
+// An output that moves an axis declares it, with its bound, its rate and its acceleration:
 //
-//     hal::Offset moves{this,
-//                       hal::MovingPin(applied_offset).bound(max_offset).rate(max_rate).limited(limited)};
+//     hal::Offset moves{this, hal::MovingPin(applied_offset)
+//                                 .bound(max_offset)
+//                                 .rate(max_rate)
+//                                 .acceleration(offset_acceleration)
+//                                 .limited(limited)};
 //
-// The manual page and the tests read it: random sequences of faults attack every component that declares
-// one, and test its declaration.
+// None of them may be missing: such a module does not load, and has no page. The manual page and the tests
+// read it: random sequences of faults attack every component that declares one, and test its declaration.
 #pragma once
 
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"
 
+#include <stdexcept>
 #include <string>
 
 namespace plumb::hal {
@@ -33,8 +37,14 @@ public:
     MovingPin& rate(const In<double>& pin) { return set(info_.rate, pin.name()); }
     // True while the offset is kept from its wanted value.
     MovingPin& limited(const Out<bool>& pin) { return set(info_.limited, pin.name()); }
-    // The rate itself changes by at most this setting per second. Optional.
-    MovingPin& acceleration(const In<double>& pin) { return set(info_.acceleration, pin.name()); }
+    // The rate itself changes by at most this setting per second, or so many times it, at the bound too. A
+    // bound below the present offset is refused.
+    MovingPin& acceleration(const In<double>& pin, double times = 1) {
+        info_.times = times;
+        return set(info_.acceleration, pin.name());
+    }
+    // In the place of acceleration(), where the output limits none: a sentence that names what does.
+    MovingPin& accelerated_by(const std::string& sentence) { return set(info_.accelerated_by, sentence); }
     // While this position moves the offset may change besides, by at most `slope` of that movement. Optional.
     MovingPin& motion(const In<double>& position, double slope) {
         info_.motion.push_back(position.name());
@@ -59,7 +69,17 @@ private:
 
 class Offset {
 public:
-    Offset(Owner owner, const MovingPin& pin) { owner.registrar().add(pin.info()); }
+    Offset(Owner owner, const MovingPin& pin) {
+        const OffsetInfo& its = pin.info();
+        const auto demand = [&](bool declared, const std::string& what) {
+            if (!declared) throw std::invalid_argument(its.value + " moves an axis and declares no " + what);
+        };
+        demand(!its.bound.empty(), "bound");
+        demand(!its.rate.empty(), "rate");
+        demand(!its.limited.empty(), "bit that it is limited");
+        demand(!its.acceleration.empty() || !its.accelerated_by.empty(), "acceleration");
+        owner.registrar().add(its);
+    }
     Offset(const Offset&) = delete;
     Offset& operator=(const Offset&) = delete;
 };

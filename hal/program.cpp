@@ -11,6 +11,7 @@
 #include "hal/identity.hpp"
 #include "hal/manual.hpp"
 #include "hal/message.hpp"
+#include "hal/program_end.hpp"
 #include "hal/standard_output.hpp"
 
 #include <signal.h>
@@ -134,11 +135,11 @@ static int carry_out(int argc, char** argv) try {
     background.reset();
     return 0;
 } catch (const std::exception& error) {
-    std::cerr << argv[0] << ": " << error.what() << '\n';
+    std::cerr << argv[0] << ": " << plumb::reason(error) << '\n';
     return 1;
 }
 
 int main(int argc, char** argv) {
-    const int status = carry_out(argc, argv);
-    return plumb::when_written(status, model().about.name);
+    const char* const program = model().about.name;
+    return plumb::ended(program, [&] { return plumb::when_written(carry_out(argc, argv), program); });
 }

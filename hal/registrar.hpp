@@ -48,6 +48,8 @@ struct OffsetInfo {
     std::string value;          // the offset
     std::string counts, scale;  // where it is brought in by counts
     std::string bound, rate, limited, acceleration;
+    double times = 1;                 // of the acceleration
+    std::string accelerated_by;       // where the output limits no acceleration: one sentence, what does
     std::string guest;                // the part of it for which bound and rate do not hold
     std::vector<std::string> motion;  // positions that it depends on,
     double slope = 0;                 // by so much at most

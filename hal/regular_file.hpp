@@ -49,11 +49,13 @@ public:
         if (number_ < 0 && errno == ELOOP && (flags & O_NOFOLLOW) != 0)
             throw std::system_error(errno, std::generic_category(), path_.string() + " is a link");
         if (number_ < 0) fail();
-        const mode_t kind = state().st_mode;
-        if (S_ISREG(kind)) return;
-        close(number_);
-        number_ = -1;
-        errno = S_ISDIR(kind) ? EISDIR : EINVAL;
+        struct stat state {};
+        const bool known = fstat(number_, &state) == 0;
+        if (known && S_ISREG(state.st_mode)) return;
+        const int error = !known ? errno : S_ISDIR(state.st_mode) ? EISDIR : EINVAL;
+        close(std::exchange(number_, -1));
+        errno = error;
+        if (!known) fail();
         if (errno == EISDIR) fail();
         throw std::system_error(errno, std::generic_category(), path_.string() + " is no regular file");
     }

@@ -2,10 +2,10 @@
 """plumb wire on the sample configurations of LinuxCNC, which were written without Plumb in mind."""
 
 import argparse
-import glob
 import os
 import re
 import shutil
+import stat
 import subprocess
 import sys
 import tempfile
@@ -63,13 +63,14 @@ def main():
             if not os.path.exists(ini):
                 print("| %s | | not in this LinuxCNC | | | |" % name)
                 continue
-            before = contents(os.path.dirname(ini))
+            own = [output_of(ini)]
+            before = snapshot(folder, own)
             status, output = wire(ini, functions, options)
             if arguments.show:
                 print(output)
             for row in rows(name, functions, status, output):
                 print(row, flush=True)
-            changed = changes(before, contents(os.path.dirname(ini)))
+            changed = changes(before, snapshot(folder, own))
             if changed:
                 print("| %s | CHANGED: %s | | | | |" % (name, ", ".join(changed)))
             works += status == 0 and not changed
@@ -122,13 +123,24 @@ def rows(name, functions, status, output):
         yield "| %s | %s | %s | %s |" % (name, function, " | ".join(steps), effect)
 
 
-def contents(folder):
-    """All files of a folder but those of plumb wire."""
+def snapshot(root, without=()):
+    """Mode, time and content of each file, link and folder below `root`; of the folder in which one of `without` lies, the
+    mode alone."""
     found = {}
-    for path in glob.glob(os.path.join(folder, "**"), recursive=True, include_hidden=True):
-        if os.path.isfile(path) and not os.path.relpath(path, folder).startswith("plumb"):
-            with open(path, "rb") as file:
-                found[os.path.relpath(path, folder)] = file.read()
+    parents = {os.path.dirname(path) for path in without}
+    for folder, folders, files in os.walk(root):
+        folders[:] = [name for name in folders if os.path.join(folder, name) not in without]
+        state = os.lstat(folder)
+        found[os.path.relpath(folder, root)] = state.st_mode, None if folder in parents else state.st_mtime_ns, None
+        for name in [*files, *(name for name in folders if os.path.islink(os.path.join(folder, name)))]:
+            path = os.path.join(folder, name)
+            state, content = os.lstat(path), None
+            if stat.S_ISLNK(state.st_mode):
+                content = os.readlink(path)
+            elif stat.S_ISREG(state.st_mode):
+                with open(path, "rb") as file:
+                    content = file.read()
+            found[os.path.relpath(path, root)] = state.st_mode, state.st_mtime_ns, content
     return found
 
 

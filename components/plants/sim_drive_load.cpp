@@ -84,7 +84,7 @@ configs/mill/bench.hal has all lines.)"},
     hal::Out<double> load{this, "load", "%", "Load that the drive reports."};
     hal::Out<double> truth_load{this, "truth-load", "%", "Load before lag, noise and sampling."};
     hal::Out<double> truth_speed{this, "truth-speed", "rpm", "Speed of the spindle."};
-    hal::Function run{this, "update", &SimDriveLoad::update, "After the mill."};
+    hal::Function run{this, "update", &SimDriveLoad::update, hal::Place::load};
 
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);

@@ -82,7 +82,8 @@ configs/grinder/bench.hal has all lines.)"},
                                         "Peak of the motor, last stroke."};
     hal::Out<double> truth_cycle_time{this, "truth-cycle-time", "s", "Time of the last cycle."};
     hal::Out<double> truth_force_limit{this, "truth-force-limit", "mu/s2", "The force-limit of this axis."};
-    hal::Function run{this, "update", &SimGrinder::update, "After the command of the axis."};
+    hal::Function run{this, "update", &SimGrinder::update, hal::Place::machine,
+                      "After the command of the axis."};
 
     void update(double dt) noexcept {
         const double given = position_cmd;

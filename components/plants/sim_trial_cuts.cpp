@@ -82,7 +82,7 @@ configs/lathe/bench.hal has all lines.)"},
     hal::Out<bool> done{this, "done", "The finishing land is turned."};
     hal::Out<double> truth_effective{this, "truth-effective-height", "mu",
                                      "Mean of the effective heights of the cuts, at the Y before the move."};
-    hal::Function run{this, "update", &SimTrialCuts::update, "Before the lathe."};
+    hal::Function run{this, "update", &SimTrialCuts::update, hal::Place::program};
 
     void update(double) noexcept {
         const bool now = start;

@@ -9,7 +9,10 @@ import sys
 
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 SHARE = os.path.join(PREFIX, "share", "plumb")
+sys.path.append(os.path.join(PREFIX, "python"))  # of a build
 sys.path.insert(0, SHARE)
+import plumb_program  # noqa: E402
+
 SUMMARY = "shows the functions of this machine on a touch screen"
 
 
@@ -81,4 +84,4 @@ def refuse(sentence, status):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    plumb_program.run("plumb panel", main)

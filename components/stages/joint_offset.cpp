@@ -14,7 +14,17 @@
 
 namespace plumb {
 
-enum class Fault : std::int32_t { none, source, position, feedback, settings, limits, origin, interlock };
+enum class Fault : std::int32_t {
+    none,
+    source,
+    position,
+    feedback,
+    settings,
+    limits,
+    origin,
+    interlock,
+    bound
+};
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::source:
@@ -34,8 +44,12 @@ constexpr const char* sentence(Fault fault) {
         case Fault::origin:
             return "The origin was set with an offset in force; unhome the joint and home it again.";
         case Fault::interlock:
-            return "The heartbeat stands still: interlock is not loaded or not called, and the offset is "
-                   "held.";
+            return "The heartbeat stands still: interlock is not loaded, not called, or has found a wrong "
+                   "order "
+                   "of functions; the offset is held.";
+        case Fault::bound:
+            return "The max-offset is below the present offset; the last good one stays in force until the "
+                   "offset is within the new one.";
         default: return nullptr;
     }
 }
@@ -84,21 +98,25 @@ that needs the position of the encoder takes the signal at drive-feedback, here 
                                       hal::SettingUp{R"(
 1. Set min-limit, max-limit, joint-acceleration and offset-acceleration as above. Before that no offset is applied.
 2. Check that the drive can follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.
-3. Check the order of the functions with halcmd show thread.
+3. Check the order of the functions with plumb doctor --running.
 4. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults.)"},
                                       hal::Behaviour{R"(
 - Not homed: No offset. A present one is released at ramp-rate.
 - Homed, machine turned on, enable: The offset comes at ramp-rate. ramping is true meanwhile.
 - In motion: The offset follows its sources without lag, at most at max-rate. The following error grows by the speed of
 the offset times the lag of the drive.
+- At max-offset: The offset brakes in time, and stops there. A source that stops there itself passes unchanged.
+- max-offset below the present offset: It is refused, and nothing moves. It comes into force when the offset can stop
+within it. A smaller offset-acceleration waits in the same way.
 - Machine off, emergency stop: The offset holds, and turning on moves nothing. Later changes of the sources follow at
 ramp-rate after the machine is on.
 - Abort: The offset stays.
 - Homing: LinuxCNC refuses to home while inhibit-homing is true. Unhome the joint, wait until its offset is 0, and home.
 If the origin moves with an offset in force, the offset is released until the joint is unhomed and homed again.
 - Near a soft limit: An offset towards the limit fades out, and limited is true. The distance in which it fades is
-4 x offset x joint-acceleration / offset-acceleration: 0.8 mm for 0.05 mm, 2000 and 500 mm/s2.
-- Interlock unloaded or not called (heartbeat stands still): The offset holds, except near a soft limit, also when the
+4 x offset x joint-acceleration / offset-acceleration: 0.8 mm for 0.05 mm, 2000 and 500 mm/s2. There the sources have
+a quarter of offset-acceleration, elsewhere all of it.
+- Interlock unloaded, not called, or with a fault of the order (heartbeat stands still): The offset holds, except near a soft limit, also when the
 joint is unhomed. Later changes of the sources follow at ramp-rate when interlock is called again.
 - Invalid source or position: The last good value stays.
 - Contradiction: max-offset comes first, then the soft limits, offset-acceleration, and max-rate.)"},
@@ -153,10 +171,10 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                                 .acceleration(offset_acceleration)
                                 .motion(joint_command, 1)};
 
-    hal::Function un_correct{this, "update-feedback", &JointOffset::update_feedback,
-                             "After the drive's feedback is read, before motion-controller."};
-    hal::Function run{this, "update", &JointOffset::update,
-                      "After motion-controller and the sources, before the drive's command is written."};
+    hal::Function un_correct{this, "update-feedback", &JointOffset::update_feedback, hal::Place::feedback,
+                             "After the drive's feedback is read."};
+    hal::Function run{this, "update", &JointOffset::update, hal::Place::stage,
+                      "Before the drive's command is written."};
 
     void prepare() override { settings_ = {max_offset, ramp_rate, max_rate}; }
 
@@ -170,9 +188,9 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     void update(double dt) noexcept {
         hal::SettingsReader setting;
         const Settings settings{setting(max_offset), setting(ramp_rate), setting(max_rate)};
-        if (setting.good()) settings_ = settings;
+        const bool refused = setting.good() && !take(settings, dt);
         const SoftLimits limits{min_limit, max_limit, joint_acceleration, offset_acceleration};
-        if (limits.valid()) limits_ = limits;
+        if (limits.valid()) take(limits, dt);
         const double command = joint_command;
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
@@ -206,6 +224,7 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
                                    {!good_feedback_, Fault::feedback},
                                    {!setting.good(), Fault::settings},
+                                   {refused, Fault::bound},
                                    {!limits.valid(), Fault::limits},
                                    {shifted_, Fault::origin}});
     }
@@ -215,12 +234,36 @@ private:
     static constexpr double farthest = SoftLimits::farthest;  // mu, of a position
     static constexpr double slack = 1e-9;                     // mu, without meaning
     static constexpr double gentle = 100;                     // mu/s2, without valid limits
+    static constexpr double quarter = 0.25;  // of the acceleration, for sources, beside a taper
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
     struct Settings {
         double max_offset, ramp_rate, max_rate;
     };
+
+    // False if max-offset is too small for the present offset; the last one stays in force.
+    bool take(const Settings& given, double dt) noexcept {
+        const double most = settings_.max_offset;
+        settings_ = given;
+        if (given.max_offset >= most || stops_within(given.max_offset, acceleration(), dt)) return true;
+        settings_.max_offset = most;
+        return false;
+    }
+
+    // A smaller offset-acceleration waits until the offset can stop within max-offset by it.
+    void take(const SoftLimits& given, double dt) noexcept {
+        const double before = limits_.offset_acceleration;
+        limits_ = given;
+        if (given.offset_acceleration < before &&
+            !stops_within(settings_.max_offset, given.offset_acceleration, dt))
+            limits_.offset_acceleration = before;
+    }
+
+    bool stops_within(double bound, double acceleration, double dt) const noexcept {
+        return source_.stops_within(bound, acceleration * source_share(), dt) &&
+               applied_.stops_within(bound, acceleration, dt);
+    }
 
     // Whether the distance from the last position to this one can be a move of the joint.
     bool read_position() noexcept {
@@ -253,12 +296,7 @@ private:
     // in this period.
     void follow(double possible, bool guarded, double moved, double dt) noexcept {
         const double most = settings_.max_offset, rate = settings_.max_rate;
-        const double acceleration = limits_.valid() ? limits_.offset_acceleration : gentle;
-        const auto reduce = [&](AccelerationLimit& limit, double bound) {
-            if (std::abs(limit.value()) > bound)
-                limit.move_to(std::copysign(bound, limit.value()), acceleration, dt);
-        };
-
+        const double acceleration = this->acceleration();
         if (guarded_ && !guarded) {  // the rest of the sum must not come at once
             source_.move_to(applied_.value(), acceleration, dt);
             source_.hold();
@@ -266,13 +304,16 @@ private:
         guarded_ = guarded;
         const double source = source_.value(), applied = applied_.value();
         const SoftLimits::Step joint{last_position_, position_, moved, dt};
-        AccelerationLimit::Limits speeds{ramping_ ? settings_.ramp_rate : rate, rate, acceleration / 4};
+        share_out(guarded && (limits_.tapers(std::max(source, possible), joint) ||
+                              limits_.tapers(std::min(source, possible), joint)),
+                  acceleration, dt);
+        AccelerationLimit::Limits speeds{
+            ramping_ ? settings_.ramp_rate : rate, rate, acceleration * source_share(), rate, rate, most};
         if (guarded) {
             speeds.down = limits_.largest_speed(-1, source, joint);
             speeds.up = limits_.largest_speed(1, source, joint);
         }
         source_.step(possible, speeds, dt);
-        reduce(source_, std::max(most, std::abs(source)));
         const bool held = (possible > source ? speeds.up : speeds.down) * dt <= slack;  // by a soft limit
         ramping_ = ramping_ && source_.value() != possible && !held;
 
@@ -283,10 +324,26 @@ private:
         const double by_motion = guarded ? std::min(std::abs(allowed - limits_.allowed(now, last_position_)),
                                                     limits_.share() * moved)
                                          : 0;
-        applied_.step(allowed, {rate, rate + by_motion / dt, acceleration}, dt);
-        reduce(applied_, std::max(most, std::abs(applied)));
-        if (guarded) reduce(applied_, limits_.largest_offset(applied_.value(), applied, joint));
+        const double fastest = rate + by_motion / dt;
+        applied_.step(allowed, {rate, fastest, acceleration, fastest, fastest, most}, dt);
+        if (!guarded) return;
+        const double within = limits_.largest_offset(applied_.value(), applied, joint);
+        if (std::abs(applied_.value()) > within)
+            applied_.move_to(std::copysign(within, applied_.value()), acceleration, dt);
     }
+
+    // While the taper may act, it needs all of the acceleration but a quarter. The sources have all of it
+    // elsewhere; they give it back when they do not need it to stop within max-offset.
+    void share_out(bool tapers, double acceleration, double dt) noexcept {
+        const double rest = acceleration * quarter;
+        if (!tapers)
+            shares_ = false;
+        else if (source_.settled(rest, dt) && source_.stops_within(settings_.max_offset, rest, dt))
+            shares_ = true;
+    }
+
+    double acceleration() const noexcept { return limits_.valid() ? limits_.offset_acceleration : gentle; }
+    double source_share() const noexcept { return shares_ ? quarter : 1; }
 
     double lag(double possible) const noexcept { return std::abs(possible - applied_.value()); }
 
@@ -301,6 +358,7 @@ private:
     LiveCounter interlock_;
     bool active_ = false, holding_ = false, ramping_ = false, permitted_ = true;
     bool guarded_ = false, tapered_ = false;  // by the soft limits
+    bool shares_ = true;                      // the acceleration, with the taper
     double origin_ = 0;                       // command_ - position_
     bool homed_ = false, shifted_ = false;    // shifted: fault origin
     bool good_feedback_ = true, knows_place_ = true;

@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A DISPLAY without a screen: turns the machine on, homes it, runs G-code files, and ends.
 
-The files are those behind the INI file in linuxcnc's command line; without any, [DISPLAY]OPEN_FILE. Its exit
-status, which is linuxcnc's, is 1 where LinuxCNC told the operator of an error. With `--record FILE` the
-virtual-time host writes a row of the axes' positions for each servo cycle.
+The files stand behind the INI file in linuxcnc's command line; without any, [DISPLAY]OPEN_FILE runs. If LinuxCNC
+reports an error to the operator, the exit status of linuxcnc is 1. With `--record FILE` the virtual-time host
+writes a row of the axes' positions for each servo cycle.
+
+If the first file is a Python script (NAME.py), the script works the machine instead, with the arguments behind it.
+plumb_linuxcnc.py helps it.
 """
 
 import argparse
+import os
 import sys
 
 import linuxcnc
@@ -19,9 +23,11 @@ PINS = ["axis.%s.pos-cmd" % letter for letter in "xyz"] + ["motion.current-vel",
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-ini", required=True, help=argparse.SUPPRESS)  # linuxcnc gives it to every DISPLAY
-    parser.add_argument("programs", nargs="*", metavar="FILE.ngc")
+    parser.add_argument("programs", nargs="*", metavar="FILE")
     parser.add_argument("--record", metavar="FILE", help="CSV file for a row of each servo cycle")
     parser.add_argument("--pins", type=lambda text: text.split(","), default=PINS, help="what to record instead")
+    if len(sys.argv) > 3 and sys.argv[3].endswith(".py"):  # behind -ini FILE
+        os.execv(sys.executable, [sys.executable, *sys.argv[3:]])
     arguments = parser.parse_args()
     programs = arguments.programs or [linuxcnc.ini(arguments.ini).find("DISPLAY", "OPEN_FILE")]
 

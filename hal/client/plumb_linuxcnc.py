@@ -28,6 +28,7 @@ _POLLING = 0.005  # seconds between two looks at the status
 _MORE_MESSAGES = 0.3  # seconds in which they follow the first one
 _ANSWER = 30  # seconds for LinuxCNC to answer without motion
 _STALL = 0.1  # seconds; a longer time between two looks is one in which a busy computer let this program wait
+_STOPPED = "motion stopped by enable input"  # motion's report of an emergency stop whose chain it sees, too
 
 
 class OperatorError(RuntimeError):
@@ -44,13 +45,14 @@ class Machine:
     status     linuxcnc.stat of the last poll()
     command    linuxcnc.command, for all that has no method here
     errors     the error messages of LinuxCNC so far, a list of texts
-    messages   its other messages
+    messages   its other messages, and motion's report of each emergency_stop()
     """
 
     def __init__(self, timeout=60):
         self.errors = []
         self.messages = []
         self._raised = 0  # of the errors
+        self._in_emergency_stop = False  # by this program
         self._host = None
         self.command = linuxcnc.command()
         self.status = linuxcnc.stat()
@@ -102,8 +104,9 @@ class Machine:
             if not message:
                 return self.status
             kind, text = message
-            is_error = kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
-            (self.errors if is_error else self.messages).append(text.strip())
+            text = text.strip()
+            is_error = kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR) and not (self._in_emergency_stop and text == _STOPPED)
+            (self.errors if is_error else self.messages).append(text)
 
     def wait_for(self, condition, what, timeout=60):
         """Waits until condition(status) is true. Raises OperatorError where an error comes first, or Overdue."""
@@ -127,6 +130,7 @@ class Machine:
     def turn_on(self):
         """Resets the emergency stop, and turns the machine on."""
         self._state(linuxcnc.STATE_ESTOP_RESET, lambda status: status.task_state != linuxcnc.STATE_ESTOP)
+        self._in_emergency_stop = False
         self._state(linuxcnc.STATE_ON, lambda status: status.task_state == linuxcnc.STATE_ON)
 
     def turn_off(self):
@@ -135,6 +139,7 @@ class Machine:
 
     def emergency_stop(self):
         """Stops as the red button does."""
+        self._in_emergency_stop = True
         self._state(linuxcnc.STATE_ESTOP, lambda status: status.task_state == linuxcnc.STATE_ESTOP)
 
     def home(self, timeout=300):

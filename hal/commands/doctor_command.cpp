@@ -31,6 +31,7 @@
 #include "hal/command_line.hpp"
 #include "hal/commands/command.hpp"
 #include "hal/commands/installation.hpp"
+#include "hal/commands/running_threads.hpp"
 #include "hal/host/faketime_library.hpp"
 #include "hal/markup.hpp"
 #include "products.hpp"
@@ -87,14 +88,17 @@ Texts split(const std::string& list) {
     return words;
 }
 
-// LinuxCNC's realtime, with its number; empty when none runs.
-std::string running_realtime() {
-    const std::string name = "rtapi_app";
+// A process of this name, with its number; empty when none runs.
+std::string running(const std::string& name) {
     std::error_code ended;
     for (const fs::directory_entry& entry : fs::directory_iterator("/proc", ended))
         if (first_line(entry.path() / "comm") == name)
             return name + ", process " + entry.path().filename().string();
     return "";
+}
+
+std::string running_realtime() {
+    return running("rtapi_app");
 }
 
 // Where the files of this Plumb are.
@@ -437,6 +441,54 @@ Findings extras(const Trial&) {
     return findings;
 }
 
+// --- the HAL that runs ---
+
+std::string joined(const std::vector<hal::PlacedFunction>& functions) {
+    Texts names;
+    for (const hal::PlacedFunction& one : functions)
+        if (one.place != hal::Place::none) names.push_back(one.name);
+    return joined(names);
+}
+
+// Whether the functions of Plumb are where their pages have them.
+Findings threads() {
+    if (running_realtime().empty() && running("plumb-host").empty())
+        return {
+            {Mark::wrong, "No HAL runs here: there is neither rtapi_app nor plumb-host.", "linuxcnc my.ini"}};
+    const std::string halcmd = "timeout 60 halcmd -s show ";  // another program may keep HAL locked
+    const auto lists = output_of(halcmd + "thread"), functions = output_of(halcmd + "funct");
+    if (!lists || !functions)
+        return {{Mark::wrong, "HAL does not show its threads within 60 s.", "halcmd show thread"}};
+    const Home home;
+    const RunningThreads found =
+        running_threads(*lists, *functions, home.root / "share" / "plumb", split(PLUMB_MODULES));
+    Findings findings;
+    for (const std::string& file : found.undeclared)
+        findings.push_back({Mark::wrong, "Missing or damaged: " + file + '.', home.build_again()});
+    if (found.threads.empty())
+        findings.push_back(
+            {Mark::wrong, "HAL has no thread.", "halcmd loadrt threads name1=servo-thread period1=1000000"});
+    const std::vector<hal::Misplaced> wrong = hal::misplaced(found.threads, found.idle);
+    for (const hal::Misplaced& one : wrong) {
+        std::string command;
+        for (const std::string& line : one.commands)
+            command += (command.empty() ? "halcmd " : " && halcmd ") + line;
+        findings.push_back({Mark::wrong, one.sentence, command});
+    }
+    if (!wrong.empty()) {
+        findings.push_back({Mark::note,
+                            "Turn the machine off, and give the commands from the first to the last. They "
+                            "last until HAL ends: "
+                            "put the addf lines of the .hal files into the same order."});
+        return findings;
+    }
+    for (const hal::ThreadFunctions& thread : found.threads)
+        if (const std::string names = joined(thread.functions); !names.empty())
+            findings.push_back({Mark::ok, "In order in " + thread.name + ": " + names + '.'});
+    if (findings.empty()) findings.push_back({Mark::note, "No thread has a function of Plumb."});
+    return findings;
+}
+
 struct Group {
     const char* title;
     Findings (*check)(const Trial&);
@@ -460,12 +512,17 @@ void print(const Finding& finding) {
 hal::CommandPage doctor_page() {
     return {
         "plumb-doctor",
-        "",
+        "[--running]",
         {{"DESCRIPTION",
           R"(plumb doctor examines this computer and reports what is missing for Plumb, with the command that installs or
 corrects it. It checks LinuxCNC and tries its HAL in Plumb's host. It checks the kernel, namespaces, and the rights of the
 user in realtime. It checks that the modules and programs of Plumb are present and of one build, beside this program and
 where LinuxCNC looks for them. It changes nothing.)"},
+         {"THREADS",
+          R"(With --running it checks the HAL that runs now, of LinuxCNC, halrun or plumb-host. Each function of Plumb has a
+place in its thread, which its page has under FUNCTIONS. A function in a wrong place, in a wrong thread or in none is WRONG,
+and the commands below it put it where it belongs. Turn the machine off first. Functions of other components, except
+motion-controller, may stand anywhere: check yourself that the drives are read first and written last.)"},
          {"OUTPUT",
           R"(- ok: Nothing to do.
 - note: optional.
@@ -477,35 +534,51 @@ until the next start of the computer; put them into a file in /etc/sysctl.d to k
         ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
 }
 
-// Prints its findings. Returns the exit status: 0, or 1 when something is WRONG.
-int doctor() {
-    const Trial trial = try_hal_for_a_while();
-    bool notes = false;
-    int wrongs = 0;
-    for (const Group& group : groups) {
-        std::cout << group.title << '\n';
-        for (const Finding& finding : group.check(trial)) {
+// Prints findings, and counts those that are WRONG and notes.
+struct Report {
+    int wrongs = 0, notes = 0;
+
+    void show(const char* title, const Findings& findings) {
+        std::cout << title << '\n';
+        for (const Finding& finding : findings) {
             print(finding);
-            notes = notes || finding.mark == Mark::note;
+            notes += finding.mark == Mark::note;
             wrongs += finding.mark == Mark::wrong;
         }
     }
-    std::cout << '\n';
-    if (wrongs == 0)
-        std::cout << "All is well" << (notes ? ", apart from the notes" : "") << ".\n";
-    else if (wrongs == 1)
-        std::cout << "One thing is WRONG; the command below fixes it.\n";
-    else
-        std::cout << wrongs << " things are WRONG; the command below each fixes it.\n";
-    return wrongs ? 1 : 0;
+
+    // Returns the exit status: 0, or 1 when something is WRONG.
+    int end() const {
+        std::cout << '\n';
+        if (wrongs == 0)
+            std::cout << "All is well" << (notes ? ", apart from the notes" : "") << ".\n";
+        else if (wrongs == 1)
+            std::cout << "One thing is WRONG; the command below fixes it.\n";
+        else
+            std::cout << wrongs << " things are WRONG; the command below each fixes it.\n";
+        return wrongs ? 1 : 0;
+    }
+};
+
+int doctor(bool of_running) {
+    Report report;
+    if (of_running) {
+        report.show("Threads", threads());
+        return report.end();
+    }
+    const Trial trial = try_hal_for_a_while();
+    for (const Group& group : groups) report.show(group.title, group.check(trial));
+    return report.end();
 }
 
-const Command command{"doctor", "reports missing parts on this computer, and how to fix them",
-                      [](int argc, char** argv) {
-                          CLI::App app(command.summary, "plumb doctor");
-                          hal::begin_command_line(app, doctor_page);
-                          return hal::carry_out(app, argc, argv, doctor);
-                      }};
+const Command command{
+    "doctor", "reports missing parts on this computer, and how to fix them", [](int argc, char** argv) {
+        CLI::App app(command.summary, "plumb doctor");
+        hal::begin_command_line(app, doctor_page);
+        bool of_running = false;
+        app.add_flag("--running", of_running, "Checks the threads of the HAL that runs, and nothing else.");
+        return hal::carry_out(app, argc, argv, [&] { return doctor(of_running); });
+    }};
 
 }  // namespace
 }  // namespace plumb::host

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "hal/command_line.hpp"
+#include "hal/program_end.hpp"
 #include "hal/spelling.hpp"
 
 namespace plumb::host {
@@ -124,5 +125,5 @@ int run(int argc, char** argv) {
 }  // namespace plumb::host
 
 int main(int argc, char** argv) {
-    return plumb::host::run(argc, argv);
+    return plumb::ended("plumb", [&] { return plumb::host::run(argc, argv); });
 }

@@ -103,7 +103,8 @@ void declare_run(CLI::App& command, RunOptions& options) {
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Runs on the computer's one HAL, with its /dev, its network and its /tmp, one host at a time and "
-        "none beside a running LinuxCNC. For systems that forbid namespaces: without this option a run is "
+        "none beside a running LinuxCNC. A run that waits for another host reports who holds the lock. For "
+        "systems that forbid namespaces: without this option a run is "
         "refused "
         "there.");
     command
@@ -183,8 +184,10 @@ window on DISPLAY that waits for an answer. In CI start linuxcnc -r without DISP
          {"SIGNALS",
           "Ctrl-C and Ctrl-Z reach the program as usual; time continues while it is stopped. SIGTERM and "
           "SIGHUP ask it to "
-          "end; after ten seconds it is killed. If any part is killed, the rest ends, and nothing is left "
-          "behind."}},
+          "end; after ten seconds it is killed. Under nohup, it ignores SIGHUP. If any part is killed, the "
+          "rest ends, and nothing is left "
+          "behind. If all processes of a run are killed at once, its folder /tmp/plumb-host-* stays, and the "
+          "next host of the same user removes it."}},
         ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR halcmd (1),\n.BR halrun "
         "(1),\n.BR linuxcnc (1)"};
 }

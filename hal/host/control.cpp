@@ -82,6 +82,7 @@ Control::Control(Settings settings)
     setenv("RTAPI_FIFO_PATH", server_.path().c_str(), 1);
     if (settings_.speed <= 0.0) return;
     pace_.emplace(settings_.speed);
+    set_clock_speed(std::isinf(settings_.speed) ? most_speed : settings_.speed);
     timeline_.begin(never);
 }
 
@@ -109,7 +110,7 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
     while (!programs_.program_status() && !(asked && Clock::now() - *asked > patience)) {
         attend(asked ? -1 : end_descriptor);
         if (!end_) {
-            if (const auto why = watch.look(programs_, modules_.hal_library_loaded(), modules_.changes())) {
+            if (const auto why = watch.look(programs_, modules_.hal_library_loaded())) {
                 std::fprintf(stderr, "plumb run: %s. The run ends.\n", why->c_str());
                 end_ = given_up = true;
             }
@@ -175,22 +176,31 @@ void Control::attend(int end_descriptor) {
 std::chrono::nanoseconds Control::idle_time() {
     using namespace std::chrono_literals;
     if (server_.has_requests()) return 0ns;
-    std::chrono::nanoseconds idle = programs_.halcmd_runs() ? 100ms : 1s;
+    std::chrono::nanoseconds idle = programs_.waits_for_hal() ? 100ms : 1s;
     if (!timeline_.running()) return idle;
     if (!pace_) return 0ns;
     const Nanoseconds next = timeline_.next_instant();
     if (next == never) return idle;
-    if (pace_->free()) return 0ns;
+    if (pace_->free()) return rest();
     constexpr std::chrono::nanoseconds least = 50us;  // going to sleep takes about as long
-    const auto until_next = pace_->until(next, Pace::Clock::now());
+    const auto until_next = std::max(rest(), pace_->until(next, Pace::Clock::now()));
     return until_next <= 0ns ? 0ns : std::clamp(until_next, least, idle);
+}
+
+std::chrono::nanoseconds Control::rest() const {
+    return std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(rest_until_ - Pace::Clock::now()));
 }
 
 void Control::let_time_pass() {
     constexpr auto slice = std::chrono::milliseconds(2);
     constexpr auto between_looks = std::chrono::milliseconds(50);
-    if (!pace_) return timeline_.go_on(slice);
+    constexpr auto task_looks = std::chrono::microseconds(200);
+    if (!pace_) {
+        timeline_.go_on(slice);
+        return;
+    }
     const auto now = Pace::Clock::now();
+    if (now < rest_until_) return;
     if (timeline_.watches() && now - last_look_ > between_looks) {
         last_look_ = now;
         if (modules_.hal_library_loaded()) timeline_.look_again();
@@ -198,7 +208,8 @@ void Control::let_time_pass() {
     Scheduler& tasks = scheduler();
     const bool idle = tasks.next_release() == never;  // no period is owed
     const Nanoseconds limit = idle ? pace_->instant(now) : pace_->due(now, tasks.time());
-    timeline_.go_on(slice, limit);
+    // Task reads the status twice after its command. A period that began meanwhile would write it again.
+    if (timeline_.go_on(slice, limit)) rest_until_ = Pace::Clock::now() + task_looks;
     if (idle && limit != never) tasks.advance(std::max(tasks.time(), limit));
 }
 

@@ -83,6 +83,7 @@ private:
     void attend(int end_descriptor);
     std::chrono::nanoseconds idle_time();
     void let_time_pass();
+    std::chrono::nanoseconds rest() const;
     void unload_all();
     void let_unloaded_go();
     void show_progress();
@@ -95,7 +96,8 @@ private:
     Modules modules_;
     Timeline timeline_;
     std::optional<Pace> pace_;
-    std::chrono::steady_clock::time_point last_look_;  // at the names that are watched in a paced run
+    std::chrono::steady_clock::time_point rest_until_;  // in a paced run
+    std::chrono::steady_clock::time_point last_look_;   // at the names that are watched in a paced run
     Server server_;
     std::optional<PrivateFiles> files_;
     std::optional<Server::Connection> runner_;  // the connection that waits for the end of the run

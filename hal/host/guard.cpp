@@ -18,6 +18,8 @@
 #include <deque>
 #include <stdexcept>
 
+#include "hal/host/motion_status.hpp"
+
 #ifdef __SANITIZE_ADDRESS__
 // gcc has this function, and no header that declares it.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*allocated)(const volatile void*, std::size_t),
@@ -217,6 +219,7 @@ extern "C" int hal_export_funct(const char* name, void (*function)(void*, long),
                                 int reentrant, int component) {
     auto* const next = reinterpret_cast<decltype(&hal_export_funct)>(dlsym(RTLD_NEXT, "hal_export_funct"));
     if (next == nullptr) return -EINVAL;
+    function = plumb::host::marking_status(name, function);
     if (!plumb::host::guard_enabled()) return next(name, function, argument, uses_fp, reentrant, component);
     auto& watched = plumb::host::all_watched().emplace_back(plumb::host::Watched{name, function, argument});
     return next(name, plumb::host::call_watched, &watched, uses_fp, reentrant, component);

@@ -3,11 +3,13 @@
 // hangs until it is restarted. The host takes such a lock back.
 #pragma once
 
+#include <chrono>
+
 namespace plumb::host {
 
-// Looks at HAL's lock, which its owners hold for microseconds, and opens it when it was never found open for
-// a second. Call it every 0.1 s or so while somebody may wait for the lock; code in this process that does
-// wait for it looks by itself.
-void watch_hal_lock();
+// Looks at HAL's lock and at that of its identities, which their owners hold for microseconds, and opens one
+// that was never found open for `patience`, with a message. Call it every 0.1 s or so while somebody may wait
+// for a lock; code in this process that does wait for one looks by itself, for a second.
+void watch_hal_lock(std::chrono::seconds patience);
 
 }  // namespace plumb::host

@@ -30,6 +30,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "hal/host/holders.hpp"
+#include "hal/host/host_folder.hpp"
 #include "hal/host/leftovers.hpp"
 #include "hal/host/shared_memory.hpp"
 
@@ -87,7 +89,12 @@ public:
     // False when the other is dead.
     template <class Message>
     bool say(const Message& message) const {
-        return send(end(), &message, sizeof message, MSG_NOSIGNAL) == sizeof message;
+        ssize_t count = 0;
+        do count = send(end(), &message, sizeof message, MSG_NOSIGNAL);
+        while (count < 0 && errno == EINTR);
+        if (count < 0 && errno != EPIPE && errno != ECONNRESET)
+            std::fprintf(stderr, "plumb-host: the host and its keeper: %s\n", std::strerror(errno));
+        return count == sizeof message;
     }
     template <class Message>
     bool hear(Message& message) const {
@@ -248,11 +255,26 @@ int open_lock(const std::string& path) {
     throw std::runtime_error(path + " is no file, and this host's lock file is to be there: remove it");
 }
 
-// Ends this process, which waits, by a signal that has come, as if it had not been blocked.
-void obey_signals() {
+bool is_ignored(int signal) {
+    struct sigaction action {};
+    sigaction(signal, nullptr, &action);
+    return action.sa_handler == SIG_IGN;
+}
+
+// The signals that ask a run to end. A signal that the user has it ignore, by nohup or by `&` in a script, is
+// none of them: while it is blocked it comes nevertheless.
+sigset_t signals_that_end() {
     sigset_t signals;
     sigemptyset(&signals);
-    for (const int signal : {SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
+    sigaddset(&signals, SIGTERM);
+    for (const int signal : {SIGHUP, SIGINT})
+        if (!is_ignored(signal)) sigaddset(&signals, signal);
+    return signals;
+}
+
+// Ends this process, which waits, by a signal that has come, as if it had not been blocked.
+void obey_signals() {
+    const sigset_t signals = signals_that_end();
     const timespec pause{0, 50'000'000};
     const int number = sigtimedwait(&signals, nullptr, &pause);
     if (number > 0) std::exit(128 + number);
@@ -262,17 +284,21 @@ void obey_signals() {
 void take_machine_hal(int control_descriptor) {
     const std::string path = access("/run/lock", W_OK) == 0 ? "/run/lock/plumb-host" : "/tmp/plumb-host.lock";
     const int lock = open_lock(path);
-    for (bool waiting = false; flock(lock, LOCK_EX | LOCK_NB) != 0; waiting = true) {
+    const auto began = std::chrono::steady_clock::now();
+    for (bool waiting = false, told = false; flock(lock, LOCK_EX | LOCK_NB) != 0; waiting = true) {
         if (errno != EWOULDBLOCK && errno != EINTR) fail("cannot lock " + path);
         if (!waiting)
             std::fputs("plumb-host: waits until the other host that uses this machine's one HAL has ended\n",
                        stderr);
+        if (!told && std::chrono::steady_clock::now() - began > std::chrono::seconds(1)) {
+            std::fprintf(stderr, "plumb-host: %s\n", who_holds(path, lock).c_str());
+            told = true;
+        }
         if (client_gone(control_descriptor)) std::exit(1);
         obey_signals();
     }
     if (const pid_t process = realtime_master())
-        throw std::runtime_error("LinuxCNC's realtime runs on this machine (rtapi_app, process " +
-                                 std::to_string(process) +
+        throw std::runtime_error("LinuxCNC's realtime runs on this machine (" + description_of(process) +
                                  "), and this host has no namespace to stay apart from it");
     for (const int key : {hal_memory_key, identity_memory_key}) {
         const int segment = shmget(key, 0, 0);
@@ -280,9 +306,18 @@ void take_machine_hal(int control_descriptor) {
         shmid_ds state{};
         if (segment < 0 || shmctl(segment, IPC_STAT, &state) != 0 || state.shm_nattch > 0 ||
             shmctl(segment, IPC_RMID, nullptr) != 0)
-            throw std::runtime_error(
-                "HAL is in use on this machine, and this host has no namespace to stay apart from it");
+            throw std::runtime_error("HAL is in use on this machine (" + who_has_memory(key) +
+                                     "), and this host has no namespace to stay apart from it");
     }
+}
+
+// A host that was killed together with its keeper has cleared nothing away.
+// Returns whether there was one.
+bool clear_after_killed_hosts() {
+    const char* const home = std::getenv("HOME");
+    const bool killed = remove_folders_of_killed_hosts();
+    if (killed && home != nullptr && *home == '/') Placeholder::remove(Leftovers::tool_table_in(home));
+    return killed;
 }
 
 // Kills the rest of the host's programs: this process is their parent once the host is dead.
@@ -305,24 +340,20 @@ void kill_orphans() {
 // it.
 void leave_terminal_signals_to_program() {
     for (const int signal : {SIGINT, SIGQUIT, SIGHUP}) {
+        if (is_ignored(signal)) continue;  // as with nohup, and the program is to ignore it, too
         struct sigaction action {};
-        sigaction(signal, nullptr, &action);
-        if (action.sa_handler == SIG_IGN) continue;  // as with nohup, and the program is to ignore it, too
         action.sa_handler = [](int) {};
         action.sa_flags = SA_RESTART;
         sigaction(signal, &action, nullptr);
     }
 }
 
-[[noreturn]] void keep(pid_t host, bool namespaces, const Isolation& wanted) {
+// `events`: a descriptor that shows ends of processes and signals that end.
+[[noreturn]] void keep(pid_t host, int events, bool namespaces, const Isolation& wanted) {
     using Clock = std::chrono::steady_clock;
     // For a host that is to end, unless a module keeps it, or the program on the terminal takes its time.
     const auto patience = std::chrono::seconds(wanted.on_terminal ? 15 : 3);
     const int control_descriptor = wanted.control_descriptor;
-    sigset_t signals;
-    sigemptyset(&signals);
-    for (const int signal : {SIGCHLD, SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
-    const int events = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
     const bool has_client = control_descriptor >= 0;
     std::optional<Clock::time_point> give_up;
     int status = 0;
@@ -363,12 +394,15 @@ void leave_terminal_signals_to_program() {
 }  // namespace
 
 Isolated isolate(const Isolation& wanted) {
+    const bool killed = clear_after_killed_hosts();
     leftovers().share();
     prctl(PR_SET_CHILD_SUBREAPER, 1);
-    sigset_t signals, before;
-    sigemptyset(&signals);
-    for (const int signal : {SIGCHLD, SIGTERM, SIGHUP, SIGINT}) sigaddset(&signals, signal);
+    sigset_t signals = signals_that_end();
+    sigset_t before;
+    sigaddset(&signals, SIGCHLD);
     sigprocmask(SIG_BLOCK, &signals, &before);
+    const int events = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);  // before there is a host to keep
+    if (events < 0) fail("signalfd");
 
     int number = 0;
     bool namespaces = wanted.namespaces != Isolation::Namespaces::none;
@@ -392,10 +426,12 @@ Isolated isolate(const Isolation& wanted) {
     }
     if (!namespaces) {
         take_machine_hal(wanted.control_descriptor);
+        if (killed) Leftovers::clear_memory_of_the_dead();
         if (lonely_root) forked = fork_host({false, true, false}, number);
         if (forked.host < 0) forked = fork_host({false, false, false}, number);
     }
-    if (forked.host > 0) keep(forked.host, namespaces, wanted);
+    if (forked.host > 0) keep(forked.host, events, namespaces, wanted);
+    close(events);
     // A terminal's Ctrl-C is for the client, or for the program.
     if (wanted.on_terminal)
         leave_terminal_signals_to_program();

@@ -11,16 +11,21 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
+
+#include "hal/socket_folder.hpp"
 
 namespace plumb::host {
 
@@ -34,10 +39,16 @@ bool alive(int process) {
     return process > 0 && (kill(process, 0) == 0 || errno != ESRCH);
 }
 
+constexpr const char* faketimes_memory[] = {"faketime_shm_", "sem.faketime_sem_"};
+
+bool is_faketimes(const std::string& name) {
+    return begins_with(name, faketimes_memory[0]) || begins_with(name, faketimes_memory[1]);
+}
+
 // libfaketime names its memory for the process that makes it, and does not remove it when that ends.
-bool is_dead_faketimes(const std::string& name) {
-    for (const char* const beginning : {"faketime_shm_", "sem.faketime_sem_"})
-        if (begins_with(name, beginning)) return !alive(std::atoi(name.c_str() + std::strlen(beginning)));
+bool is_of_live_program(const std::string& name) {
+    for (const char* const beginning : faketimes_memory)
+        if (begins_with(name, beginning)) return alive(std::atoi(name.c_str() + std::strlen(beginning)));
     return false;
 }
 
@@ -45,16 +56,37 @@ bool is_tool_table(const std::string& name) {
     return name == ".tool.mmap";
 }
 
-void remove_young(const char* folder, bool (*belongs)(const std::string& name), std::time_t since) {
-    std::error_code error;
-    std::vector<std::filesystem::path> found;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        struct stat state {};
-        if (belongs(entry.path().filename()) && lstat(entry.path().c_str(), &state) == 0 &&
-            S_ISREG(state.st_mode) && state.st_uid == geteuid() && state.st_ctime >= since)
-            found.push_back(entry.path());
-    }
-    for (const auto& file : found) std::filesystem::remove(file, error);
+// A file by what its file system knows it by: place, and the moment at which it was made. The moment is
+// compared with itself alone, so a clock that was set meanwhile does no harm; a place is given again to a
+// later file.
+using FileIdentity = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t, std::int64_t, std::uint32_t>;
+
+struct FoundFile {
+    std::filesystem::path path;
+    FileIdentity identity;
+};
+
+// This user's files that belong to LinuxCNC and libfaketime.
+std::vector<FoundFile> files_of_programs() {
+    std::vector<FoundFile> found;
+    const auto look = [&found](const char* folder, bool (*belongs)(const std::string& name)) {
+        std::error_code error;
+        for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+            struct statx state {};
+            if (!belongs(entry.path().filename()) ||
+                statx(AT_FDCWD, entry.path().c_str(), AT_SYMLINK_NOFOLLOW, STATX_BASIC_STATS | STATX_BTIME,
+                      &state) != 0 ||
+                !S_ISREG(state.stx_mode) || state.stx_uid != geteuid())
+                continue;
+            found.push_back({entry.path(),
+                             {state.stx_dev_major, state.stx_dev_minor, state.stx_ino, state.stx_btime.tv_sec,
+                              state.stx_btime.tv_nsec}});
+        }
+    };
+    look("/tmp", is_linuxcncs_in_tmp);
+    look("/dev/shm", is_faketimes);
+    if (const char* const home = std::getenv("HOME")) look(home, is_tool_table);
+    return found;
 }
 
 // Keys of shared memory as LinuxCNC has them: of motion and its like, of the buffers in linuxcnc.nml, of
@@ -68,9 +100,9 @@ void remove_if_unattached(int segment) {
     if (shmctl(segment, IPC_STAT, &state) == 0 && state.shm_nattch == 0) shmctl(segment, IPC_RMID, nullptr);
 }
 
-// Removes shared memory of this user's dead programs: those of a killed LinuxCNC leave it behind.
-void remove_young_segments(std::time_t since) {
-    std::vector<int> found;
+// Calls visit(key, segment) for all shared memory of this computer.
+template <class Visit>
+void for_each_segment(const Visit& visit) {
     std::ifstream table("/proc/sysvipc/shm");
     std::string line;
     std::getline(table, line);  // the headings
@@ -78,13 +110,20 @@ void remove_young_segments(std::time_t since) {
         std::istringstream words(line);
         unsigned long key = 0;
         int segment = 0;
-        shmid_ds state{};
-        if (words >> key >> segment && is_linuxcncs_key(key & 0xffffffff) &&
-            shmctl(segment, IPC_STAT, &state) == 0 && state.shm_perm.uid == geteuid() &&
-            state.shm_ctime >= since && !alive(state.shm_cpid))
-            found.push_back(segment);
+        if (words >> key >> segment) visit(key & 0xffffffff, segment);
     }
-    for (const int segment : found) remove_if_unattached(segment);
+}
+
+// Shared memory of this user's dead programs: those of a killed LinuxCNC leave it behind.
+std::vector<int> segments_of_dead_programs() {
+    std::vector<int> found;
+    for_each_segment([&found](unsigned long key, int segment) {
+        shmid_ds state{};
+        if (is_linuxcncs_key(key) && shmctl(segment, IPC_STAT, &state) == 0 &&
+            state.shm_perm.uid == geteuid() && !alive(state.shm_cpid))
+            found.push_back(segment);
+    });
+    return found;
 }
 
 }  // namespace
@@ -100,7 +139,11 @@ struct Leftovers::Page {
     int segment[most_segments];
     char folder[256];
     char placeholder[512];
-    std::time_t began;
+};
+
+struct Leftovers::Before {
+    std::set<FileIdentity> files;
+    std::set<int> segments;  // whose numbers the kernel does not soon give again
 };
 
 Leftovers& leftovers() {
@@ -112,7 +155,10 @@ void Leftovers::share() {
     void* memory = mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::runtime_error("no memory to share with the host");
     page_ = static_cast<Page*>(memory);
-    page_->began = std::time(nullptr);
+    auto before = std::make_shared<Before>();
+    for (const FoundFile& file : files_of_programs()) before->files.insert(file.identity);
+    for_each_segment([&before](unsigned long, int segment) { before->segments.insert(segment); });
+    before_ = before;
 }
 
 void Leftovers::add_segment(int system_id) {
@@ -144,10 +190,21 @@ void Leftovers::clear_away() const {
 void Leftovers::clear_machine() const {
     if (page_ == nullptr) return;
     for (int i = 0; i < page_->segments; ++i) remove_if_unattached(page_->segment[i]);
-    remove_young_segments(page_->began);
-    remove_young("/tmp", is_linuxcncs_in_tmp, page_->began);
-    remove_young("/dev/shm", is_dead_faketimes, page_->began);
-    if (const char* const home = std::getenv("HOME")) remove_young(home, is_tool_table, page_->began);
+    for (const int segment : segments_of_dead_programs())
+        if (before_->segments.count(segment) == 0) remove_if_unattached(segment);
+    std::error_code error;
+    for (const FoundFile& file : files_of_programs())
+        if (before_->files.count(file.identity) == 0 && !is_of_live_program(file.path.filename()))
+            std::filesystem::remove(file.path, error);
+}
+
+void Leftovers::clear_memory_of_the_dead() {
+    for (const int segment : segments_of_dead_programs()) remove_if_unattached(segment);
+    std::error_code error;
+    for (const FoundFile& file : files_of_programs()) {
+        const std::string name = file.path.filename();
+        if (is_faketimes(name) && !is_of_live_program(name)) std::filesystem::remove(file.path, error);
+    }
 }
 
 Placeholder::Placeholder(const std::string& file) : file_(file), descriptor_(-1) {

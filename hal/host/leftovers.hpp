@@ -3,9 +3,8 @@
 // shares with its keeper process (see isolation.hpp); the keeper clears it away once the host is gone.
 #pragma once
 
+#include <memory>
 #include <string>
-
-#include "hal/socket_folder.hpp"
 
 namespace plumb::host {
 
@@ -27,17 +26,27 @@ public:
     void set_folder(const std::string& folder);  // of the socket
     void set_placeholder(const std::string& file);
 
+    // The file of a user by which LinuxCNC's programs share their tool table.
+    static std::string tool_table_in(const std::string& home) { return home + "/.tool.mmap"; }
+
     // Removes the folder with the socket in it, and the placeholder. For the keeper.
     void clear_away() const;
 
     // Removes the leftovers of a host in no namespace and of its programs: shared memory that nobody has
-    // attached, and files of LinuxCNC and libfaketime, all as young as the host. Call it when they are
-    // dead.
+    // attached, and files of LinuxCNC and libfaketime, none of which was there when share() was called. Call
+    // it when they are dead.
     void clear_machine() const;
+
+    // Removes shared memory of LinuxCNC that nobody has attached, and of libfaketime, if its makers, which
+    // were this user's, are dead: as after a kill of a host, its keeper and its programs. For a host that has
+    // this machine's HAL.
+    static void clear_memory_of_the_dead();
 
 private:
     struct Page;
+    struct Before;
     Page* page_ = nullptr;
+    std::shared_ptr<const Before> before_;
 };
 
 Leftovers& leftovers();

@@ -4,13 +4,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/clock_speed.hpp"
+
 namespace plumb::host {
 
 namespace {
 
 constexpr std::chrono::milliseconds max_arrears{100};  // by the computer's clock
 
+double clock_speed = 1;
+
 }  // namespace
+
+void set_clock_speed(double speed) {
+    clock_speed = speed;
+}
 
 Pace::Pace(double speed) : speed_(speed), origin_(Clock::now()) {}
 
@@ -41,3 +49,7 @@ std::chrono::nanoseconds Pace::until(Nanoseconds instant, Clock::time_point now)
 }
 
 }  // namespace plumb::host
+
+double plumb_host_clock_speed() noexcept {
+    return plumb::host::clock_speed;
+}

@@ -13,6 +13,9 @@ namespace plumb::host {
 inline constexpr double least_speed = 0.01;
 inline constexpr double most_speed = 1000.0;
 
+// For modules that ask for it (hal/clock_speed.hpp); 1 until it is set.
+void set_clock_speed(double speed);
+
 class Pace {
 public:
     using Clock = std::chrono::steady_clock;

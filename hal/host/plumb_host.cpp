@@ -26,6 +26,7 @@
 #include "hal/host/isolation.hpp"
 #include "hal/host/leftovers.hpp"
 #include "hal/identity.hpp"
+#include "hal/program_end.hpp"
 #include "hal/standard_output.hpp"
 
 namespace {
@@ -177,7 +178,7 @@ int carry_out(int argc, char** argv) {
         std::fprintf(stderr, "plumb run: %s\n", error.what());
         return error.status;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "%s: %s\n", program.empty() ? "plumb-host" : "plumb run", error.what());
+        std::fprintf(stderr, "%s: %s\n", program.empty() ? "plumb-host" : "plumb run", plumb::reason(error));
         return 1;
     }
 }
@@ -185,5 +186,6 @@ int carry_out(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    return plumb::when_written(carry_out(argc, argv), "plumb-host");
+    return plumb::ended("plumb-host",
+                        [&] { return plumb::when_written(carry_out(argc, argv), "plumb-host"); });
 }

@@ -41,18 +41,19 @@ void mount_empty(const files::path& folder, const char* options) {
 }
 
 // Makes `there` appear as `here`, in a folder of the run's own. The program could not have used a file that
-// has just gone, or is another user's, either.
-void show(const files::path& there, const files::path& here) {
+// has just gone, or is another user's, either. Returns whether it is there, else with errno.
+bool show(const files::path& there, const files::path& here) {
     std::error_code error;
     if (files::is_symlink(there, error)) {
         files::copy_symlink(there, here, error);
-        return;
+        errno = error.value();
+        return !error;
     }
     if (files::is_directory(there, error))
         files::create_directory(here, error);
     else if (const int file = open(here.c_str(), O_CREAT | O_CLOEXEC | O_WRONLY, 0600); file >= 0)
         close(file);
-    mount(there.c_str(), here.c_str(), nullptr, MS_BIND | MS_REC, nullptr);
+    return mount(there.c_str(), here.c_str(), nullptr, MS_BIND | MS_REC, nullptr) == 0;
 }
 
 class Descriptor {
@@ -214,7 +215,9 @@ void PrivateFiles::furnish_devices() {
     for (const char* const device : harmless_devices) {
         const files::path there = files::path("/proc/self/fd") / std::to_string(real) / device;
         std::error_code error;
-        if (files::exists(files::symlink_status(there, error))) show(there, device_folder / device);
+        if (files::exists(files::symlink_status(there, error)) && !show(there, device_folder / device))
+            std::fprintf(stderr, "plumb run: the program does not see /dev/%s: %s\n", device,
+                         std::strerror(errno));
     }
     close(real);
     furnish_terminals();
@@ -250,7 +253,7 @@ void PrivateFiles::furnish_tmp() {
 void PrivateFiles::hide_tool_table() {
     const char* const home = std::getenv("HOME");
     if (home == nullptr || *home != '/') return;
-    tool_table_ = std::string(home) + "/.tool.mmap";
+    tool_table_ = Leftovers::tool_table_in(home);
     leftovers().set_placeholder(tool_table_);
     placeholder_.emplace(tool_table_);
     if (!placeholder_->held()) {

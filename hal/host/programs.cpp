@@ -120,6 +120,7 @@ Programs::Programs() {
     sigprocmask(SIG_BLOCK, &children, nullptr);
     child_events_ = signalfd(-1, &children, SFD_CLOEXEC | SFD_NONBLOCK);
     if (child_events_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
+    if (child_events_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
     set_message_sink([this](std::string_view text, bool) {
         for (auto command = commands_.rbegin(); command != commands_.rend(); ++command) {
             if (command->process == 0) continue;
@@ -224,6 +225,10 @@ void Programs::add_to(std::vector<pollfd>& waits) const {
         if (command.output >= 0) waits.push_back({command.output, POLLIN, 0});
 }
 
+bool Programs::waits_for_hal() const {
+    return halcmd_runs() || program_runs();
+}
+
 bool Programs::halcmd_runs() const {
     return std::any_of(commands_.begin(), commands_.end(),
                        [](const Command& command) { return command.process != 0; });
@@ -249,7 +254,8 @@ void Programs::read_output(Command& command) {
 }
 
 void Programs::attend() {
-    if (halcmd_runs()) watch_hal_lock();
+    // A program of the user's may be late on a busy computer.
+    if (waits_for_hal()) watch_hal_lock(std::chrono::seconds(halcmd_runs() ? 1 : 5));
     signalfd_siginfo event;
     while (read(child_events_, &event, sizeof event) > 0)
         continue;  // one event may stand for several children

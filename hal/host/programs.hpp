@@ -62,10 +62,13 @@ public:
     void add_to(std::vector<pollfd>& waits) const;
 
     // Passes on output, reports the ended, and keeps HAL's lock from being lost. Never blocks. Call it when
-    // something waits, and every 0.1 s while halcmd_runs().
+    // something waits, and every 0.1 s while waits_for_hal().
     void attend();
 
     bool halcmd_runs() const;
+
+    // Whether a program runs that may wait for HAL's lock.
+    bool waits_for_hal() const;
 
     // How many halcmd have begun since the host did.
     unsigned long halcmds_begun() const { return halcmds_begun_; }

@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,19 +21,19 @@ std::optional<std::string> realtime_beside(const Programs& programs);
 class RunWatch {
 public:
     // Why the run is to end, in a sentence, or nothing. Call it at least once a second. `own_hal`: the host
-    // has HAL. `changes` counts the modules that were loaded or unloaded.
-    std::optional<std::string> look(const Programs& programs, bool own_hal, unsigned long changes);
+    // has HAL.
+    std::optional<std::string> look(const Programs& programs, bool own_hal);
 
 private:
     using Clock = std::chrono::steady_clock;
 
-    std::optional<std::string> look_for_task(const Programs& programs, unsigned long changes);
+    std::optional<std::string> look_for_task(const Programs& programs);
 
     Clock::time_point last_look_{};
-    bool task_ = false;              // there was one at the last look
-    std::vector<pid_t> scripts_;     // linuxcnc, when its task went
-    Clock::time_point task_gone_{};  // when that was
-    unsigned long changes_then_ = 0;
+    bool task_ = false;               // there was one at the last look
+    std::vector<pid_t> scripts_;      // linuxcnc, when its task went
+    Clock::time_point idle_since_{};  // they have done nothing
+    std::uint64_t work_then_ = 0;
 };
 
 }  // namespace plumb::host

@@ -12,12 +12,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <optional>
-#include <random>
 #include <stdexcept>
 
-#include "hal/host/leftovers.hpp"
 #include "hal/host/line_buffer.hpp"
 #include "hal/host/messages.hpp"
+#include "hal/socket_folder.hpp"
 
 namespace plumb::host {
 
@@ -84,39 +83,6 @@ bool trusted(int descriptor) {
     return user == geteuid() || user == 0;
 }
 
-// Whether nobody else can remove or rename files of this process in the folder. In a user namespace its
-// owner has no number to be known by.
-bool is_safe(const std::string& folder) {
-    struct stat state {};
-    if (stat(folder.c_str(), &state) != 0 || (geteuid() == 0 && state.st_uid != 0)) return false;
-    return (state.st_mode & (S_IWGRP | S_IWOTH)) == 0 || (state.st_mode & S_ISVTX) != 0;
-}
-
-// A new folder that is this user's alone, in TMPDIR or /tmp. The keeper knows of it before it is there: the
-// host may be killed at any moment.
-std::string make_folder() {
-    const char* const asked_for = std::getenv("TMPDIR");
-    // A socket's path must be short, and TMPDIR may not be there.
-    const std::size_t most = sizeof sockaddr_un::sun_path - 1 - 1 - std::strlen(hal::socket_name) -
-                             std::strlen(host_file_template) - 1;
-    const bool good = asked_for != nullptr && *asked_for == '/' && std::strlen(asked_for) <= most;
-    std::random_device random;
-    for (const std::string base : {good ? asked_for : "/tmp", "/tmp"}) {
-        if (!is_safe(base)) continue;
-        for (int tries = 0; tries < 100; ++tries) {
-            std::string name = std::string(host_file_beginning) + "......";
-            for (char& letter : name)
-                if (letter == '.') letter = "abcdefghijklmnopqrstuvwxyz0123456789"[random() % 36];
-            const std::string folder = base + "/" + name;
-            leftovers().set_folder(folder);
-            if (mkdir(folder.c_str(), 0700) == 0) return folder;
-            if (errno != EEXIST) break;
-        }
-    }
-    leftovers().set_folder("");
-    fail("cannot make a folder for the host's socket in /tmp");
-}
-
 }  // namespace
 
 struct Server::Peer {
@@ -140,10 +106,8 @@ bool Server::takes_requests(const Peer& peer) {
     return !peer.busy && !peer.finish && !peer.gone && peer.unsent.size() < most_unsent;
 }
 
-Server::Server(Service& service, int control_descriptor) : service_(service) {
-    folder_ = make_folder();
-    path_ = folder_ + "/" + hal::socket_name;
-
+Server::Server(Service& service, int control_descriptor)
+    : service_(service), path_(folder_.path() + "/" + hal::socket_name) {
     listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -163,7 +127,6 @@ Server::Server(Service& service, int control_descriptor) : service_(service) {
 Server::~Server() {
     for (Peer& peer : peers_) close(peer.descriptor);
     if (listener_ >= 0) close(listener_);
-    hal::remove_socket_folder(folder_);
 }
 
 // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID. That
@@ -176,7 +139,7 @@ void Server::admit_rtapi_app() const {
     const auto owner = static_cast<uid_t>(std::atoi(user));
     if (lchown(path_.c_str(), owner, static_cast<gid_t>(-1)) != 0 && errno != EINVAL)
         fail("cannot give " + path_ + " to user " + user);
-    if (chmod(folder_.c_str(), 0711) != 0) fail("cannot open " + folder_);
+    if (chmod(folder_.path().c_str(), 0711) != 0) fail("cannot open " + folder_.path());
 }
 
 void Server::add_to(std::vector<pollfd>& waits) const {

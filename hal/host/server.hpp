@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/host/host_folder.hpp"
+
 namespace plumb::host {
 
 class Server {
@@ -89,7 +91,7 @@ private:
     Peer* find(Connection connection);
 
     Service& service_;
-    std::string folder_;
+    HostFolder folder_;
     std::string path_;
     int listener_ = -1;
     std::list<Peer> peers_;

@@ -32,6 +32,7 @@ struct SharedMemory::Segment {
     int system_id = -1;
     int users = 0;  // 0: the place is free
     void* memory = nullptr;
+    std::size_t size = 0;
 };
 
 SharedMemory& shared_memory() {
@@ -85,7 +86,7 @@ int SharedMemory::attach(int key, std::size_t size) {
         return -error;
     }
     leftovers().add_segment(system_id);
-    *place = Segment{key, system_id, 1, memory};
+    *place = Segment{key, system_id, 1, memory, size};
     return static_cast<int>(place - segments_.begin());
 }
 
@@ -109,6 +110,12 @@ void* SharedMemory::address(int handle) const {
 void* SharedMemory::address_of_key(int key) const {
     for (const Segment& segment : segments_)
         if (segment.users > 0 && segment.key == key) return segment.memory;
+    return nullptr;
+}
+
+void* SharedMemory::address_of_size(std::size_t size) const {
+    for (const Segment& segment : segments_)
+        if (segment.users > 0 && segment.size == size) return segment.memory;
     return nullptr;
 }
 

@@ -33,6 +33,9 @@ public:
     // Address of the segment with this key if this process has it attached, or nullptr.
     void* address_of_key(int key) const;
 
+    // Address of the segment for which this process asked with this size, or nullptr.
+    void* address_of_size(std::size_t size) const;
+
     // A number that no other HAL program on this HAL memory has. Returns it, or a negative errno. Each call
     // needs one give_identity_back(), which lets go of the memory that it is drawn from, not of the number.
     int take_identity();

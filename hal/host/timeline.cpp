@@ -7,6 +7,7 @@
 
 #include "hal/host/background.hpp"
 #include "hal/host/messages.hpp"
+#include "hal/host/motion_status.hpp"
 #include "hal/host/names.hpp"
 #include "hal/host/scheduler.hpp"
 
@@ -39,7 +40,7 @@ Nanoseconds Timeline::next_instant() const {
     return std::min({scheduler().next_release(), next_row(), target_});
 }
 
-void Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
+bool Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
     using Clock = std::chrono::steady_clock;
     constexpr int releases_between_looks = 64;  // a look at the real clock costs as much as a release
     const auto give_up = Clock::now() + patience;
@@ -48,11 +49,11 @@ void Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
     Nanoseconds row = next_row();
     for (int releases = 0; running_; ++releases) {
         if (releases == releases_between_looks) {
-            if (Clock::now() >= give_up) return;
+            if (Clock::now() >= give_up) return false;
             releases = 0;
         }
         const Nanoseconds instant = std::min({tasks.next_release(), row, target_});
-        if (instant > limit || instant == never) return;
+        if (instant > limit || instant == never) return false;
         tasks.advance(instant);
         if (tasks.next_release() == instant) {
             if (replayer_) apply_replay(instant);
@@ -67,7 +68,9 @@ void Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
             row = next_row();
         }
         if (instant == target_) finish();
+        if (motion_took_command()) return true;
     }
+    return false;
 }
 
 void Timeline::apply_replay(Nanoseconds instant) {

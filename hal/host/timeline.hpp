@@ -24,8 +24,8 @@ public:
 
     // Goes on with the run for `patience` of real time, to the instant `limit`, or until it ends. A recording
     // that cannot be written ends; then the run ends as well, and std::runtime_error is thrown, unless it has
-    // no end: then stop_recording() throws it.
-    void go_on(std::chrono::nanoseconds patience, Nanoseconds limit = never);
+    // no end: then stop_recording() throws it. Returns early, and true, when motion has taken a command.
+    bool go_on(std::chrono::nanoseconds patience, Nanoseconds limit = never);
 
     // The next instant at which go_on() has something to do, or `never`.
     Nanoseconds next_instant() const;

@@ -20,6 +20,7 @@ from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
 from support.simulations import duration_text, simulate_all
 
+TARGETS = "simulation_mill simulation_growth axis_growth plumb-growth"
 PERIOD = 0.004  # s, of the thread
 EVERY = 0.4  # s between two rows of a recording; a cut dwells for longer
 INSTANCES = {"axis_growth": "axis-growth", "its law": "another-growth"}

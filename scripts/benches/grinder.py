@@ -17,6 +17,8 @@ from support.figures import percentile_lines
 from support.recordings import write_rows
 from support.simulations import ROOT, simulate_all
 
+TARGETS = "simulation_grinder"
+PACKAGES = "python3-matplotlib"
 CONFIG = os.path.join(ROOT, "configs", "grinder", "bench.hal")
 COMMANDS = {
     "constant": "constant speed",

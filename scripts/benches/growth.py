@@ -23,6 +23,7 @@ from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
 from support.simulations import ROOT, duration_text, simulate_all
 
+TARGETS = "simulation_mill"
 MEASURED = os.path.join(ROOT, "configs", "mill", "measured_growth.csv")
 PERIOD = 0.004  # s, of the thread: four times that of the bench, which costs a quarter of the time
 EVERY = 0.4  # s between two rows of a recording; a cut dwells for longer

@@ -18,6 +18,7 @@ from support.figures import largest, rms
 from support.growth_tests import results_of, run_test
 from support.simulations import simulate_all
 
+TARGETS = "simulation_growth plumb-growth"
 FAULTS = ("none", "absent", "wrong sign", "0.8", "1.3", "swapped axes", "frozen sensor", "sensor offset", "swapped sensors")
 NAMED = (0, 2, 3, 4, 5, 6, 7, 8, 9)  # CompensationFault, by the fault of the machine
 GOOD, WEAK, STRONG = 0, 4, 5

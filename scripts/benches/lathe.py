@@ -18,6 +18,8 @@ from support.lathe_machine import AT_A_TIME, METHODS, WORKS, Case, procedure, si
 from support.recordings import write_rows
 from support.simulations import simulate_all
 
+TARGETS = "simulation_lathe"
+PACKAGES = "python3-matplotlib"
 EDGE = 0.005  # mm
 ALLOWED = 0.001  # of moves that leave more than there was
 

@@ -26,6 +26,8 @@ from support.mill_machine import start_mill
 from support.recordings import read_columns, write_rows
 from support.simulations import duration_text, simulate_all
 
+TARGETS = "simulation_mill"
+PACKAGES = "python3-matplotlib"
 RUNS = ("without", "with")  # compensation
 EVERY = 0.1  # s between two rows of a recording; cuts are seconds apart
 SERIES_EVERY = 1  # s between two rows of the series that are kept

@@ -14,6 +14,7 @@ from support.growth_tests import log_text, read_records, results_of
 from support.mill_machine import start_mill
 from support.simulations import ROOT, simulate_all
 
+TARGETS = "simulation_mill simulation_growth plumb-growth"
 PERIOD = 0.004  # s, of the thread
 OPTIONS = {"threads.period1": round(PERIOD * 1e9)}
 LONGEST = 8 * 3600  # s

@@ -20,6 +20,7 @@ from support.figures import rms
 from support.recordings import read_columns
 from support.simulations import simulate_all
 
+TARGETS = "simulation_mill"
 PERIOD = 0.001  # s, of servo-thread
 FEED = 100 / 60  # mm/s
 RATED = 3700  # W, 100 % of the load

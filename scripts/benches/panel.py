@@ -14,6 +14,8 @@ import time
 from support.command import errors_reported, new_parser, whole
 from support.simulations import BUILD, ROOT
 
+TARGETS = "product"
+PACKAGES = "xvfb"
 CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
 STARTS = 5
 PATIENCE = 30  # s

@@ -29,6 +29,7 @@ from support.recordings import write_rows
 from support.simulations import BUILD
 from plumb_run import plumb_run
 
+TARGETS = "product"
 SPEEDS = (30, 15, 5)
 
 # --- cutting ---

@@ -21,6 +21,9 @@ from support.portal_machine import cases, cube, duration, every_direction, simul
 from support.recordings import write_rows
 from support.simulations import simulate_all
 
+TARGETS = "simulation_portal"
+PACKAGES = "python3-matplotlib"
+
 # --- print ---
 
 

@@ -23,6 +23,7 @@ from support.mill_machine import every_end_mill_is_a_gauge, start_mill
 from support.recordings import read_columns, write_rows
 from support.simulations import duration_text, simulate_all
 
+TARGETS = "simulation_mill"
 EVERY = 0.1  # s between two rows of a recording
 LEAD = 3  # s
 RATES = (500, 1000, 4000)  # Hz, of the servo thread

@@ -9,12 +9,15 @@ programs run as root, as an ordinary user, and on the one HAL of that machine (-
     client   a Python program with a host
     attached a Python program that records in the host of a plumb run, and is killed alone
     retain   the same with retain, whose store belongs to another user
+    linuxcnc a complete LinuxCNC of configs/grinder, which strokes while X feeds; its task, its io, linuxcnc_alive, linuxcnc_link
+             or retain is killed: the stroke must end at R with the feed held, or go on
 
-kills one process of it, often in its first milliseconds, and then looks for processes, shared memory, sockets, files,
+kills one process of it, or its whole process group, often in its first milliseconds, and then looks for processes, shared memory, sockets, files,
 mounts, a lock that is held, HAL's own lock, a torn or lost store, its owner and mode, a result that is lost though the exit
 status is 0, and a program that has seen the devices or the network of the machine.
 """
 
+import contextlib
 import fcntl
 import glob
 import json
@@ -30,25 +33,29 @@ import time
 import zlib
 
 BUILD = "/opt/build"  # on the machine
+CONFIGS = "/opt/configs"
 WORK = "/mnt"  # an empty folder of the machine, where the programs run
 HOME = "/var/tmp"
 LOCKS = ("/run/lock/plumb-host", "/tmp/plumb-host.lock")
 USER = 65534  # role user
 OWNER = 4321  # of retain's store
+LATEST = 4  # s after the death of task or io, for the end of a stroke; plumb run ends 5 s after that of task
+SPEED = 10  # of that LinuxCNC
 RESULT = 40000  # bytes that the program of plumb run writes to /tmp
 PATIENCE = 20  # s, for everything to end: a keeper on a terminal waits 15 s for its host
 
 HARMLESS = set("null zero full random urandom tty console pts ptmx mqueue dri fd stdin stdout stderr shm".split())
 
-# As the root of new namespaces. $1 is this file, $2 the folder of the build: both get a place where every user finds them,
-# however private the folders above them are.
+# As the root of new namespaces. $1 is this file, $2 the folder of the build, $3 that of the configurations: they get a place
+# where every user finds them, however private the folders above them are.
 FURNISH = """
 set -e
 ip link set lo up
 mount -t tmpfs -o mode=0755 tmpfs /opt
 cp "$1" /opt/kills.py
-mkdir /opt/build
+mkdir /opt/build /opt/configs
 mount --bind "$2" /opt/build
+mount --bind "$3" /opt/configs
 for folder in /tmp /dev/shm /run/lock /var/tmp /mnt; do
     if [ -d "$folder" ]; then mount -t tmpfs -o mode=1777 tmpfs "$folder"; fi
 done
@@ -141,6 +148,42 @@ while True:
     time.sleep(0.002)
 """
 
+# Waits for the death of a program, and writes what is amiss afterwards: nothing, or a sentence. Its clock is that of the machine.
+STROKING = """\
+import os, time
+from plumb_linuxcnc import Machine
+
+with Machine() as machine:
+    host = machine.host
+    def until(condition):
+        end = time.monotonic() + 10 * %(speed)d
+        while not condition() and time.monotonic() < end:
+            machine.poll()
+            time.sleep(0.1)
+    machine.turn_on()
+    machine.home()
+    until(lambda: host.get("interlock.function-enable-0"))
+    machine.mdi("G0 X-100 Y0 Z10")
+    machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+    machine.mdi("G1 X200 F60", wait=False)
+    until(lambda: host.get("chop.stroke-count") >= 2)
+    open("strokes", "w").close()
+    until(lambda: os.path.exists("victim"))
+    with open("victim") as file:
+        ends = file.read() in ("milltask", "io", "linuxcnc_alive")
+    held = lambda: bool(host.get("interlock.feed-inhibit") and host.get("chop.at-end"))
+    began = time.monotonic()
+    while time.monotonic() < began + %(latest)g and not (ends and held()):
+        time.sleep(0.1)
+    before = host.get("joint.0.pos-cmd")
+    time.sleep(1)
+    moved = host.get("joint.0.pos-cmd") != before
+    amiss = held() != ends or moved == ends or host.get("chop.active") == ends
+    pins = ["interlock.feed-inhibit", "chop.at-end", "chop.active", *("interlock.service-lost-%%d" %% i for i in (0, 1, 4, 5))]
+    with open("outcome", "w") as file:
+        file.write("X moves: %%s, %%s" %% (moved, {pin: host.get(pin) for pin in pins}) if amiss else "")
+""" % {"speed": SPEED, "latest": SPEED * LATEST}
+
 SETTINGS = 'machine = "bench"\npins = ["it.in"]\nrecords = ["it"]\nevery = 0.01\nstore = "%s/it.retained"\n'
 
 
@@ -156,14 +199,19 @@ def plan_of(seed):
 
 def one_try(draw, number):
     role = draw.choice(("root", "user", "shared"))
-    scenario = draw.choices(("run", "bench", "client", "attached", "retain"), (5, 2, 2, 1, 3))[0]
-    # How deep below the program that was started the victim is; "any" is any process there is.
-    depth = draw.choice((0, 1, 1, 2, 3, "any", "any", "retain")) if scenario == "retain" else draw.choice((0, 1, 1, 2, 3, "any"))
+    scenario = draw.choices(("run", "bench", "client", "attached", "retain", "linuxcnc"), (5, 2, 2, 1, 3, 1))[0]
+    # How deep below the program that was started the victim is; "any" is any process there is, "group" all of its process
+    # group, and a name the program of that name.
+    depths = (0, 1, 1, 2, 3, "any", "group")
+    depth = draw.choice((*depths, "any", "retain") if scenario == "retain" else depths)
     # From the moment the victim is there, or from the start for any.
     delay = draw.choice((draw.uniform(0, 0.02), 10 ** draw.uniform(-4, -0.3)))
     if scenario == "attached":
         depth, delay = 0, 10 ** draw.uniform(-3, -0.3)
-    if depth in ("any", "retain"):
+    if scenario == "linuxcnc":
+        depth = draw.choice(("milltask", "io", "linuxcnc_alive", "linuxcnc_link", "retain"))
+        role = draw.choice(("root", "user"))  # LinuxCNC leaves files on a HAL that it shares
+    if not isinstance(depth, int):
         delay = 10 ** draw.uniform(-2, 0.3)
     return {
         "number": number,
@@ -174,7 +222,7 @@ def one_try(draw, number):
         "which": draw.random(),
         "speed": draw.choice(("1", "10")),
         "mode": draw.choice((0o600, 0o640, 0o644)),
-        "trap": draw.random() < 0.3 and scenario != "attached",  # links where Plumb makes files
+        "trap": draw.random() < 0.3 and scenario not in ("attached", "linuxcnc"),  # links where Plumb makes files
     }
 
 
@@ -183,7 +231,8 @@ def describe(plan):
     if victim:
         when = "%.1f ms after it was there" % (1000 * plan["delay"])
     else:
-        victim, when = ("a process" if plan["depth"] == "any" else "retain"), "after %.0f ms" % (1000 * plan["delay"])
+        victim = {"any": "a process", "group": "the process group"}.get(plan["depth"], plan["depth"])
+        when = "after %.0f ms" % (1000 * plan["delay"])
     return "%s, role %s, try %d, kill of %s %s" % (plan["scenario"], plan["role"], plan["number"], victim, when)
 
 
@@ -381,7 +430,7 @@ class Try:
 
     def find(self, text):
         said = ""
-        for name in ("run.out", "attached.out", "bench.out", "client.out", "keeping.out"):
+        for name in ("run.out", "attached.out", "bench.out", "client.out", "keeping.out", "linuxcnc.out"):
             path = os.path.join(WORK, name)
             if os.path.exists(path):
                 with open(path, errors="replace") as file:
@@ -426,11 +475,17 @@ class Try:
     def kill(self, top):
         """Kills the process of the plan, and notes its name."""
         began, depth, delay = time.monotonic(), self.plan["depth"], self.plan["delay"]
-        if depth in ("any", "retain"):
+        if depth == "group":
+            sleep_until(began + delay)
+            self.killed = "the process group of %s" % name_of(top)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(top, signal.SIGKILL)
+            return top
+        if not isinstance(depth, int):
             sleep_until(began + delay)
             there = tree(top)
-            if depth == "retain":
-                there = [each for each in there if name_of(each) == "retain"] or there
+            if depth != "any":
+                there = [each for each in there if name_of(each) == depth] or there
             victim = there[int(self.plan["which"] * len(there))]
         else:
             victim = first_at(top, depth, began + 2)
@@ -502,6 +557,34 @@ class Try:
         self.end(started, look=False)
         self.look_at_store(store, before)
         self.look()
+
+    def linuxcnc(self):
+        shutil.copytree(os.path.join(CONFIGS, "grinder"), "grinder")
+        os.mkdir("home")
+        for path in (".", *(path for path in glob.glob("**", recursive=True))):
+            os.chmod(path, 0o777)
+        os.chdir("grinder")
+        write("stroking.py", STROKING)
+        home = ["env", "HOME=" + os.path.join(WORK, "work", "home"), "PATH=%s/bin:/usr/bin:/bin:/usr/sbin:/sbin" % BUILD]
+        words = self.words("run", "--speed", str(SPEED), "--", *home, "linuxcnc", "-r", os.path.abspath("grinder.ini"), os.path.abspath("stroking.py"))
+        started = self.machine.start(words, self.role, "linuxcnc.out")
+        self.await_file("strokes", started)
+        self.kill(started)
+        write("victim", self.plan["depth"])
+        self.await_file("outcome", started)
+        if not os.path.exists("outcome"):
+            self.find("the run ended too early")
+        else:
+            with open("outcome") as file:
+                amiss = file.read()
+            if amiss:
+                self.find(amiss)
+        self.end(started)
+
+    def await_file(self, name, started):
+        end = time.monotonic() + PATIENCE
+        while not os.path.exists(name) and time.monotonic() < end and self.goes_on(started):
+            time.sleep(0.002)
 
     def names(self):
         return {
@@ -676,7 +759,7 @@ def attack(seed):
         plans = [plan for plan in plans if plan["number"] == only]
     users = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
     command = ["setpriv", "--pdeathsig", "KILL", "unshare", *users, *SPACES, "--", "/bin/sh", "-c", FURNISH, "sh"]
-    command += [os.path.abspath(__file__), os.path.abspath(campaign.BUILD)]
+    command += [os.path.abspath(__file__), os.path.abspath(campaign.BUILD), os.path.join(campaign.ROOT, "configs")]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as machine:
         try:
             output, errors = machine.communicate(json.dumps(plans), timeout=120 * len(plans))

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The promises of the binding to every component, shown on specimens.
+#include "hal/component.hpp"
+#include "hal/manual.hpp"
+#include "hal/offset.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/module.hpp"
@@ -213,7 +216,47 @@ TEST_F(Binding, DeclarationsArePrintedForPrograms) {
     EXPECT_EQ(found.at("codes").at("fault-code").at("3"), "The value to add is beyond +-100.");
     EXPECT_EQ(found.at("codes").size(), 2);
     EXPECT_EQ(found.at("options").at("gain"), "Factor.");
-    EXPECT_EQ(found.at("functions").at("latch"), "After update.");
+    EXPECT_EQ(found.at("functions").at("latch").at("sentence"), "After update.");
+}
+
+// Its declaration lacks a part, by its first letter.
+template <char missing>
+struct Incomplete final : hal::Component {
+    static constexpr hal::About about{"incomplete", "moves an axis", "By a declaration that lacks a part."};
+
+    using Component::Component;
+
+    hal::In<double> setting{this, "setting", 1, "mu", "Bound, rate and acceleration."};
+    hal::Out<double> out{this, "out", "mu", "The offset."};
+    hal::Out<bool> bit{this, "bit", "It is limited."};
+    hal::Offset moves{this, declaration()};
+
+    hal::MovingPin declaration() {
+        hal::MovingPin pin(out);
+        if (missing != 'b') pin.bound(setting);
+        if (missing != 'r') pin.rate(setting);
+        if (missing != 'l') pin.limited(bit);
+        if (missing != 'a') pin.acceleration(setting);
+        return pin;
+    }
+};
+
+template <char missing>
+std::string refusal_without() {
+    try {
+        hal::Declarations{hal::model_of<Incomplete<missing>>()};
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(MovingPin, LacksNeitherBoundNorRateNorAcceleration) {
+    EXPECT_EQ(refusal_without<' '>(), "");
+    EXPECT_EQ(refusal_without<'b'>(), "out moves an axis and declares no bound");
+    EXPECT_EQ(refusal_without<'r'>(), "out moves an axis and declares no rate");
+    EXPECT_EQ(refusal_without<'l'>(), "out moves an axis and declares no bit that it is limited");
+    EXPECT_EQ(refusal_without<'a'>(), "out moves an axis and declares no acceleration");
 }
 
 TEST_F(Binding, OptionsAreOnePerInstance) {

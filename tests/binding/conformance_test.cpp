@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Every shipped module obeys the same rules about names, units, words, time, bad values and truth.
+#include "hal/markup.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/hal_pins.hpp"
 #include "tests/support/impossible.hpp"
@@ -8,6 +9,7 @@
 #include "tests/support/rounds.hpp"
 
 #include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -76,6 +78,9 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
     for (const hal::CodesInfo& codes : declared.codes)
         for (const auto& [number, text] : codes.sentences)
             demand(sentence(text), codes.pin + " " + std::to_string(number) + ": not one sentence: " + text);
+    for (const hal::OffsetInfo& offset : declared.offsets)
+        demand(!offset.acceleration.empty() || sentence(offset.accelerated_by),
+               offset.value + ": what limits its acceleration is not one sentence: " + offset.accelerated_by);
     demand(!declared.functions.empty(), "no function");
     demand(*model.about.wiring.text != 0, "no wiring");
     demand(*model.about.behaviour.text != 0, "no behaviour");
@@ -85,7 +90,8 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
                "a line of the wiring is too wide: " + line);
     for (const hal::Function* function : declared.functions) {
         demand(dashed_lower(function->name), function->name + ": not lower case with dashes");
-        demand(sentence(function->place), function->name + ": its place is not one sentence");
+        demand(sentence(function->sentence),
+               function->name + ": its order is not a sentence: " + function->sentence);
     }
     for (const hal::OptionInfo& option : declared.options)
         demand(sentence(option.doc), option.name + ": not one sentence: " + option.doc);
@@ -98,7 +104,7 @@ Complaints about_symbols(const std::filesystem::path& module) {
     std::istringstream lines(output_of("nm -D --defined-only --format=just-symbols " + module.string()));
     for (std::string symbol; std::getline(lines, symbol);)
         if (symbol.rfind("rtapi_info_", 0) != 0 && symbol != "rtapi_app_main" && symbol != "rtapi_app_exit" &&
-            symbol != "plumb_model" && symbol != "plumb_options")
+            symbol != "plumb_model" && symbol != "plumb_options" && symbol != "plumb_place")
             result.push_back(symbol);
     return result;
 }
@@ -233,6 +239,11 @@ TEST_P(Conformance, NamesUnitsAndSentences) {
     EXPECT_THAT(about_declarations(module.model(), name), IsEmpty());
 }
 
+TEST_P(Conformance, EachFunctionHasAPlaceInTheOrderOfAThread) {
+    for (const hal::Function* function : hal::Declarations(module.model()).functions)
+        EXPECT_NE(function->place, hal::Place::none) << function->name;
+}
+
 TEST_P(Conformance, OptionsAreKnownToTheLoader) {
     std::string declared;
     for (const hal::OptionInfo& option : hal::Declarations(module.model()).options)
@@ -257,8 +268,24 @@ TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
     EXPECT_THAT(output_of("mandoc -T lint -W warning " + page.string() + " | grep -v 'missing date'"),
                 IsEmpty());
     const std::string shown = output_of("mandoc -T ascii " + page.string() + " | col -b");
-    for (const hal::PinInfo& pin : hal::Declarations(module.model()).pins)
+    const hal::Declarations declared(module.model());
+    for (const hal::PinInfo& pin : declared.pins)
         EXPECT_NE(shown.find("NAME." + pin.name + "\n"), std::string::npos) << pin.name;
+    std::ifstream declarations(BUILD_DIR "/share/plumb/" + name + ".json");
+    const auto json = nlohmann::json::parse(declarations);
+    EXPECT_EQ(json.contains("moves"), !declared.offsets.empty());
+    for (const hal::OffsetInfo& offset : declared.offsets) {
+        const bool own = !offset.acceleration.empty();
+        const std::string many =
+            offset.times == 1 ? "" : std::to_string(std::lround(offset.times)) + " times ";
+        EXPECT_THAT(text, testing::HasSubstr(own ? ", its speed by at most " + many +
+                                                       hal::escaped(offset.acceleration)
+                                                 : hal::escaped(offset.accelerated_by)));
+        const auto& moves = json.at("moves").at(offset.counts.empty() ? offset.value : offset.counts);
+        EXPECT_EQ(moves.at("bound"), offset.bound);
+        EXPECT_EQ(moves.at(own ? "acceleration" : "accelerated_by"),
+                  own ? offset.acceleration : offset.accelerated_by);
+    }
 }
 
 TEST_P(Conformance, LoadsTwoInstancesUnloadsAndReloads) {
@@ -333,7 +360,8 @@ TEST(ConformanceRules, CatchBadDeclarations) {
             "for the instance",
             "max-offset: its default is out of its range", "flag: a bit or a count has no unit, not 'mu'",
             "nameless: not one sentence: no period", "fault-code 1: not one sentence: something",
-            "update: its place is not one sentence", "no wiring", "no behaviour"));
+            "out: what limits its acceleration is not one sentence: nothing",
+            "update: its order is not a sentence: anywhere", "no wiring", "no behaviour"));
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {
@@ -396,25 +424,32 @@ INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_what
                              return plain(each.param.module + "_from_" + each.param.pins.front());
                          });
 
-std::vector<std::string> what_moves_an_axis() {
+// With or without an acceleration of its own.
+std::vector<std::string> what_moves_an_axis(bool accelerates) {
     std::vector<std::string> result;
-    for (const std::string& name : built_modules())
-        if (!hal::Declarations(Module(BUILD_DIR "/modules/" + name + ".so").model()).offsets.empty())
+    for (const std::string& name : built_modules()) {
+        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        const hal::Declarations declared(module.model());
+        if (!declared.offsets.empty() && declared.offsets.front().acceleration.empty() != accelerates)
             result.push_back(name);
+    }
     return result;
 }
 
-class Moves : public testing::TestWithParam<std::string> {};
+class Moves : public testing::TestWithParam<std::string> {
+protected:
+    const Live* const live = Live::of(GetParam());
+    const Module module{BUILD_DIR "/modules/" + GetParam() + ".so"};
+    const hal::OffsetInfo offset = hal::Declarations(module.model()).offsets.front();
+};
+class MovesByItsAcceleration : public Moves {};
 
 TEST_P(Moves, ReturnsWithinAReducedBoundAndReportsThatItIsLimited) {
-    const Live* const live = Live::of(GetParam());
     ASSERT_TRUE(live) << "no Live fixture for " << GetParam() << ": see tests/live.hpp";
     const std::string instance = live->parts[0].instance + ".";
-    const Module module(BUILD_DIR "/modules/" + GetParam() + ".so");
     Bench bench(Bench::Thread::none, with_specimens());
     live->start(bench);
     const std::vector<Moving> movings = moving(bench, live->parts[0]);
-    const hal::OffsetInfo offset = hal::Declarations(module.model()).offsets.front();
     double largest = 0;
     for (const Moving& each : movings) largest = std::max(largest, std::abs(each.own(bench)));
     ASSERT_GT(largest, 0);
@@ -425,7 +460,53 @@ TEST_P(Moves, ReturnsWithinAReducedBoundAndReportsThatItIsLimited) {
     EXPECT_TRUE(bench.get(instance + offset.limited));
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, Moves, testing::ValuesIn(what_moves_an_axis()),
+// The same periods without and with a number that is typed.
+TEST_P(MovesByItsAcceleration, RefusesABoundBelowItsOffsetAndMovesNothing) {
+    ASSERT_TRUE(live) << "no Live fixture for " << GetParam() << ": see tests/live.hpp";
+    const std::string instance = live->parts[0].instance + ".";
+    std::vector<std::vector<double>> traces;
+    for (const bool typed : {false, true}) {
+        Bench bench(Bench::Thread::none, with_specimens());
+        live->start(bench);
+        const double now = std::abs(bench.get(instance + offset.value));
+        ASSERT_GT(now, 0);
+        if (typed) bench.set(instance + offset.bound, 0.1 * now);
+        traces.push_back(
+            bench.trace(live->recovery, {instance + offset.value}).column(instance + offset.value));
+        EXPECT_EQ(bench.get(instance + "fault"), typed);
+    }
+    EXPECT_EQ(traces[0], traces[1]);
+}
+
+TEST_P(MovesByItsAcceleration, StopsAtItsBoundWithinItAtEveryPeriod) {
+    ASSERT_TRUE(live && live->start_beyond) << "no Live fixture beyond the bound for " << GetParam();
+    const std::string instance = live->parts[0].instance + ".", value = instance + offset.value;
+    for (const long period : {250'000, 1'000'000, 4'000'000}) {
+        SCOPED_TRACE(testing::Message() << period << " ns");
+        Bench bench(Bench::Thread::none, with_specimens());
+        live->start_beyond(bench, period);
+        bench.command("loadrt ddt names=speed-of-it");
+        const std::string signal = wiring(bench).at(value).signal;
+        bench.command("net " + (signal.empty() ? "its-offset" : signal) + " " + value + " speed-of-it.in");
+        bench.command("addf speed-of-it servo-thread");
+        bench.run(0.02);
+        const double most = bench.get(instance + offset.bound);
+        std::ostringstream hardest;
+        hardest.precision(17);
+        hardest << "abs(v_rate) <= "
+                << offset.times * bench.get(instance + offset.acceleration) * (1 + 1e-6) + 1e-4;
+        bench.expect(hardest.str(), {{"v", "speed-of-it.out"}});
+        bench.expect("abs(x) <= b", {{"x", value}, {"b", instance + offset.bound}});
+        double farthest = 0;
+        for (const double x : bench.trace(4, {value}, period * 1e-9).column(value))
+            farthest = std::max(farthest, std::abs(x));
+        EXPECT_EQ(farthest, most);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Moves, testing::ValuesIn(what_moves_an_axis(false)),
+                         [](const auto& each) { return plain(each.param); });
+INSTANTIATE_TEST_SUITE_P(Each, MovesByItsAcceleration, testing::ValuesIn(what_moves_an_axis(true)),
                          [](const auto& each) { return plain(each.param); });
 
 // A compensation that trusts its inputs: the rule about bad values must catch it.

@@ -69,6 +69,14 @@ class FullDisk(unittest.TestCase):
                              timeout=60, check=False)
         self.assertEqual(run.returncode, 2, "a wrong command line")
 
+    def test_programs_in_python(self):
+        for name, options in (("plumb-wire", ("--help", "--version", "--summary")), ("plumb-panel", ("--help", "--version", "--summary")),
+                              ("plumb-contacts", ("--help", "--summary")), ("can_sensor_dbc", ("--help",))):
+            for option in options:
+                code, words = on_full_disk(os.path.join(BIN, name), option)
+                self.assertEqual(code, 1, (name, option))
+                self.assertRegex(words, r"\A(plumb )?[a-z_]+: standard output: No space left on device\n\Z", (name, option))
+
     def test_tables_of_scripts(self):
         table = "import sys; sys.path.insert(0, 'scripts/benches'); from support import command\nwith command.errors_reported(): print('1 2 3')"
         self.assert_told("/usr/bin/python3", "-c", table, cwd=ROOT)

@@ -15,6 +15,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdlib>
 #include <fstream>
@@ -22,6 +23,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace plumb {
@@ -47,6 +49,13 @@ Files built_modules() {
     Files files;
     for (const fs::directory_entry& entry : fs::directory_iterator(BUILD_DIR "/modules"))
         files[entry.path().filename()] = contents(entry.path());
+    return files;
+}
+
+Files built_declarations() {
+    Files files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(BUILD_DIR "/share/plumb"))
+        if (entry.path().extension() == ".json") files[entry.path().filename()] = contents(entry.path());
     return files;
 }
 
@@ -77,7 +86,7 @@ std::string of_another_build(std::string bytes) {
 class PlumbDoctor : public testing::Test {
 protected:
     void on_computer(const std::function<void()>& body) {
-        const Files modules = built ? built_modules() : Files();
+        const Files modules = built ? built_modules() : Files(), declarations = built_declarations();
         const std::string python = contents(BUILD_DIR "/python/plumb.py");
         MachineOptions options;
         options.programs = built_programs();
@@ -89,6 +98,8 @@ protected:
         on_own_machine(
             [&] {
                 for (const auto& [name, bytes] : modules) write("/tmp/modules/" + name, bytes);
+                for (const auto& [name, bytes] : declarations) write("/tmp/share/plumb/" + name, bytes);
+                fs::permissions("/tmp/share/plumb", static_cast<fs::perms>(0777));
                 const std::string python_folder = built ? "/tmp/python" : "/tmp/lib/python3/dist-packages";
                 write(python_folder + "/plumb.py", python);
                 setenv("PATH", "/tmp/first:/usr/bin:/bin", 1);
@@ -103,6 +114,9 @@ protected:
 
     static Outcome doctor(const std::string& program = "/tmp/bin/plumb") {
         return run_program({program, "doctor"}, "/tmp");
+    }
+    static Outcome doctor_of_running() {
+        return run_program({"/tmp/bin/plumb", "doctor", "--running"}, "/tmp");
     }
 
     bool as_root = true;                // else as an ordinary user
@@ -394,6 +408,70 @@ TEST_F(PlumbDoctor, WithoutNamespacesItDoesNotDisturbLinuxCnc) {
         EXPECT_THAT(outcome.output,
                     Finds("note", "No host starts while LinuxCNC runs (rtapi_app, process *).", ""));
         EXPECT_EQ(std::system("halcmd unloadrt all"), 0);
+    });
+}
+
+TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
+    as_root = false;
+    on_computer([] {
+        const auto halcmd = [](const std::string& command) {
+            ASSERT_EQ(std::system(("halcmd " + command).c_str()), 0) << command;
+        };
+        const auto await_fault_code = [](const std::string& code) {
+            const std::string test = "halcmd getp interlock.fault-code | grep -qx " + code;
+            for (int n = 0; std::system(test.c_str()) != 0; ++n) {
+                ASSERT_LT(n, 100) << "fault-code does not become " << code;
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            }
+        };
+        EXPECT_THAT(doctor_of_running().output, Finds("WRONG", "No HAL runs here: *", "linuxcnc my.ini"));
+        halcmd("loadrt threads name1=servo-thread period1=1000000 name2=slow period2=10000000");
+        halcmd("loadrt lowpass names=motion-controller,filter");
+        halcmd("loadrt squareness names=square");
+        halcmd("loadrt joint_offset names=x-stage,y-stage");
+        EXPECT_THAT(doctor_of_running().output,
+                    Finds("WRONG", "square.update is in no thread, so it is never called; *",
+                          "halcmd addf square.update servo-thread"));
+        for (const char* function : {"x-stage.update", "filter", "motion-controller", "square.update",
+                                     "x-stage.update-feedback", "y-stage.update-feedback"})
+            halcmd(std::string("addf ") + function + " servo-thread");
+        halcmd("addf y-stage.update slow");
+        halcmd("loadrt interlock names=interlock");
+        halcmd("addf interlock.update servo-thread 3");
+        halcmd("start");
+        await_fault_code("4");
+
+        const Outcome wrong = doctor_of_running();
+        EXPECT_EQ(wrong.status, 1);
+        EXPECT_THAT(wrong.output, EndsWith("\n5 things are WRONG; the command below each fixes it.\n"));
+        EXPECT_THAT(wrong.output,
+                    Finds("WRONG",
+                          "x-stage.update runs before motion-controller, square.update and 2 more in "
+                          "servo-thread; it belongs after them.",
+                          "halcmd delf x-stage.update servo-thread && halcmd addf x-stage.update "
+                          "servo-thread 7"));
+        EXPECT_THAT(wrong.output, Finds("WRONG", "y-stage.update is in slow; it belongs in servo-thread, *",
+                                        "halcmd delf y-stage.update slow && halcmd addf y-stage.update "
+                                        "servo-thread"));
+        for (const Finding& finding : findings(wrong.output))
+            for (const std::string& command : finding.commands)
+                EXPECT_EQ(std::system(command.c_str()), 0) << command;
+        const Outcome right = doctor_of_running();
+        EXPECT_EQ(right.status, 0) << right.output;
+        EXPECT_THAT(right.output,
+                    Finds("ok",
+                          "In order in servo-thread: x-stage.update-feedback, y-stage.update-feedback, "
+                          "motion-controller, square.update, x-stage.update, y-stage.update, "
+                          "interlock.update.",
+                          ""));
+        EXPECT_THAT(right.output, EndsWith("\nAll is well.\n"));
+        await_fault_code("0");
+
+        fs::remove("/tmp/share/plumb/squareness.json");
+        EXPECT_THAT(doctor_of_running().output,
+                    Finds("WRONG", "Missing or damaged: /tmp/share/plumb/squareness.json.",
+                          "cmake --build /tmp --target product"));
+        halcmd("unloadrt all");
     });
 }
 

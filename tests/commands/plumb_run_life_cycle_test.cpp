@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -16,6 +17,7 @@
 #include <stdexcept>
 #include <thread>
 #include <tuple>
+#include <vector>
 
 namespace plumb {
 namespace {
@@ -191,6 +193,141 @@ TEST_P(PlumbRunEnds, WithItsStatusAndLeavesNothing) {
             });
             next.await_success();
             expect_nothing_left({work});
+        },
+        options);
+}
+
+void add_with_children(pid_t process, std::vector<pid_t>& found) {
+    found.push_back(process);
+    const std::string number = std::to_string(process);
+    std::ifstream children("/proc/" + number + "/task/" + number + "/children");
+    for (pid_t child = 0; children >> child;) add_with_children(child, found);
+}
+
+// As an out-of-memory killer does, or a terminal that is closed by force: none of them sees another's death.
+void kill_all_at_once(pid_t keeper) {
+    std::vector<pid_t> group;
+    add_with_children(keeper, group);
+    for (const int signal : {SIGSTOP, SIGKILL})
+        for (const pid_t process : group) kill(process, signal);
+}
+
+class PlumbRunKilledAsAGroup : public testing::TestWithParam<Role> {
+protected:
+    const Role role = GetParam();
+
+    static bool is_there(const std::string& file) {
+        return std::filesystem::exists(std::filesystem::symlink_status(file));
+    }
+    static std::vector<std::string> folders_of_hosts() {
+        std::vector<std::string> found;
+        for (const std::string& file : files())
+            if (file.rfind("/tmp/plumb-host-", 0) == 0) found.push_back(file);
+        return found;
+    }
+    void start_again() const {
+        const Outcome outcome = run_program(plumb_run(role, {"true"}), work);
+        EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    }
+};
+
+// Of another user, of a host that lives, and files that only look alike.
+TEST_P(PlumbRunKilledAsAGroup, LeavesWhatTheNextStartRemovesAndNothingElse) {
+    MachineOptions options = machine_of(role);
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    on_own_machine(
+        [this] {
+            write_subjects();
+            std::filesystem::create_directory("/tmp/target");
+            std::ofstream("/tmp/target/rtapi") << "mine";
+            std::filesystem::create_symlink("/tmp/target", "/tmp/plumb-host-linked");
+            std::ofstream("/tmp/plumb-host-filefi");
+            std::vector<std::string> others = {work, "/tmp/target", "/tmp/plumb-host-linked",
+                                               "/tmp/plumb-host-filefi"};
+            Child child(role != Role::user, [&](Child& self) {
+                std::filesystem::create_directories("/tmp/plumb-host-myname-x");
+                std::filesystem::create_directories("/tmp/plumb-host-filled/mine");
+                self.say("made");
+                self.await_go();
+                run_program(plumb_run(role, {"./screen"}), work, [](pid_t keeper) {
+                    await_ready();
+                    kill_all_at_once(keeper);
+                });
+                self.say("killed");
+                self.await_go();
+                start_again();
+            });
+            child.hear();
+            others.insert(others.end(), {"/tmp/plumb-host-myname-x", "/tmp/plumb-host-filled"});
+            if (role == Role::root) {
+                Child stranger(false,
+                               [](Child&) { std::filesystem::create_directory("/tmp/plumb-host-strang"); });
+                stranger.await_success();
+                others.emplace_back("/tmp/plumb-host-strang");
+            }
+            const std::size_t before = folders_of_hosts().size();
+            child.go();
+            child.hear();
+            for (int turn = 0; turn < 40; ++turn) {  // init takes in the dead
+                waitpid(-1, nullptr, WNOHANG);
+                std::this_thread::sleep_for(5ms);
+            }
+            EXPECT_EQ(folders_of_hosts().size(), before + 1) << "nothing was left to be removed";
+            child.go();
+            child.await_success();
+            expect_nothing_left(others);
+            for (const std::string& other : others) EXPECT_TRUE(is_there(other)) << other;
+            EXPECT_EQ(contents("/tmp/target/rtapi"), "mine");
+        },
+        options);
+}
+
+TEST_P(PlumbRunKilledAsAGroup, DoesNotTakeALivingRunWithIt) {
+    if (role == Role::no_namespaces) GTEST_SKIP() << "there is one host at a time";
+    MachineOptions options = machine_of(role);
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    on_own_machine(
+        [this] {
+            write_subjects();
+            Child child(role != Role::user, [this](Child&) {
+                const Outcome living = run_program(plumb_run(role, {"./screen"}), work, [this](pid_t) {
+                    await_ready();
+                    const auto of_living = folders_of_hosts();
+                    ASSERT_EQ(of_living.size(), 1u);
+                    const std::string socket = of_living.front() + "/rtapi";
+                    for (const bool listening : {true, false}) {  // its lock protects it alone, too
+                        if (!listening) std::filesystem::remove(socket);
+                        start_again();
+                        EXPECT_EQ(folders_of_hosts(), of_living);
+                    }
+                    std::ofstream(work / "end");
+                });
+                EXPECT_EQ(living.status, 0) << living.errors;
+            });
+            child.await_success();
+            expect_nothing_left({work});
+        },
+        options);
+}
+
+INSTANTIATE_TEST_SUITE_P(, PlumbRunKilledAsAGroup,
+                         testing::Values(Role::root, Role::user, Role::no_namespaces),
+                         [](const auto& instance) { return plumb::name_of(instance.param); });
+
+TEST(ATestThatIsKilled, TakesItsRunWithIt) {
+    MachineOptions options;
+    options.programs = {BUILD_DIR "/bin/plumb"};
+    on_own_machine(
+        [] {
+            Child test(true, [](Child& self) {
+                run_program(plumb_run(Role::root, {"sleep", "1000"}), "/tmp", [&](pid_t) {
+                    Processes::called("sleep");
+                    self.say("it runs");
+                });
+            });
+            test.hear();
+            test.kill();
+            expect_nothing_left(files());
         },
         options);
 }

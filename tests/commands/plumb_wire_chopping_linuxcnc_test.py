@@ -24,6 +24,13 @@ class Chopping(Sample):
         stages = read(os.path.join(self.folder(INCH), "stages.hal"))
         self.assertIn("setp z-stage.max-offset 19.685\n", stages)
         self.assertEqual(stages.count("z-stage.offset-acceleration"), 1)
+        for line in (
+            "setp interlock.function-services-0 51",
+            "setp interlock.function-urgent-0 48",
+            "net chop-active => interlock.function-busy-0",
+            "net task-heartbeat linuxcnc-alive.task-heartbeat => interlock.service-heartbeat-4",
+        ):
+            self.assertIn(line + "\n", stages)
         function = read(os.path.join(self.folder(INCH), "chopping.hal"))
         self.assertIn("setp chop.max-limit [JOINT_2]MAX_LIMIT\n", function)
         settings = read(os.path.join(self.folder(INCH), "chopping_settings.hal"))

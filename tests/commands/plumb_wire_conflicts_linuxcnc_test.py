@@ -176,9 +176,9 @@ class Refusals(unittest.TestCase):
             named = [types.SimpleNamespace(name="f%d" % number) for number in range(functions)]
             return interlock.problems(named, [Part("", {"joint_offset": ["s%d" % number]}) for number in range(stages)])
 
-        self.assertEqual(problems(4, 8), [])
-        self.assertRegex(problems(5, 8)[0], "interlock serves 4 functions, and there are 5: f0, .*, f4")
-        self.assertRegex(problems(4, 9)[0], "interlock serves 8 stages, and there are 9: s0, .*, s8")
+        self.assertEqual(problems(6, 8), [])
+        self.assertRegex(problems(7, 8)[0], "interlock serves 6 functions, and there are 7: f0, .*, f6")
+        self.assertRegex(problems(6, 9)[0], "interlock serves 8 stages, and there are 9: s0, .*, s8")
 
 
 if __name__ == "__main__":

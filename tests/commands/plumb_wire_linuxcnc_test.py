@@ -36,13 +36,16 @@ class Works(Sample):
         told = set(re.findall(r"=> linuxcnc-link\.(\S+)", hal + read(os.path.join(self.folder(AXIS_MM), "retain.hal"))))
         codes = {pin for pin in told if pin.endswith("-code")}
         self.assertLessEqual(told - codes, set(re.findall('^pin  = "(.*)"$', messages, re.M)))
-        self.assertIn('text = "thermal_displacement is off: retain has ended. Start LinuxCNC again."', messages)
+        self.assertIn('text = "retain has ended: thermal_displacement goes off with the end of the work. Start LinuxCNC again."', messages)
         self.assertLessEqual({"feed-held", "interlock-fault", "uncompensated", "probing-refused", "retain-lost"}, told)
         halfile = read(os.path.join(self.folder(AXIS_MM), "plumb.hal"))
         sourced = re.findall(r"source plumb/(\S+)\.hal", halfile)
         self.assertEqual((sourced[0], sourced[-1]), ("stages", "retain"))  # after the records that retain looks for
         self.assertIn("\nloadusr -W retain ", read(os.path.join(self.folder(AXIS_MM), "retain.hal")))
-        self.assertEqual(hal.count("loadusr"), 1)
+        self.assertEqual(hal.count("loadusr"), 2)  # linuxcnc_link and linuxcnc_alive
+        self.assertIn("setp interlock.feed-services 48\n", hal)
+        self.assertIn("net program-running => interlock.function-busy-0\n", hal)
+        self.assertIn("net estop-loop => iocontrol.0.emc-enable-in motion.enable\n", hal)
         order = re.findall("addf (\\S+) servo-thread (\\d+)", halfile)
         places = {name: int(place) for name, place in order}
         self.assertEqual(places["x-stage.update-feedback"], 2)  # where motion-controller was

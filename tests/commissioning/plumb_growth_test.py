@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+import zlib
 from html.parser import HTMLParser
 
 import plumb
@@ -25,6 +26,15 @@ FAULTS = {0: "removes the drift", 1: "does nothing", 2: "wrong sign", 3: "too we
 def growth(*arguments):
     done = subprocess.run([PLUMB_GROWTH, *arguments], capture_output=True, text=True, check=False)
     return done.returncode, done.stdout, done.stderr
+
+
+def with_checksums(text):
+    """A log of version 1 as one of version 2."""
+    lines, so_far = [], b""
+    for line in text.replace("growth-log,1", "growth-log,2", 1).splitlines():
+        so_far += line.encode("ascii") + b"\n"
+        lines.append("%s,%08x\n" % (line, zlib.crc32(so_far)))
+    return "".join(lines)
 
 
 def is_record(line):
@@ -196,7 +206,9 @@ class Report(unittest.TestCase):
         cases = [
             ("", "is empty"),
             ("\n", ":1: is no growth log"),
-            (self.text.replace("growth-log,1", "growth-log,2"), ":1: is of version '2'"),
+            (self.text.replace("growth-log,1", "growth-log,3"), ":1: is of version '3'; this plumb reads versions 1 and 2"),
+            (self.text.replace("growth-log,1", "growth-log,2"), ":1: has no checksum"),
+            (with_checksums(self.text).replace("unit,1", "unit,2"), ":4: does not fit its checksum"),
             ("\n".join(lines[:first] + lines[first + 1 :]), ":%d: record" % (first + 1)),
             (self.text + self.text, ":%d: 'growth-log' among the records" % len(lines)),
             (changed(10, "nan"), ":%d: the position is 'nan'" % (first + 1)),
@@ -215,6 +227,23 @@ class Report(unittest.TestCase):
             self.assertIn(reason, error)
             self.assertEqual(output, "")
             self.assertFalse(os.path.exists(self.out("broken-report")))
+
+    def test_a_log_with_checksums_gives_the_same_results_and_one_without_them_a_note(self):
+        note = "The log is of version 1, without checksums: a damaged digit is not noticed."
+        before = results_of(self.log, self.out("without"))
+        after = results_of(self.write("checked.csv", with_checksums(self.text)), self.out("with"))
+        self.assertIn(note, before["notes"])
+        self.assertEqual([text for text in before["notes"] if text != note], after["notes"])
+        self.assertEqual(before["axes"], after["axes"])
+
+    def test_a_break_of_unknown_length_is_noted(self):
+        lines = self.text.rstrip("\n").split("\n")
+        last = lines[-1].split(",")
+        for number, broken in ((0, False), (1, True)):
+            event = "event,%d,%s,1,1,1,0,0,0,resumed,%d" % (int(last[1]) + 1, last[2], number)
+            notes = results_of(self.write("resumed.csv", "\n".join(lines + [event, ""])), self.out("resumed"))["notes"]
+            self.assertIn("The test was interrupted and resumed 1 times.", notes)
+            self.assertEqual(any("Their length is not known" in text for text in notes), broken)
 
     def test_two_tests_of_a_machine_are_compared_and_of_two_machines_refused(self):
         after = self.write("after.csv", self.text.replace("begun,2026-01-01", "begun,2026-02-01"))

@@ -300,13 +300,41 @@ TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
               file +
                   "\n  axes         X\n  rows         2\n  machine      mill 7\n"
                   "  date         2026-11-20\n  temperature  20.1 degC\n"
-                  "  checksum     d12a0290, which the file does not state\n"
+                  "  seal         none; check the table, then run\n    plumb squareness --table " +
+                  file +
+                  " --seal\n"
                   "X from -5 to 10 mm\n");
     folder.write("x.csv", head + "X,EXX\n-5,0\n10,0.001\n");
     const Outcome outcome = squareness({"--table", file});
     EXPECT_EQ(outcome.status, 1);
     EXPECT_THAT(outcome.errors, HasSubstr("plumb squareness: " + file + ": the end is missing"));
     EXPECT_THAT(outcome.errors, HasSubstr("add as the last line: # end, 2 rows\n"));
+}
+
+TEST(PlumbSquareness, SealsErrorTables) {
+    const Folder folder;
+    const std::string file =
+        folder.write("x.csv", "# temperature: 20.1 degC\nX,EXX\n-5,0\n10,0.001\n# end, 2 rows\n");
+    EXPECT_THAT(output_of({"--table", file, "--seal"}), HasSubstr("  seal         97cbb2e2\n"));
+    const std::string sealed = contents(file);
+    EXPECT_THAT(sealed, HasSubstr("\n# end, seal 97cbb2e2, 2 rows\n"));
+    EXPECT_THAT(output_of({"--table", file}), HasSubstr("  seal         97cbb2e2\n"));
+
+    std::string edited = sealed;
+    edited.replace(edited.find("20.1"), 4, "30.1");
+    folder.write("x.csv", edited);
+    const Outcome refused = squareness({"--table", file});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_THAT(refused.errors, HasSubstr("check it, then: plumb squareness --table " + file + " --seal\n"));
+    EXPECT_EQ(squareness({"--table", file, "--seal"}).status, 0);
+    EXPECT_EQ(squareness({"--table", file}).status, 0);
+
+    folder.write("x.csv", "X,EXX\n-5,0\n10,50\n# end, 2 rows\n");
+    const Outcome wrong = squareness({"--table", file, "--seal"});
+    EXPECT_EQ(wrong.status, 1);
+    EXPECT_THAT(wrong.errors, HasSubstr("column EXX: '50' is beyond 10 mm"));
+    EXPECT_EQ(contents(file), "X,EXX\n-5,0\n10,50\n# end, 2 rows\n");
+    EXPECT_EQ(squareness({"--seal", "--iso", "EC0Y=10urad"}).status, 2);
 }
 
 TEST(SquarenessAdvice, IsThereForAScreenToo) {

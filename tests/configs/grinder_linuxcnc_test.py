@@ -10,7 +10,8 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, STILL, change, nm, own_folder, read_recording, um
+from linuxcnc_runs import PERIOD, STILL, nm, own_folder, read_recording, um
+from starts import starts
 
 UPPER, LOWER, R = 5, -25, 10  # of the stroke of the scenario and of the first one of contour.ngc
 SHIFT = 10  # mm, of the second region of contour.ngc
@@ -22,16 +23,13 @@ class Recorded(unittest.TestCase):
     """One start of LinuxCNC, in which a scenario works through all scenes."""
 
     @classmethod
-    def work(cls, ini, scenario, hal):
+    def work(cls, ini, scenario):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("grinder", folder)
-        ini = os.path.join(machine, ini)
-        linuxcnc_runs.use_scenario(ini, scenario)
-        hal = os.path.join(machine, *hal)
-        change(hal, "loadrt chopping", "newsig scene s32\nloadrt chopping")
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, ini))
         cls.machine = machine
-        its, cls.output = linuxcnc_runs.work(folder, ini)
-        cls.facts, cls.scenes = its["facts"], its["scenes"]
+        its, cls.output = linuxcnc_runs.work(folder, ini, scenario)
+        cls.facts, cls.scenes, cls.errors = its["facts"], its["scenes"], its["errors"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, cls.scenes)
 
@@ -45,7 +43,7 @@ class Recorded(unittest.TestCase):
 class Shift(Recorded):
     @classmethod
     def setUpClass(cls):
-        cls.work("grinder.ini", "grinder_scenario.py", ("functions", "chopping", "chopping.hal"))
+        cls.work("grinder.ini", "grinder_scenario.py")
 
     def strokes(self, scene):
         """Rows in which it strokes, behind the first stroke."""
@@ -89,7 +87,7 @@ class Shift(Recorded):
         self.assertGreater(self.shift["motion.current-vel"][inner].min(), 0.99 * FEED)
 
     def test_acceleration_of_the_command_is_limited(self):
-        for scene in ("contour", "pause", "abort", "back_at_r", "learn"):
+        for scene in ("contour", "pause", "abort", "back_at_r", "enable_lost", "to_point_r", "learn"):
             rows = self.rows[scene]
             z = self.shift["chop.command"][rows]
             still = np.ptp(np.lib.stride_tricks.sliding_window_view(self.shift["joint.2.pos-cmd"][rows], 3), axis=1) == 0
@@ -119,6 +117,22 @@ class Shift(Recorded):
         self.assertGreaterEqual(z.min(), LOWER - nm)
         self.assertLessEqual(z.max(), R + nm)
         self.assertEqual(self.facts["at_r"], [0, 0])
+
+    def test_without_enable_or_by_go_to_end_the_axis_goes_to_r_and_stops_nowhere_in_the_work(self):
+        for scene in ("enable_lost", "to_point_r"):
+            z = self.of("chop.command", scene)
+            self.assertEqual([self.of("chop." + pin, scene)[-1] for pin in ("offset", "active")], [0, 0], scene)
+            speed = np.diff(z)
+            turned = z[1:-1][speed[1:] * speed[:-1] < 0]
+            self.assertGreater(len(turned), 2, scene)
+            self.assertLess(np.min(abs(turned[:, None] - [UPPER, LOWER]), axis=1).max(), 0.1, scene)
+            standing = z[1:][speed == 0]
+            self.assertLess(np.min(abs(standing[:, None] - [UPPER, LOWER, R]), axis=1).max(), 0.1, scene)
+
+    def test_an_enable_that_returns_starts_nothing(self):
+        self.assertEqual(self.facts["enable_back"], [1, 1])
+        self.assertEqual(self.of("chop.active", "enable_back").max(), 0)
+        self.assertEqual(abs(self.of("chop.offset", "enable_back")).max(), 0)
 
     def test_refusals_give_the_reason(self):
         reasons = {
@@ -154,13 +168,44 @@ class Shift(Recorded):
         z = self.shift["grinder.truth-position"][self.strokes("learn")]
         self.assertGreater(z.min(), LOWER - 5 * um)
 
+    def test_without_task_or_io_the_stroke_ends_at_r_and_the_feed_is_held(self):
+        for scene in ("task_stopped", "io_stopped", "both_dead"):
+            x, z = self.of("joint.0.pos-cmd", scene), self.of("chop.command", scene)
+            lost = np.flatnonzero(self.of("interlock.feed-service-lost", scene))[0]
+            self.assertLess(lost * PERIOD, 3 * linuxcnc_runs.speed, scene)
+            self.assertGreater(abs(x[lost] - x[0]), 1, scene)  # motion goes on without them
+            self.assertEqual(np.ptp(x[lost + 200 :]), 0, scene)
+            self.assertEqual(self.of("interlock.function-enable-0", scene)[lost:].max(), 0, scene)
+            self.assertEqual([self.of("chop." + pin, scene)[-1] for pin in ("offset", "active")], [0, 0], scene)
+            speed = np.diff(z)
+            turned = z[1:-1][speed[1:] * speed[:-1] < 0]
+            self.assertLess(np.min(abs(turned[:, None] - [UPPER, LOWER, R]), axis=1).max(), 0.1, scene)  # no stop in the work
+
+    def test_after_a_loss_nothing_goes_on_by_itself(self):
+        for scene in ("task_returns", "io_returns"):
+            self.assertEqual(self.facts[scene], [1, 0], scene)
+            self.assertEqual(self.of("chop.active", scene).max(), 0, scene)
+        self.assertRegex("\n".join(self.errors), "io does not answer")
+        self.assertRegex("\n".join(self.errors), "A program that strokes need did not answer")
+
+    def test_dead_programs_are_lost(self):
+        self.assertEqual(self.facts["lost"], [1, 1, 1])
+
+    def test_without_linuxcnc_link_the_stroke_goes_on(self):
+        for pin, value in (("chop.active", 1), ("interlock.function-enable-0", 1), ("interlock.feed-service-lost", 0)):
+            self.assertEqual(set(self.of(pin, "link_dead")), {value}, pin)
+
+    def test_no_service_is_lost_while_all_live(self):
+        end = self.rows["task_stopped"][0]
+        self.assertEqual(self.shift["interlock.feed-service-lost"][:end].max(), 0)
+
 
 class ExtraJoint(Recorded):
     """The stroke on a joint of its own, for which LinuxCNC has neither soft limits nor following error."""
 
     @classmethod
     def setUpClass(cls):
-        cls.work("extra.ini", "grinder_extra_scenario.py", ("extra.hal",))
+        cls.work("extra.ini", "grinder_extra_scenario.py")
 
     def test_table_strokes_while_the_path_goes_on(self):
         rows = self.rows["cross_feed"]
@@ -189,6 +234,9 @@ class ExtraJoint(Recorded):
 
 
 del Recorded  # its tests are those of the machines
+
+
+tearDownModule = starts("grinder/grinder.ini", "grinder/extra.ini")
 
 
 if __name__ == "__main__":

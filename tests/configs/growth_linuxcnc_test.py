@@ -7,33 +7,37 @@ import csv
 import glob
 import json
 import os
-import shutil
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
 from linuxcnc_runs import (
-    ATTEMPTS,
     BUILD,
     PATIENCE,
+    at_the_end,
     change,
     copy_configuration,
     finish,
-    ended_by_linuxcncs_race,
     own_folder,
+    own_ini,
+    run_to_the_end,
     start,
     um,
 )
+from starts import starts
 
 SHORT = "#<_growth_rounds> = 1\n#<_growth_dwell> = 6\n#<_growth_feed> = 60\n"
 
 # From the end of the first cycle on the maximum time is over.
-LONGEST = """loadrt flipflop names=cycled
+SHORT_HAL = """loadrt flipflop names=cycled
 loadrt mux2 names=longest
 setp longest.in0 100000
 setp longest.in1 1
+setp growth-test.minimum-time 1
+setp artifact.tau-turning 5
+setp artifact.sensor-lag 1
+net longest longest.out => growth-test.maximum-time
 net test-cycle => cycled.set
 net cycled cycled.out => longest.sel
 addf cycled servo-thread
@@ -64,14 +68,11 @@ def program(machine, name, call, settings=SHORT):
         file.write("o<settings> call\n%so<growth_test> call %s\nM2\n" % (settings, call))
 
 
-def shorten(machine):
+def shortened(machine, ini):
     """The test stops after its first cycle, however long the computer takes for it."""
-    hal = os.path.join(machine, "accelerated.hal")
-    change(hal, "growth-test.minimum-time  900", "growth-test.minimum-time    1")
-    change(hal, "setp growth-test.maximum-time 3600", "net longest longest.out => growth-test.maximum-time")
-    change(hal, "artifact.tau-turning 125", "artifact.tau-turning   5")
-    change(hal, "artifact.sensor-lag   10", "artifact.sensor-lag    1")
-    change(hal, "setp artifact.tau-turning", LONGEST + "setp artifact.tau-turning")
+    with open(os.path.join(machine, "short.hal"), "w", encoding="ascii") as file:
+        file.write(SHORT_HAL)
+    return own_ini(os.path.join(machine, ini), HAL=at_the_end("HALFILE = short.hal"))
 
 
 def gone(folder):
@@ -91,18 +92,9 @@ def gone(folder):
     raise AssertionError("programs of a killed LinuxCNC are still there")
 
 
-def run_to_the_end(folder, machine, ini, *arguments):
-    """Exit status and output. Each attempt begins with the logs of now."""
-    now, before = os.path.join(machine, "logs"), os.path.join(tempfile.mkdtemp(dir=folder), "logs")
-    os.makedirs(now, exist_ok=True)
-    shutil.copytree(now, before)
-    for _ in range(ATTEMPTS):
-        shutil.rmtree(now)
-        shutil.copytree(before, now)
-        status, output = finish(start(folder, ini, *arguments))
-        if not ended_by_linuxcncs_race(output):
-            break
-    return status, output
+def run(folder, machine, ini, *arguments):
+    """Exit status and output."""
+    return run_to_the_end(machine, lambda: start(folder, ini, *arguments))
 
 
 class KilledAndResumed(unittest.TestCase):
@@ -110,36 +102,27 @@ class KilledAndResumed(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = own_folder(cls)
         cls.machine = copy_configuration("growth", cls.folder)
-        shorten(cls.machine)
         mirrored = "#<_growth_mirrored> = 1\n" + SHORT
         program(cls.machine, "short.ngc", "[1] [1] [1] [0]", mirrored)
         program(cls.machine, "again.ngc", "[1] [1] [1] [1]", mirrored)
-        ini = os.path.join(cls.machine, "growth.ini")
-        for _ in range(ATTEMPTS):
-            shutil.rmtree(os.path.join(cls.machine, "logs"), ignore_errors=True)
-            if cls.killed_after_touches(ini, 15):
-                break
+        ini = shortened(cls.machine, "growth.ini")
+        cls.kill_after_touches(ini, 15)
         cls.kept = len(records(cls.machine, "touch"))
-        cls.status, cls.output = run_to_the_end(cls.folder, cls.machine, ini, "again.ngc")
+        cls.status, cls.output = run(cls.folder, cls.machine, ini, "again.ngc")
         cls.results = report(cls.machine) if cls.status == 0 else None
 
     @classmethod
-    def killed_after_touches(cls, ini, count):
-        """False if LinuxCNC ended before, by a race of its own."""
+    def kill_after_touches(cls, ini, count):
         process = start(cls.folder, ini, "short.ngc")
         end = time.monotonic() + PATIENCE
         while not logs(cls.machine) or len(records(cls.machine, "touch")) < count:
             if time.monotonic() > end or process.poll() is not None:
-                output = finish(process)[1]
-                if ended_by_linuxcncs_race(output):
-                    return False
-                raise AssertionError("no touches came:\n" + output)
+                raise AssertionError("no touches came:\n" + finish(process)[1])
             time.sleep(0.02)
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stdout.close()
         gone(cls.folder)
-        return True
 
     def test_the_test_goes_on_in_the_same_log_to_its_end(self):
         self.assertEqual(self.status, 0, self.output)
@@ -180,10 +163,9 @@ class Trunnion(unittest.TestCase):
     def test_a_trunnion_and_one_state_are_probed(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
-        shorten(machine)
         program(machine, "trunnion.ngc", "[1] [1] [0] [0]", "#<_growth_trunnion> = 1\n" + SHORT)
         change(os.path.join(machine, "growth.toml"), "folder       =", 'table        = "A"\nfolder       =')
-        status, output = run_to_the_end(folder, machine, os.path.join(machine, "trunnion.ini"))
+        status, output = run(folder, machine, shortened(machine, "trunnion.ini"))
         self.assertEqual(status, 0, output)
         results = report(machine)
         self.assertEqual([(s["turned"], s["compensated"]) for s in results["series"]], [(False, False), (True, False)])
@@ -195,9 +177,8 @@ class Single(unittest.TestCase):
     def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
-        shorten(machine)
         program(machine, "sphere.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n#<_growth_first> = 9\n" + SHORT)
-        status, output = run_to_the_end(folder, machine, os.path.join(machine, "growth.ini"), "sphere.ngc")
+        status, output = run(folder, machine, shortened(machine, "growth.ini"), "sphere.ngc")
         self.assertEqual(status, 0, output)
         self.assertIn("Growth test: ", output)  # that it has reached its end
         results = report(machine)
@@ -214,12 +195,11 @@ class Identified(unittest.TestCase):
     def test_axis_growth_with_the_settings_of_a_file_is_the_compensation_under_test(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
-        shorten(machine)
         program(machine, "short.ngc", "[1] [0] [1] [0]")
         with open(os.path.join(machine, "identified_settings.hal"), "w", encoding="ascii") as file:
             lines = {"z-growth-0": 0.001, "z-sigma": 0.0005, "reference-0": 20, "low-0": 18, "high-0": 50, "smoothing": 1, "harmless": 0.1}
             file.writelines("setp axis-growth.%s %g\n" % line for line in lines.items())
-        status, output = run_to_the_end(folder, machine, os.path.join(machine, "identified.ini"), "short.ngc")
+        status, output = run(folder, machine, shortened(machine, "identified.ini"), "short.ngc")
         self.assertEqual(status, 0, output)
         results = report(machine)
         off, on = (next(s["points"] for s in results["series"] if s["compensated"] == state) for state in (False, True))
@@ -232,6 +212,9 @@ class Identified(unittest.TestCase):
         for without, compensated in zip(off, on):
             left = without["deviation_mm"][2] - (compensated["compensation_mm"][2] - on[0]["compensation_mm"][2])
             self.assertLess(abs(compensated["deviation_mm"][2] - left), 5 * um)
+
+
+tearDownModule = starts("growth/growth.ini", "growth/trunnion.ini", "growth/identified.ini")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 
 import math
 import os
+import runpy
 import socket
 import subprocess
 import tempfile
@@ -16,6 +17,16 @@ CHECK = os.path.join(ROOT, "configs", "functions", "centre_height", "tool_table_
 SERVER = os.path.join(ROOT, "tests", "programs", "modbus_server.py")
 GAUGE = os.path.join(ROOT, "configs", "lathe", "%s_gauge.hal")
 WHOLE = "T1   P1   D+0.800000 X-100.017478 Y-0.098484 Q2 ;turning tool\nT2 P2 X-115 ;fine\n"
+
+
+def read(path):
+    with open(path, encoding="ascii") as file:
+        return file.read()
+
+
+def write(path, text):
+    with open(path, "w", encoding="ascii") as file:
+        file.write(text)
 
 
 class ToolTable(unittest.TestCase):
@@ -41,20 +52,98 @@ class ToolTable(unittest.TestCase):
             (WHOLE[:20], "its last line has no end"),
             (WHOLE.replace("X-100.017478", "X-100.0.7478"), "line 1 has 'X-100.0.7478'"),
             (WHOLE.replace("T2 P2", "P2"), "line 2 has no T or no P"),
-            (WHOLE.splitlines()[0] + "\n", "it lacks T2 of its copy"),
             (WHOLE.replace("D+0.8", "\0\0\0\0\0"), "it holds bytes that are no text"),
             (None, "No such file"),
         ):
             with self.subTest(reason):
-                status, message = self.answer(damaged, d20261101="T1 P1 X1\n", d20261102=WHOLE, d20261103="T1 P")
+                status, message = self.answer(damaged, d20261102=WHOLE, d20261103="T1 P")
                 self.assertEqual(status, 1)
                 self.assertIn(reason, message)
-                self.assertIn("cp tool.tbl.20261102 tool.tbl", message)
+                self.assertIn("all lengths and offsets", message)
+                self.assertIn("cat tool.tbl.20261102 > tool.tbl", message)
+                self.assertIn("Damaged copies are not used: tool.tbl.20261103.", message)
+
+    def test_no_copy_is_chosen_by_its_date(self):
+        status, message = self.answer("T1 P1 X", d20261101="T1 P1 X1\n", d20991231="T9 P9 X9\n")
+        self.assertEqual(status, 1)
+        self.assertIn("Its copies have no numbers, so the last one is not known: tool.tbl.20991231, tool.tbl.20261101.", message)
+        self.assertNotIn(" > ", message)
+        self.assertEqual(self.answer(WHOLE, d20261101=WHOLE, d20991231="T9 P9 X9\n"), (0, ""))
+
+    def test_no_copy_with_a_flipped_bit_is_used(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = os.path.join(folder, "tool.tbl")
+            write(table, WHOLE)
+            subprocess.run([CHECK, "--copy", table], check=True)
+            with open(table + ".copy-1", "rb") as file:
+                good = file.read()
+            copies = runpy.run_path(CHECK)["copies"]
+            self.assertEqual(copies(table), ([(1, table + ".copy-1", WHOLE)], []))
+            for bit in range(8 * len(good)):
+                flipped = bytearray(good)
+                flipped[bit // 8] ^= 1 << bit % 8
+                with open(table + ".copy-1", "wb") as file:
+                    file.write(flipped)
+                self.assertEqual(copies(table), ([], [table + ".copy-1"]), (bit, bytes(flipped)))
+            write(table, "T1")
+            done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
+            self.assertIn("There is no whole copy of it.\nDamaged copies are not used: %s.copy-1." % table, done.stderr)
+            write(table, WHOLE)
+            subprocess.run([CHECK, "--copy", table], check=True)
+            self.assertEqual([number for number, _, _ in copies(table)[0]], [2], "the damaged copy is not overwritten")
+
+    def test_a_copy_of_before_without_a_checksum_is_used(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = os.path.join(folder, "tool.tbl")
+            write(table + ".copy-4", "; copy 4 of tool.tbl\n" + WHOLE)
+            write(table, "T1")
+            done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
+            self.assertIn("tail -n +2 %s.copy-4 > %s" % (table, table), done.stderr)
 
     def test_without_a_copy_it_says_so(self):
         status, message = self.answer("T1 P1 X")
         self.assertEqual(status, 1)
-        self.assertIn("there is no whole copy of it", message)
+        self.assertIn("There is no whole copy of it", message)
+
+    def test_a_removed_tool_is_accepted_or_restored_by_the_commands_of_the_message(self):
+        fewer = WHOLE.splitlines()[0] + "\n"
+        for choice, content in (("accept", fewer), ("restore", WHOLE)):
+            with self.subTest(choice), tempfile.TemporaryDirectory() as folder:
+                table = os.path.join(folder, "my tool.tbl")
+                write(table, WHOLE)
+                subprocess.run([CHECK, "--copy", table], check=True)
+                write(table, fewer)
+                done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
+                self.assertEqual(done.returncode, 1)
+                self.assertIn("lacks T2 of its last copy", done.stderr)
+                self.assertIn("all tools get the lengths and offsets of the copy back", done.stderr)
+                line = next(line for line in done.stderr.splitlines() if choice in line)
+                subprocess.run(["sh", "-c", line.split(": ", 1)[1]], check=True)
+                self.assertEqual(read(table), content)
+                self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0)
+
+    def test_the_last_copy_is_the_one_with_the_highest_number_whatever_the_clock_shows(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = os.path.join(folder, "tool.tbl")
+            write(table + ".2099-01-01-00-00-00", "T1 P1 X9\nT9 P9\n")
+            for number in range(1, 12):
+                write(table, "T1 P1 X%d\n" % number)
+                subprocess.run([CHECK, "--copy", table], check=True)
+                os.utime(table + ".copy-%d" % number, (1e9 - number, 1e9 - number))
+            self.assertRegex(read(table + ".copy-11"), r"\A; copy 11 of tool.tbl, CRC-32 [0-9a-f]{8}\nT1 P1 X11\n\Z")
+            self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0, "T9 is of an older copy")
+            write(table, "T1")
+            done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
+            self.assertIn("tail -n +2 %s.copy-11 > %s" % (table, table), done.stderr)
+
+    def test_a_damaged_table_is_not_copied(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = os.path.join(folder, "tool.tbl")
+            write(table, "T1 P1 X")
+            done = subprocess.run([CHECK, "--copy", table], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("its last line has no end", done.stderr)
+            self.assertEqual(os.listdir(folder), ["tool.tbl"])
 
 
 def measure_two_lands(test, host, show):
@@ -144,8 +233,9 @@ class ModbusGauge(unittest.TestCase):
             os.environ["CONFIG_DIR"] = folder
             os.environ["PATH"] = os.path.join(BUILD, "bin") + ":" + os.environ["PATH"]
             with plumb.Host() as host:
-                for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre"):
+                for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "loadrt interlock names=interlock"):
                     host.command(line)
+                host.command("addf interlock.update servo-thread")
                 host.command("net height-measure centre.measure")
                 host.load(GAUGE % "modbus")
                 host.command("addf centre.update servo-thread")

@@ -8,6 +8,7 @@ import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import own_folder, read_recording
+from starts import starts
 
 
 class Shift(unittest.TestCase):
@@ -17,15 +18,12 @@ class Shift(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("lathe", folder)
-        cls.ini = ini = os.path.join(machine, "lathe.ini")
-        linuxcnc_runs.use_scenario(ini, "lathe_scenario.py")
-        stages = os.path.join(machine, "stages.hal")
-        linuxcnc_runs.change(stages, "loadrt interlock", "newsig scene s32\nloadrt interlock")
-        its, cls.output = linuxcnc_runs.work(folder, ini)
+        cls.ini = ini = linuxcnc_runs.own_ini(os.path.join(machine, "lathe.ini"))
+        its, cls.output = linuxcnc_runs.work(folder, ini, "lathe_scenario.py")
         cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
-        cls.after_restart = linuxcnc_runs.work(folder, ini, "restart")[0]["facts"]
+        cls.after_restart = linuxcnc_runs.work(folder, ini, "lathe_scenario.py", "restart")[0]["facts"]
 
     def test_tool_comes_on_centre_and_the_table_keeps_it(self):
         self.assertEqual(self.facts["before"]["T1"], [-100, 0])
@@ -46,7 +44,7 @@ class Shift(unittest.TestCase):
 
     def test_preview_of_the_program_ends(self):
         """A screen interprets the program without a machine that answers."""
-        command = ["rs274", "-g", "-i", self.ini + ".expanded", os.path.join(os.path.dirname(self.ini), "centre.ngc")]
+        command = ["rs274", "-g", "-i", self.ini, os.path.join(os.path.dirname(self.ini), "centre.ngc")]
         done = subprocess.run(command, cwd=os.path.dirname(self.ini), capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("PROGRAM_END", done.stdout)
@@ -150,6 +148,9 @@ class Shift(unittest.TestCase):
         before, after = self.facts["second"]
         self.assertEqual(before["T1"], after["T1"])
         self.assertAlmostEqual(after["T2"][1] - before["T2"][1], -0.05, delta=2e-5)
+
+
+tearDownModule = starts("lathe/lathe.ini")
 
 
 if __name__ == "__main__":

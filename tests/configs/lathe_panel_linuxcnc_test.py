@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """plumb panel in a tab of AXIS, before the complete lathe: a tool comes on centre by a finger and a micrometer."""
 
+import os
 import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import copy_configuration, own_folder, um
 from screen import Screen
+from starts import starts
 
 
 class Lathe(unittest.TestCase):
@@ -14,8 +16,8 @@ class Lathe(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = copy_configuration("lathe", folder)
-        linuxcnc_runs.add_operator(machine, "axis.ini", "lathe_operator.py")
-        cls.seen = linuxcnc_runs.work_screen(folder, machine, "axis.ini", Screen(cls).display, speed=4)
+        ini = linuxcnc_runs.with_operator(os.path.join(machine, "axis.ini"), "lathe_operator.py")
+        cls.seen = linuxcnc_runs.work_screen(folder, ini, Screen(cls).display, speed=4)
 
     def test_the_height_is_that_of_the_tool(self):
         self.assertAlmostEqual(self.seen["height"], 0.1, delta=12 * um)
@@ -28,6 +30,9 @@ class Lathe(unittest.TestCase):
 
     def test_the_next_measurement_shows_that_it_is_on_centre(self):
         self.assertIn("on centre", self.seen["verdict"])
+
+
+tearDownModule = starts("lathe/axis.ini")
 
 
 if __name__ == "__main__":

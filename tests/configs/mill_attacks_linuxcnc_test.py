@@ -13,6 +13,7 @@ import unittest
 import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import PERIOD, changes, own_folder, read_recording, um
+from starts import starts
 
 LEAD = 3  # s before the end of a cut, by which it must be announced
 MAX_OFFSET, MAX_RATE = 0.1, 0.1  # mm and mm/s, as configs/mill sets them
@@ -33,7 +34,6 @@ ATTACKS = {
     "off_and_on": False,
 }
 GROWTH = """
-newsig scene s32
 loadrt limit3 names=warming
 setp warming.maxv 0.0002
 unlinkp mill.growth-replay
@@ -51,13 +51,10 @@ class Attacked(unittest.TestCase):
         cls.name = list(ATTACKS)[Attacked.turn % len(ATTACKS)]
         Attacked.turn += 1
         machine = linuxcnc_runs.copy_configuration("mill", folder)
-        ini = os.path.join(machine, "mill.ini")
-        linuxcnc_runs.use_scenario(ini, "mill_attacks.py")
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "mill.ini"), HAL=linuxcnc_runs.at_the_end("HALFILE = growth.hal"))
         with open(os.path.join(machine, "growth.hal"), "w") as file:
             file.write(GROWTH)
-        with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
-            file.write("HALFILE = growth.hal\n")
-        its, _ = linuxcnc_runs.work(folder, ini, cls.name)
+        its, _ = linuxcnc_runs.work(folder, ini, "mill_attacks.py", cls.name)
         cls.facts, cls.messages = its["facts"], its["errors"] + its["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
@@ -103,6 +100,9 @@ class Attacked(unittest.TestCase):
         if ATTACKS[self.name]:
             self.assertTrue(self.announced[self.rows["attacked_2"][-1]], self.name)
             self.assertTrue(any("offset" in message or "reference" in message for message in self.messages), self.messages)
+
+
+tearDownModule = starts("mill/mill.ini")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import zlib
 import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import STILL, changes, nm, own_folder, read_recording, um
+from starts import starts
 
 GROWN = 15 * um
 PLACES = [(-200, -150), (200, -150), (200, 150), (-200, 150)]
@@ -29,8 +30,7 @@ COMPENSATED = ("both", "after_abort", "after_off_and_on", "after_homing")
 FEED, PROBE = 2, 5  # motion types
 
 # A load that is as good as a load can be.
-SCENE = """
-newsig scene s32
+MEASURE = """
 setp drive.white-noise   0.1
 setp drive.flicker-noise 0.05
 setp drive.quantum       0.1
@@ -54,17 +54,14 @@ class Days(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         cls.machine = machine = linuxcnc_runs.copy_configuration("mill", folder)
-        ini = os.path.join(machine, "mill.ini")
-        linuxcnc_runs.use_scenario(ini, "mill_both_scenario.py")
-        with open(os.path.join(machine, "scene.hal"), "w") as file:
-            file.write(SCENE)
-        with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
-            file.write("HALFILE = scene.hal\n")
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "mill.ini"), HAL=linuxcnc_runs.at_the_end("HALFILE = measure.hal"))
+        with open(os.path.join(machine, "measure.hal"), "w") as file:
+            file.write(MEASURE)
         cls.days, cls.facts = {}, {}
         for day in ("first", "restarted", "renamed") if not SANITIZED else ("short",):
             if day == "renamed":
                 rename_records(os.path.join(machine, "mill.retained"), "growth", "thermal")
-            cls.facts[day], _ = linuxcnc_runs.work(folder, ini, day, facts=day + ".json")
+            cls.facts[day], _ = linuxcnc_runs.work(folder, ini, "mill_both_scenario.py", day, facts=day + ".json")
             cls.days[day] = read_recording(os.path.join(machine, day + ".csv"))
         if SANITIZED:
             cls.days["first"], cls.facts["first"] = cls.days["short"], cls.facts["short"]
@@ -196,9 +193,24 @@ class Days(unittest.TestCase):
                 self.assertLess(errors[0, 2], -GROWN / 2)  # no contact was seen yet
                 self.assertLess(abs(errors[1:, 2]).max(), TOLERANCE)
                 self.assertLess(abs(errors[:, :2]).max(), SETTLED)
-                self.assertEqual(self.facts[day]["errors"], [])
+                self.assertEqual(self.facts[day]["facts"]["errors"], [])
         with open(os.path.join(self.machine, "mill.retained")) as file:
             self.assertEqual(re.findall(r'^"(\w+)" = \[', file.read(), re.M), ["growth"])
+
+    @unittest.skipIf(SANITIZED, "the short day has no losses")
+    def test_offsets_hold_without_task_and_retain_until_the_program_ends(self):
+        day, lost, returned = self.days["renamed"], self.rows("lost", "renamed"), self.rows("returned", "renamed")
+        held = lost[np.flatnonzero(day["interlock.feed-service-lost"][lost])[0] :]
+        self.assertGreater(np.ptp(day["x-stage.drive-command"][lost[0] : held[0]]), 1)  # motion goes on without task
+        self.assertLess(np.ptp(day["x-stage.drive-command"][held[500:]]), nm)
+        self.assertGreater(day["axis.z.eoffset"][lost[0]], 5 * um)
+        self.assertLess(np.ptp(day["axis.z.eoffset"][lost]), STILL)
+        self.assertTrue(day["growth.enable"][lost].all())
+        self.assertEqual([day[name + ".enable"][returned[-1]] for name in ("growth", "square")], [0, 1])
+        self.assertAlmostEqual(day["axis.z.eoffset"][returned[-1]], 0, delta=nm)
+
+
+tearDownModule = starts("mill/mill.ini")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,8 @@ import numpy as np
 
 import linuxcnc_runs
 import plumb_contacts
-from linuxcnc_runs import BUILD, ROOT, STILL, changes, copy_configuration, finish, own_folder, read_recording, um
+from linuxcnc_runs import BUILD, ROOT, STILL, changes, copy_configuration, own_folder, read_recording, um
+from starts import starts
 
 README = os.path.join(ROOT, "configs", "mill", "README.md")
 
@@ -23,8 +24,9 @@ RAPID, FEED = 1, 2
 
 def run(folder, machine, *command, **more):
     """Exit status and output of a command in the folder of a configuration."""
-    for _ in range(linuxcnc_runs.ATTEMPTS):
-        process = subprocess.Popen(
+
+    def begin():
+        return subprocess.Popen(
             command,
             cwd=machine,
             env=linuxcnc_runs.environment(folder, PYTHONPATH=os.path.join(BUILD, "python"), **more),
@@ -33,10 +35,8 @@ def run(folder, machine, *command, **more):
             stderr=subprocess.STDOUT,
             text=True,
         )
-        status, output = finish(process)
-        if not linuxcnc_runs.ended_by_linuxcncs_race(output):
-            break
-    return status, output
+
+    return linuxcnc_runs.run_to_the_end(machine, begin)
 
 
 class Shift(unittest.TestCase):
@@ -46,11 +46,8 @@ class Shift(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         cls.folder, cls.machine = folder, copy_configuration("mill", folder)
-        ini = os.path.join(cls.machine, "mill.ini")
-        linuxcnc_runs.use_scenario(ini, "mill_scenario.py")
-        with open(os.path.join(cls.machine, "mill_hal.inc"), "a") as file:
-            file.write("HALFILE = record.hal\n")
-        its, cls.output = linuxcnc_runs.work(folder, ini)
+        ini = linuxcnc_runs.own_ini(os.path.join(cls.machine, "mill.ini"), HAL=linuxcnc_runs.at_the_end("HALFILE = record.hal"))
+        its, cls.output = linuxcnc_runs.work(folder, ini, "mill_scenario.py")
         cls.facts, cls.errors, cls.messages = its["facts"], its["errors"], its["messages"]
         cls.scenes = linuxcnc_runs.read_scenes(cls.machine, its["scenes"])
 
@@ -390,6 +387,9 @@ class Readme(unittest.TestCase):
                 host.command("start")
                 host.run(0.01)
                 self.assertEqual(host.get("spindle-load"), 0)
+
+
+tearDownModule = starts("mill/mill.ini")
 
 
 if __name__ == "__main__":

@@ -8,19 +8,17 @@ import os
 import subprocess
 import unittest
 
-from linuxcnc_runs import ATTEMPTS, BUILD, copy_configuration, ended_by_linuxcncs_race, finish, own_folder, start, um
+from linuxcnc_runs import BUILD, copy_configuration, own_folder, own_ini, run_to_the_end, start, um
+from starts import starts
 
 TOLERANCE = 10 * um  # of growth_test.toml
 
 
 def tested(folder, program):
     """The results of one test on a fresh mill."""
-    for attempt in range(ATTEMPTS):
-        machine = copy_configuration("mill", folder, "%s-%d" % (program, attempt))
-        ini = os.path.join(machine, "growth.ini")
-        status, output = finish(start(folder, ini, "setup.ngc", "growth_test/%s.ngc" % program))
-        if not ended_by_linuxcncs_race(output):
-            break
+    machine = copy_configuration("mill", folder, program)
+    ini = own_ini(os.path.join(machine, "growth.ini"))
+    status, output = run_to_the_end(machine, lambda: start(folder, ini, "setup.ngc", "growth_test/%s.ngc" % program))
     if status != 0:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
     (log,) = glob.glob(os.path.join(machine, "logs", "growth-*.csv"))
@@ -47,6 +45,9 @@ class MillUnderTest(unittest.TestCase):
     def test_a_wrong_sign_is_named_and_fails(self):
         z = self.judged("wrong_sign", "fail", "The compensation has the wrong sign.")
         self.assertGreater(z["on"]["largest_mm"], z["off"]["largest_mm"])
+
+
+tearDownModule = starts("mill/growth.ini")
 
 
 if __name__ == "__main__":

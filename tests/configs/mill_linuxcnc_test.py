@@ -13,6 +13,7 @@ import unittest
 import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import PERIOD, STILL, changes, nm, own_folder, read_recording, um
+from starts import starts
 
 TOLERANCE = 6 * um  # of the cuts
 MAX_RATE = 0.1  # mm/s, of the stage
@@ -26,7 +27,6 @@ COMPENSATED = {
 
 # Growth that comes while parts are made, and a load that is as good as a load can be.
 GROWTH = """
-newsig scene s32
 setp drive.white-noise   0.1
 setp drive.flicker-noise 0.05
 setp drive.quantum       0.1
@@ -45,17 +45,14 @@ class Days(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("mill", folder)
-        ini = os.path.join(machine, "mill.ini")
-        linuxcnc_runs.use_scenario(ini, "mill_disturbances.py")
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "mill.ini"), HAL=linuxcnc_runs.at_the_end("HALFILE = growth.hal"))
         with open(os.path.join(machine, "growth.hal"), "w") as file:
             file.write(GROWTH)
-        with open(os.path.join(machine, "mill_hal.inc"), "a") as file:
-            file.write("HALFILE = growth.hal\n")
         cls.days, cls.facts = {}, {}
         for day in ("first", "second", "forgotten"):
             if day == "forgotten":
                 os.remove(os.path.join(machine, "mill.retained"))
-            cls.facts[day], _ = linuxcnc_runs.work(folder, ini, day, facts=day + ".json")
+            cls.facts[day], _ = linuxcnc_runs.work(folder, ini, "mill_disturbances.py", day, facts=day + ".json")
             cls.days[day] = read_recording(os.path.join(machine, day + ".csv"))
 
     def rows(self, day, scene):
@@ -204,8 +201,11 @@ class Days(unittest.TestCase):
         self.assertGreater(day["axis.z.eoffset"][probing[0]], 15 * um)
         self.assertLess(np.ptp(day["joint.2.motor-pos-cmd"][probing]), 0.1)
         errors = self.facts["first"]["errors"]
-        self.assertEqual(len(errors), 2)
+        self.assertEqual(len(errors), 2, errors)
         self.assertTrue(any("Probing is aborted" in error for error in errors), errors)
+
+
+tearDownModule = starts("mill/mill.ini")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import own_folder, read_recording
+from starts import starts
 
 
 class Sensors(unittest.TestCase):
@@ -14,9 +15,8 @@ class Sensors(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("mill", folder)
-        ini = os.path.join(machine, "sensors.ini")
-        linuxcnc_runs.use_scenario(ini, "mill_sensors.py")
-        its, _ = linuxcnc_runs.work(folder, ini)
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "sensors.ini"))
+        its, _ = linuxcnc_runs.work(folder, ini, "mill_sensors.py")
         cls.facts, cls.told = its["facts"], its["errors"] + its["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
 
@@ -36,6 +36,9 @@ class Sensors(unittest.TestCase):
     def test_no_cycle_begins_without_linuxcnc_link(self):
         self.assertEqual(self.facts["link"], [True, True, True])
         self.assertEqual(*self.facts["without link"])
+
+
+tearDownModule = starts("mill/sensors.ini")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import PERIOD, STILL, change, own_folder, read_recording, um
+from linuxcnc_runs import PERIOD, STILL, own_folder, read_recording, um
 
 EXACT = 0.01 * um  # of the tip
 AT_ONCE = 0.2 * um  # where the drives are yet behind the last step of the ramp, by 3 ms
@@ -28,10 +28,8 @@ class Settling(unittest.TestCase):
     def setUpClass(cls):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("portal", folder)
-        ini = os.path.join(machine, "column.ini")
-        linuxcnc_runs.use_scenario(ini, "settling_scenario.py")
-        change(os.path.join(machine, "functions", "squareness", "squareness.hal"), "loadrt squareness", "newsig scene s32\nloadrt squareness")
-        its, _ = linuxcnc_runs.work(folder, ini)
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "column.ini"))
+        its, _ = linuxcnc_runs.work(folder, ini, "settling_scenario.py")
         cls.facts, cls.messages = its["facts"], its["facts"]["messages"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])

@@ -17,6 +17,7 @@ import unittest
 import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import PERIOD, PROGRAMS, ROOT, STILL, changes, copy_configuration, finish, nm, own_folder, read_recording, start
+from starts import starts
 
 CONFIGURATION = os.path.join(ROOT, "configs", "three_axis")
 
@@ -51,9 +52,8 @@ class Shift(unittest.TestCase):
         machine = copy_configuration("three_axis", folder)
         for name in ("three_axis_path.ngc", "three_axis_line.ngc"):
             shutil.copy(os.path.join(PROGRAMS, name), machine)
-        ini = os.path.join(machine, "three_axis.ini")
-        linuxcnc_runs.use_scenario(ini, "three_axis_scenario.py")
-        its, _ = linuxcnc_runs.work(folder, ini)
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "three_axis.ini"))
+        its, _ = linuxcnc_runs.work(folder, ini, "three_axis_scenario.py")
         cls.facts, cls.errors = its["facts"], its["errors"]
         cls.scenes = linuxcnc_runs.read_scenes(machine, its["scenes"])
 
@@ -293,6 +293,19 @@ class Sample(unittest.TestCase):
                 self.assertAlmostEqual(positions.min(), least, delta=nm)
                 self.assertAlmostEqual(positions.max(), most, delta=nm)
 
+    def test_no_probing_move_or_wait_is_lost_where_a_period_lasts_long(self):
+        """A function holds the thread between the echo of a command and the motion; task looks meanwhile."""
+        machine = copy_configuration("three_axis", self.folder)
+        with open(os.path.join(machine, "busy.hal"), "w") as file:
+            file.write("loadrt busy_function names=busy\nsetp busy.hold 0.0002\naddf busy.update servo-thread 2\n")
+        with open(os.path.join(machine, "probe.ngc"), "w") as file:
+            file.write("o1 repeat [25]\nG91 G38.3 Z-0.02 F600\nG90 G1 Z0\nM66 P0 L4 Q0.1\n(DEBUG,passed #5399)\no1 endrepeat\nM2\n")
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "three_axis.ini"), HAL=linuxcnc_runs.at_the_end("HALFILE = busy.hal"))
+        specimens = ["--modules", os.path.join(linuxcnc_runs.BUILD, "specimens")]
+        status, output = finish(start(self.folder, ini, os.path.join(machine, "probe.ngc"), options=specimens, at=1))
+        self.assertEqual(status, 0, output)
+        self.assertEqual(output.count("passed 0.0"), 25, output)
+
     def test_configuration_of_the_readme_adds_to_the_common_one(self):
         with open(os.path.join(CONFIGURATION, "README.md")) as page:
             text = page.read()
@@ -313,6 +326,9 @@ class Sample(unittest.TestCase):
         self.assertAlmostEqual(z["joint.2.motor-pos-cmd"][-1], -10, delta=STILL)
         self.assertAlmostEqual(z["joint.2.motor-pos-fb"][-1], -10, delta=nm)
         self.assertAlmostEqual(z["z-drive.out"][-1], -9.95, delta=nm)
+
+
+tearDownModule = starts("three_axis/three_axis.ini")
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ TEST_F(HostSocket, ItsFolderIsRootsAndNobodyElseChangesIt) {
 
 TEST_F(HostSocket, AFolderForItThatOthersCanWriteIsNotTaken) {
     on_own_machine([] {
-        ASSERT_EQ(mkdir("/tmp/open", 0700), 0);
+        ASSERT_EQ(mkdir("/tmp/open", 0711), 0);
         setenv("TMPDIR", "/tmp/open", 1);
         const auto socket = [] { return host::Client(on_machine_start()).socket(); };
         EXPECT_THAT(socket(), StartsWith("/tmp/open/plumb-host-"));
@@ -77,6 +77,18 @@ TEST_F(HostSocket, AFolderForItThatOthersCanWriteIsNotTaken) {
         EXPECT_THAT(socket(), StartsWith("/tmp/open/plumb-host-"));
         ASSERT_EQ(chown("/tmp/open", 65534, 65534), 0);  // who could rename files in it
         EXPECT_THAT(socket(), StartsWith("/tmp/plumb-host-"));
+    });
+}
+
+// As pam_tmpdir gives it to root: LinuxCNC's rtapi_app, with the rights of another user, could not get in.
+TEST_F(HostSocket, APrivateTmpdirIsNotTaken) {
+    on_own_machine([] {
+        ASSERT_EQ(mkdir("/tmp/private", 0700), 0);
+        ASSERT_EQ(mkdir("/tmp/private/more", 0755), 0);
+        setenv("TMPDIR", "/tmp/private/more", 1);
+        host::Client host(on_machine_start());
+        EXPECT_THAT(host.socket(), StartsWith("/tmp/plumb-host-"));
+        host.command("loadrt threads name1=servo-thread period1=1000000");
     });
 }
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of grinder_linuxcnc_test: strokes of Z beside a contour, stopped in every way that there is."""
 
+import os
+import signal
 import sys
 
 import linuxcnc
@@ -26,6 +28,8 @@ class Shift(Scenario):
         "z-stage.applied-offset",
         "z-stage.drive-command",
         "grinder.truth-position",
+        "interlock.feed-service-lost",
+        "interlock.function-enable-0",
     ]
 
     def work(self):
@@ -40,11 +44,24 @@ class Shift(Scenario):
             self.start_again,
             self.off_and_on,
             self.back_at_r,
+            self.enable_lost,
+            self.enable_back,
+            self.to_point_r,
             self.refusals,
             self.with_a_tool,
             self.in_inches,
             self.learn,
+            self.impatient,
+            self.task_stops,
+            self.task_returns,
+            self.io_stops,
+            self.io_returns,
+            self.link_dies,
+            self.both_die,
         )
+
+    def end(self):
+        """Nothing is left that could turn the machine off."""
 
     def turn_on(self):
         self.host.set("chop.learn", 0)
@@ -108,6 +125,28 @@ class Shift(Scenario):
         self.machine.mdi("G80.1")
         self.facts["at_r"] = [self.host.get("chop.offset"), self.host.get("z-stage.applied-offset")]
 
+    def enable_lost(self):
+        """Where the program would have stopped in the work."""
+        self.host.set("chop.stop-kind", 2)
+        self.start()
+        self.host.set("interlock.function-switch-0", 0)
+        self.await_pin("chop.at-end", 1)
+
+    def enable_back(self):
+        self.host.set("interlock.function-switch-0", 1)
+        self.await_pin("chop.enable", 1)
+        self.machine.wait(0.5)
+        self.facts["enable_back"] = [self.host.get("chop.enable"), self.host.get("chop.run")]
+        self.machine.mdi("G80.1")
+
+    def to_point_r(self):
+        self.start()
+        self.host.set("chop.go-to-end", 1)
+        self.await_pin("chop.at-end", 1)
+        self.host.set("chop.go-to-end", 0)
+        self.host.set("chop.stop-kind", 0)
+        self.machine.mdi("G80.1")
+
     def refuse(self, block):
         """All that the operator reads until the block has ended."""
         texts = []
@@ -160,6 +199,68 @@ class Shift(Scenario):
         self.facts["dead_points"] = [self.host.get("grinder.truth-" + name) for name in names]
         self.facts["codes"] = [self.host.get("chop.fault-code"), self.host.get("z-stage.limited")]
         self.machine.mdi("G80.1")
+
+    def impatient(self):
+        """The time-outs of configs/common/alive.hal; tests have longer ones (linuxcnc_runs.py). While it learns, the strokes end
+        inside of their region."""
+        self.host.set("chop.learn", 0)
+        for service in (4, 5):
+            self.host.set("interlock.service-timeout-%d" % service, 2.5)
+
+    def stroke_and_feed(self):
+        """X is on its way for longer than it takes to see a loss."""
+        self.start()
+        self.machine.mdi("G1 X%d F60" % (100 if self.host.get("joint.0.pos-cmd") < 0 else -100), wait=False)
+        self.machine.wait(0.5)
+
+    def await_end_of_stroke(self):
+        self.await_pin("interlock.feed-service-lost", 1)
+        self.await_pin("chop.at-end", 1)
+        self.machine.wait(0.3)
+
+    def go_on(self):
+        """The feed stays held, and no stroke comes back, until the operator renews the function."""
+        os.kill(self.reached[0], signal.SIGCONT)
+        for service in (4, 5):
+            self.await_pin("interlock.service-ok-%d" % service, 1)
+        self.machine.wait(0.5)
+        self.facts[self.scenes[-1]] = [self.host.get("interlock.feed-inhibit"), self.host.get("interlock.function-enable-0")]
+        self.await_message("strokes need")
+        self.machine.abort()
+        self.host.set("interlock.function-switch-0", 0)
+        self.machine.wait(0.1)
+        self.host.set("interlock.function-switch-0", 1)
+        self.await_pin("interlock.function-enable-0", 1)
+        self.await_pin("interlock.feed-inhibit", 0)
+
+    def task_stops(self):
+        self.stroke_and_feed()
+        self.reached = self.signal(signal.SIGSTOP, "task_stopped", "inihal")
+        self.await_end_of_stroke()
+
+    def task_returns(self):
+        self.go_on()
+
+    def io_stops(self):
+        self.stroke_and_feed()
+        self.reached = self.signal(signal.SIGSTOP, "io_stopped", "iocontrol")
+        self.await_end_of_stroke()
+
+    def io_returns(self):
+        self.go_on()
+
+    def link_dies(self):
+        self.host.set("interlock.service-timeout-1", 2)
+        self.stroke_and_feed()
+        self.reached = self.signal(signal.SIGKILL, "link_dead", "linuxcnc-link")
+        self.await_pin("interlock.service-lost-1", 1)
+        self.strokes(2)
+
+    def both_die(self):
+        """Within 5 s of the computer's clock: plumb run ends without a task."""
+        self.reached = self.signal(signal.SIGKILL, "both_dead", "inihal", "iocontrol")
+        self.await_end_of_stroke()
+        self.facts["lost"] = [self.host.get("interlock.service-lost-%d" % service) for service in (1, 4, 5)]
 
 
 if __name__ == "__main__":

@@ -88,9 +88,13 @@ class Operator:
 
     def tool(self):
         """X and Y of tool 1 in the table."""
-        with open("tool.tbl") as file:
-            words = next(line for line in file if line.startswith("T1 ")).split(";")[0].split()
+        self.finger.until(self.tool_line, "tool 1 in the table, which LinuxCNC writes anew")
+        words = self.tool_line().split(";")[0].split()
         return [float(next((word[1:] for word in words if word[0] == letter), 0)) for letter in "XY"]
+
+    def tool_line(self):
+        with open("tool.tbl") as file:
+            return next((line for line in file if line.startswith("T1 ") and line.endswith("\n")), "")
 
     def shot(self, name):
         if "--shots" in sys.argv:

@@ -221,6 +221,7 @@ class Shift(Scenario):
         machine, host = self.machine, self.host
         host.command("loadrt conv_s32_bit names=taken")
         host.command("loadrt lut5")
+        host.command("unlinkp motion.feed-inhibit")  # motion.feed-hold keeps that of interlock
         for line in ("centre.cut-number taken.in", "taken.out lut5.0.in-0", "lathe.truth-cutting lut5.0.in-1", "lut5.0.out motion.feed-inhibit"):
             host.command("net halt-%s %s" % (line.split()[0].replace(".", "-"), line))
         host.command("net height-measure lut5.0.in-2")

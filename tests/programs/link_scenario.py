@@ -46,10 +46,10 @@ class Day(Scenario):
         with open("second.ngc", "a") as file:
             file.write("(changed)\n")
         self.expect_identity("main.ngc", "first.ngc", "second.ngc")
-        os.rename("three_axis.ini.expanded", "away.ini")
+        os.rename("test_three_axis.ini", "away.ini")
         self.machine.run("alone.ngc")
         self.until(lambda: self.host.get("linuxcnc-link.program-id") == 0, "a program in folders that are not known")
-        os.rename("away.ini", "three_axis.ini.expanded")
+        os.rename("away.ini", "test_three_axis.ini")
         self.expect_identity("alone.ngc")
 
     def tools(self):

@@ -7,6 +7,8 @@ leaves out growth without squareness. Any other is a restart with what retain ha
 """
 
 import contextlib
+import os
+import signal
 import sys
 
 import linuxcnc
@@ -16,7 +18,7 @@ from scenario import Scenario, run
 COLUMNS = (
     ["scene", "axis.z.eoffset", "growth.z-offset", "growth.enable", "square.enable", "mill.engagement", "mill.truth-growth"]
     + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.contacts-accepted"]
-    + ["motion.motion-enabled", "motion.motion-type", "motion.digital-out-00", "motion.homing-inhibit"]
+    + ["interlock.feed-service-lost", "motion.motion-enabled", "motion.motion-type", "motion.digital-out-00", "motion.homing-inhibit"]
     + [axis + "-stage.drive-command" for axis in "xyz"]
     + ["portal.%s-position" % axis for axis in "xyz"]
     + ["portal.truth-%s-error" % axis for axis in "xyz"]
@@ -60,6 +62,9 @@ class Day(Scenario):
             self.facts["rows"] = self.host.get("growth.rows")
             self.grow(GROWN)
             self.part("after_restart")
+            self.facts["errors"] = list(self.machine.errors)
+            if NAME == "renamed":
+                self.losses()
 
     def growth_without_squareness(self):
         self.switch(SQUARE, False)
@@ -177,6 +182,25 @@ class Day(Scenario):
     def top(self):
         """Z of G54."""
         return self.machine.poll().g5x_offset[2]
+
+    def losses(self):
+        """Task stops and retain dies while X is on its way; then task goes on, and the move is aborted."""
+        for service in (0, 4):
+            self.host.set("interlock.service-timeout-%d" % service, 1)
+        self.machine.mdi("G53 G0 X-200")
+        self.machine.mdi("G53 G1 X200 F600", wait=False)
+        self.machine.wait(0.5)
+        self.signal(signal.SIGSTOP, "lost", "inihal")
+        os.kill(self.processes("retain")[0], signal.SIGKILL)
+        self.await_pin("interlock.service-lost-0", 1)
+        self.await_pin("interlock.feed-service-lost", 1)
+        self.machine.wait(1)
+        self.begin("returned")
+        os.kill(self.processes("inihal")[0], signal.SIGCONT)
+        self.await_message("retain has ended")
+        self.machine.abort()
+        self.await_pin("interlock.function-enable-0", 0)
+        self.machine.wait(1)
 
     def switch(self, pin, on):
         self.host.set(pin, on)

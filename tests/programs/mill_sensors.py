@@ -47,6 +47,7 @@ class Sensors(Scenario):
         self.until("linuxcnc-link.identified", True)
         self.facts["link"] = [self.host.get("interlock.service-ok-1")]
         link = subprocess.check_output(["pgrep", "-f", "linuxcnc_link --messages"])
+        self.host.set("interlock.service-timeout-1", 1)  # not to wait for 10 s
         os.kill(int(link), signal.SIGKILL)
         self.until("interlock.service-ok-1", False)
         self.facts["link"] += self.host.get(["linuxcnc-link.identified", "growth.enable"])

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import traceback
 
 import plumb
@@ -93,11 +94,29 @@ def screen_process(word):
     return None
 
 
+def window_of_errors():
+    """The number of the process that shows LinuxCNC's errors until somebody closes it."""
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open("/proc/%s/cmdline" % name) as file:
+                if "show_errors.tcl" in map(os.path.basename, file.read().split("\0")):
+                    return int(name)
+        except OSError:
+            continue
+    return None
+
+
 def end(word):
-    """Not by SIGKILL, which may find the screen with a lock of LinuxCNC."""
+    """Not by SIGKILL, which may find the screen with a lock of LinuxCNC.
+
+    At SIGTERM qtvcp leaves HAL, and its timer then reads a pin of the memory that it has given back: it crashes.
+    """
     process, leave = screen_process(word), SCREENS[word][-1]
     if process is not None and leave is None:
         os.kill(process, signal.SIGTERM)
+        while window_of_errors() is None:  # unless the run ends, and this program with it
+            time.sleep(0.1)
+        os.kill(window_of_errors(), signal.SIGTERM)
     elif process is not None:
         finger = Finger(os.environ["DISPLAY"], "widgets.json")
 

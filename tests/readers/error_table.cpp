@@ -47,6 +47,18 @@ void demand_whole(std::string_view text) {
     }
 }
 
+void demand_unchanged(const std::string& sealed) {
+    demand(takes<std::runtime_error>([&] { tables_of(sealed); }), "a sealed file is taken");
+    constexpr std::size_t tries = 64;
+    const std::size_t step = 8 * sealed.size() / tries + 1;
+    for (std::size_t bit = sealed.size() % step; bit < 8 * sealed.size(); bit += step) {
+        std::string flipped = sealed;
+        flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ 1 << bit % 8);
+        demand(!takes<std::runtime_error>([&] { tables_of(flipped); }),
+               "a sealed file with a flipped bit is refused");
+    }
+}
+
 void read(std::string_view bytes) {
     Tables tables;
     if (!takes<std::runtime_error>([&] { tables = tables_of(bytes); })) return;
@@ -55,6 +67,11 @@ void read(std::string_view bytes) {
     for (const auto& [axis, table] : tables) demand_numbers(table);
     const Tables again = tables_of(bytes);
     demand(again.size() == tables.size(), "the same text gives the same tables");
+    const std::string sealed = error_table_file::Reader::sealed("table.csv", bytes);
+    demand(error_table_file::Reader::sealed("table.csv", sealed) == sealed,
+           "a sealed file is sealed as it is");
+    demand_whole(sealed);
+    demand_unchanged(sealed);
     for (const auto& [axis, table] : tables) {
         const double middle = (table.first() + table.last()) / 2;
         demand(table.at(middle).errors == again.at(axis).at(middle).errors,

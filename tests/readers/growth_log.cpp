@@ -11,6 +11,17 @@
 namespace plumb::readers {
 namespace {
 
+void demand_unchanged(const std::string& whole) {
+    constexpr std::size_t tries = 64;
+    const std::size_t step = 8 * whole.size() / tries + 1;
+    for (std::size_t bit = whole.size() % step; bit < 8 * whole.size(); bit += step) {
+        std::string flipped = whole;
+        flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ 1 << bit % 8);
+        demand(!takes<std::runtime_error>([&] { growth_log_file::parse(flipped, "growth.csv"); }),
+               "a log with a flipped bit is refused");
+    }
+}
+
 void read(std::string_view bytes) {
     GrowthLog log;
     if (!takes<std::runtime_error>([&] { log = growth_log_file::parse(std::string(bytes), "growth.csv"); }))
@@ -23,9 +34,11 @@ void read(std::string_view bytes) {
         time = log.records[i].time;
         again += growth_log_file::line(log.records[i], i + 1);
     }
-    const GrowthLog copy = growth_log_file::parse(again, "growth.csv");
+    const std::string whole = LineChecksums().added(again);
+    const GrowthLog copy = growth_log_file::parse(whole, "growth.csv");
     demand(copy.records.size() == log.records.size() && copy.bores.size() == log.bores.size(),
            "a log that is written again is the same");
+    demand_unchanged(whole);
     const commissioning::GrowthAnalysis analysis = commissioning::analysed(log);
     demand(analysis.verdict != commissioning::GrowthVerdict::pass || analysis.stop == 1,
            "only a test that ended passes");

@@ -35,8 +35,7 @@ void read(std::string_view bytes) {
         }
         std::size_t planned = 0;
         for (const ModbusGroup& group : request_plan(link.channels, link.gap)) {
-            const int most =
-                group.request.of_bits() ? ModbusRequest::most_bits : ModbusRequest::most_registers;
+            const int most = group.request.of_bits() ? MODBUS_MAX_READ_BITS : MODBUS_MAX_READ_REGISTERS;
             demand(group.request.count >= 1 && group.request.count <= most, "a reply holds the request");
             for (const std::size_t i : group.channels) {
                 const ModbusChannel& channel = link.channels[i];

@@ -1,21 +1,27 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""scripts/bench: finds each bench by its file, and lists them all."""
+"""scripts/bench: finds each bench by its file, lists them all, and builds what a bench needs."""
 
 import ast
 import glob
 import os
+import re
+import shutil
 import subprocess
 import unittest
 
-from tree import ROOT
+from tree import BUILD, ROOT, own_folder
 
 BENCHES = os.path.join(ROOT, "scripts", "benches")
 NAMES = sorted(os.path.basename(path)[:-3] for path in glob.glob(os.path.join(BENCHES, "[a-z]*.py")))
 
 
+def text_of(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
 def parsed(*path):
-    with open(os.path.join(BENCHES, *path), encoding="utf-8") as file:
-        return ast.parse(file.read())
+    return ast.parse(text_of(os.path.join(BENCHES, *path)))
 
 
 def imported(tree):
@@ -44,6 +50,75 @@ class Usage(unittest.TestCase):
         for word in ("press", "support", "__main__", "../setup", "--help"):
             done = self.run_script(word)
             self.assertEqual((done.returncode, done.stderr), (2, self.run_script().stderr), word)
+
+
+def constants(tree):
+    """Name -> value of the constants of a module that are literals."""
+    found = {}
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+            found[node.targets[0].id] = node.value.value
+    return found
+
+
+def own_modules(text):
+    """The modules of Plumb that HAL lines in a text load."""
+    return {name for name in re.findall(r"loadrt +(\w+)", text) if os.path.exists(os.path.join(BUILD, "modules", name + ".so"))}
+
+
+class Needs(unittest.TestCase):
+    """Each bench states the targets and the packages that it needs."""
+
+    def sources(self, name):
+        """The C++ sources of all that is built for a bench, by their place in the tree."""
+        words = ["ninja", "-C", BUILD, "-t", "inputs", *constants(parsed(name + ".py"))["TARGETS"].split()]
+        lines = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True).stdout.splitlines()
+        return [os.path.relpath(line, ROOT) for line in lines if line.startswith(ROOT) and line.endswith(".cpp")]
+
+    def asked_of_setup(self, *words):
+        """The words with which scripts/bench calls scripts/setup."""
+        root = own_folder(self)
+        shutil.copytree(BENCHES, os.path.join(root, "benches"))
+        shutil.copy(os.path.join(ROOT, "scripts", "bench"), root)
+        with open(os.path.join(root, "setup"), "w", encoding="ascii") as file:
+            file.write("#!/bin/bash\nprintf '%s|' \"$@\"\nexit 1\n")
+        os.chmod(os.path.join(root, "setup"), 0o755)
+        done = subprocess.run([os.path.join(root, "bench"), *words], capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual((done.returncode, done.stderr), (1, ""))
+        return done.stdout.split("|")[:-1]
+
+    def test_setup_builds_the_targets_of_the_bench_with_its_packages(self):
+        for name in NAMES:
+            its = constants(parsed(name + ".py"))
+            option, packages, *targets = self.asked_of_setup(name, "--seed", "1")
+            self.assertEqual((option, targets), ("--with", its["TARGETS"].split()), name)
+            self.assertEqual(packages.split(), ["python3-numpy", *its.get("PACKAGES", "").split()], name)
+
+    def test_cluster_needs_dask_and_the_modules_that_its_workers_have(self):
+        option, packages, *targets = self.asked_of_setup("mill", "--cluster", "tcp://mill:8786")
+        self.assertEqual((option, targets), ("--with", ["product"]))
+        self.assertIn("python3-distributed", packages.split())
+
+    def test_all_that_a_bench_loads_and_starts_is_built(self):
+        for name in NAMES:
+            paths = [os.path.join(BENCHES, name + ".py")]
+            for module in imported(parsed(name + ".py")):
+                helper = os.path.join(BENCHES, *module.split(".")) + ".py"
+                paths += [helper] if module.startswith("support.") else []
+            texts = [text_of(path) for path in paths]
+            for machine in set(re.findall(r'"configs", "(\w+)", "bench\.hal"', "".join(texts))):
+                texts.append(text_of(os.path.join(ROOT, "configs", machine, "bench.hal")))
+            needed = {module + ".cpp" for module in own_modules("".join(texts))} | {"plumb_host.cpp"}
+            if re.search(r"\b(results_of|law_of)\b", texts[0]):
+                needed.add("plumb_growth.cpp")
+            self.assertEqual(needed - {os.path.basename(source) for source in self.sources(name)}, set(), name)
+
+    def test_mill_builds_the_host_and_four_modules(self):
+        sources = self.sources("mill")
+        names = [os.path.basename(source)[:-4] for source in sources if source.startswith("components")]
+        self.assertEqual(sorted(names), ["sim_drive_load", "sim_mill", "sim_part_program", "thermal_displacement"])
+        self.assertIn("hal/host/plumb_host.cpp", sources)
+        self.assertEqual([source for source in sources if source.startswith(("hal/commands", "tests"))], [])
 
 
 class Arrows(unittest.TestCase):

@@ -99,7 +99,7 @@ class Setup(unittest.TestCase):
         done = self.setup_as(0, "--with", "iproute2 faketime", "product")
         self.assertEqual(done.returncode, 0, done.stderr)
         calls = self.calls()
-        self.assertIn("apt-get install -q -y --no-install-recommends man-db faketime", calls)
+        self.assertIn("apt-get install -q -y --no-install-recommends faketime man-db", calls)
         self.assertTrue(calls[-1].endswith("--target product"), calls)
 
     def test_product_needs_no_package_of_the_tests(self):
@@ -112,18 +112,43 @@ class Setup(unittest.TestCase):
         self.log_anew()
         self.assertIn("libgtest-dev", self.setup_as(NOBODY).stderr)
 
-    def test_tests_are_added_to_a_folder_of_the_product(self):
+    def test_simulation_needs_no_package_of_the_panel_the_programs_and_the_tests(self):
+        self.lack("gir1.2-gtk-3.0", "gettext", "libtomlplusplus-dev", "libmodbus-dev", "man-db", "python3-canmatrix", "librsvg2-bin", "libgtest-dev")
+        done = self.setup_as(NOBODY, "simulation_growth", "plumb-growth")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        configured, built = self.calls()
+        self.assertIn("-DBUILD_PRODUCT=OFF -DBUILD_TESTING=OFF", configured)
+        self.assertTrue(built.endswith("--target simulation_growth plumb-growth"), built)
+        self.log_anew()
+        missing = self.setup_as(NOBODY, "product").stderr
+        self.assertIn("libtomlplusplus-dev", missing)
+        self.assertIn("libmodbus-dev", missing)
+
+    def test_what_a_folder_leaves_out_is_added_when_it_is_needed(self):
         self.lack()
         os.mkdir(os.path.join(self.root, "build"))
         os.chmod(os.path.join(self.root, "build"), 0o755)
-        for testing, target, configured in (("OFF", "product", []), ("OFF", "all", ["-DBUILD_TESTING=ON"]), ("ON", "all", [])):
-            for name, text in (("build.ninja", ""), ("CMakeCache.txt", f"BUILD_TESTING:BOOL={testing}\n")):
+        product, testing = "-DBUILD_PRODUCT=ON", "-DBUILD_TESTING=ON"
+        for folder, target, added in (
+            ("OFF OFF", "simulation_mill", ""),
+            ("OFF OFF", "product", product),
+            ("OFF OFF", "all", f"{product} {testing}"),
+            ("ON OFF", "product", ""),
+            ("ON OFF", "all", testing),
+            ("ON ON", "all", ""),
+            ("ON ON", "product", ""),
+            ("ON ON", "simulation_mill", ""),
+        ):
+            cache = "BUILD_PRODUCT:BOOL={}\nBUILD_TESTING:BOOL={}\n".format(*folder.split())
+            for name, text in (("build.ninja", ""), ("CMakeCache.txt", cache)):
                 with open(os.path.join(self.root, "build", name), "w", encoding="ascii") as file:
                     file.write(text)
             self.log_anew()
             done = self.setup_as(NOBODY, target)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual([call.split()[-1] for call in self.calls()], [*configured, target])
+            *configured, built = self.calls()
+            self.assertEqual(configured, [f"cmake -S . -B build {added}"] if added else [], (folder, target))
+            self.assertTrue(built.endswith(f"--target {target}"), built)
 
     def test_sanitized_build_has_a_folder_of_its_own(self):
         self.lack()
@@ -155,6 +180,37 @@ class Setup(unittest.TestCase):
         done = self.setup_as(NOBODY)
         self.assertEqual(done.returncode, 1)
         self.assertIn("Debian 12 and 13", done.stderr)
+
+
+class Configuration(unittest.TestCase):
+    """A build folder, configured with real tools."""
+
+    def configure(self, *options):
+        self.folder = own_folder(self)
+        command = ["cmake", "-S", ROOT, "-B", self.folder, "-G", "Ninja", "-DBUILD_PRODUCT=OFF", *options]
+        return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+    def ninja(self, *words):
+        return subprocess.run(["ninja", "-C", self.folder, *words], capture_output=True, text=True, timeout=120, check=False)
+
+    def test_without_the_product_its_packages_are_not_looked_for_and_it_cannot_be_built(self):
+        done = self.configure("-DBUILD_TESTING=OFF")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(os.path.join(self.folder, "CMakeCache.txt"), encoding="utf-8") as file:
+            cache = file.read()
+        for name in ("TOML_LIBRARY", "MSGFMT"):
+            self.assertNotIn(name, cache)
+        self.assertEqual(self.ninja("-n", "simulation_mill").returncode, 0)
+        for target in ("product", "all"):
+            self.assertIn("whole_product", self.ninja("-t", "query", target).stdout)
+        refused = self.ninja("whole_product")
+        self.assertNotEqual(refused.returncode, 0)
+        self.assertIn("Run scripts/setup", refused.stdout)
+
+    def test_tests_without_the_product_are_refused(self):
+        done = self.configure("-DBUILD_TESTING=ON")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("set BUILD_PRODUCT", done.stderr)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,9 @@ struct Sloppy final : hal::Component {
     hal::Out<bool> flag{this, "flag", "mu", "A bit with a unit."};
     hal::Out<double> out{this, "out", "mu", "The input."};
     hal::Out<bool> limited{this, "limited", "Never true."};
-    hal::Offset moves{this, hal::MovingPin(out).bound(max_offset).rate(max_rate).limited(limited)};
+    hal::Offset moves{
+        this,
+        hal::MovingPin(out).bound(max_offset).rate(max_rate).accelerated_by("nothing").limited(limited)};
     hal::Codes<Fault> fault{this, "fault"};
     hal::Out<double> truth{this, "truth-growth", "mu", "A truth."};
     hal::Function run{this, "update", &Sloppy::update, "anywhere"};

@@ -124,6 +124,7 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
     watched.bound = full(offset.bound);
     watched.rate = full(offset.rate);
     watched.limited = full(offset.limited);
+    if (!offset.acceleration.empty()) watched.refusal = full("fault");
     watched.bound_in_force = bench_.get(watched.bound);
     watched.rate_in_force = bench_.get(watched.rate);
     if (smooth_ && !offset.acceleration.empty()) {
@@ -134,7 +135,8 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
                        ".in");
         bench_.command("addf " + meter + " servo-thread");
         bench_.run(3 * period);
-        bench_.client().expect("acceleration of " + watched.name, "abs(v_rate) <= a * 1.001 + 1e-6",
+        bench_.client().expect("acceleration of " + watched.name,
+                               "abs(v_rate) <= " + text(offset.times) + " * a * 1.001 + 1e-6",
                                {{"v", meter + ".out"}, {"a", watched.acceleration}});
     }
     expect(watched);
@@ -194,6 +196,12 @@ void Attack::turn(std::size_t knob, double value) {
 
 void Attack::run(double seconds) {
     bench_.client().run(host::seconds(seconds));
+    for (Watched& its : watched_)
+        if (!its.refusal.empty() && bench_.get(its.refusal) == 0 &&
+            bench_.get(its.bound) < its.bound_in_force) {
+            its.bound_in_force = bench_.get(its.bound);
+            expect(its);
+        }
 }
 
 bool Attack::settings_are_whole() const {
@@ -203,14 +211,15 @@ bool Attack::settings_are_whole() const {
 }
 
 // While one setting is impossible, the last good set is in force, which may be any before: the largest one
-// counts. A rate that was reduced is reached by braking: the largest one counts for the rest of the attack.
+// counts. A bound below the offset is refused, so it counts once there is no fault, after a run. A rate that
+// was reduced is reached by braking: the largest one counts for the rest of the attack.
 void Attack::follow_settings() {
     for (Watched& its : watched_) {
         const auto bound = given_.find(its.bound), rate = given_.find(its.rate);
         const double wanted_bound = bound != given_.end() ? bound->second : bench_.get(its.bound);
         const double wanted_rate = rate != given_.end() ? rate->second : bench_.get(its.rate);
         const double before_bound = its.bound_in_force, before_rate = its.rate_in_force;
-        if (settings_are_whole())
+        if (settings_are_whole() && (its.refusal.empty() || wanted_bound > its.bound_in_force))
             its.bound_in_force = wanted_bound;
         else if (wanted_bound <= 1e3)
             its.bound_in_force = std::max(its.bound_in_force, wanted_bound);

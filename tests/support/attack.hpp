@@ -54,6 +54,7 @@ private:
         std::map<std::string, std::string> beside_guest;  // more of them, by variable
         std::vector<std::string> motion;
         std::string bound, rate, limited, acceleration;  // pins, "" for none
+        std::string refusal;  // of a bound below the offset; "" where the offset returns within it
         double slope, bound_in_force, rate_in_force;
     };
 

@@ -3,7 +3,6 @@
 
 import argparse
 import csv
-import glob
 import io
 import json
 import os
@@ -16,13 +15,14 @@ import unittest
 
 import numpy as np
 
+import restarts
 from plumb_run import plumb_run  # noqa: E402
 from tree import BUILD, ROOT, own_folder  # noqa: F401
 
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
 WORKED = 42  # exit status of a scenario (scenario.py), and of no one else
 PATIENCE = 200  # seconds, for an event that takes a few
-ATTEMPTS = 4
+ATTEMPTS = 2  # of a run that LinuxCNC's race ends
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm
 STILL = 1e-3 * nm  # a smaller difference of positions is rounding, and no motion
@@ -33,16 +33,73 @@ speed = 10  # times real time
 
 def copy_configuration(name, folder, copy="machine"):
     """Copies it as LinuxCNC's picker and `cp -rL` do: with the targets of its links."""
-    machine = shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
-    # Task gives motion up after a time of the faster clock, which passes on a busy computer.
-    change(os.path.join(machine, "common", "controller.inc"), "COMM_TIMEOUT = 30\n", "COMM_TIMEOUT = 300\n")
-    for ini in glob.glob(os.path.join(machine, "*.ini")):
-        # LinuxCNC waits until the parameters are on the disk, for seconds on a busy one; the memory of a run is its own.
-        change(ini, "PARAMETER_FILE = ", "PARAMETER_FILE = /dev/shm/")
-    return machine
+    return shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
+
+
+def own_ini(ini, **sections):
+    """Writes the INI file of a test beside one of a configuration, with its sections and the test's. Returns its path.
+
+    LinuxCNC starts with it only if the functions of Plumb are in the order of their pages.
+
+    sections  a section -> lines in place of those of the same name, or further ones; or a function that makes the lines of
+              the test of the lines of the configuration
+    """
+    folder, name = os.path.split(ini)
+    given = _sections(ini)[0]
+    # The memory of a run is its own. On a busy disk LinuxCNC waits for seconds until the parameters are written, and task
+    # gives motion up after a time of the faster clock.
+    sections = {"RS274NGC": ["PARAMETER_FILE = /dev/shm/linuxcnc.var"], "EMCMOT": ["COMM_TIMEOUT = 300"], "HAL": at_the_end(), **sections}
+    for section, own in sections.items():
+        its = given.get(section, [])
+        names = [line.split("=")[0].strip() for line in own] if not callable(own) else []
+        given[section] = own(its) if callable(own) else own + [line for line in its if line.split("=")[0].strip() not in names]
+    given["HAL"].append("HALCMD = loadusr -w plumb doctor --running")  # LinuxCNC ends where a function is in a wrong place
+    with open(os.path.join(folder, "scene.hal"), "w") as file:
+        file.write("newsig scene s32\n")
+    # On a busy computer task and io stand still for longer than beside four busy loops.
+    stages = "HALFILE = stages.hal"
+    if stages in given["HAL"]:
+        given["HAL"].insert(given["HAL"].index(stages) + 1, "HALFILE = patience.hal")
+        with open(os.path.join(folder, "patience.hal"), "w") as file:
+            file.write("".join("setp interlock.service-timeout-%d 60\n" % service for service in (4, 5)))
+    path = os.path.join(folder, "test_" + name)
+    with open(path, "w") as file:
+        for section, lines in given.items():
+            file.write("\n".join(["[%s]" % section, *lines, "", ""]))
+    return path
+
+
+def after(line, *more):
+    """[HAL] of own_ini: puts lines behind one of them."""
+
+    def put(lines):
+        place = lines.index(line) + 1
+        return ["HALFILE = scene.hal", *lines[:place], *more, *lines[place:]]
+
+    return put
+
+
+def at_the_end(*more):
+    """[HAL] of own_ini: puts lines behind all of them."""
+    return lambda lines: ["HALFILE = scene.hal", *lines, *more]
+
+
+def _sections(ini, section=None, found=None):
+    """The lines of each section, with those of included files."""
+    found = {} if found is None else found
+    with open(ini) as file:
+        for line in map(str.strip, file):
+            if line.startswith("#INCLUDE "):
+                section = _sections(os.path.join(os.path.dirname(ini), line.split(None, 1)[1]), section, found)[1]
+            elif line.startswith("["):
+                section = line.strip("[]")
+            elif line and not line.startswith("#"):
+                found.setdefault(section, []).append(line)
+    return found, section
 
 
 def change(file, old, new):
+    """Replaces text in a program or a settings file of a copy; [HAL] and other sections of an INI file are those of own_ini."""
     with open(file) as lines:
         text = lines.read()
     if old not in text:
@@ -65,40 +122,39 @@ def environment(folder, **more):
     }
 
 
-def use_scenario(ini, scenario):
-    """Makes a scenario of PROGRAMS the DISPLAY of a copied configuration."""
-    change(ini, "common/headless.py", os.path.join(PROGRAMS, scenario))
-
-
-def work(folder, ini, *arguments, facts="facts.json"):
-    """Starts LinuxCNC, and works through its scenario. Returns its file of facts, and LinuxCNC's output."""
+def work(folder, ini, scenario, *arguments, facts="facts.json", options=()):
+    """Starts LinuxCNC, and works through a scenario of PROGRAMS. Returns its file of facts, and LinuxCNC's output."""
     machine = os.path.dirname(ini)
-    fresh = os.path.join(tempfile.mkdtemp(dir=folder), "machine")
-    shutil.copytree(machine, fresh)
-    for attempt in range(ATTEMPTS):
-        if attempt > 0:
-            print("LinuxCNC lost a command to its own race, so the scenario starts afresh:\n%s" % output)
-            shutil.rmtree(machine)
-            shutil.copytree(fresh, machine)
-        status, output = finish(start(folder, ini, *arguments))
-        if not ended_by_linuxcncs_race(output):
-            break
+    arguments = [os.path.join(PROGRAMS, scenario), *arguments]
+    status, output = run_to_the_end(machine, lambda: start(folder, ini, *arguments, options=options))
     if status != WORKED:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
     with open(os.path.join(os.path.dirname(ini), facts)) as file:
         return json.load(file), output
 
 
-def ended_by_linuxcncs_race(output):
-    """Whether LinuxCNC took a probing move, or the wait for an input, for done before it had begun.
+def run_to_the_end(machine, begin):
+    """Exit status and output of a process from begin(). Begins again, in the folder of before, after LinuxCNC's race."""
+    with tempfile.TemporaryDirectory(prefix="plumb-test-") as folder:
+        fresh = shutil.copytree(machine, os.path.join(folder, "machine"), symlinks=True)
+        for _ in range(ATTEMPTS):
+            status, output = finish(begin())
+            if not ended_by_linuxcncs_race(output):
+                break
+            restarts.note(restarts.RACE, output)
+            shutil.rmtree(machine)
+            shutil.copytree(fresh, machine, symlinks=True)
+    return status, output
 
-    Task may read motion's status between the echo of a command and the period that begins it. A busy computer widens that gap.
-    """
+
+def ended_by_linuxcncs_race(output):
+    """Whether LinuxCNC took a probing move, or the wait for an input, for done before it had begun (hal/host/motion_status.hpp)."""
     return "Queue is not empty after" in output or "Probe tripped during non-probe move" in output
 
 
-def start(folder, ini, *arguments, prefix=()):
-    plumb = plumb_run(BUILD, "--speed", "%g" % speed)
+def start(folder, ini, *arguments, prefix=(), options=(), at=None):
+    """Starts LinuxCNC at so many times the clock; options are further ones of plumb run."""
+    plumb = plumb_run(BUILD, "--speed", "%g" % (at or speed), *options)
     return subprocess.Popen(
         [*prefix, *plumb, "linuxcnc", "-r", ini, *arguments],
         env=environment(folder, ROOT=ROOT, BUILD=BUILD, FOLDER=folder),
@@ -119,17 +175,19 @@ def finish(process, patience=PATIENCE):
     return process.returncode, output
 
 
-def add_operator(machine, ini, operator):
-    """An operator of PROGRAMS, with arguments, who works plumb panel in a tab of a copied configuration's screen."""
-    shutil.copy(os.path.join(PROGRAMS, operator.split()[0]), machine)
-    path = os.path.join(machine, ini)
-    change(path, "plumb-panel -x {XID}", "plumb-panel -x {XID} --widgets widgets.json --user anna")
-    with open(path, "a") as file:
-        file.write("[APPLICATIONS]\nAPP = ./%s\n" % operator)
+def with_operator(ini, operator, **more):
+    """own_ini with an operator of PROGRAMS, with arguments, who works plumb panel in a tab of the screen."""
+    panel = "EMBED_TAB_COMMAND = plumb-panel -x {XID}"
+
+    def shown_to(lines):
+        return [line.replace(panel, panel + " --widgets widgets.json --user anna") for line in lines]
+
+    return own_ini(ini, DISPLAY=shown_to, APPLICATIONS=["APP = " + os.path.join(PROGRAMS, operator)], **more)
 
 
-def work_screen(folder, machine, ini, display, speed, patience=PATIENCE):
+def work_screen(folder, ini, display, speed, patience=PATIENCE):
     """Starts LinuxCNC with its screen on a display, until the operator has ended it. Returns what this one has seen."""
+    machine = os.path.dirname(ini)
     python = os.pathsep.join([os.path.join(BUILD, "python"), os.path.join(ROOT, "tests", "support")])
     process = subprocess.Popen(
         [*plumb_run(BUILD, "--speed", "%g" % speed), "linuxcnc", "-r", ini],
@@ -143,11 +201,24 @@ def work_screen(folder, machine, ini, display, speed, patience=PATIENCE):
         text=True,
     )
     status, output = finish(process, patience)
-    with open(os.path.join(machine, "seen.json")) as file:
-        seen = json.load(file)
+    try:
+        with open(os.path.join(machine, "seen.json")) as file:
+            seen = json.load(file)
+    except FileNotFoundError:
+        seen = {"error": "LinuxCNC ended before the operator"}
     if not seen.get("done"):
         raise AssertionError("linuxcnc ended with %d:\n%s\n%s" % (status, output, seen.get("error")))
     return seen
+
+
+def despite_axis(work):
+    """Carries out work() again, twice at most, if AXIS has lost a command or a press."""
+    for _ in range(2):
+        try:
+            return work()
+        except AssertionError as error:
+            restarts.note(restarts.AXIS, error)
+    return work()
 
 
 def read_recording(file):

@@ -37,12 +37,13 @@ struct Live {
     };
 
     Live(std::vector<Part> its_parts, std::function<void(Bench&)> bring_to_life, double seconds_of_life,
-         double seconds_to_recover, Around machine = {})
+         double seconds_to_recover, Around machine = {}, std::function<void(Bench&, long)> bring_beyond = {})
         : parts(std::move(its_parts)),
           start(std::move(bring_to_life)),
           span(seconds_of_life),
           recovery(seconds_to_recover),
-          around(std::move(machine)) {
+          around(std::move(machine)),
+          start_beyond(std::move(bring_beyond)) {
         all().push_back(this);
     }
     Live(const Live&) = delete;
@@ -66,6 +67,9 @@ struct Live {
     const double span;      // seconds from there in which all happens that can happen, outputs in motion, too
     const double recovery;  // seconds after which a bad value must be forgotten
     const Around around;
+    // For an output with an acceleration of its own: starts it in a thread of this period, ns, with a target
+    // that leaves its bound at speed.
+    const std::function<void(Bench&, long)> start_beyond;
 
 private:
     static std::vector<const Live*>& all() {

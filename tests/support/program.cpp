@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <pty.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,11 +18,14 @@
 namespace plumb {
 namespace {
 
-// In the child: becomes the program.
-[[noreturn]] void execute(const std::vector<std::string>& arguments, const std::filesystem::path& directory) {
+// In the child: becomes the program, which is asked to end if the test is killed.
+[[noreturn]] void execute(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+                          pid_t test) {
     std::vector<char*> argv;
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != test) _exit(127);  // it was killed before that
     if (chdir(directory.c_str()) == 0) execv(argv[0], argv.data());
     _exit(127);
 }
@@ -43,13 +47,14 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
     };
     const int output = open_for("output");
     const int errors = open_for("errors");
+    const pid_t test = getpid();
     const pid_t process = fork();
     if (process < 0) throw std::runtime_error("fork");
     if (process == 0) {
         dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
         dup2(output, STDOUT_FILENO);
         dup2(errors, STDERR_FILENO);
-        execute(arguments, directory);
+        execute(arguments, directory, test);
     }
     close(output);
     close(errors);
@@ -67,9 +72,13 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
 Outcome run_on_terminal(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
                         const std::string& cue, const std::string& keys) {
     int terminal = -1;
+    const pid_t test = getpid();
     const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
     if (process < 0) throw std::runtime_error("forkpty");
-    if (process == 0) execute(arguments, directory);
+    if (process == 0) {
+        for (const int its : {SIGHUP, SIGINT, SIGQUIT}) signal(its, SIG_DFL);  // the test may run under nohup
+        execute(arguments, directory, test);
+    }
     Outcome outcome{};
     char bytes[4096];
     bool typed = keys.empty();

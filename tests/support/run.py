@@ -3,6 +3,8 @@
 
 With --again a test that fails while the computer stands still (standstill.py) runs again, twice at most: LinuxCNC's
 programs run on a clock that is faster than the computer's, and a second without a processor is ten of theirs.
+
+All that the test starts ends with it, also when the test or this program is killed (keeper.py).
 """
 
 import os
@@ -10,6 +12,8 @@ import runpy
 import subprocess
 import sys
 
+import keeper
+import restarts
 from standstill import Standstill
 from tree import BUILD, ROOT
 
@@ -22,9 +26,11 @@ def run_again(command):
             status = subprocess.call(command)
         if status == 0 or not standstill.seen() or attempt == ATTEMPTS:
             return status
-        print("%s, and the test failed: it runs again." % standstill, flush=True)
+        sys.argv = [command[-1]]
+        restarts.note(restarts.STANDSTILL, standstill)
 
 
+keeper.keep()
 if sys.argv[1] == "--again":
     sys.exit(run_again([sys.executable, sys.argv[0], *sys.argv[2:]]))
 for folder in ("components/commissioning/contacts", "scripts/campaigns", "scripts/benches", "scripts"):

@@ -16,6 +16,8 @@ names of the scenes, the facts that the scenario noted, and the messages to the 
 
 import contextlib
 import json
+import os
+import subprocess
 
 from plumb_linuxcnc import Machine
 
@@ -35,6 +37,9 @@ class Scenario:
     def work(self):
         raise NotImplementedError
 
+    def end(self):
+        self.machine.turn_off()
+
     def play(self, *scenes):
         for scene in scenes:
             self.begin(scene.__name__)
@@ -49,6 +54,24 @@ class Scenario:
         """A recording of one scene, NAME.csv, while the block runs."""
         self.scenes.append(scene)
         return self.machine.recording(scene + ".csv", self.columns)
+
+    @staticmethod
+    def processes(*components):
+        """The processes that have these components in HAL: inihal is LinuxCNC's task, iocontrol its io."""
+        shown = subprocess.run(["halcmd", "-s", "show", "comp", *components], stdout=subprocess.PIPE, text=True, check=True)
+        return [int(line.split()[3]) for line in shown.stdout.splitlines() if line]
+
+    def signal(self, number, scene, *components):
+        """Begins a scene, in which these processes get a signal. Returns them."""
+        processes = self.processes(*components)
+        self.begin(scene)
+        for process in processes:
+            os.kill(process, number)
+        return processes
+
+    def await_message(self, words):
+        """Waits until the operator has read an error with these words."""
+        self.await_condition(lambda: self.machine.poll() and any(words in text for text in self.machine.errors), words)
 
     def rest(self):
         """Long enough for the drives to come to where they are commanded to 1e-9 mm: 50 ms is 16 time constants."""
@@ -74,7 +97,7 @@ def run(scenario, recording=None, facts="facts.json"):
             with machine.recording(recording, shift.columns) if recording else contextlib.nullcontext():
                 shift.work()
             if recording:
-                machine.turn_off()
+                shift.end()
         finally:
             with open(facts, "w") as file:
                 noted = {"errors": machine.errors, "messages": machine.messages}

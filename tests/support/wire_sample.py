@@ -7,16 +7,17 @@ import unittest
 
 import wire_samples
 from tree import BUILD, own_folder
+from wire_samples import changes, snapshot
 
 AXIS_MM = "sim/axis/axis_mm.ini"
 
 
-def plumb_wire(*arguments, programs=None):
+def plumb_wire(*arguments, programs=None, **environment):
     """Exit status, output, and the output in one line. `programs` is a folder that is searched before PATH."""
     path = os.environ["PATH"] if programs is None else programs + ":" + os.environ["PATH"]
     done = subprocess.run(
         [os.path.join(BUILD, "bin", "plumb"), "wire", *arguments],
-        env={**os.environ, "PATH": path},
+        env={**os.environ, "PATH": path, **environment},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -42,15 +43,17 @@ class Sample(unittest.TestCase):
 
     def setUp(self):
         self.samples = wire_samples.copy_samples(wire_samples.SAMPLES, own_folder(self))
+        self.roots = [os.path.dirname(self.samples)]  # folders in which nothing may change
 
     def ini(self, name):
         return os.path.join(self.samples, name)
 
-    def wire(self, name, *arguments):
-        before = wire_samples.contents(os.path.dirname(self.ini(name)))
-        status, output, flat = plumb_wire(*arguments, "--ini", self.ini(name))
-        after = wire_samples.contents(os.path.dirname(self.ini(name)))
-        self.assertEqual(wire_samples.changes(before, after), [], "changed files of the user")
+    def wire(self, name, *arguments, **environment):
+        """Runs plumb wire, which may change nothing but its folder."""
+        before = [snapshot(root, [self.folder(name)]) for root in self.roots]
+        status, output, flat = plumb_wire(*arguments, "--ini", self.ini(name), **environment)
+        for root, found in zip(self.roots, before):
+            self.assertEqual(changes(found, snapshot(root, [self.folder(name)])), [], "changed files of the user\n" + output)
         return status, output, flat
 
     def seen(self, output, function):

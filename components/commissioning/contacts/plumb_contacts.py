@@ -12,6 +12,7 @@ import numpy as np
 
 sys.path.append(os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "python"))  # of a build
 import plumb  # noqa: E402
+import plumb_program  # noqa: E402
 
 SUMMARY = "reports the contacts of a recording, and whether to compensate"
 
@@ -612,7 +613,22 @@ def draw(file, recording, replay):
     offsets.set_xlabel("time, s")
     offsets.legend()
     figure.tight_layout()
-    figure.savefig(file)
+    save(figure, os.path.realpath(file))
+
+
+def save(figure, file):
+    """The whole chart, or the one of before."""
+    if os.path.exists(file) and not os.path.isfile(file):  # a device
+        figure.savefig(file)
+        return
+    fresh = os.path.join(os.path.dirname(file), ".%d-%s" % (os.getpid(), os.path.basename(file)))
+    try:
+        figure.savefig(fresh)
+        os.replace(fresh, file)
+    except OSError:
+        if os.path.lexists(fresh):
+            os.unlink(fresh)
+        raise
 
 
 def setting(text):
@@ -681,4 +697,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    plumb_program.run("plumb contacts", main)

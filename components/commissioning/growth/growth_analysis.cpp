@@ -84,6 +84,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
         if (r.kind != GrowthRecord::event) continue;
         if (r.item == 5) analysis.stop = static_cast<int>(r.at[0]);
         if (r.item == 6) ++analysis.resumed;
+        if (r.item == 6 && r.at[0] != 0) ++analysis.unknown_breaks;
         if (r.item == 7) ++analysis.rejected;
         if (r.item == 8) ++analysis.faults;
     }
@@ -114,6 +115,13 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     if (analysis.resumed > 0)
         analysis.notes.push_back("The test was interrupted and resumed " + std::to_string(analysis.resumed) +
                                  " times.");
+    if (analysis.unknown_breaks > 0)
+        analysis.notes.push_back("The computer was started again in " +
+                                 std::to_string(analysis.unknown_breaks) +
+                                 " of these breaks. Their length is not known, and counts as 0.");
+    if (!log.checked)
+        analysis.notes.push_back(
+            "The log is of version 1, without checksums: a damaged digit is not noticed.");
     if (log.bores.empty() && !analysis.series.empty())
         analysis.notes.push_back("The places of the bores are not in the log: there is no rigid part.");
     return analysis;

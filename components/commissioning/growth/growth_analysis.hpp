@@ -53,7 +53,7 @@ struct GrowthOfAxis {
 struct GrowthAnalysis {
     const GrowthLog* log = nullptr;
     std::vector<GrowthSeries> series;
-    int passes = 0, visits = 0, rejected = 0, faults = 0, resumed = 0;
+    int passes = 0, visits = 0, rejected = 0, faults = 0, resumed = 0, unknown_breaks = 0;
     double duration = 0;
     int stop = 0;  // as in thermal_growth_test: 0 not yet, 1 stable, 2 maximum time
     bool cooling_toggled = false;

@@ -274,6 +274,13 @@ void write_test(std::ostringstream& out, const GrowthAnalysis& test) {
     write_table(out, test);
 }
 
+std::string short_title(const GrowthLog& log) {
+    GrowthLog its;
+    its.begun = log.begun.substr(0, 16);
+    its.number = log.number;
+    return its.title();
+}
+
 void write_comparison(std::ostringstream& out, const std::vector<GrowthAnalysis>& tests) {
     out << "<h2>Comparison</h2><div class=\"wide\"><table><thead><tr><th scope=\"col\">Test</th><th "
            "scope=\"col\">verdict</th>";
@@ -283,8 +290,8 @@ void write_comparison(std::ostringstream& out, const std::vector<GrowthAnalysis>
     out << "</tr></thead><tbody>\n";
     for (std::size_t i = 0; i < tests.size(); ++i) {
         const GrowthAnalysis& test = tests[i];
-        out << "<tr><td><a href=\"#test" << i + 1 << "\">" << escaped_xml(test.log->begun) << "</a></td><td>"
-            << word(test.verdict) << "</td>";
+        out << "<tr><td><a href=\"#test" << i + 1 << "\">" << escaped_xml(test.log->title())
+            << "</a></td><td>" << word(test.verdict) << "</td>";
         for (const bool compensated : {false, true})
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const GrowthOfAxis& its = (compensated ? test.on : test.off)[axis];
@@ -309,8 +316,7 @@ void write_comparison(std::ostringstream& out, const std::vector<GrowthAnalysis>
         int colour = 0;
         for (const GrowthAnalysis& test : tests) {
             const GrowthSeries* worst = test.worst(!test.has_off);
-            if (worst)
-                chart.lines.push_back(line_of(*worst, axis, test.log->begun.substr(0, 16), colour++, false));
+            if (worst) chart.lines.push_back(line_of(*worst, axis, short_title(*test.log), colour++, false));
         }
         out << "<figure tabindex=\"0\">" << chart.svg(false) << "</figure>\n";
     }
@@ -328,7 +334,7 @@ std::string growth_page(const std::vector<GrowthAnalysis>& tests) {
     if (tests.size() > 1) write_comparison(out, tests);
     for (std::size_t i = 0; i < tests.size(); ++i) {
         out << "<section id=\"test" << i + 1 << "\">";
-        if (tests.size() > 1) out << "<h1>Test of " << escaped_xml(tests[i].log->begun) << "</h1>";
+        if (tests.size() > 1) out << "<h1>Test of " << escaped_xml(tests[i].log->title()) << "</h1>";
         write_test(out, tests[i]);
         out << "</section>\n";
     }

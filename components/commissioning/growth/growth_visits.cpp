@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/commissioning/growth/growth_visits.hpp"
 
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "components/math/blocks/pseudo_inverse.hpp"
 #include "components/math/growth/bore_centre.hpp"
 #include "components/math/growth/sphere_centre.hpp"
 
@@ -132,7 +131,7 @@ double compensation_rate(const Visits& visits, std::size_t begin, std::size_t en
     if (its.size() < 2) return 0;
     const double all = its.back()->time - its.front()->time;
     if (span >= all / 2) return slope.value();
-    Eigen::MatrixX3d terms(static_cast<Eigen::Index>(its.size()), 3);
+    Eigen::MatrixXd terms(static_cast<Eigen::Index>(its.size()), 3);
     Eigen::VectorXd values(terms.rows());
     for (Eigen::Index i = 0; i < terms.rows(); ++i) {
         const GrowthVisit& visit = *its[static_cast<std::size_t>(i)];
@@ -141,7 +140,7 @@ double compensation_rate(const Visits& visits, std::size_t begin, std::size_t en
             std::isfinite(from) ? from / 100 : 0;
         values[i] = visit.compensation[axis];
     }
-    return terms.completeOrthogonalDecomposition().solve(values)[1] / std::max(all, 1.0);
+    return pseudo_inverse(terms).row(1).dot(values) / std::max(all, 1.0);
 }
 
 }  // namespace

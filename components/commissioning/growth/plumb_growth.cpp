@@ -5,20 +5,27 @@
 #include <CLI/Formatter.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cerrno>
+#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include "components/commissioning/growth/growth_fit.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
 #include "hal/command_line.hpp"
+#include "hal/program_end.hpp"
+#include "hal/regular_file.hpp"
 
 extern char** environ;
 
@@ -58,6 +65,9 @@ compensation are as good. --sensors names the sensors to use. The one named arti
 the artifact itself; --artifact gives it another name. --no-speed leaves the spindle speed out. --instance names the component.
 --json prints JSON.
 
+The lines are HAL, which has no place for a checksum. The log has one in each line, so you can print the settings again and
+compare.
+
 The comments state the drift, what the law leaves of it, and what it leaves of passes that were left out in turn. The last
 number is the one to trust. An axis that the law does not help gets no lines.)"},
          {"FIT",
@@ -81,21 +91,44 @@ that change the compensation by less than a fifth of the drift may be called goo
         ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9),\n.BR axis_growth (9)"};
 }
 
-void write(const fs::path& path, const std::string& text) {
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file << text;
-    file.close();
-    if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+[[noreturn]] void fail(const fs::path& path) {
+    throw std::system_error(errno, std::generic_category(), path.string());
 }
 
-// False if the program is not installed.
+// In the place of an older report, the whole file or none.
+void write(const fs::path& path, const std::string& text) {
+    const fs::path fresh = path.string() + ".new";
+    try {
+        {
+            const plumb::hal::RegularFile file(fresh, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
+            for (std::string_view rest = text; !rest.empty();) {
+                const ssize_t n = ::write(file.number(), rest.data(), rest.size());
+                if (n >= 0)
+                    rest.remove_prefix(static_cast<std::size_t>(n));
+                else if (errno != EINTR)
+                    fail(path);
+            }
+            if (fsync(file.number()) != 0) fail(path);
+        }
+        if (std::rename(fresh.c_str(), path.c_str()) != 0) fail(path);
+    } catch (...) {
+        unlink(fresh.c_str());
+        throw;
+    }
+}
+
+// False if the program is not installed, or fails.
 bool to_png(const fs::path& svg, const fs::path& png) {
-    std::string program = "rsvg-convert", option = "-o", to = png.string(), from = svg.string();
+    const fs::path fresh = png.string() + ".new";
+    std::string program = "rsvg-convert", option = "-o", to = fresh.string(), from = svg.string();
     char* words[] = {program.data(), option.data(), to.data(), from.data(), nullptr};
     pid_t child = 0;
     if (posix_spawnp(&child, "rsvg-convert", nullptr, nullptr, words, environ) != 0) return false;
     int status = 0;
-    return waitpid(child, &status, 0) == child && status == 0;
+    const bool drawn =
+        waitpid(child, &status, 0) == child && status == 0 && std::rename(fresh.c_str(), png.c_str()) == 0;
+    if (!drawn) unlink(fresh.c_str());
+    return drawn;
 }
 
 int report(const std::vector<std::string>& files, std::string output) {
@@ -138,7 +171,7 @@ int report(const std::vector<std::string>& files, std::string output) {
 }  // namespace
 }  // namespace plumb::commissioning
 
-int main(int argc, char** argv) {
+static int carry_out(int argc, char** argv) {
     using namespace plumb::commissioning;
     CLI::App app("shows how much a machine grows as it warms", "plumb growth");
     plumb::hal::begin_command_line(app, growth_manual);
@@ -206,4 +239,8 @@ int main(int argc, char** argv) {
         }
         return report(logs, output);
     });
+}
+
+int main(int argc, char** argv) {
+    return plumb::ended("plumb growth", [&] { return carry_out(argc, argv); });
 }

@@ -14,8 +14,10 @@
 #include "components/commissioning/squareness/squareness_advice.hpp"
 #include "components/commissioning/squareness/squareness_wording.hpp"
 #include "components/io/files/error_table_file.hpp"
+#include "components/io/files/error_table_seal.hpp"
 #include "hal/command_line.hpp"
 #include "hal/markup.hpp"
+#include "hal/program_end.hpp"
 
 namespace plumb::commissioning {
 namespace {
@@ -175,8 +177,11 @@ void print_tables(const std::vector<std::string>& files) {
     for (const error_table_file::Facts& its : read.files)
         std::cout << its.file << "\n  axes         " << its.axes << "\n  rows         " << its.rows
                   << "\n  machine      " << stated(its.machine) << "\n  date         " << stated(its.date)
-                  << "\n  temperature  " << stated(its.temperature) << "\n  checksum     " << its.checksum
-                  << (its.is_checked ? "" : ", which the file does not state") << '\n';
+                  << "\n  temperature  " << stated(its.temperature) << "\n  seal         "
+                  << (its.seal.empty()
+                          ? "none; check the table, then run\n    " + error_table_file::seal_command(its.file)
+                          : its.seal)
+                  << '\n';
     for (const auto& [axis, table] : read.tables)
         std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
 }
@@ -230,6 +235,8 @@ void print_json(const TiltedMachine& machine, const SquarenessAdvice& advice) {
 // std::invalid_argument.
 int squareness(const SquarenessOptions& options) {
     if (!options.tables.empty()) {
+        if (options.seal)
+            for (const std::string& file : options.tables) seal_error_table(file);
         print_tables(options.tables);
         return 0;
     }
@@ -262,11 +269,15 @@ int squareness(const SquarenessOptions& options) {
 }  // namespace
 }  // namespace plumb::commissioning
 
-int main(int argc, char** argv) {
+static int carry_out(int argc, char** argv) {
     using namespace plumb::commissioning;
     CLI::App app("turns tilts or measurements into squareness settings", "plumb squareness");
     SquarenessOptions options;
     declare_squareness(app, options);
     plumb::hal::begin_command_line(app, squareness_page);
     return plumb::hal::carry_out(app, argc, argv, [&] { return squareness(options); });
+}
+
+int main(int argc, char** argv) {
+    return plumb::ended("plumb squareness", [&] { return carry_out(argc, argv); });
 }

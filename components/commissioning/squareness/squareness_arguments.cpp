@@ -456,12 +456,17 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
             },
             "Name of the component's instance in the lines for the .hal file. By default square.")
         ->type_name("NAME");
+    CLI::Option* const table =
+        command
+            .add_option("--table", options.tables,
+                        "Checks a file of error tables as the component does, and prints its machine, date, "
+                        "temperature and seal. Nothing else is printed. May be given many times.")
+            ->allow_extra_args(false)
+            ->type_name("FILE");
     command
-        .add_option("--table", options.tables,
-                    "Checks a file of error tables as the component does, and prints its machine, date, "
-                    "temperature and checksum. Nothing else is printed. May be given many times.")
-        ->allow_extra_args(false)
-        ->type_name("FILE");
+        .add_flag("--seal", options.seal,
+                  "Writes the seal of its present content into each file of --table. Check the file before.")
+        ->needs(table);
     command.final_callback([arguments, &options] { read_all(*arguments, options); });
 }
 

@@ -31,6 +31,7 @@ struct SquarenessOptions {
     std::vector<Measured> measured;
     std::vector<Points> points;
     std::vector<std::string> tables;  // files to be checked, and nothing else
+    bool seal = false;                // writes their seals
     bool json = false;                // for a screen
 };
 

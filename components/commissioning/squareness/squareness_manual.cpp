@@ -102,15 +102,26 @@ each G38.2 onto a face that looks to +X.
 
 You need two points on each of two faces that are neither parallel nor at 45 deg to the axes, or five around a ring; more
 are better. You need not correct them for the ball of the probe. Probe the artifact again after turning it by 90 deg to separate
-its own error from that of the axes. own-u is an ANGLE, the direction of a face; of a ring it is a LENGTH, its ovality.)"},
+its own error from that of the axes. own-u is an ANGLE, the direction of a face; of a ring it is a LENGTH, its ovality.
+
+The file has no checksum. With more points than necessary, a damaged digit makes a point leave the shape, and the file is
+refused with its line, or the change is within the uncertainty.)"},
          {"ERROR TABLES",
           R"(Check a file of error tables before the component reads it:
 
   plumb squareness --table errors.csv
 
-This prints axes and rows, the machine, date and temperature in the head of the file, and the checksum of the rows. A file
-without its last line, or with a wrong checksum, is refused, and the correct line is printed. squareness(9) describes the
-form of the file.)"},
+This prints axes and rows, the machine, date and temperature in the head of the file, and its seal. A file without its last
+line is refused, and the correct line is printed. squareness(9) describes the form of the file.
+
+A damaged digit of an unsealed table moves the axes unseen. Seal each table:
+
+  plumb squareness --table errors.csv --seal
+
+This writes a checksum of the whole file into its last line. From then on a file that was changed or damaged is refused. After
+a change of your own, check the file, then seal it again. An editor may change the line ends and add or remove empty lines;
+any other change, also of a remark, breaks the seal. --seal removes blanks at the ends of lines and a former checksum in the
+head, and keeps owner and rights of the file.)"},
          {"EXIT STATUS",
           R"(0 after success; 1 if a file is refused, or a measurement contradicts a given tilt; 2 for a wrong command line.)"},
          {"EXAMPLES",

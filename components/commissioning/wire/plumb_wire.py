@@ -7,6 +7,7 @@ import argparse
 import difflib
 import os
 import re
+import shlex
 import shutil
 import sys
 import tempfile
@@ -14,13 +15,16 @@ import tempfile
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
 sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
+from error_tables import unsealed  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from output import Output  # noqa: E402
+from plumb_program import run as run_program  # noqa: E402
 from texts import Impossible, wrapped  # noqa: E402
 from trial import NotStarted  # noqa: E402
 from trials import Trials  # noqa: E402
 from wiring import Wiring  # noqa: E402
+from writing import PartlyWritten  # noqa: E402
 
 SUMMARY = "wires functions into a LinuxCNC configuration, and tries the result"
 FUNCTIONS = os.path.join(PREFIX, "share", "plumb", "functions")
@@ -40,6 +44,7 @@ def main():
     )
     parser.add_argument("--version", action="version", version="plumb @PROJECT_VERSION@")
     arguments = parser.parse_args()
+    sys.stdout.reconfigure(errors="backslashreplace")  # names of files need not be text
     if arguments.summary:
         print(SUMMARY)
         return 0
@@ -52,15 +57,35 @@ def main():
     if not os.path.isfile(arguments.ini):
         return refuse("cannot read %s: there is no such file" % arguments.ini)
     try:
-        return Wire([known[name] for name in dict.fromkeys(arguments.functions)], arguments, known).run()
-    except (Impossible, NotStarted) as error:
-        print("plumb wire: nothing was written.\n\n%s" % error, file=sys.stderr)
+        wire = Wire([known[name] for name in dict.fromkeys(arguments.functions)], arguments, known)
+        wire.run()
+    except BrokenPipeError:
+        raise
+    except PartlyWritten as error:
+        print("plumb wire: some files are new and some are not: wire again.\n\n%s" % in_words(error.cause), file=sys.stderr)
         return 1
+    except (Impossible, NotStarted, OSError) as error:
+        print("plumb wire: nothing was written.\n\n%s" % in_words(error), file=sys.stderr)
+        return 1
+    try:
+        wire.tell()
+    except OSError as error:
+        if not error.filename:  # of the output
+            raise
+        print("plumb wire: all files were written.\n\n%s" % in_words(error), file=sys.stderr)
+        return 1
+    return 0
 
 
 def refuse(sentence):
     print("plumb wire: " + sentence, file=sys.stderr)
     return 2
+
+
+def in_words(error):
+    if not isinstance(error, OSError) or not error.filename:
+        return error
+    return "%s: %s" % (error.filename2 or error.filename, error.strerror)
 
 
 def unknown(wrong, known):
@@ -76,21 +101,28 @@ class Wire:
 
     def __init__(self, functions, arguments, known):
         self.ini_path = os.path.abspath(arguments.ini)
+        forbid_names(self.ini_path)
         self.home = os.path.dirname(self.ini_path)
         folder = os.path.abspath(arguments.output or os.path.join(self.home, "plumb"))
         self.folder = os.path.relpath(folder, self.home)
         if self.folder.startswith("..") or self.folder == ".":
             raise Impossible("--output %s must be a folder below that of the INI file, %s" % (folder, self.home))
-        self.output = Output(folder, os.path.basename(self.ini_path))
+        odd = re.search(r"[^\w./+-]", self.folder)
+        if odd:
+            sentence = "--output %r has %s in its name. LinuxCNC reads this name in HAL lines: use letters, digits, - and _."
+            raise Impossible(wrapped(sentence % (self.folder, character(odd[0]))))
+        self.output = Output(folder, self.home, os.path.basename(self.ini_path))
         earlier = [known[name] for name in self.output.functions if name in known]
         self.functions = list(dict.fromkeys([*earlier, *functions]))  # a function keeps its number at interlock
         self.given_joints = parse_joints(arguments.joints)
         self.needs_halui = any(function.axis_offset for function in self.functions)
         self.motmod = {}  # options that motmod lacks
         self.added = []  # (section, name, value) of the INI file
+        self.written = None
 
     def run(self):
         ini = self.fresh_ini()
+        forbid_dos_lines(ini)
         joints = joints_of(ini, self.given_joints)
         self.check_axes(joints, ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
@@ -105,8 +137,7 @@ class Wire:
             print("Trying it on a copy", flush=True)
             self.try_it(trials, wiring, files)
         self.output.write(files, self.functions)
-        self.tell(wiring, files)
-        return 0
+        self.written = wiring, files
 
     # --- reading ---
 
@@ -121,7 +152,7 @@ class Wire:
     def fresh_ini(self):
         """The INI file without the lines that put our files in."""
         ini = IniFile(self.ini_path)
-        ini.drop("HAL", "HALFILE", lambda value: value.split()[0] in (self.halfile, "./" + self.halfile))
+        ini.drop("HAL", "HALFILE", lambda value: value.split()[:1] in ([self.halfile], ["./" + self.halfile]))
         ini.drop_include(self.include)
         return ini
 
@@ -277,12 +308,14 @@ class Wire:
 
     # --- telling ---
 
-    def tell(self, wiring, files):
+    def tell(self):
+        wiring, files = self.written
         print("\nWritten into %s" % self.output.folder)
         for name in files:
             print("  %s%s" % (name, "  (yours, not written)" if name in self.output.kept else ""))
         ini_name = os.path.basename(self.ini_path)
-        if files["ini.patch"]:
+        outside = self.changed_ini().outside()
+        if files["ini.patch"] or outside:
             print("\nAdd to %s, each line in its section, or run this in %s" % (ini_name, self.home))
             print("  patch -p1 < %s/ini.patch       # patch -R -p1 undoes it\n" % self.folder)
             present = IniFile(self.ini_path)
@@ -291,9 +324,11 @@ class Wire:
                     print("  [%s]  %s = %s" % (section, name, value))
             if any(function.ini for function in self.functions) and not present.includes(self.include):
                 print("  last line   #INCLUDE %s" % self.include)
+            for path in outside:
+                print(wrapped("%s lies outside this folder, and ini.patch leaves it alone: add its lines by hand." % path, "  "))
         else:
             print("\n%s has the lines that put them in." % ini_name)
-        for note in wiring.notes:
+        for note in wiring.notes + unsealed(wiring.machine.ini, wiring.machine.files, self.home):
             print(wrapped(note, "  "))
         missing = self.missing(wiring)
         if missing:
@@ -315,6 +350,30 @@ class Wire:
             if on_abort and ABORT not in on_abort:
                 found.append("Your ON_ABORT_COMMAND is %s: add the line o<%s> call to this subroutine." % (on_abort, name))
         return found
+
+
+def forbid_names(path):
+    """LinuxCNC's script takes the path of an INI file that has a line #INCLUDE apart at its blanks; its Tcl reads UTF-8."""
+    for part in path.split(os.sep):
+        odd = re.search(r"[\s\ud800-\udfff]", part)
+        if odd:
+            sentence = "The name %r has %s, and LinuxCNC does not find an INI file with #INCLUDE there: %r. Rename it."
+            raise Impossible(wrapped(sentence % (part, character(odd[0]), path)))
+
+
+def forbid_dos_lines(ini):
+    if any(line.endswith("\r") for line in ini.texts[ini.path]):
+        sentence = (
+            "%s has the line ends of DOS, and LinuxCNC cannot read such a file with #INCLUDE. This line gives it others: "
+            "sed -i 's/\\r$//' %s"
+        )
+        raise Impossible(wrapped(sentence % (ini.path, shlex.quote(ini.path))))
+
+
+def character(text):
+    if "\ud800" <= text <= "\udfff":
+        return "a byte that is not UTF-8"
+    return {" ": "a blank", "\t": "a tab", "\n": "a line break"}.get(text, "the character %r" % text)
 
 
 def parse_joints(text):
@@ -350,10 +409,4 @@ def plumb_program():
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except BrokenPipeError:  # a reader such as `head` has enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(141)
+    run_program("plumb wire", main)

@@ -138,8 +138,7 @@ There is no sensor of the growth itself. thermal_displacement(9) measures what r
 
     hal::Offset moves[3]{{this, moving(0)}, {this, moving(1)}, {this, moving(2)}};
 
-    hal::Function run{this, "update", &AxisGrowth::update,
-                      "After motion-controller and before the stages of the joints."};
+    hal::Function run{this, "update", &AxisGrowth::update, hal::Place::source};
 
     void prepare() override { judge(); }
 
@@ -187,6 +186,7 @@ private:
         return hal::MovingPin(offset[axis])
             .bound(max_offset)
             .rate(max_rate)
+            .accelerated_by("The stage limits its acceleration, joint_offset(9) by offset-acceleration.")
             .limited(limited)
             .motion(position[axis], GrowthLaw::steepest);
     }

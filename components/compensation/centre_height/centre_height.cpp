@@ -129,7 +129,7 @@ micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
-    hal::Function run{this, "update", &CentreHeight::update, "After motion-controller."};
+    hal::Function run{this, "update", &CentreHeight::update, hal::Place::measurement};
 
     void update(double) noexcept {
         HeightSettings::Values now = settings.values(program_post);

@@ -4,11 +4,13 @@
 #include "components/compensation/chopping/crossing.hpp"
 #include "components/compensation/chopping/cycle_clock.hpp"
 #include "components/compensation/chopping/dead_point_watch.hpp"
+#include "components/compensation/chopping/edge.hpp"
+#include "components/compensation/chopping/ending.hpp"
 #include "components/compensation/chopping/guarded_offset.hpp"
+#include "components/compensation/chopping/leading_command.hpp"
 #include "components/compensation/chopping/learned_row.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/math/oscillation/jerk_limit.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
@@ -81,12 +83,19 @@ Set max-correction above the lag at a dead point, about the acceleration there /
 6. With a lead, set jerk-time to at least 2 lead max-acceleration / (max-output-accel - max-acceleration).)"},
         hal::Behaviour{R"(
 - Start: A rising edge of run, from anywhere. Outside the dead points the axis moves to the far one first.
-- run or enable false: The stop that stop-kind selects, after spark-out strokes.
+- run false, stop true: The stop that stop-kind selects, after spark-out strokes.
+- enable false: A withdrawal, whatever stop-kind is. The stroke goes on to the dead point nearest R, if need be by way of
+the other one, and then to R: without dwell, spark-out, infeed or a new region. feed-hold does not stop it. The
+override multiplies its speed, and 0 counts as 1. An axis at rest stays where it is.
+- go-to-end: A rising edge while the axis strokes withdraws it. At rest it returns the axis to position at once, also
+where enable is false. It goes before run and before a hold that is there; a later hold stops it while enable is true.
+- Withdrawal: It lasts until the axis rests, also where enable returns or stop-kind changes. Then a rising edge of run
+starts the next strokes; one before that is refused. Only these end it before R: machine off, not homed, a following
+error (fault 10) and a wrong scale (fault 12).
 - feed-hold, override 0: The axis brakes within its region, and stands. It goes on in its direction.
 - Abort of a program: Let it set run false. The axis returns to R.
 - Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
 axis is.
-- go-to-end: A rising edge at rest returns the axis to position.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
@@ -96,6 +105,8 @@ correction in force they come one stroke later.
 and takes them up as far as the slow strokes confirm them.
 - Dead points that a scale cannot have measured: Not learned; the second one in a row stops the stroke.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
+- max-offset below the present offset: It is refused, and nothing moves. It comes into force when the offset can stop
+within it. At max-offset the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned.
 - Not homed: The stroke stops at once, and the offset returns to 0.)"},
@@ -114,11 +125,15 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::LengthUnit unit{this};
 
     hal::In<bool> run{this, "run", false, "A rising edge starts strokes; false stops them."};
-    hal::In<bool> enable{this, "enable", true, "Strokes are permitted."};
+    hal::In<bool> stop{this, "stop", false,
+                       "True ends strokes as run false does, and refuses a start: for a button."};
+    hal::In<bool> enable{this, "enable", true,
+                         "Strokes are permitted; false withdraws the axis to position."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> feed_hold{this, "feed-hold", false, "Brake and stand within the region."};
-    hal::In<bool> go_to_end{this, "go-to-end", false, "A rising edge at rest moves the axis to position."};
+    hal::In<bool> go_to_end{this, "go-to-end", false,
+                            "A rising edge moves the axis to position, and ends strokes."};
     hal::In<bool> shift{this, "shift", false, "Each change takes over the dead points while stroking."};
     hal::In<bool> shift_at_crossing{this, "shift-at-crossing", false,
                                     "A crossing of crossing-at takes over the dead points, too."};
@@ -142,6 +157,8 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Out<double> phase{this, "phase", "deg", "Phase: 0 at the lower, 180 at the upper dead point."};
     hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
+    hal::Out<bool> withdrawing{this, "withdrawing",
+                               "The axis is on its way to position, by enable or go-to-end."};
     hal::Out<bool> held{this, "held", "The axis stands for a hold."};
     hal::Out<bool> sparking_out{this, "sparking-out", "Spark-out strokes are under way."};
     hal::Out<bool> upper_pulse{this, "upper-pulse", "Infeed pulse at the upper dead point."};
@@ -163,24 +180,27 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
 
-    hal::Offset moves{
-        this,
-        hal::MovingPin(offset).bound(settings.max_offset).rate(settings.max_rate).limited(limited.active())};
+    static constexpr double guard_factor = 10;  // of max-acceleration
+    hal::Offset moves{this, hal::MovingPin(offset)
+                                .bound(settings.max_offset)
+                                .rate(settings.max_rate)
+                                .acceleration(settings.max_acceleration, guard_factor)
+                                .limited(limited.active())};
 
-    hal::Function update_function{this, "update", &Chopping::update,
-                                  "After motion-controller and before the stage of the joint."};
+    hal::Function update_function{this, "update", &Chopping::update, hal::Place::source};
 
     void prepare() override {
         values_ = settings.read();
-        offset_.allow(values_.max_offset, values_.max_rate, farthest);
+        guard(values_, 1);
     }
 
     void update(double dt) noexcept {
         const Values given = settings.read();
-        const bool on = motion_enabled, is_homed = homed, permitted = enable;
+        const bool on = motion_enabled, is_homed = homed;
         read_position();
-        obey(given, on && is_homed && permitted, on, is_homed, dt);
+        obey(given, on && is_homed, dt);
         judge(given, dt);
+        guard(given, dt);
         generate(on, is_homed, dt);
         learn(dt);
         show();
@@ -207,18 +227,6 @@ private:
         }
     };
 
-    static bool rose(bool now, bool& before) noexcept {
-        const bool edge = now && !before;
-        before = now;
-        return edge;
-    }
-
-    static bool changed(bool now, bool& before) noexcept {
-        const bool change = now != before;
-        before = now;
-        return change;
-    }
-
     void read_position() noexcept {
         const double place = position, joint = joint_feedback, applied = applied_offset;
         known_ = std::abs(place) <= farthest;
@@ -228,19 +236,30 @@ private:
     }
 
     // The commands of this period.
-    void obey(const Values& given, bool ready, bool on, bool is_homed, double dt) noexcept {
-        const bool wants = run, starts = rose(wants, wanted_), ends = rose(go_to_end, going_);
-        if (!wants && was_refused_) event_ = Fault::none;
-        was_refused_ = was_refused_ && wants;
-        const bool shifts = changed(shift, shifting_) | crosses();
-        if (running_ && (!on || !is_homed)) freeze();
+    void obey(const Values& given, bool ready, double dt) noexcept {
+        const bool runs = run, stops = stop, permitted = enable, withdraws = end_edge_.rises(go_to_end);
+        const bool starts = run_edge_.rises(runs) && !withdraws;
+        if (!runs && was_refused_) event_ = Fault::none;
+        was_refused_ = was_refused_ && runs;
+        const bool shifts = shift_edge_.changes(shift) | crosses();
+        if (running_ && !ready) freeze();
         if (records.wants_forget()) watch_.learning().forget();
         if (records.wants_restore()) records.restored(watch_.learning().restore(row.given()));
-        if (starts && !running_) start(given, ready, dt);
-        if (ends && !running_ && ready && !starts) return_to_end(given, dt);
+        if (starts && running_ && ending_.withdraws()) refuse(Fault::withdrawing);
+        if (starts && !running_) start(given, ready && permitted && !stops, dt);
+        if (withdraws && !running_ && ready) return_to_end(given, dt);
         if (shifts && running_) take_over(given, dt);
-        if (running_ && !returning_ && !(wants && ready)) oscillation_.stop(values_.stop());
-        if (running_ && (stopping_ || (returning_ && !ready))) oscillation_.stop(Oscillation::Stop::at_once);
+        if (running_) end({runs && !stops, permitted, withdraws, values_.stop()});
+    }
+
+    void end(const Ending::Orders& orders) noexcept {
+        const Oscillation::Stop kind = ending_.step(orders);
+        const double place = oscillation_.position();
+        const bool stands = oscillation_.state() == State::rest;  // the command has yet to follow
+        if (kind == Oscillation::Stop::withdraw && stands && std::abs(place - position_) > nothing)
+            oscillation_.go_to_end(wanted(), place);
+        else if (kind != Oscillation::Stop::none)
+            oscillation_.stop(kind);
     }
 
     bool crosses() noexcept {
@@ -250,10 +269,9 @@ private:
 
     void start(const Values& given, bool ready, double dt) noexcept {
         const double place = position_ + rest_;
-        event_ = !ready    ? Fault::not_ready
-                 : !known_ ? Fault::position
-                           : ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt);
-        was_refused_ = event_ != Fault::none;
+        refuse(!ready    ? Fault::not_ready
+               : !known_ ? Fault::position
+                         : ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt));
         if (was_refused_) return;
         values_ = given;
         lower_ = given.lower;
@@ -264,23 +282,26 @@ private:
         oscillation_.start(wanted(), place);
     }
 
+    // A start, unless it is Fault::none.
+    void refuse(Fault reason) noexcept {
+        event_ = reason;
+        was_refused_ = reason != Fault::none;
+    }
+
     void return_to_end(const Values& given, double dt) noexcept {
-        if (!given.possible(dt) || !known_) return;
-        values_ = given;
+        if (given.possible(dt)) values_ = given;
+        if (!values_.possible(dt) || !known_) return;
         lower_ = upper_ = position_;
         prepare_to_move(position_ + rest_, dt);
-        returning_ = true;
         oscillation_.go_to_end(wanted(), position_ + rest_);
     }
 
     void prepare_to_move(double place, double dt) noexcept {
         running_ = true;
-        stopping_ = returning_ = false;
+        ending_.begin();
         watch_.begin();
         clock_.begin();
-        jerk_.reset(place, values_.jerk_samples(dt));
-        place_ = jerk_place_ = place;
-        speed_ = 0;
+        command_.begin(place, values_.jerk_samples(dt));
     }
 
     void take_over(const Values& given, double dt) noexcept {
@@ -303,13 +324,17 @@ private:
         oscillation_.freeze(position_ + rest_);
     }
 
+    void guard(const Values& given, double dt) noexcept {
+        offset_.allow({given.max_offset, given.max_rate, guard_factor * values_.stroke.acceleration},
+                      farthest, dt);
+    }
+
     // The settings for the present region; the last good ones, as a whole, if these are not.
     void judge(const Values& given, double dt) noexcept {
         const Judged now{given, lower_, upper_, position_, running_};
         if (now == judged_) return;
         judged_ = now;
         const bool possible = given.possible(dt);
-        offset_.allow(given.max_offset, given.max_rate, farthest);
         refused_ = possible ? Fault::none : Fault::settings;
         if (!running_) {
             if (possible) values_ = given;
@@ -324,16 +349,7 @@ private:
     // The stroke that learning learns.
     void select() noexcept {
         values_.learning.inset = values_.inset_of(upper_ - lower_);
-        if (!values_.learn) return;
-        std::uint32_t number = 0;
-        for (const SpeedSection& each : values_.stroke.sections)
-            for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
-                                       values_.stroke.lower_dwell, values_.stroke.upper_dwell})
-                number = number * 31 + static_cast<std::uint32_t>(
-                                           static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
-        watch_.learning().select({lower_, upper_, values_.peak_speed(upper_ - lower_),
-                                  values_.stroke.acceleration, static_cast<int>(number >> 1)},
-                                 values_.learning);
+        if (values_.learn) watch_.learning().select(values_.learned_stroke(lower_, upper_), values_.learning);
     }
 
     // Of the next stroke, mu/s.
@@ -357,26 +373,22 @@ private:
     void generate(bool on, bool is_homed, double dt) noexcept {
         if (running_) {
             oscillation_.set(wanted());
-            const bool hold = feed_hold || values_.override_value == 0;
+            const bool hold = ending_.holds(feed_hold || values_.override_value == 0);
             oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
                 return values_.learn ? watch_.learning().offset(upper, reversal, speed) : 0;
             });
-            const double before = jerk_place_, speed_before = speed_;
-            jerk_place_ = jerk_.step(oscillation_.position());
-            speed_ = (jerk_place_ - before) / dt;
-            change_ = (speed_ - speed_before) / dt;
-            place_ = jerk_place_ + values_.lead * speed_;
-            if (oscillation_.state() == State::rest && jerk_.settled()) {
+            command_.step(oscillation_.position(), values_.lead, dt);
+            if (oscillation_.state() == State::rest && command_.settled()) {
                 running_ = false;
-                rest_ = jerk_place_ - position_;
+                rest_ = command_.mean() - position_;
                 if (std::abs(rest_) <= nothing) rest_ = 0;
             }
         } else {
-            speed_ = change_ = 0;
+            command_.rest();
         }
         if (!is_homed) rest_ = 0;
-        const double target = running_ ? place_ - position_ : rest_;
-        offset_.step(target, 10 * values_.stroke.acceleration, !on && is_homed, dt);
+        const double target = running_ ? command_.position() - position_ : rest_;
+        offset_.step(target, !on && is_homed, dt);
     }
 
     // Looks at the measured motion: following, dead points, learning.
@@ -421,17 +433,18 @@ private:
 
     void stop_for(Fault reason) noexcept {
         event_ = reason;
-        stopping_ = true;
+        ending_.fail();
     }
 
     void show() noexcept {
         offset = offset_.value();
         command = position_ + offset_.value();
-        velocity = speed_;
-        acceleration = change_;
+        velocity = command_.velocity();
+        acceleration = command_.acceleration();
         phase = oscillation_.phase() * (180 / pi);
         active = running_;
         at_end = !running_ && offset_.value() == 0;
+        withdrawing = running_ && ending_.withdraws();
         held = running_ && oscillation_.held();
         sparking_out = running_ && oscillation_.sparking_out();
         upper_pulse = clock_.pulse(true);
@@ -469,6 +482,7 @@ private:
             {{event_ != Fault::none, event_},
              {!known_, Fault::position},
              {refused_ != Fault::none, refused_},
+             {offset_.refused(), Fault::bound},
              {learns && running_ && !measurable_, Fault::feedback},
              {learns && learning.weak(), Fault::weak},
              {learns && !learning.learned() && learning.cycles() >= most_cycles, Fault::not_learned},
@@ -478,22 +492,20 @@ private:
     Values values_{};  // the last good ones
     Judged judged_;
     Oscillation oscillation_;
-    JerkLimit jerk_;
+    Ending ending_;
+    LeadingCommand command_;
     GuardedOffset offset_;
     DeadPointWatch watch_;
     CycleClock clock_;
     Crossing crossing_;
+    Edge run_edge_, end_edge_, shift_edge_;
     double position_ = 0, measured_ = 0;  // last good inputs
     double lower_ = 0, upper_ = 0;        // the region in force
-    double place_ = 0, jerk_place_ = 0, speed_ = 0, change_ = 0;
-    double stretch_ = 1;  // of the speed, for a cycle time with sections
-    double rest_ = 0;     // offset at rest
+    double stretch_ = 1;                  // of the speed, for a cycle time with sections
+    double rest_ = 0;                     // offset at rest
     double last_commanded_ = 0;
     Fault event_ = Fault::none, refused_ = Fault::none;
-    bool known_ = true, measurable_ = true, running_ = false, stopping_ = false, returning_ = false,
-         was_refused_ = false;
-    bool late_ = false;
-    bool wanted_ = false, going_ = false, shifting_ = false;
+    bool known_ = true, measurable_ = true, running_ = false, was_refused_ = false, late_ = false;
 };
 
 hal::Model hal::model() {

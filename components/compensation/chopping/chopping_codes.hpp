@@ -22,12 +22,15 @@ enum class Fault : std::int32_t {
     beyond,
     not_learned,
     weak,
-    drift
+    drift,
+    bound,
+    withdrawing
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::not_ready:
-            return "The stroke was refused: the machine is off, the joint is not homed, or enable is false.";
+            return "The stroke was refused: the machine is off, the joint is not homed, enable is false, or "
+                   "stop is true.";
         case Fault::position: return "The position is invalid or beyond 1e6; its last good value is used.";
         case Fault::settings:
             return "A setting is out of range, see the pins; the stroke was refused, or the last good set "
@@ -69,6 +72,12 @@ constexpr const char* sentence(Fault fault) {
             return "The correction of a dead point differs from the one first learned for this stroke by "
                    "more "
                    "than max-drift: look at guides, drive and lubrication.";
+        case Fault::bound:
+            return "The max-offset is below the present offset; the last good one stays in force until the "
+                   "offset is within the new one.";
+        case Fault::withdrawing:
+            return "The stroke was refused: the axis was on its way to position. Set run false, and start "
+                   "again.";
         default: return nullptr;
     }
 }

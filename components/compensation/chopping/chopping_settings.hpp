@@ -5,6 +5,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/oscillation/dead_point_learning.hpp"
 #include "components/math/oscillation/jerk_limit.hpp"
+#include "components/math/oscillation/learned_strokes.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 
@@ -166,6 +167,17 @@ struct ChoppingSettings final : hal::Group {
             return static_cast<std::size_t>(std::max(std::ceil(jerk_time / dt - 1e-9), 1.0));
         }
         double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
+
+        // As it is learned between these dead points: one number stands for its sections and dwells.
+        LearnedStrokes::Stroke learned_stroke(double low, double high) const noexcept {
+            std::uint32_t number = 0;
+            for (const SpeedSection& each : stroke.sections)
+                for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
+                                           stroke.lower_dwell, stroke.upper_dwell})
+                    number = number * 31 + static_cast<std::uint32_t>(
+                                               static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
+            return {low, high, peak_speed(high - low), stroke.acceleration, static_cast<int>(number >> 1)};
+        }
 
         // Whether each value alone is possible. False for NaN.
         bool possible(double dt) const noexcept {

@@ -4,40 +4,48 @@
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace plumb {
 
-// An offset that follows its target exactly, unless that breaks its bound or its rate.
+// An offset that follows its target exactly, unless that breaks its bound, its rate or its acceleration.
 class GuardedOffset {
 public:
-    // Impossible limits leave the last good ones in force.
-    void allow(double most, double rate, double farthest) noexcept {
-        if (most >= 0 && most <= farthest) most_ = most;
-        if (rate >= 1e-3 && rate <= 1e6) rate_ = rate;
+    struct Limits {
+        double most, rate, acceleration;  // mu, mu/s, mu/s2
+    };
+
+    // Impossible limits leave the last good ones in force, and so does a limit by which the offset cannot
+    // stop within its bound. The acceleration is possible.
+    void allow(const Limits& given, double farthest, double dt) noexcept {
+        const double most = limits_.most, hardest = limits_.acceleration;
+        if (given.rate >= 1e-3 && given.rate <= 1e6) limits_.rate = given.rate;
+        if (given.acceleration >= hardest || guard_.stops_within(most, given.acceleration, dt))
+            limits_.acceleration = given.acceleration;
+        const bool possible = given.most >= 0 && given.most <= farthest;
+        refused_ =
+            possible && given.most < most && !guard_.stops_within(given.most, limits_.acceleration, dt);
+        if (possible && !refused_) limits_.most = given.most;
     }
 
-    // `hardest` is the largest acceleration, mu/s2; an offset that is held does not follow.
-    void step(double target, double hardest, bool holds, double dt) noexcept {
-        const double before = value();
-        if (holds) {
+    // An offset that is held does not follow.
+    void step(double target, bool holds, double dt) noexcept {
+        const auto& [most, rate, acceleration] = limits_;
+        if (holds)
             guard_.hold();
-        } else {
-            guard_.step(bounded(target, most_), {rate_, rate_, hardest}, dt);
-            const double bound = std::max(most_, std::abs(before));
-            if (std::abs(value()) > bound) guard_.move_to(std::copysign(bound, value()), hardest, dt);
-        }
+        else
+            guard_.step(bounded(target, most), {rate, rate, acceleration, rate, rate, most}, dt);
         kept_back_ = std::abs(value() - target) > 1e-6;
     }
 
     double value() const noexcept { return guard_.value(); }
     bool kept_back() const noexcept { return kept_back_; }  // from its target
+    bool refused() const noexcept { return refused_; }      // a bound below the present offset
 
 private:
     AccelerationLimit guard_;
-    double most_ = 0, rate_ = 0;  // mu, mu/s
-    bool kept_back_ = false;
+    Limits limits_{};
+    bool kept_back_ = false, refused_ = false;
 };
 
 }  // namespace plumb

@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -86,8 +87,8 @@ public:
         return reason;
     }
 
-    // Machine, date and the like, from the heads of the files that were read since the last call. For the
-    // reading thread.
+    // Machine, date and the like, from the files that were read since the last call, and once each file that
+    // has no seal. For the reading thread.
     std::vector<std::string> take_facts() { return std::exchange(facts_, {}); }
 
 private:
@@ -101,7 +102,13 @@ private:
                                          ", an axis that the chain does not have");
             result[static_cast<std::size_t>(coordinate(axis))] = std::move(table);
         }
-        for (const error_table_file::Facts& file : read.files) facts_.push_back(file.sentence());
+        for (const error_table_file::Facts& file : read.files) {
+            facts_.push_back(file.sentence());
+            if (!file.seal.empty())
+                unsealed_.erase(file.file);
+            else if (unsealed_.insert(file.file).second)
+                facts_.push_back(file.advice());
+        }
         return result;
     }
 
@@ -109,6 +116,7 @@ private:
     std::string paths_;
     std::vector<std::filesystem::path> files_;
     std::vector<std::string> facts_;
+    std::set<std::string> unsealed_;  // which the facts have named
     std::array<Set, 2> sets_;
     std::size_t in_use_ = 0;  // written in realtime, while nothing is being read
     bool good_ = false;       // the last reading; handed over by done_

@@ -80,16 +80,16 @@ Set L-tool-follows false for a spindle or table that was set up square on a lean
     # machine: portal mill 7
     # date: 2026-11-20
     # temperature: 20.1 degC
-    # checksum: dd405666
     Y,EXY,EYY,EZY,EAY,EBY,ECY
     0,0,0,0,0,0,0
     50,0.0012,-0.003,0,0,0,1.5e-5
-    # end, 2 rows
+    # end, seal 3fd7b136, 2 rows
 
 The first column is the machine position. The last line counts the rows of all tables in the file, so that half a copy is
-refused. The lines in front are optional. The checksum is the CRC-32, as in zip, of all lines that do not begin with #,
-without blanks at their ends, each with a line feed. Tables add to the tilts: do not give one squareness in both.
-plumb squareness --table FILE checks a file. A rising edge of reload reads the tables again.
+refused. The lines in front are optional. The seal is the CRC-32, as in zip, of all other lines that are not empty, each with a
+line feed; with it, a changed or damaged file is refused. plumb squareness --table FILE checks a file, and with --seal writes
+the seal. Without a seal, write # end, 2 rows: the table is used, and the load names it. Tables add to the tilts: do not give
+one squareness in both. A rising edge of reload reads the tables again.
 7. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.)"},
                                       hal::Behaviour{R"(
 - Start, not homed: No correction, and nothing moves.
@@ -164,8 +164,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
     hal::Offset moves[3]{
         {this, moving(correction[0])}, {this, moving(correction[1])}, {this, moving(correction[2])}};
 
-    hal::Function run{this, "update", &Squareness::update,
-                      "After motion-controller and before the stages of the joints."};
+    hal::Function run{this, "update", &Squareness::update, hal::Place::source};
 
     void prepare() override {
         axes_ = AxisChainReader::read(chain);
@@ -211,6 +210,7 @@ private:
     hal::MovingPin moving(const hal::Out<double>& its) {
         hal::MovingPin pin(its);
         pin.bound(settings.max_correction).rate(settings.max_rate).limited(limited.active());
+        pin.accelerated_by("The stage limits its acceleration, joint_offset(9) by offset-acceleration.");
         for (const SquarenessAxis& axis : settings.axes) pin.motion(axis.position, 0.02);
         return pin;
     }

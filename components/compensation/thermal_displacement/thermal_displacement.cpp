@@ -200,9 +200,16 @@ The reference holds at most 64 contacts.)"},
     hal::Records records{this};
     ReferenceRow row{this};
 
-    hal::Offset moves{this, hal::MovingPin(z_offset).bound(max_offset).rate(max_rate).limited(limited)};
+    hal::Offset moves{
+        this,
+        hal::MovingPin(z_offset)
+            .bound(max_offset)
+            .rate(max_rate)
+            .accelerated_by("The stage limits its acceleration; axis_offset(9) leaves that to LinuxCNC.")
+            .limited(limited)};
 
-    hal::Function run{this, "update", &ThermalDisplacement::update, "After all inputs, before the stage."};
+    hal::Function run{this, "update", &ThermalDisplacement::update, hal::Place::source,
+                      "After all its inputs."};
 
     void prepare() override { settings_ = settings(); }
 

@@ -86,7 +86,8 @@ At most 16 bores and 50000 records.)"},
     hal::LengthUnit unit{this};
     hal::In<bool> running{this, "running", false, "The program of the test runs."};
     hal::In<bool> resume{this, "resume", false, "Continue the restored test instead of a new one."};
-    hal::In<double> gap{this, "gap", 0, "s", "Time since the last record of the restored test."};
+    hal::In<double> gap{this, "gap", 0, "s",
+                        "Time since the last record of the restored test; -1 when not known."};
     hal::In<bool> pass_running{this, "pass-running", false, "A pass over the bores runs."};
     hal::In<bool> at_bore{this, "at-bore", false, "A bore is probed."};
     hal::In<bool> measuring{this, "measuring", false, "The next touch of the probe counts."};
@@ -135,7 +136,7 @@ At most 16 bores and 50000 records.)"},
     hal::Records rows{this};
     RecordRow row{this};
 
-    hal::Function run{this, "update", &ThermalGrowthTest::update, "After motion-controller."};
+    hal::Function run{this, "update", &ThermalGrowthTest::update, hal::Place::measurement};
 
     void prepare() override {
         test_.reserve();
@@ -218,10 +219,11 @@ private:
             pass_begun_ = false;
             pass_time_ = 0;
             if (resume && test_.begun() && test_.stop() == Stop::none) {
-                time_ = test_.time() + (pause >= 0 && pause < 1e7 ? pause : 0);
+                const bool pause_known = pause >= 0 && pause < 1e7;
+                time_ = test_.time() + (pause_known ? pause : 0);
                 pass_ = test_.pass();
                 visit_ = test_.visit();
-                happen(Event::resumed);
+                happen(Event::resumed, pause_known ? 0 : 1);
             } else {
                 test_.clear();
                 time_ = 0;

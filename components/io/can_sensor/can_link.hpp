@@ -20,14 +20,10 @@
 namespace plumb {
 
 // The values that the thread of a link shares with others.
-struct CanLinkState : LinkState {
-    CanLinkState(CanLinkSettings its, Say its_say)
-        : LinkState(its.channels, std::move(its_say)), settings(std::move(its)) {}
+struct CanLinkState : LinkState<CanLinkSettings, CanLinkFault> {
+    using LinkState::LinkState;
 
-    const CanLinkSettings settings;
-
-    // All guarded by the mutex.
-    CanLinkFault fault = CanLinkFault::none;
+    // Guarded by the mutex.
     std::int32_t frames = 0;  // that were received; begins again at 0 after the largest number
 };
 
@@ -53,7 +49,7 @@ public:
             if (channel.signal.bytes() > frame.size)
                 damaged(i);
             else
-                use(i, decoded(channel.signal, frame.bytes) * channel.scale.scale + channel.scale.offset);
+                use(i, channel.scale.value_of(decoded(channel.signal, frame.bytes)));
         }
     }
 
@@ -70,7 +66,7 @@ public:
             const CanChannel& channel = settings_.channels[i];
             if (channel.object) {
                 objects_.push_back(
-                    {i, 0, 0, BackOff(settings_.retry, std::max(settings_.retry_max, channel.every)), ""});
+                    {i, 0, 0, BackOff(settings_.retry, std::max(settings_.retry_max, channel.every)), {}});
                 match(canopen::sdo_reply + static_cast<std::uint32_t>(channel.object->node));
             } else {
                 matches_.push_back(channel.match);
@@ -102,7 +98,7 @@ private:
         double due;
         double asked;  // 0 while no reply is awaited
         BackOff back_off;
-        std::string refusal;  // that was reported
+        Cause refusal;
     };
 
     void match(std::uint32_t id) {
@@ -184,7 +180,7 @@ private:
             state_.connected = true;
             state_.fault = CanLinkFault::none;
         }
-        reported_.clear();
+        reported_.over();
         for (Asked& each : objects_) each.asked = 0;
         for (const int node : settings_.nmt_start) socket_.send(canopen::start_node(node));
     }
@@ -193,10 +189,7 @@ private:
         up_ = false;
         {
             const std::lock_guard lock(state_.mutex);
-            for (Judge& judge : state_.judges) judge.fail(SensorFault::disconnected);
-            state_.connected = false;
-            state_.fault = fault;
-            state_.count_error();
+            state_.disconnect(fault);
         }
         report(why);
     }
@@ -221,10 +214,7 @@ private:
     void take_error(std::uint32_t error) {
         if ((error & CAN_ERR_RESTARTED) != 0) return recovered();
         if ((error & CAN_ERR_BUSOFF) != 0) {
-            for (Judge& judge : state_.judges) judge.fail(SensorFault::disconnected);
-            state_.connected = false;
-            state_.fault = CanLinkFault::bus_off;
-            state_.count_error();
+            state_.disconnect(CanLinkFault::bus_off);
         } else if (state_.fault != CanLinkFault::bus_off) {
             bus_fault(CanLinkFault::errors);
         }
@@ -284,9 +274,8 @@ private:
         if (upload.status == canopen::Upload::Status::good &&
             channel.signal.bytes() <= static_cast<std::size_t>(upload.size)) {
             each.back_off.succeeded();
-            each.refusal.clear();
-            return judge.take(
-                asked, decoded(channel.signal, upload.data) * channel.scale.scale + channel.scale.offset);
+            each.refusal.over();
+            return judge.take(asked, channel.scale.value_of(decoded(channel.signal, upload.data)));
         }
         const bool abort = upload.status == canopen::Upload::Status::abort;
         judge.fail(abort ? SensorFault::refused : SensorFault::damaged);
@@ -295,13 +284,12 @@ private:
         std::snprintf(code, sizeof code, "0x%08X", upload.abort_code);
         const std::string why =
             channel.name + ": " + (abort ? std::string("SDO abort ") + code : "SDO reply of another size");
-        if (std::exchange(each.refusal, why) != why) to_say_ = settings_.name + ": " + why;
+        if (each.refusal.is_new(why)) to_say_ = settings_.name + ": " + why;
     }
 
     // Once for each cause, until the link works again.
     void report(const std::string& text) {
-        if (std::exchange(reported_, text) != text)
-            state_.say(settings_.name + ": " + settings_.interface + ": " + text);
+        if (reported_.is_new(text)) state_.say(settings_.name + ": " + settings_.interface + ": " + text);
     }
 
     static constexpr double look_every = 0.1;  // s
@@ -320,7 +308,7 @@ private:
     bool reported_down_ = false;
     double look_at_ = 0, errors_until_ = 0;
     std::uint32_t dropped_ = 0;
-    std::string reported_;
+    Cause reported_;
     std::string to_say_;
 };
 

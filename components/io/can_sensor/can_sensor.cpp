@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/can_sensor/can_link.hpp"
-#include "components/io/sensor/sensor_pins.hpp"
-#include "components/io/sensor/value_table.hpp"
-#include "hal/component.hpp"
-#include "hal/message.hpp"
+#include "components/io/sensor/sensor_program.hpp"
 
 #include <cstdio>
-#include <deque>
 #include <iostream>
-#include <stdexcept>
 #include <string>
 
 namespace plumb {
@@ -26,7 +21,29 @@ static CanSettings example() {
     return settings;
 }
 
-struct CanSensor final : hal::Component {
+namespace {
+
+struct Link : SensorLink<CanLink, CanLinkFault> {
+    Link(hal::Owner owner, const CanLinkSettings& settings)
+        : SensorLink(owner, settings, "The interface is up and not bus-off.",
+                     "Time from the last SDO request to its reply; 0 without one."),
+          frames{this, settings.name + ".frame-count",
+                 "Number of frames that were received for the channels."} {}
+
+    void update(double now, double dt) noexcept {
+        CanLinkState& state = worker.state();
+        const std::lock_guard lock(state.mutex);
+        for (std::size_t i = 0; i < channels.size(); ++i) channels[i].show(state.judges[i].at(now));
+        frames = state.frames;
+        show(state, dt);
+    }
+
+    hal::Out<std::int32_t> frames;
+};
+
+}  // namespace
+
+struct CanSensor final : SensorProgram<CanSettings, Link> {
     static constexpr hal::About about{
         "can_sensor",
         "reads values from CAN frames, and judges whether they can be used",
@@ -144,51 +161,7 @@ A file has at most 256 links and channels.)"},
         hal::SeeAlso{
             "can_sensor_dbc(1), modbus_sensor(1), watchdog(9), interlock(9), thermal_displacement(9)"}};
 
-    explicit CanSensor(hal::Registrar& registrar) : Component(registrar) {
-        const CanSettings settings =
-            file.get().empty() ? example() : CanSettings::read(hal::absolute_path("file", file));
-        for (const CanLinkSettings& link : settings.links) links_.emplace_back(this, link);
-    }
-
-    hal::Option<std::string> file{this, "file", "", "TOML file of the links and channels, absolute path."};
-    hal::Function run{this, "update", &CanSensor::update, "Once per period."};
-
-    void prepare() override {
-        if (file.get().empty()) throw std::invalid_argument("give the TOML file of the links by --file");
-        for (Link& link : links_) link.worker.start();
-    }
-
-    void update(double dt) noexcept {
-        const double now = seconds_now();
-        for (Link& link : links_) link.update(now, dt);
-    }
-
-    void finish() override {
-        stop_all(links_, [](Link& link) -> CanLink& { return link.worker; });
-    }
-
-private:
-    struct Link : LinkPins<CanLinkFault> {
-        Link(hal::Owner owner, const CanLinkSettings& settings)
-            : LinkPins(owner, settings, "The interface is up and not bus-off.",
-                       "Time from the last SDO request to its reply; 0 without one."),
-              frames{this, settings.name + ".frame-count",
-                     "Number of frames that were received for the channels."},
-              worker(settings, [](const std::string& text) { hal::report_error(text.c_str()); }) {}
-
-        void update(double now, double dt) noexcept {
-            CanLinkState& state = worker.state();
-            const std::lock_guard lock(state.mutex);
-            for (std::size_t i = 0; i < channels.size(); ++i) channels[i].show(state.judges[i].at(now));
-            frames = state.frames;
-            show(state, dt);
-        }
-
-        hal::Out<std::int32_t> frames;
-        CanLink worker;
-    };
-
-    std::deque<Link> links_;
+    explicit CanSensor(hal::Registrar& registrar) : SensorProgram(registrar, example()) {}
 };
 
 static std::string hexadecimal(std::uint32_t number) {
@@ -221,14 +194,12 @@ static int check_file(const std::string& file) {
 }
 
 static int list_file(const std::string& file) {
-    std::deque<CanLink> links;
-    double longest = 1;
-    for (CanLinkSettings& link : CanSettings::read(file).links) {
+    return list_links<CanSettings, CanLink>(file, [](const CanLinkSettings& link) {
+        double longest = 1;
         for (const CanChannel& channel : link.channels)
             longest = std::max(longest, std::min(channel.limits.max_age, 5.0) + 0.5);
-        links.emplace_back(std::move(link), [](const std::string& text) { std::cerr << text + '\n'; });
-    }
-    return list_values(links, longest, std::cout);
+        return longest;
+    });
 }
 
 static constexpr hal::WithoutHal commands[] = {
@@ -239,10 +210,7 @@ static constexpr hal::WithoutHal commands[] = {
     {}};
 
 hal::Model hal::model() {
-    Model model = model_of<CanSensor>();
-    model.without_hal = commands;
-    model.period = 0.01;
-    return model;
+    return sensor_model<CanSensor>(commands);
 }
 
 }  // namespace plumb

@@ -5,8 +5,12 @@
 
 import argparse
 import logging
+import os
 import re
 import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "python"))  # of a build
+import plumb_program  # noqa: E402
 
 LONGEST_NAME = 20  # of a channel of can_sensor
 LONGEST_UNIT = 12
@@ -154,4 +158,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    plumb_program.run("can_sensor_dbc", main)

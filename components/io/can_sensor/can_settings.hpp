@@ -140,9 +140,7 @@ inline CanLinkSettings link(TomlReader table, std::set<std::string>& names) {
     if (link.interface.find_first_of(" /") != std::string::npos)
         table.refuse("interface", "is '" + link.interface + "', no name such as can0");
     link.transmit = table.flag_or("transmit", false);
-    link.timeout = table.number_or("timeout", link.timeout, 0.002, 10);
-    link.retry = table.number_or("retry", link.retry, 0.002, 60);
-    link.retry_max = table.number_or("retry-max", std::max(link.retry_max, link.retry), link.retry, 3600);
+    sensor_keys::times(table, link);
     for (const std::int64_t node : table.wholes("nmt-start", 1, 127))
         link.nmt_start.push_back(static_cast<int>(node));
     if (!link.nmt_start.empty() && !link.transmit)
@@ -150,9 +148,7 @@ inline CanLinkSettings link(TomlReader table, std::set<std::string>& names) {
     for (const TomlReader& its : table.tables("channel"))
         link.channels.push_back(channel(its, link.transmit, names));
     for (const CanChannel& its : link.channels)
-        if (its.object && link.retry < link.timeout)
-            table.refuse("retry",
-                         "is shorter than timeout: a late reply would pass for that of the next request");
+        if (its.object) sensor_keys::demand_long_retry(table, link);
     if (link.channels.empty()) table.refuse("channel", "is missing: write [[link.channel]]");
     table.end();
     return link;
@@ -161,15 +157,7 @@ inline CanLinkSettings link(TomlReader table, std::set<std::string>& names) {
 }  // namespace can_settings
 
 inline CanSettings CanSettings::read(const std::filesystem::path& file) {
-    const toml::table content = TomlReader::parse(file);
-    TomlReader table(file, content);
-    CanSettings settings;
-    std::set<std::string> names;
-    for (const TomlReader& its : table.tables("link"))
-        settings.links.push_back(can_settings::link(its, names));
-    table.end();
-    if (settings.links.empty()) table.refuse("link", "is missing: write [[link]]");
-    return settings;
+    return sensor_keys::read<CanSettings>(file, can_settings::link);
 }
 
 }  // namespace plumb

@@ -31,6 +31,7 @@ public:
             fail(path_.string());
         }
         if (!exists()) return;
+        hold();
         former_ = hal::RegularFile(path_, O_RDONLY | O_NOFOLLOW).state();
         // A write takes the file's place under one name; under the other name it would be another
         // program's.
@@ -50,14 +51,15 @@ public:
     }
 
     void write(std::string_view text) {
+        if (exists()) hold();
         const std::filesystem::path fresh = beside(".new");
         struct stat state {};
         if (lstat(path_.c_str(), &state) == 0 && S_ISREG(state.st_mode)) former_ = state;
         // Left by a crash, or put there by another user.
         if (unlink(fresh.c_str()) != 0 && errno != ENOENT) fail(fresh.string());
         try {
-            const hal::RegularFile file(fresh, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW,
-                                        former_ ? 0600 : 0644);
+            hal::RegularFile file(fresh, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, former_ ? 0600 : 0644);
+            if (flock(file.number(), LOCK_EX | LOCK_NB) != 0) file.fail();
             if (former_) resemble(file);
             while (!text.empty()) {
                 const ssize_t n = ::write(file.number(), text.data(), text.size());
@@ -68,6 +70,7 @@ public:
             }
             if (fsync(file.number()) != 0) fail(fresh.string());
             if (rename(fresh.c_str(), path_.c_str()) != 0) fail(path_.string());
+            held_.emplace(std::move(file));
         } catch (...) {
             unlink(fresh.c_str());
             throw;
@@ -109,6 +112,21 @@ private:
         return std::filesystem::weakly_canonical(path);
     }
 
+    // The lock of the file itself: a user may remove the file .lock while a program has the file.
+    void hold() {
+        hal::RegularFile file(path_, O_RDONLY | O_NOFOLLOW);
+        const struct stat there = file.state();
+        if (held_) {
+            const struct stat held = held_->state();
+            if (held.st_dev == there.st_dev && held.st_ino == there.st_ino) return;
+        }
+        if (flock(file.number(), LOCK_EX | LOCK_NB) != 0) {
+            if (errno == EWOULDBLOCK) errno = EBUSY;
+            fail(path_.string());
+        }
+        held_.emplace(std::move(file));
+    }
+
     static hal::RegularFile open_lock(const std::filesystem::path& path) {
         for (int tries = 0;; ++tries) {
             try {
@@ -141,8 +159,9 @@ private:
     std::filesystem::path beside(const char* ending) const { return path_.string() + ending; }
 
     const std::filesystem::path path_;
-    const hal::RegularFile lock_;        // a file of its own: a rename ends the lock of the renamed file
-    std::optional<struct stat> former_;  // the file, at the last look
+    const hal::RegularFile lock_;           // a file of its own: path_ may not exist yet
+    std::optional<hal::RegularFile> held_;  // path_, locked
+    std::optional<struct stat> former_;     // the file, at the last look
 };
 
 }  // namespace plumb

@@ -27,20 +27,25 @@ namespace plumb {
 //     # machine: portal mill 7
 //     # date: 2026-11-20
 //     # temperature: 20.1 degC
-//     # checksum: dd405666
 //     Y,EXY,EYY,EZY,EAY,EBY,ECY
 //     0,0,0,0,0,0,0
 //     50,0.0012,-0.003,0,0,0,1.5e-5
-//     # end, 2 rows
+//     # end, seal 3fd7b136, 2 rows
 //
 // Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.
 // Columns come in any order; an error without a column is 0. A file may hold several tables, one after the
 // other, each with its header. The last line of a file counts the rows of all its tables: a truncated file
 // has no such line, or another count. A number has a decimal point in every locale.
 //
-// The head, before the first table, may state machine, date, temperature and checksum. The checksum is the
-// CRC-32 of the lines that do not begin with #, without blanks at their ends, each with a line feed. Other
-// lines that begin with #, and empty ones, are ignored.
+// The head, before the first table, may state machine, date and temperature. Other lines that begin with #,
+// and empty ones, are ignored.
+//
+// A file is sealed if its last line has a seal: the CRC-32 of all its other lines that are not empty, the
+// head and remarks too, each with a line feed at its end. Line ends of DOS, empty lines and a byte order mark
+// change no seal. A seal in that line cannot be lost by a changed byte: without the line the file is refused.
+//
+// Files of before may state a checksum in the head. It is the CRC-32 of the lines that do not begin with #,
+// without blanks at their ends, and is no seal.
 namespace error_table_file {
 
 using csv::decimal, csv::quoted;
@@ -65,14 +70,25 @@ inline std::string counted(std::size_t count, const std::string& what) {
     return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
 }
 
+// For a shell.
+inline std::string seal_command(const std::string& file) {
+    std::string word = file;
+    if (file.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._-+@%:,=") !=
+        std::string::npos) {
+        word = "'";
+        for (const char c : file) word += c == '\'' ? "'\\''" : std::string(1, c);
+        word += '\'';
+    }
+    return "plumb squareness --table " + word + " --seal";
+}
+
 // The statements of a file about its tables.
 struct Facts {
     std::string file;
     std::string axes;  // X, Y
     std::size_t rows = 0;
     std::string machine, date, temperature;  // as they are written, or ""
-    std::string checksum;                    // of the rows
-    bool is_checked = false;                 // the checksum is right
+    std::string seal;                        // or ""
 
     std::string sentence() const {
         std::string text = file + ": error tables of " + axes + ", " + counted(rows, "row");
@@ -82,12 +98,18 @@ struct Facts {
         add("machine", machine);
         add("date", date);
         add("temperature", temperature);
-        return text + ", checksum " + checksum + (is_checked ? "" : " (not in the file)");
+        add("seal", seal);
+        return text;
+    }
+    // For a file without a seal.
+    std::string advice() const {
+        return file +
+               " has no seal, so a damaged digit can go unseen: check the table, then: " + seal_command(file);
     }
 };
 
-inline std::string end_line(std::size_t rows) {
-    return "# end, " + counted(rows, "row");
+inline std::string end_line(std::size_t rows, const std::string& seal = "") {
+    return "# end, " + (seal.empty() ? "" : "seal " + seal + ", ") + counted(rows, "row");
 }
 
 // Takes the tables out of one text after the other. Throws std::runtime_error; its sentence begins with the
@@ -95,31 +117,78 @@ inline std::string end_line(std::size_t rows) {
 class Reader {
 public:
     void read(const std::string& name, std::string_view text) {
-        name_ = name;
-        line_ = 0;
-        axis_ = 0;
-        facts_ = {};
-        facts_.file = name;
-        content_.clear();
-        stated_ = {};
-        end_ = misplaced_end_ = {};
-        for (text = csv::without_byte_order_mark(text); !text.empty();) {
-            const std::size_t end = std::min(text.find('\n'), text.size());
-            ++line_;
-            take(csv::trimmed(text.substr(0, end)));
-            text.remove_prefix(std::min(end + 1, text.size()));
-        }
-        if (axis_ == 0) throw std::runtime_error(name_ + ": there is no table in it");
-        finish();
+        take_lines(name, text);
         check_end();
+        check_seal();
         check_sum();
         files_.push_back(facts_);
+    }
+
+    // The text with a seal for its present content, and without blanks at the ends of lines. A former seal or
+    // checksum counts for nothing; all else is judged as by read().
+    static std::string sealed(const std::string& name, std::string_view text) {
+        Reader reader;
+        reader.take_lines(name, text);
+        reader.check_end();
+        std::string result(text.substr(0, text.size() - csv::without_byte_order_mark(text).size())), content;
+        std::string_view ending = "\n";
+        std::size_t line = 0;
+        for_each_line(text, [&](std::string_view raw, std::string_view its_ending) {
+            ++line;
+            if (!its_ending.empty()) ending = its_ending;
+            raw = raw.substr(0, raw.find_last_not_of(" \t\r") + 1);
+            const bool is_old = line == reader.end_.line || line == reader.stated_.line;
+            if (is_old || (raw.empty() && line > reader.end_.line)) return;
+            result.append(raw).append(ending);
+            if (!raw.empty()) content.append(raw).append("\n");
+        });
+        return result.append(end_line(reader.facts_.rows, sum_of(content))).append(ending);
     }
 
     std::map<char, ErrorTable> tables() && { return std::move(tables_); }
     const std::vector<Facts>& files() const { return files_; }
 
 private:
+    void take_lines(const std::string& name, std::string_view text) {
+        name_ = name;
+        line_ = 0;
+        axis_ = 0;
+        facts_ = {};
+        facts_.file = name;
+        content_.clear();
+        sealed_content_.clear();
+        stated_ = {};
+        end_ = misplaced_end_ = {};
+        for_each_line(text, [this](std::string_view raw, std::string_view) {
+            ++line_;
+            take(csv::trimmed(raw));
+            if (end_.line == line_)
+                end_is_exact_ = raw == end_.text;
+            else if (!raw.empty())
+                sealed_content_.append(raw).append("\n");
+        });
+        if (axis_ == 0) throw std::runtime_error(name_ + ": there is no table in it");
+        finish();
+    }
+
+    // Calls visit(line, ending) for each line; the ending of the last one may be empty.
+    template <class Visit>
+    static void for_each_line(std::string_view text, const Visit& visit) {
+        for (text = csv::without_byte_order_mark(text); !text.empty();) {
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            const std::size_t next = std::min(end + 1, text.size());
+            const std::size_t length = end > 0 && text[end - 1] == '\r' ? end - 1 : end;
+            visit(text.substr(0, length), text.substr(length, next - length));
+            text.remove_prefix(next);
+        }
+    }
+
+    static std::string sum_of(const std::string& content) {
+        char digits[9];
+        std::snprintf(digits, sizeof digits, "%08x", static_cast<unsigned>(crc_32(content)));
+        return digits;
+    }
+
     static bool is_axis(std::string_view field) {
         return field.size() == 1 && axes.find(field[0]) != std::string_view::npos;
     }
@@ -185,8 +254,16 @@ private:
         for (const char c : value) fact += static_cast<unsigned char>(c) < ' ' || c == 127 ? '?' : c;
     }
 
+    // The seal in the last line, or "".
+    std::string stated_seal() const {
+        constexpr std::string_view before = "# end, seal ";
+        if (end_.text.substr(0, before.size()) != before) return "";
+        return end_.text.substr(before.size(), end_.text.find(',', before.size()) - before.size());
+    }
+
     void check_end() const {
-        const std::string right = end_line(facts_.rows);
+        const std::string seal = stated_seal(), right = end_line(facts_.rows);
+        const std::string then = seal.empty() ? "" : ", then: " + seal_command(name_);
         if (misplaced_end_.line != 0)
             refuse_at(
                 misplaced_end_.line,
@@ -195,25 +272,34 @@ private:
             throw std::runtime_error(
                 name_ + ": the end is missing, and with it perhaps a part of the table; if the " +
                 counted(facts_.rows, "row") + " are all, add as the last line: " + right);
-        if (end_.text != right)
-            refuse_at(end_.line, csv::quoted(end_.text) + " does not count the " +
-                                     counted(facts_.rows, "row") +
-                                     " before it: a part may be missing; if they are all, write: " + right);
+        if (end_.text != end_line(facts_.rows, seal))
+            refuse_at(end_.line,
+                      csv::quoted(end_.text) + " does not count the " + counted(facts_.rows, "row") +
+                          " before it: a part may be missing; if they are all, write: " + right + then);
     }
 
-    void check_sum() {
-        char digits[9];
-        std::snprintf(digits, sizeof digits, "%08x", static_cast<unsigned>(crc_32(content_)));
-        facts_.checksum = digits;
-        facts_.is_checked = stated_.line != 0;
+    void check_seal() {
+        facts_.seal = stated_seal();
+        if (facts_.seal.empty()) return;
+        if (!end_is_exact_)
+            refuse_at(end_.line, "the last line of a sealed file has nothing but: " + end_.text);
+        const std::string sum = sum_of(sealed_content_);
+        if (facts_.seal != sum)
+            refuse_at(end_.line, "seal " + csv::quoted(facts_.seal) +
+                                     " is not that of the file, which gives " + sum +
+                                     ": it was changed after it was sealed, or is damaged; check it, then: " +
+                                     seal_command(name_));
+    }
+
+    void check_sum() const {
         std::string stated;
         for (const char c : stated_.text)
             stated += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-        if (facts_.is_checked && stated != facts_.checksum)
+        if (stated_.line != 0 && stated != sum_of(content_))
             refuse_at(stated_.line, "checksum " + csv::quoted(stated_.text) +
-                                        " is not that of the rows, which are changed or "
-                                        "damaged; if they are right, write: # checksum: " +
-                                        facts_.checksum);
+                                        " is not that of the rows, which were changed or are damaged; check "
+                                        "them, then: " +
+                                        seal_command(name_));
     }
 
     void begin(const std::vector<std::string_view>& fields) {
@@ -320,9 +406,11 @@ private:
         std::size_t line = 0;  // 0: none
         std::string text;
     };
-    Facts facts_;          // of the file that is being read
-    std::string content_;  // of the file that is being read: the lines that its checksum covers
+    Facts facts_;                 // of the file that is being read
+    std::string content_;         // of the file that is being read: the lines that a checksum covers
+    std::string sealed_content_;  // those that its seal covers
     Line end_, misplaced_end_, stated_;
+    bool end_is_exact_ = false;
     std::vector<Facts> files_;
 };
 

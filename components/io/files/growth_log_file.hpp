@@ -3,7 +3,9 @@
 #pragma once
 
 #include "components/io/files/csv.hpp"
+#include "components/io/files/line_checksums.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -37,6 +39,8 @@ struct GrowthLog {
     };
 
     std::string file;
+    bool checked = true;  // each line has a checksum
+    int number = 0;       // logs of a folder count from 1; 0 for a log without a number
     std::string machine, begun, compensation = "none", warming = "spindle";
     double millimetres = 1;  // in a machine unit
     double ball = 6;         // mm
@@ -46,11 +50,14 @@ struct GrowthLog {
     std::map<int, Bore> bores;
     std::vector<GrowthRecord> records;
     std::string torn;  // why the last line was left out; empty if it is whole
+
+    // The date alone does not tell two tests of a computer without a clock apart.
+    std::string title() const { return number > 0 ? begun + ", log " + std::to_string(number) : begun; }
 };
 
 namespace growth_log_file {
 
-constexpr int version = 1;
+constexpr int version = 2;  // version 1 had no checksums
 constexpr std::size_t most_bytes = 16 << 20;
 constexpr std::array<const char*, 10> event_names{"begin", "pass-begin", "pass-end", "cycle-end",
                                                   "stop",  "resumed",    "rejected", "fault",
@@ -61,12 +68,13 @@ inline std::string text_of(double value) {
     return std::string(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
 }
 
-// The head of a log, of whole lines.
+// The head of a log, of whole lines without checksums.
 inline std::string head(const GrowthLog& log) {
     std::string text = "growth-log," + std::to_string(version) + '\n';
     const auto add = [&](const std::string& key, const std::string& value) {
         text += key + ',' + value + '\n';
     };
+    if (log.number > 0) add("log", std::to_string(log.number));
     add("machine", log.machine);
     add("begun", log.begun);
     add("unit", text_of(log.millimetres));
@@ -83,7 +91,48 @@ inline std::string head(const GrowthLog& log) {
     return text;
 }
 
-// One line of a record, whose number counts from 1.
+struct Identity {
+    int number = 0;        // 0 for none
+    bool damaged = false;  // the number cannot be trusted, or it is no log
+};
+
+constexpr std::size_t identity_bytes = 64;
+
+// By the first identity_bytes of a file, or all of a shorter one. One that breaks off here has no number: its
+// test had not begun.
+inline Identity identity_of(std::string_view text) {
+    const bool breaks_off = text.size() < identity_bytes;
+    LineChecksums checksums;
+    bool checked = false;
+    const auto next = [&]() -> std::optional<std::string_view> {
+        const std::size_t end = text.find('\n');
+        if (end == std::string_view::npos) return std::nullopt;
+        std::string_view line = text.substr(0, end);
+        text.remove_prefix(end + 1);
+        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+        return line;
+    };
+    const auto number_in = [](std::string_view line) {
+        constexpr std::string_view key = "log,";
+        if (line.substr(0, key.size()) != key) return 0;
+        const auto value = csv::number(line.substr(key.size()));
+        return value && *value >= 1 && *value <= 1e6 ? static_cast<int>(*value) : 0;
+    };
+    const auto first = next();
+    if (!first) return {0, !breaks_off};
+    if (*first != "growth-log,1") {
+        if (checksums.checked(*first) != "growth-log,2") return {0, true};
+        checked = true;
+    }
+    const auto second = next();
+    if (!second) return {0, !breaks_off};
+    if (!checked) return {number_in(*second), false};
+    const auto content = checksums.checked(*second);
+    if (content) return {number_in(*content), false};
+    return {number_in(second->substr(0, second->find(',', 4))), true};
+}
+
+// One line of a record without checksum, whose number counts from 1.
 inline std::string line(const GrowthRecord& r, std::size_t number) {
     const auto join = [](std::initializer_list<std::string> fields) {
         std::string text;
@@ -114,18 +163,25 @@ public:
 
     GrowthLog parse(std::string_view text) {
         text = csv::without_byte_order_mark(text);
-        if (text.empty()) refuse("is empty: it has no line 'growth-log,1'", false);
+        if (text.empty()) refuse("is empty: it has no line 'growth-log,2'", false);
         while (!text.empty()) {
             ++line_;
             const std::size_t end = text.find('\n');
+            if (line_ == 1) log_.checked = text.substr(0, 13) == "growth-log,2,";
             if (end == std::string_view::npos) {
-                if (line_ == 1) first(csv::split_at_commas(text));
-                log_.torn = "line " + std::to_string(line_) + " is not complete and was left out";
+                if (line_ == 1 && !log_.checked) first(csv::split_at_commas(text));
+                take_torn(text);
                 break;
             }
-            const std::string_view whole = text.substr(0, end);
+            const std::string_view whole = without_return(text.substr(0, end));
             text.remove_prefix(end + 1);
-            take(whole);
+            if (!log_.checked) {
+                take(whole);
+            } else {
+                const auto content = checksums_.checked(whole);
+                if (!content) refuse_damaged();
+                take(*content);
+            }
         }
         if (log_.machine.empty()) refuse("has no line 'machine': its head is not complete", false);
         if (log_.records.empty()) refuse("has no record: the test has not begun", false);
@@ -135,16 +191,36 @@ public:
 private:
     using Fields = std::vector<std::string_view>;
 
+    static std::string_view without_return(std::string_view line) {
+        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+        return line;
+    }
+
+    // A line that was not written to its end. One that was, and has another byte than a line feed, is
+    // damaged.
+    void take_torn(std::string_view line) {
+        LineChecksums ahead = checksums_;
+        if (log_.checked && ahead.checked(without_return(line.substr(0, line.size() - 1)))) refuse_damaged();
+        log_.torn = "line " + std::to_string(line_) + " is not complete and was left out";
+    }
+
+    [[noreturn]] void refuse_damaged() const {
+        refuse("does not fit its checksum: it was changed or is damaged" +
+               (line_ > 1 ? "; the lines before it are whole: head -n " + std::to_string(line_ - 1)
+                          : std::string()));
+    }
+
     [[noreturn]] void refuse(const std::string& why, bool at_line = true) const {
         throw std::runtime_error(log_.file + (at_line ? ":" + std::to_string(line_) + ": " : ": ") + why);
     }
 
     void first(const Fields& fields) const {
-        if (fields[0] != "growth-log" || fields.size() != 2)
-            refuse("is no growth log: the first line is " + csv::quoted(fields[0]) + ", not 'growth-log,1'");
-        if (fields[1] != std::to_string(version))
-            refuse("is of version " + csv::quoted(fields[1]) + "; this plumb reads version " +
-                   std::to_string(version));
+        if (fields[0] != "growth-log" || fields.size() < 2)
+            refuse("is no growth log: the first line is " + csv::quoted(fields[0]) + ", not 'growth-log,2'");
+        if (!log_.checked && fields[1] == "2")
+            refuse("has no checksum, as a log of version 2 has in each line");
+        if (fields[1] != (log_.checked ? "2" : "1") || fields.size() != 2)
+            refuse("is of version " + csv::quoted(fields[1]) + "; this plumb reads versions 1 and 2");
     }
 
     double number(std::string_view field, const char* what) const {
@@ -174,6 +250,8 @@ private:
             refuse(csv::quoted(key) + " among the records: two logs are mixed, or the file was changed");
         if (key == "machine")
             need(fields, 2), log_.machine = fields[1];
+        else if (key == "log")
+            need(fields, 2), log_.number = whole(fields[1], "the number of the log", 1, 1000000);
         else if (key == "begun")
             need(fields, 2), log_.begun = fields[1];
         else if (key == "warming")
@@ -262,8 +340,23 @@ private:
     }
 
     GrowthLog log_;
+    LineChecksums checksums_;
     int line_ = 0;
 };
+
+// The checksums behind the last of whole lines. Throws std::runtime_error with file and line.
+inline LineChecksums checksums_of(std::string_view text, const std::string& file) {
+    LineChecksums checksums;
+    for (int line = 1; !text.empty(); ++line) {
+        const std::size_t end = std::min(text.find('\n'), text.size() - 1);
+        std::string_view its = text.substr(0, end);
+        if (!its.empty() && its.back() == '\r') its.remove_suffix(1);
+        if (!checksums.checked(its))
+            throw std::runtime_error(file + ':' + std::to_string(line) + ": does not fit its checksum");
+        text.remove_prefix(end + 1);
+    }
+    return checksums;
+}
 
 // Throws std::runtime_error with file, line and reason.
 inline GrowthLog parse(const std::string& text, const std::string& file) {

@@ -65,19 +65,28 @@ growth_log finds the pins of growth-test by their names. Do not net row, row-...
 
 Set unit = 25.4 on an inch machine.
 
-2. Start the program of the test. growth_log begins a file growth-DATE-TIME.csv.
+2. Start the program of the test. growth_log begins a file growth-DATE-TIME.csv, with the next
+number of the folder in its head. The log with the highest number is the last one, whatever the clock shows. A log of
+before without a number is the last one only if it is the only one.
 3. See lines count up.)"},
         hal::Behaviour{R"(
 - Each record: It is on the disk within 0.1 s. kill -9 and a power cut lose at most the bore that is being probed.
 - Start after a test that did not stop: The records of the last log are given back, and resumable becomes true. With
 growth-test.resume the test goes on in the same file. Without, a new file begins.
 - Torn last line: It is cut off when the test is resumed, and nothing else is changed.
+- Break: While the computer runs on, growth-test.gap is the time since the last record. After a restart of the computer the
+time is not known: gap is -1, the times behind it are too short, and the report notes it. No clock is asked.
 - Last log that is damaged, or of another machine: It stays as it is. The next test has a file of its own.
+- Log whose number is damaged, or two logs with the highest number: Nothing is resumed, as the last log is not known. The
+message names the file: move it out of the folder.
 - Second growth_log with the same folder: It is refused.
 - Full disk: fault 2. The records wait in growth-test, and growth_log tries again.
 
-Format of a log. The first line is growth-log,1; then come lines of the head; then records, numbered from 1, in the order of
-time. Times are s since the test began, lengths of records machine units.
+Format of a log. The first line is growth-log,2; then come lines of the head; then records, numbered from 1, in the order of
+time. Times are s since the test began, lengths of records machine units. Behind its last field each line has a comma and a
+checksum: the CRC-32, as in zip, of all lines up to it, without their checksums, each with a line feed. A log with a changed or
+damaged line is refused, with the line. Line ends of DOS change no checksum. Logs of before, with growth-log,1, have no
+checksums and are read and resumed as they are.
 
     unit,MM                      # millimetres in a machine unit
     machine,NAME
@@ -97,10 +106,11 @@ time. Times are s since the test began, lengths of records machine units.
     event,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
         NAME,NUMBER                                      (one line)
 
-Events are begin, pass-begin, pass-end, cycle-end, stop (with its reason), resumed, measured and rejected (a visit that counts,
-or not), fault (with its code) and end.)"},
+Events are begin, pass-begin, pass-end, cycle-end, stop (with its reason), resumed (1 if the length of the break is not known),
+measured and rejected (a visit that counts, or not), fault (with its code) and end.)"},
         hal::Limits{R"(
-A log ends with its folder: copy it to keep it. Lines must not be edited, as their numbers must follow.)"},
+A log ends with its folder: copy it to keep it, under a name that does not begin with growth- or in another folder. Lines must
+not be edited.)"},
         hal::SeeAlso{"thermal_growth_test(9), plumb-growth(1), retain(1)"}};
 
     using Component::Component;
@@ -152,6 +162,7 @@ private:
         if (!last_) return;
         GrowthLog head = *last_;
         head.begun = settings_.head.begun;
+        head.number = settings_.head.number;
         if (growth_log_file::head(head) != growth_log_file::head(settings_.head)) {
             past_ = LogFault::foreign;
             report(past_, last_->file);
@@ -187,7 +198,7 @@ private:
         if (text.empty()) {
             if (count != written_) return;
             problem_ = LogFault::none;
-            if (given_ > 0 && given_ == written_) rows_->set_gap(GrowthLogWriter::age(writer_->path()));
+            if (given_ > 0 && given_ == written_) show_gap();
             return;
         }
         if (!begun_) {
@@ -223,12 +234,15 @@ private:
             return true;
         }
         given_ = static_cast<std::int64_t>(last_->records.size());
-        rows_->set_gap(GrowthLogWriter::age(last_->file));
-        writer_->resume(last_->file);
+        number_ = last_->number;
+        show_gap();
+        writer_->resume(*last_);
         written_ = given_;
         begun_ = true;
         return true;
     }
+
+    void show_gap() const { rows_->set_gap(writer_->since_last_write(number_).value_or(-1)); }
 
     void note(LogFault problem, const std::string& what) {
         if (problem != problem_) report(problem, what);
@@ -246,6 +260,7 @@ private:
     std::optional<GrowthLog> last_;
     std::mutex working_;
     std::int64_t written_ = 0, given_ = 0;
+    int number_ = 0;  // of the log that was given back
     bool giving_ = false, begun_ = false, beat_ = false, found_ = false;
     std::chrono::steady_clock::time_point find_again_{};
     LogFault problem_ = LogFault::none;  // now

@@ -88,8 +88,9 @@ class Program:
 
 
 def stamp(path):
+    """Another one after each write: st_mtime_ns alone can be set back, by touch or cp -p."""
     found = os.stat(path)
-    return found.st_ino, found.st_size, found.st_mtime_ns
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def subroutine_folders(ini_file):
@@ -254,7 +255,7 @@ class Link:
 
     def _connect(self):
         """HAL files are loaded before task runs; until then the status is missing, or all zero."""
-        with contextlib.suppress(linuxcnc.error):
+        with contextlib.suppress(linuxcnc.error, SystemError):  # the latter by an error within linuxcnc.stat
             self._status = self._status or linuxcnc.stat()
             self._command = self._command or linuxcnc.command()
             self._status.poll()

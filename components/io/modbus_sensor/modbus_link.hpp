@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/io/modbus_sensor/byte_stream.hpp"
+#include "components/io/modbus_sensor/modbus_connection.hpp"
 #include "components/io/modbus_sensor/modbus_link_fault.hpp"
 #include "components/io/modbus_sensor/request_plan.hpp"
 #include "components/io/sensor/back_off.hpp"
 #include "components/io/sensor/link_state.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -22,37 +21,34 @@
 namespace plumb {
 
 // The values that the thread of a link shares with others.
-struct ModbusLinkState : LinkState {
+struct ModbusLinkState : LinkState<ModbusLinkSettings, ModbusLinkFault> {
     struct Command {
         bool enable = false;
         double value = 0;
     };
 
-    ModbusLinkState(ModbusLinkSettings its, Say its_say)
-        : LinkState(its.channels, std::move(its_say)), settings(std::move(its)) {
+    ModbusLinkState(ModbusLinkSettings its, Say its_say) : LinkState(std::move(its), std::move(its_say)) {
         commands.resize(settings.channels.size());
         written.resize(settings.channels.size());
     }
 
-    const ModbusLinkSettings settings;
-
-    // All guarded by the mutex.
+    // Guarded by the mutex.
     std::vector<Command> commands;               // one a channel; of outputs
     std::vector<std::optional<double>> written;  // the command that the device has last acknowledged
-    ModbusLinkFault fault = ModbusLinkFault::none;
 };
 
 // The thread of a link: connects, asks, judges, and starts again after every failure.
 //
 // A reply that comes late must not pass for the reply to the next request. Over TCP each failure closes the
 // connection. A serial line has no such end: after a failure the device is left alone for longer than it may
-// take, and what it sends then is thrown away; bytes that nobody has asked for make the values before them
-// invalid.
+// take, and what it sends then is thrown away. Its next reply may still be the late one, and is dropped; the
+// reply after that counts if no other follows it. Later, bytes that nobody has asked for make the values
+// before them invalid.
 class ModbusTalk {
 public:
     explicit ModbusTalk(ModbusLinkState& state) : state_(state), settings_(state.settings) {
         for (const ModbusGroup& group : request_plan(settings_.channels, settings_.gap))
-            tasks_.push_back({group, 0, ""});
+            tasks_.push_back({group, 0, {}});
         for (std::size_t i = 0; i < settings_.channels.size(); ++i) {
             const ModbusChannel& channel = settings_.channels[i];
             if (!channel.output) continue;
@@ -64,17 +60,17 @@ public:
             group.request.multiple = channel.multiple;
             group.every = channel.every;
             group.channels = {i};
-            tasks_.push_back({group, 0, ""});
+            tasks_.push_back({group, 0, {}});
         }
         for (const Task& task : tasks_)
             devices_.emplace(task.group.request.device,
-                             Device{{settings_.retry, settings_.retry_max}, false});
+                             Device{BackOff(settings_.retry, settings_.retry_max), false, Next::value});
     }
 
     void run() {
         while (!state_.pauses.stopped()) {
             try {
-                if (!stream_.is_open())
+                if (!connection_.is_open())
                     connect();
                 else
                     work();
@@ -86,15 +82,20 @@ public:
 
 private:
     using Woken = Pauses::Woken;
+    using Status = ModbusReply::Status;
+
+    // What the next reply of a device is taken for. `alone`: a value if no other reply follows it.
+    enum class Next { value, alone, nothing };
 
     struct Device {
         BackOff back_off;
         bool answers;
+        Next next;
     };
     struct Task {
         ModbusGroup group;
         double due;
-        std::string refusal;  // that was reported
+        Cause refusal;
     };
 
     void connect() {
@@ -102,13 +103,13 @@ private:
         if (pauses.wait(back_off_.until()) == Woken::stopped) return;
         try {
             if (settings_.is_serial()) {
-                stream_ = ByteStream::opened(settings_.path, settings_.serial);
+                connection_ = ModbusConnection::opened(settings_.path, settings_.serial);
             } else {
                 const NameLookup::Result found =
                     lookup_.find(settings_.host, settings_.port, pauses, seconds_now() + settings_.timeout);
                 if (pauses.stopped()) return;
                 if (found.addresses.empty()) return not_connected(ModbusLinkFault::name, found.error);
-                stream_ = ByteStream::connected(found.addresses, pauses, settings_.timeout);
+                connection_ = ModbusConnection::connected(found.addresses, pauses, settings_.timeout);
             }
         } catch (const std::system_error& error) {
             if (pauses.stopped()) return;
@@ -116,7 +117,6 @@ private:
                                  error.what());
         }
         replies_ = 0;
-        ++number_;
         quiet_until_ = 0;
     }
 
@@ -127,7 +127,7 @@ private:
 
     // The connection is gone. It is made again at once if it has worked, so that one reply lost costs little.
     void lose(const std::string& why) {
-        stream_.close();
+        connection_.close();
         if (replies_ == 0 || settings_.is_serial()) back_off_.failed(seconds_now());
         disconnected(ModbusLinkFault::lost, why);
     }
@@ -136,10 +136,7 @@ private:
         for (auto& [number, device] : devices_) device.answers = false;
         {
             const std::lock_guard lock(state_.mutex);
-            for (Judge& judge : state_.judges) judge.fail(SensorFault::disconnected);
-            state_.connected = false;
-            state_.fault = fault;
-            state_.count_error();
+            state_.disconnect(fault);
         }
         report(settings_.place() + ": " + why);
     }
@@ -158,58 +155,64 @@ private:
             }
         }
         when = std::max(when, quiet_until_);
-        if (when > now && state_.pauses.wait(stream_.number(), POLLIN, when) == Woken::time) return;
-        if (state_.pauses.stopped()) return;
-        if (throw_away()) return;
-        if (seconds_now() < when) return;
-        perform(*next);
+        const Woken woken =
+            when > now ? state_.pauses.wait(connection_.number(), POLLIN, when) : Woken::ready;
+        if (woken != Woken::ready) return;
+        if (connection_.waiting() > 0) return throw_away();
+        if (seconds_now() < when) connection_.lost();
         // Times that have passed are left out.
-        next->due = std::max(next->due + next->group.every, seconds_now());
+        if (perform(*next)) next->due = std::max(next->due + next->group.every, seconds_now());
     }
 
-    // Bytes that nobody has asked for. True if requests must wait.
-    bool throw_away() {
-        const std::size_t stray = stream_.discard(state_.pauses);
-        if (stray == 0) return false;
-        quiet_until_ = seconds_now() + silence();
+    // Bytes that nobody has asked for.
+    void throw_away() {
         if (!settings_.is_serial())
             throw std::system_error(EPROTO, std::generic_category(), "reply without request");
-        state_.pauses.wait(quiet_until_);  // a line that is never silent shall not use up the processor
-        if (stray < shortest_reply || last_ == nullptr) return true;
+        const std::size_t stray = drain();
+        if (stray < shortest_reply || last_ == nullptr) return;
         // The reply before this one may have been late, and this is the one to the last request.
+        const int number = last_->group.request.device;
         {
             const std::lock_guard lock(state_.mutex);
             for (std::size_t i = 0; i < settings_.channels.size(); ++i)
-                if (settings_.channels[i].device == last_->group.request.device)
-                    state_.judges[i].reject(SensorFault::damaged);
+                if (settings_.channels[i].device == number) state_.judges[i].reject(SensorFault::damaged);
             state_.connected = false;
             state_.fault = ModbusLinkFault::silent;
             state_.count_error();
         }
-        Device& device = device_of(*last_);
+        Device& device = devices_.at(number);
         device.back_off.failed(seconds_now());
         device.answers = false;
+        device.next = Next::nothing;
         last_ = nullptr;
-        return true;
     }
 
-    void perform(Task& task) {
+    // False if the same request is due again.
+    bool perform(Task& task) {
         ModbusRequest request = task.group.request;
         std::optional<double> command;
         const std::size_t first = task.group.channels.front();
         if (settings_.channels[first].output) {
             command = command_to_write(first, request);
-            if (!command) return;
+            if (!command) return true;
         }
-        const double asked = seconds_now();
-        const ModbusReply reply = asked_for(request);
-        if (state_.pauses.stopped()) return;
-        const double now = seconds_now();
         Device& device = device_of(task);
+        // Unless the reply comes, and is intact.
+        const Next next = std::exchange(device.next, settings_.is_serial() ? Next::nothing : Next::value);
+        const double asked = seconds_now();
+        ModbusReply reply = asked_for(request);
+        const double round_trip = seconds_now() - asked;
+        if (state_.pauses.stopped()) return true;
+        const bool whole = reply.status == Status::good || reply.status == Status::exception;
+        if (whole && next == Next::nothing) {
+            device.next = Next::alone;
+            return false;
+        }
+        if (whole && next == Next::alone && another_follows(request)) reply = modbus_wrong();
+        if (state_.pauses.stopped()) return true;
         switch (reply.status) {
-            case ModbusReply::Status::good: {
-                device.back_off.succeeded();
-                task.refusal.clear();
+            case Status::good: {
+                task.refusal.over();
                 const std::lock_guard lock(state_.mutex);
                 if (command) {
                     state_.judges[first].take(asked, *command);
@@ -219,18 +222,21 @@ private:
                 }
                 break;
             }
-            case ModbusReply::Status::exception: refused(task, reply.exception); break;
-            default: failed(task, reply.status == ModbusReply::Status::incomplete); return;
+            case Status::exception: refused(task, reply.exception); break;
+            default: failed(task, reply.status == Status::silent); return true;
         }
         ++replies_;
         back_off_.succeeded();
+        device.back_off.succeeded();
+        device.next = Next::value;
         device.answers = true;
         last_ = &task;
+        reported_.over();
         const std::lock_guard lock(state_.mutex);
-        state_.round_trip = now - asked;
+        state_.round_trip = round_trip;
         state_.connected = true;
         state_.fault = ModbusLinkFault::none;
-        reported_.clear();
+        return true;
     }
 
     void take(const ModbusGroup& group, const ModbusReply& reply, double asked) {
@@ -238,7 +244,7 @@ private:
             const ModbusChannel& channel = settings_.channels[i];
             const auto* const words = reply.words.data() + (channel.first - group.request.first);
             const double number = group.request.of_bits() ? *words : decoded(words, channel.encoding);
-            state_.judges[i].take(asked, number * channel.scale.scale + channel.scale.offset);
+            state_.judges[i].take(asked, channel.scale.value_of(number));
         }
     }
 
@@ -257,27 +263,27 @@ private:
         return std::nullopt;
     }
 
-    // Sends the request. The reply is incomplete if it has not come in time.
+    // Sends the request. The reply is silent if it has not come in time.
     ModbusReply asked_for(const ModbusRequest& request) {
-        const bool serial = settings_.is_serial();
-        const std::vector<std::uint8_t> frame = serial ? rtu_frame(request) : tcp_frame(request, ++number_);
-        double until = seconds_now() + settings_.timeout;
-        if (serial) {
-            const int answer = 5 + (request.of_bits() ? (request.count + 7) / 8 : 2 * request.count);
-            until += static_cast<double>(frame.size() + static_cast<std::size_t>(answer)) *
-                     settings_.serial.byte_time();
-        }
+        const double until = seconds_now() + patience(request);
         ModbusReply reply;
-        if (!stream_.send(frame, state_.pauses, until)) return reply;
-        std::vector<std::uint8_t> bytes;
-        while (reply.status == ModbusReply::Status::incomplete && seconds_now() < until &&
-               !state_.pauses.stopped()) {
-            if (stream_.receive(bytes, state_.pauses, until) == 0) continue;
-            reply = serial ? rtu_reply(request, bytes.data(), bytes.size())
-                           : tcp_reply(request, number_, bytes.data(), bytes.size());
-        }
-        quiet_until_ = serial ? seconds_now() + silence() : 0;
+        if (connection_.send(request, state_.pauses, until))
+            reply = connection_.reply(request, state_.pauses, until);
+        quiet_until_ = settings_.is_serial() ? seconds_now() + settings_.serial.silence() : 0;
         return reply;
+    }
+
+    // As long as a request and its reply may take, s.
+    double patience(const ModbusRequest& request) const {
+        if (!settings_.is_serial()) return settings_.timeout;
+        const std::size_t bytes = request.bytes().size() + 2 + request.reply_size() + 2;
+        return settings_.timeout + static_cast<double>(bytes) * settings_.serial.byte_time();
+    }
+
+    // True if another reply comes within the time of one.
+    bool another_follows(const ModbusRequest& request) {
+        return state_.pauses.wait(connection_.number(), POLLIN, seconds_now() + patience(request)) ==
+               Woken::ready;
     }
 
     // The device has answered that it will not.
@@ -291,8 +297,7 @@ private:
         const std::string why = "device " + std::to_string(request.device) + ", " +
                                 settings_.channels[task.group.channels.front()].name + ": exception " +
                                 std::to_string(exception) + ", " + modbus_exception(exception);
-        if (std::exchange(task.refusal, why) != why) state_.say(settings_.name + ": " + why);
-        device_of(task).back_off.succeeded();
+        if (task.refusal.is_new(why)) state_.say(settings_.name + ": " + why);
     }
 
     // No reply, or none that is intact: the device is left alone for a while.
@@ -317,29 +322,22 @@ private:
         if (settings_.is_serial())
             drain();
         else
-            stream_.close();
+            connection_.close();
     }
 
-    // Waits, for no longer than a reply takes, until the line is silent.
-    void drain() {
-        const double until = seconds_now() + settings_.timeout;
-        double silent = seconds_now() + silence();
-        while (seconds_now() < std::min(silent, until) && !state_.pauses.stopped()) {
-            std::vector<std::uint8_t> bytes;
-            if (stream_.receive(bytes, state_.pauses, std::min(silent, until)) > 0)
-                silent = seconds_now() + silence();
-        }
+    // Discards what comes until the line is silent, for no longer than a reply takes; returns its bytes.
+    std::size_t drain() {
+        const std::size_t bytes =
+            connection_.discard(state_.pauses, settings_.serial.silence(), seconds_now() + settings_.timeout);
         quiet_until_ = seconds_now();
+        return bytes;
     }
-
-    // Between two frames on a serial line, s: three and a half bytes, and no less than above 19200 baud.
-    double silence() const { return std::max(3.5 * settings_.serial.byte_time(), 1.75e-3); }
 
     Device& device_of(const Task& task) { return devices_.at(task.group.request.device); }
 
     // Once for each cause, until the link works again.
     void report(const std::string& text) {
-        if (std::exchange(reported_, text) != text) state_.say(settings_.name + ": " + text);
+        if (reported_.is_new(text)) state_.say(settings_.name + ": " + text);
     }
 
     static constexpr std::size_t shortest_reply = 5;  // bytes, on a serial line
@@ -348,14 +346,13 @@ private:
     const ModbusLinkSettings& settings_;
     std::vector<Task> tasks_;
     std::map<int, Device> devices_;  // by number
-    ByteStream stream_;
+    ModbusConnection connection_;
     NameLookup lookup_;
     BackOff back_off_{settings_.retry, settings_.retry_max};  // of the connection
     int replies_ = 0;                                         // since it was made
-    std::uint16_t number_ = 0;                                // of the last request over TCP
     double quiet_until_ = 0;
     const Task* last_ = nullptr;  // that was answered
-    std::string reported_;
+    Cause reported_;
 };
 
 using ModbusLink = Worker<ModbusLinkState, ModbusTalk>;

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/modbus_sensor/modbus_link.hpp"
-#include "components/io/sensor/sensor_pins.hpp"
-#include "components/io/sensor/value_table.hpp"
-#include "hal/component.hpp"
-#include "hal/message.hpp"
+#include "components/io/sensor/sensor_program.hpp"
 
 #include <deque>
 #include <iostream>
-#include <stdexcept>
+#include <optional>
 #include <string>
 
 namespace plumb {
@@ -28,13 +25,67 @@ static ModbusSettings example() {
     return settings;
 }
 
-struct ModbusSensor final : hal::Component {
+namespace {
+
+struct OutputPins : hal::Group {
+    OutputPins(hal::Owner owner, const ModbusChannel& channel)
+        : Group(owner), enable{this, channel.name + ".enable", false, "The command is written."} {
+        const std::string name = channel.name + ".command";
+        if (channel.is_bit())
+            bit.emplace(this, name, false, "State to write to the coil.");
+        else
+            number.emplace(this, name, 0, channel.scale.unit, "Value to write.");
+    }
+
+    ModbusLinkState::Command command() const noexcept {
+        return {enable, number ? static_cast<double>(*number) : static_cast<double>(*bit)};
+    }
+
+    hal::In<bool> enable;
+    std::optional<hal::In<double>> number;
+    std::optional<hal::In<bool>> bit;
+};
+
+struct Link : SensorLink<ModbusLink, ModbusLinkFault> {
+    Link(hal::Owner owner, const ModbusLinkSettings& settings)
+        : SensorLink(owner, settings, "The link is open and a device of it answers.",
+                     "Time from the last request to its reply.") {
+        for (const ModbusChannel& channel : settings.channels) {
+            outputs.emplace_back();
+            if (channel.output) outputs.back().emplace(this, channel);
+        }
+    }
+
+    void update(double now, double dt) noexcept {
+        ModbusLinkState& state = worker.state();
+        const std::lock_guard lock(state.mutex);
+        for (std::size_t i = 0; i < channels.size(); ++i) {
+            Reading reading = state.judges[i].at(now);
+            if (outputs[i]) judge_output(state, i, reading);
+            channels[i].show(reading);
+        }
+        show(state, dt);
+    }
+
+    void judge_output(ModbusLinkState& state, std::size_t i, Reading& reading) noexcept {
+        const ModbusLinkState::Command command = outputs[i]->command();
+        state.commands[i] = command;
+        if (!command.enable) reading.fault = SensorFault::disabled;
+        reading.valid &= command.enable && state.written[i] == command.value;
+    }
+
+    std::deque<std::optional<OutputPins>> outputs;
+};
+
+}  // namespace
+
+struct ModbusSensor final : SensorProgram<ModbusSettings, Link> {
     static constexpr hal::About about{
         "modbus_sensor",
         "reads and writes values of Modbus devices, and judges whether they can be used",
         R"(
 modbus_sensor reads temperatures, powers, spindle loads and states from Modbus devices, over TCP and serial lines (RTU),
-and writes outputs. A TOML file names the links and the channels. Each channel has a pin valid: it is true while the
+and writes outputs, by libmodbus. A TOML file names the links and the channels. Each channel has a pin valid: it is true while the
 value is fresh, plausible, and changes no faster than the file permits. A link that fails is connected again by itself.)",
         hal::Wiring{R"(
   loadusr -W modbus_sensor --file $(CONFIG_DIR)/cabinet.toml
@@ -117,7 +168,8 @@ device. Manuals count registers from 0, from 1 or from 40001; the file counts fr
 - Device that does not answer: It is asked again after retry, then twice as late each time, up to retry-max. Other
 devices of the link are asked as before.
 - Late reply: Over TCP the connection is closed. On a serial line the device is left alone for retry, and its bytes are
-thrown away. A whole reply that comes even later makes the values before it invalid.
+thrown away. Its next reply is dropped, as it may be the late one. The reply after that is accepted if no other follows
+within timeout. Later, a reply that nobody has asked for makes the values before it invalid.
 - Connection lost, server restarted, USB adapter unplugged: The link connects again, after retry to retry-max.
 - Output: While enable is true, the command is written at the interval every. valid is true while the device has
 acknowledged the present command. A command outside min to max is not written. At the end nothing is written: the device
@@ -131,91 +183,19 @@ Pins are updated every 10 ms; --period sets that.)"},
         hal::Limits{R"(
 Serial adapters that echo what they send are not supported. Modbus ASCII, Modbus over UDP and TLS are not.
 
-A serial device that answers later than timeout and retry together may be believed once, before its next reply shows
-the mistake. Set retry longer than its slowest reply.
+Replies on a serial line have no number. A device may answer later than timeout and retry together, and then pause for
+longer than timeout between its next two replies. Its value is then accepted once, although it belongs to the request
+before; the next reply shows the mistake. Set retry longer than the slowest reply of the device.
+
+Before version 3.1.11, libmodbus sends all requests over TCP with the number 0. Debian 12 has 3.1.6. The reply of a server
+that repeats an earlier reply of the same connection is then accepted.
 
 HAL cannot remove the pins of a program that was killed: loadusr refuses to load it again until LinuxCNC is restarted.
 
 A file has at most 256 links and channels.)"},
         hal::SeeAlso{"can_sensor(1), watchdog(9), interlock(9), thermal_displacement(9)"}};
 
-    explicit ModbusSensor(hal::Registrar& registrar) : Component(registrar) {
-        const ModbusSettings settings =
-            file.get().empty() ? example() : ModbusSettings::read(hal::absolute_path("file", file));
-        for (const ModbusLinkSettings& link : settings.links) links_.emplace_back(this, link);
-    }
-
-    hal::Option<std::string> file{this, "file", "", "TOML file of the links and channels, absolute path."};
-    hal::Function run{this, "update", &ModbusSensor::update, "Once per period."};
-
-    void prepare() override {
-        if (file.get().empty()) throw std::invalid_argument("give the TOML file of the links by --file");
-        for (Link& link : links_) link.worker.start();
-    }
-
-    void update(double dt) noexcept {
-        const double now = seconds_now();
-        for (Link& link : links_) link.update(now, dt);
-    }
-
-    void finish() override {
-        stop_all(links_, [](Link& link) -> ModbusLink& { return link.worker; });
-    }
-
-private:
-    struct OutputPins : hal::Group {
-        OutputPins(hal::Owner owner, const ModbusChannel& channel)
-            : Group(owner), enable{this, channel.name + ".enable", false, "The command is written."} {
-            const std::string name = channel.name + ".command";
-            if (channel.is_bit())
-                bit.emplace(this, name, false, "State to write to the coil.");
-            else
-                number.emplace(this, name, 0, channel.scale.unit, "Value to write.");
-        }
-
-        ModbusLinkState::Command command() const noexcept {
-            return {enable, number ? static_cast<double>(*number) : static_cast<double>(*bit)};
-        }
-
-        hal::In<bool> enable;
-        std::optional<hal::In<double>> number;
-        std::optional<hal::In<bool>> bit;
-    };
-
-    struct Link : LinkPins<ModbusLinkFault> {
-        Link(hal::Owner owner, const ModbusLinkSettings& settings)
-            : LinkPins(owner, settings, "The link is open and a device of it answers.",
-                       "Time from the last request to its reply."),
-              worker(settings, [](const std::string& text) { hal::report_error(text.c_str()); }) {
-            for (const ModbusChannel& channel : settings.channels) {
-                outputs.emplace_back();
-                if (channel.output) outputs.back().emplace(this, channel);
-            }
-        }
-
-        void update(double now, double dt) noexcept {
-            ModbusLinkState& state = worker.state();
-            const std::lock_guard lock(state.mutex);
-            for (std::size_t i = 0; i < channels.size(); ++i) {
-                Reading reading = state.judges[i].at(now);
-                if (outputs[i]) judge_output(state, i, reading);
-                channels[i].show(reading);
-            }
-            show(state, dt);
-        }
-
-        void judge_output(ModbusLinkState& state, std::size_t i, Reading& reading) noexcept {
-            const ModbusLinkState::Command command = outputs[i]->command();
-            state.commands[i] = command;
-            if (!command.enable) reading.fault = SensorFault::disabled;
-            reading.valid &= command.enable && state.written[i] == command.value;
-        }
-
-        std::deque<std::optional<OutputPins>> outputs;
-        ModbusLink worker;
-    };
-
-    std::deque<Link> links_;
+    explicit ModbusSensor(hal::Registrar& registrar) : SensorProgram(registrar, example()) {}
 };
 
 // Prints the links and their requests.
@@ -251,13 +231,8 @@ static int check_file(const std::string& file) {
 }
 
 static int list_file(const std::string& file) {
-    std::deque<ModbusLink> links;
-    double longest = 1;
-    for (ModbusLinkSettings& link : ModbusSettings::read(file).links) {
-        longest = std::max(longest, 2 * link.timeout + link.retry + 0.5);
-        links.emplace_back(std::move(link), [](const std::string& text) { std::cerr << text + '\n'; });
-    }
-    return list_values(links, longest, std::cout);
+    return list_links<ModbusSettings, ModbusLink>(
+        file, [](const ModbusLinkSettings& link) { return 2 * link.timeout + link.retry + 0.5; });
 }
 
 static constexpr hal::WithoutHal commands[] = {
@@ -267,10 +242,7 @@ static constexpr hal::WithoutHal commands[] = {
     {}};
 
 hal::Model hal::model() {
-    Model model = model_of<ModbusSensor>();
-    model.without_hal = commands;
-    model.period = 0.01;
-    return model;
+    return sensor_model<ModbusSensor>(commands);
 }
 
 }  // namespace plumb

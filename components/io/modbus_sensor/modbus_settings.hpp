@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/io/modbus_sensor/modbus_frame.hpp"
+#include "components/io/modbus_sensor/modbus_request.hpp"
 #include "components/io/modbus_sensor/modbus_value.hpp"
 #include "components/io/sensor/sensor_keys.hpp"
 
@@ -46,6 +46,9 @@ struct SerialSettings {
 
     // Seconds that a byte takes.
     double byte_time() const { return (9.0 + (parity != 'N') + stop_bits) / baud; }
+
+    // Between two frames, s: three and a half bytes, and no less than above 19200 baud.
+    double silence() const { return std::max(3.5 * byte_time(), 1.75e-3); }
 };
 
 // A connection over TCP, or a serial line, with a thread of its own.
@@ -205,12 +208,8 @@ inline ModbusLinkSettings link(TomlReader table, std::set<std::string>& names) {
         tcp(table, link);
     else
         serial(table, link);
-    link.timeout = table.number_or("timeout", 0.3, 0.002, 10);
-    link.retry = table.number_or("retry", 0.5, 0.002, 60);
-    link.retry_max = table.number_or("retry-max", std::max(10.0, link.retry), link.retry, 3600);
-    if (link.is_serial() && link.retry < link.timeout)
-        table.refuse("retry",
-                     "is shorter than timeout: a late reply would pass for that of the next request");
+    sensor_keys::times(table, link);
+    if (link.is_serial()) sensor_keys::demand_long_retry(table, link);
     link.gap = static_cast<int>(table.whole_or("gap", 0, 0, 100));
     const bool serial = link.is_serial();
     const int device = static_cast<int>(table.whole_or("device", 1, serial ? 1 : 0, serial ? 247 : 255));
@@ -226,15 +225,7 @@ inline ModbusLinkSettings link(TomlReader table, std::set<std::string>& names) {
 }  // namespace modbus_settings
 
 inline ModbusSettings ModbusSettings::read(const std::filesystem::path& file) {
-    const toml::table content = TomlReader::parse(file);
-    TomlReader table(file, content);
-    ModbusSettings settings;
-    std::set<std::string> names;
-    for (const TomlReader& its : table.tables("link"))
-        settings.links.push_back(modbus_settings::link(its, names));
-    table.end();
-    if (settings.links.empty()) table.refuse("link", "is missing: write [[link]]");
-    return settings;
+    return sensor_keys::read<ModbusSettings>(file, modbus_settings::link);
 }
 
 }  // namespace plumb

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// libmodbus puts words together and takes them apart; their order, bit fields and floats are ours: its
+// modbus_get_float_abcd() of 3.1.6 reads the bytes in another order than later versions do.
 #pragma once
+
+#include <modbus/modbus.h>
 
 #include <cmath>
 #include <cstdint>
@@ -57,9 +61,12 @@ To same_bits(From from) noexcept {
 inline double decoded(const std::uint16_t* registers, const ModbusEncoding& encoding) noexcept {
     using namespace modbus_value;
     using Type = ModbusEncoding::Type;
-    std::uint64_t raw = 0;
+    std::uint16_t words[4] = {};  // from the highest
     for (int i = 0; i < encoding.registers(); ++i)
-        raw = raw << 16 | ordered(registers[place(i, encoding)], encoding);
+        words[i] = ordered(registers[place(i, encoding)], encoding);
+    std::uint64_t raw = words[0];
+    if (encoding.registers() == 2) raw = static_cast<std::uint32_t>(MODBUS_GET_INT32_FROM_INT16(words, 0));
+    if (encoding.registers() == 4) raw = static_cast<std::uint64_t>(MODBUS_GET_INT64_FROM_INT16(words, 0));
     if (encoding.type == Type::f32)
         return static_cast<double>(same_bits<float>(static_cast<std::uint32_t>(raw)));
     if (encoding.type == Type::f64) return same_bits<double>(raw);
@@ -90,8 +97,11 @@ inline bool encode(double value, const ModbusEncoding& encoding, std::uint16_t* 
         if (whole < least || whole >= least + span) return false;
         raw = static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
     }
-    for (int i = encoding.registers() - 1; i >= 0; --i, raw >>= 16)
-        registers[place(i, encoding)] = ordered(static_cast<std::uint16_t>(raw & 0xFFFF), encoding);
+    std::uint16_t words[4] = {static_cast<std::uint16_t>(raw)};
+    if (encoding.registers() == 2) MODBUS_SET_INT32_TO_INT16(words, 0, raw);
+    if (encoding.registers() == 4) MODBUS_SET_INT64_TO_INT16(words, 0, raw);
+    for (int i = 0; i < encoding.registers(); ++i)
+        registers[place(i, encoding)] = ordered(words[i], encoding);
     return true;
 }
 

@@ -36,7 +36,7 @@ inline std::vector<ModbusGroup> request_plan(const std::vector<ModbusChannel>& c
             ModbusGroup& last = groups.back();
             const ModbusRequest& request = last.request;
             const int whole = std::max(end, request.first + request.count) - request.first;
-            const int most = request.of_bits() ? ModbusRequest::most_bits : ModbusRequest::most_registers;
+            const int most = request.of_bits() ? MODBUS_MAX_READ_BITS : MODBUS_MAX_READ_REGISTERS;
             if (request.device == channel.device && request.table == channel.table &&
                 last.every == channel.every && channel.first <= request.first + request.count + gap &&
                 whole <= most) {

@@ -29,20 +29,12 @@ public:
     // Throws std::runtime_error if the settings are wrong, or another program has the file.
     explicit Keeper(const std::string& toml) : toml_(toml), settings_(RetainSettings::read(toml)) {
         try {
-            file_.emplace(settings_.store);
-            if (const auto text = file_->read()) {
-                stored_ = retained_file::parse(*text, settings_.machine, file_->path().string());
-                written_ = *text;
-                take_over_from_former_names();
-            }
-            report_left_out();
-        } catch (const retained_file::Refused& error) {
-            fail(error.fault, error.what());
+            open();
         } catch (const std::system_error& error) {
             if (error.code() == std::errc::device_or_resource_busy)
                 throw std::runtime_error(toml_ + ": " + settings_.store.string() +
                                          " is kept by another retain");
-            fail(Fault::inaccessible, error.what());
+            open_later(error.what());
         }
     }
 
@@ -69,21 +61,19 @@ public:
         const auto now = Clock::now();
         if (phase_ == Phase::over || now < due_) return;
         try {
+            if (phase_ == Phase::opening) open();
             if (phase_ == Phase::finding) find();
             if (phase_ == Phase::waiting) restore();
             if (phase_ == Phase::keeping) keep();
         } catch (const std::bad_alloc&) {
             throw;
+        } catch (const std::system_error& error) {
+            if (phase_ == Phase::opening) return open_later(error.what());
+            begin_again(error.what());
         } catch (const RecordRefused& error) {
             fail(Fault::refused, toml_ + ": " + error.what());
         } catch (const std::exception& error) {
-            // A component that comes back has values of its own, and gets the kept ones.
-            if (is_complete()) stored_ = *image_;
-            phase_ = Phase::finding;
-            fault_ = Fault::unfit;
-            due_ = now + std::chrono::seconds(1);
-            report(toml_ + ": " + error.what());
-            write();
+            begin_again(error.what());
         }
     }
 
@@ -102,8 +92,42 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
-    enum class Phase { finding, waiting, keeping, over };
+    enum class Phase { opening, finding, waiting, keeping, over };
     static constexpr std::chrono::milliseconds between_looks{1000};
+
+    // Throws std::system_error while the store cannot be read.
+    void open() {
+        try {
+            file_.emplace(settings_.store);
+            if (const auto text = file_->read()) {
+                stored_ = retained_file::parse(*text, settings_.machine, file_->path().string());
+                written_ = *text;
+                take_over_from_former_names();
+            }
+            report_left_out();
+            fault_ = Fault::none;
+            phase_ = Phase::finding;
+        } catch (const retained_file::Refused& error) {
+            fail(error.fault, error.what());
+        }
+    }
+
+    void open_later(const std::string& why) {
+        file_.reset();
+        fault_ = Fault::inaccessible;
+        due_ = Clock::now() + std::chrono::seconds(1);
+        report(why);
+    }
+
+    // A component that comes back has values of its own, and gets the kept ones.
+    void begin_again(const std::string& why) {
+        if (is_complete()) stored_ = *image_;
+        phase_ = Phase::finding;
+        fault_ = Fault::unfit;
+        due_ = Clock::now() + std::chrono::seconds(1);
+        report(toml_ + ": " + why);
+        write();
+    }
 
     // Writes no pin before all pins and components are there and fit.
     void find() {
@@ -286,7 +310,7 @@ private:
     std::optional<Retained> image_;  // the values in force, at the last look
     std::string written_;            // content of the file
     std::map<std::string, RecordWalk> walks_;
-    Phase phase_ = Phase::finding;
+    Phase phase_ = Phase::opening;
     mutable std::mutex mutex_;
     Clock::time_point due_{};
     Clock::time_point write_due_{};

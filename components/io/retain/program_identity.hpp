@@ -35,7 +35,8 @@ public:
     }
 
 private:
-    using Stamp = std::tuple<dev_t, ino_t, off_t, time_t, long>;
+    // Another one after each write: the time of the content alone can be set back, by touch or cp -p.
+    using Stamp = std::tuple<dev_t, ino_t, off_t, time_t, long, time_t, long>;
 
     [[noreturn]] static void fail(const std::string& file) {
         throw std::system_error(errno, std::generic_category(), file);
@@ -44,7 +45,8 @@ private:
     static Stamp stamp(const std::string& file) {
         struct stat s {};
         if (stat(file.c_str(), &s) != 0) fail(file);
-        return {s.st_dev, s.st_ino, s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
+        return {s.st_dev,          s.st_ino,         s.st_size,        s.st_mtim.tv_sec,
+                s.st_mtim.tv_nsec, s.st_ctim.tv_sec, s.st_ctim.tv_nsec};
     }
 
     std::int32_t identity() const {

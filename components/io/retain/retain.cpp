@@ -66,8 +66,10 @@ and never before restored is true.
 - Crash, power cut: The store is either the old one or the new one. kill -9 loses unwritten changes.
 - Component that does not answer: Its last seen records are kept.
 - Disk that does not answer for 5 s: heartbeat stops.
-- Faults of the store on loading: Nothing is restored or saved, and the store stays as it is. Correct it, and start again.
-A store that can no longer be written is tried again at every look; restored stays true.
+- Foreign, damaged or other version of the store on loading: Nothing is restored or saved, and the store stays as it is.
+Correct it, and start again.
+- Store that cannot be read or written: retain tries again once a second. At the start it restores as soon as it can read;
+later restored stays true.
 - Pin or component that is missing, netted, or of another type: Nothing is restored, or restored becomes false. retain goes
 on after you correct it.
 - List of pins changed in the TOML file: retain follows it within a second while restored is true. A new pin keeps its
@@ -78,7 +80,8 @@ stderr gives the details of a fault. program-id is the CRC-32 of the files of th
 It follows their changes within a second.)"},
         hal::Limits{R"(
 The store is text with a checksum: you can read it, but an edited store is refused. It keeps its owner and its rights. A
-file .lock stays beside it. Pipes, files with a hard link, and a link of another user in a folder for all are refused.
+file .lock stays beside it; retain also locks the store itself. Pipes, files with a hard link, and a link of another user
+in a folder for all are refused.
 
 Another program that walks the records takes turns with retain, which uses row once a second. It sets row again until
 row-shown agrees, and must be brief.)"},

@@ -5,7 +5,7 @@
 
 namespace plumb {
 
-// After the first four, and a refusal, nothing is restored and nothing is saved.
+// After foreign, damaged, version, and a refusal, nothing is restored and nothing is saved.
 enum class Fault : std::int32_t { none, foreign, damaged, version, inaccessible, unfit, refused, program };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -17,8 +17,8 @@ constexpr const char* sentence(Fault fault) {
         case Fault::version:
             return "The store is of another version; it is left as it is. Correct that, and start again.";
         case Fault::inaccessible:
-            return "The store cannot be read or written. At the start nothing is restored: correct "
-                   "that, and start again. Later retain tries again once a second, and restored stays true.";
+            return "The store cannot be read or written. retain tries again once a second. At the start "
+                   "nothing is restored until then; later restored stays true.";
         case Fault::unfit:
             return "A named pin or component does not exist, has another type, is an output, or is netted; "
                    "restored stays or becomes false until that is corrected.";

@@ -4,7 +4,9 @@
 #include "components/io/files/toml_reader.hpp"
 #include "components/io/sensor/reading.hpp"
 
+#include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <set>
 #include <string>
 
@@ -29,6 +31,8 @@ struct Scale {
     double scale = 1;
     double offset = 0;
     std::string unit;
+
+    double value_of(double number) const noexcept { return number * scale + offset; }
 };
 
 inline Scale scale(TomlReader& table) {
@@ -56,6 +60,35 @@ inline void bounds(TomlReader& table, ReadingLimits& limits) {
         table.refuse(table.has("max") ? "max" : "min", "leaves no value between min and max");
     limits.max_rate = table.number_or("max-rate", limits.max_rate, 0, unbounded);
     if (limits.max_rate == 0) table.refuse("max-rate", "is 0: the value could never change");
+}
+
+// The times of a link.
+template <class Link>
+void times(TomlReader& table, Link& link) {
+    link.timeout = table.number_or("timeout", link.timeout, 0.002, 10);
+    link.retry = table.number_or("retry", link.retry, 0.002, 60);
+    link.retry_max = table.number_or("retry-max", std::max(link.retry_max, link.retry), link.retry, 3600);
+}
+
+// Of a link whose replies have no number.
+template <class Link>
+void demand_long_retry(TomlReader& table, const Link& link) {
+    if (link.retry < link.timeout)
+        table.refuse("retry",
+                     "is shorter than timeout: a late reply would pass for that of the next request");
+}
+
+// A file of links. Throws std::runtime_error with file, line, key and the text or number that is right.
+template <class Settings, class Read>
+Settings read(const std::filesystem::path& file, const Read& link) {
+    const toml::table content = TomlReader::parse(file);
+    TomlReader table(file, content);
+    Settings settings;
+    std::set<std::string> names;
+    for (const TomlReader& its : table.tables("link")) settings.links.push_back(link(its, names));
+    table.end();
+    if (settings.links.empty()) table.refuse("link", "is missing: write [[link]]");
+    return settings;
 }
 
 }  // namespace plumb::sensor_keys

@@ -73,12 +73,12 @@ private:
     std::shared_ptr<Shared> shared_;
 };
 
-// Ends all links of a deque of Workers, each in at most half a second from now.
-template <class Links, class WorkerOf>
-void stop_all(Links& links, const WorkerOf& worker_of) {
-    for (auto& link : links) worker_of(link).ask_to_stop();
+// Ends the workers of all links of a deque, each in at most half a second from now.
+template <class Links>
+void stop_all(Links& links) {
+    for (auto& link : links) link.worker.ask_to_stop();
     const double until = seconds_now() + 0.5;
-    for (auto& link : links) worker_of(link).stop(until - seconds_now());
+    for (auto& link : links) link.worker.stop(until - seconds_now());
 }
 
 }  // namespace plumb

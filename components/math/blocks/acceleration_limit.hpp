@@ -12,13 +12,20 @@ namespace plumb {
 // most at `approach` relative to it, with a speed from which braking ends at the target. It awaits a target
 // that comes back, and does not lead away from it: no sequence of targets adds up. The speed stays within
 // ±rate, except while braking to a reduced rate: the acceleration wins.
+//
+// It brakes before ±bound when, and only when, a later braking would end beyond, v² > 2 a (bound - y). In
+// periods the speeds v, v - a dt, v - 2 a dt, ... down to 0 cover the shortest way to rest, and a target with
+// |ÿ| <= a cannot stop in less. So one that itself stops at the bound is followed exactly.
 class AccelerationLimit {
 public:
+    static constexpr double unbounded = 1e12;  // mu
+
     struct Limits {
         double approach, rate;  // mu/s, above 0
         double acceleration;    // mu/s2, above 0, and so is its product with dt
         double down = rate,
-               up = rate;  // mu/s, at least 0: largest speeds down and up
+               up = rate;          // mu/s, at least 0: largest speeds down and up
+        double bound = unbounded;  // mu, at least 0: of |y|, where stops_within() held with it before
     };
 
     // target finite, dt above 0.
@@ -34,11 +41,27 @@ public:
         const bool arrives = std::abs(lag) <= most * dt;
         const double wanted = (nearest - y_) / dt + (arrives ? lag / dt : std::copysign(most, lag));
         const double possible =
-            std::clamp(wanted, -std::min(limits.rate, limits.down), std::min(limits.rate, limits.up));
+            std::clamp(wanted, -std::min({limits.rate, limits.down, stopping_at(-limits.bound, loss, dt)}),
+                       std::min({limits.rate, limits.up, stopping_at(limits.bound, loss, dt)}));
         const double speed = std::clamp(possible, speed_ - loss, speed_ + loss);
-        y_ = arrives && std::abs(speed - wanted) <= 1e-9 * loss ? target : y_ + speed * dt;
-        speed_ = speed;
-        return y_;
+        const double rounding = 1e-9 * loss + 1e-15 * std::abs(target) / dt;
+        const double next = arrives && std::abs(speed - wanted) <= rounding ? target : y_ + speed * dt;
+        const double farthest = std::max(limits.bound, std::abs(y_)),
+                     kept = std::clamp(next, -farthest, farthest);
+        speed_ = kept == next ? speed : (kept - y_) / dt;
+        return y_ = kept;
+    }
+
+    // Whether it can stop within ±bound.
+    bool stops_within(double bound, double acceleration, double dt) const noexcept {
+        const double loss = acceleration * dt;
+        return std::abs(y_) <= bound && speed_ - loss <= stopping_at(bound, loss, dt) &&
+               -speed_ - loss <= stopping_at(-bound, loss, dt);
+    }
+
+    // Whether it is at its target, or stops within a period.
+    bool settled(double acceleration, double dt) const noexcept {
+        return y_ == target_ || std::abs(speed_) <= acceleration * dt;
     }
 
     void hold() noexcept {
@@ -64,6 +87,11 @@ public:
     }
 
 private:
+    // The speed towards a bound from which it stops there; 0 beyond it.
+    double stopping_at(double bound, double loss, double dt) const noexcept {
+        return braking_speed(std::max(std::copysign(1, bound) * (bound - y_), 0.0) / dt, loss);
+    }
+
     // The speed from which the distance s, in units of dt, is just enough to stop, losing `loss` in each
     // period: s = v + (v - loss) + (v - 2 loss) + ..., n + 1 terms above 0.
     static double braking_speed(double s, double loss) noexcept {

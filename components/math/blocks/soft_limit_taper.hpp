@@ -24,10 +24,14 @@ namespace plumb {
 //
 // offset, distance: mu; 0 < share <= 1. The offset is positive towards the limit; an offset away from it
 // needs no taper.
+inline double taper_length(double offset, double share) noexcept {
+    return 3 * offset / share;
+}
+
 inline double tapered(double offset, double distance, double share) noexcept {
     if (offset <= 0) return offset;
     if (distance <= 0) return 0;
-    const double length = 3 * offset / share;
+    const double length = taper_length(offset, share);
     if (distance >= length) return offset;
     return std::min(share * distance * (1 - std::sqrt(distance / length) * (2.0 / 3)), offset);
 }

@@ -50,14 +50,16 @@ struct SoftLimits {
         return std::copysign(tapered(std::abs(offset), distance(offset, place), share()), offset);
     }
 
+    // Whether motion may change the part of an offset that is allowed, in this period or as the joint brakes.
+    bool tapers(double offset, const Step& joint) const noexcept {
+        return room_at_rest(offset, joint) < taper_length(std::abs(offset), share());
+    }
+
     // The largest speed at which an offset may grow in this direction: it stops, with a quarter of
     // offset_acceleration, before the taper at the place where the joint can stop. As the joint leaves the
     // limit, the offset may go with it.
     double largest_speed(double direction, double offset, const Step& joint) const noexcept {
-        const double room = distance_left(direction, joint.to);
-        const double leaves =
-            bounded(room - distance_left(direction, joint.from), joint.moved) / joint.dt;  // mu/s
-        const double stops = leaves < 0 ? room - leaves * leaves / (2 * joint_acceleration) : room;
+        const double leaves = speed_away(direction, joint), stops = room_at_rest(direction, joint);
         const double way = std::max(share() * std::max(stops, 0.0) - direction_of(direction) * offset, 0.0);
         return share() * std::max(leaves, 0.0) +
                AccelerationLimit::stopping_speed(way, offset_acceleration / 4, joint.dt);
@@ -72,6 +74,17 @@ struct SoftLimits {
     }
 
 private:
+    // mu/s, from the limit in this direction.
+    double speed_away(double direction, const Step& joint) const noexcept {
+        return bounded(distance_left(direction, joint.to) - distance_left(direction, joint.from),
+                       joint.moved) /
+               joint.dt;
+    }
+    // The distance from the limit where the joint can stop.
+    double room_at_rest(double direction, const Step& joint) const noexcept {
+        const double room = distance_left(direction, joint.to), leaves = speed_away(direction, joint);
+        return leaves < 0 ? room - leaves * leaves / (2 * joint_acceleration) : room;
+    }
     static double direction_of(double direction) noexcept { return direction > 0 ? 1 : -1; }
     double distance_left(double direction, double place) const noexcept {
         return std::max(distance(direction, place), 0.0);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/growth/cross_gains.hpp"
 
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
+
+#include "components/math/blocks/pseudo_inverse.hpp"
 
 namespace plumb {
 namespace {
@@ -41,8 +41,8 @@ CrossGains cross_gains(const CompensationRecord& record, const std::array<bool, 
     Eigen::MatrixXd d(passes, count);
     for (Eigen::Index k = 0; k < count; ++k)
         d.col(k) = record.drift.col(axis[static_cast<std::size_t>(k)]).tail(passes);
-    const Eigen::MatrixXd inverse = d.completeOrthogonalDecomposition().pseudoInverse();  // count x passes
-    const Eigen::MatrixXd found = inverse * c;                                            // count x 3
+    const Eigen::MatrixXd inverse = pseudo_inverse(d);  // count x passes
+    const Eigen::MatrixXd found = inverse * c;          // count x 3
     const double u = record.uncertainty;
     for (int row = 0; row < 3; ++row) {
         const Eigen::VectorXd g = found.col(row);

@@ -54,16 +54,19 @@ public:
     // The learned ends have changed.
     void refresh() noexcept { changed_ = true; }
 
+    // After a withdrawal has begun, only a stop at once changes it.
     void stop(Stop kind) noexcept {
         if (state_ == State::rest || kind == stop_) return;
+        if (stop_ == Stop::withdraw && kind != Stop::at_once) return;
         stop_ = kind;
         changed_ = stops_ = true;
+        if (stop_ == Stop::withdraw) wait_ = std::min(wait_, time_);  // no dwell
     }
 
     // To the end position from rest.
     void go_to_end(const Settings& settings, double position) noexcept {
         start(settings, position);
-        stop_ = Stop::end_position;
+        stop_ = Stop::withdraw;
         begin_plan(Kind::closing);
     }
 
@@ -116,6 +119,21 @@ private:
 
     Stop ending() const noexcept { return stop_ == Stop::none ? settings_.ending : stop_; }
 
+    double end() const noexcept {
+        return std::clamp(settings_.end_position, settings_.lowest, settings_.highest);
+    }
+
+    // Whether the dead point nearest the end is the upper one.
+    bool near_is_upper() const noexcept { return std::abs(upper_ - end()) <= std::abs(lower_ - end()); }
+
+    // Whether a withdrawal goes to the end next: from that dead point, or from beyond it.
+    bool closes_from(double position) const noexcept {
+        const bool upper = near_is_upper();
+        if (next_ == Kind::regular) return leg().homeward || leg().arrival.upper == upper;
+        return std::abs(end() - position) <= nothing ||
+               (upper ? position >= upper_ - nothing : position <= lower_ + nothing);
+    }
+
     // Begins to plan the next leg, once for each, and again when something has changed while there is time.
     template <class Learned>
     void replan(std::size_t nodes, const Learned& learned) noexcept {
@@ -138,7 +156,7 @@ private:
     }
 
     // As planned: an end beyond the dead point must not become one at which the axis dwells, and creeps.
-    double wait_after() const noexcept { return leg().dwell; }
+    double wait_after() const noexcept { return stop_ == Stop::withdraw ? 0 : leg().dwell; }
 
     // Chooses the leg after the one that runs, or the one that is waited for.
     template <class Learned>
@@ -150,7 +168,11 @@ private:
         leg = {};
         leg.kind = next_;
         leg.settings = settings_;
-        if (leg.kind == Kind::first) {
+        if (stop_ == Stop::withdraw) {
+            leg.homeward = leg.kind != Kind::closing && !closes_from(from);
+            if (!leg.homeward) leg.kind = Kind::closing;
+            upward = near_is_upper();
+        } else if (leg.kind == Kind::first) {
             upward = from <= settings_.lower || (from < settings_.upper && restart_upward_);
             if (stop_ != Stop::none) leg.kind = stop_ == Stop::end_position ? Kind::closing : Kind::none;
         } else if (leg.kind == Kind::regular && stop_ != Stop::at_once) {
@@ -161,16 +183,19 @@ private:
                 if (!leg.sparks) leg.kind = ending() == Stop::end_position ? Kind::closing : Kind::none;
             }
         }
-        const double end = std::clamp(settings_.end_position, settings_.lowest, settings_.highest);
-        if (leg.kind == Kind::closing && std::abs(end - from) <= nothing) leg.kind = Kind::none;
+        if (leg.kind == Kind::closing && std::abs(end() - from) <= nothing) leg.kind = Kind::none;
         if (leg.kind == Kind::none && runs && this->leg().ends_outside() && !can_stop_at_bound())
             leg.kind = Kind::regular;
         if (leg.kind == Kind::none) return;
         const bool leaves_outside =
             next_ == Kind::regular && this->leg().kind == Kind::regular && this->leg().ends_outside();
-        const Settings& now = leaves_outside ? this->leg().settings : settings_;
+        Settings now = leaves_outside ? this->leg().settings : settings_;
+        if (leg.homeward) {  // to a dead point in force: a withdrawal takes over no other
+            now.lower = lower_;
+            now.upper = upper_;
+        }
         planner_.begin(leg.kind == Kind::closing
-                           ? OscillationLeg::to_position(from, end, now)
+                           ? OscillationLeg::to_position(from, end(), now)
                            : leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned),
                        plans_[1 - running_]);
     }
@@ -185,7 +210,7 @@ private:
         limited_[upward] = plan().limited() && leg().kind == Kind::regular;
         duration_[upward] = plan().duration();
         if (leg().kind != Kind::closing) (upward ? upper_ : lower_) = leg().arrival.bound;
-        if (leg().kind == Kind::first)
+        if (leg().kind == Kind::first && !leg().homeward)
             (upward ? lower_ : upper_) = upward ? settings_.lower : settings_.upper;
         begin_plan(leg().kind == Kind::closing ? Kind::closing : Kind::regular);
     }
@@ -209,7 +234,7 @@ private:
         if (leg().sparks) ++sparks_;
         arrival_ = leg().arrival;
         arrival_.happened = true;
-        arrival_.infeed = !leg().sparks;
+        arrival_.infeed = !leg().sparks && stop_ != Stop::withdraw;
     }
 
     // Brakes, if it then rests in the region or, before the first dead point, on the way there.
@@ -252,7 +277,7 @@ private:
     void run_braking() noexcept {
         move_to(braking_.at(time_));
         if (time_ < braking_.duration()) return;
-        if (!holding_ || stop_ == Stop::at_once) {
+        if (stop_ == Stop::at_once || (!holding_ && stop_ != Stop::withdraw)) {
             state_ = State::rest;
             return;
         }
@@ -265,6 +290,7 @@ private:
     void wait(bool hold) noexcept {
         velocity_ = acceleration_ = 0;
         const bool inside = position_ >= lower_ - nothing && position_ <= upper_ + nothing;
+        due_ |= stop_ == Stop::withdraw && !withdraws();
         if ((stop_ == Stop::at_once && inside) || (next().kind == Kind::none && !due_)) {
             state_ = State::rest;
             return;
@@ -279,6 +305,15 @@ private:
         if (due_ || planner_.busy() || time_ < wait_) return;
         take_up(time_ - wait_);
         move_to(plan().at(time_));
+    }
+
+    // Whether the next leg is one of a withdrawal, which may have come too late for it. At an end that lies
+    // outside, and from which the end is inward, the axis must not wait for another: a cycle more, then.
+    bool withdraws() const noexcept {
+        if (next().kind == Kind::closing) return true;
+        if (next().kind == Kind::none) return std::abs(end() - position_) <= nothing;
+        const bool outward = upward() ? end() >= position_ : end() <= position_;
+        return !closes_from(position_) || (leg().ends_outside() && !outward);
     }
 
     void move_to(const StrokePlan::Moment& now) noexcept {

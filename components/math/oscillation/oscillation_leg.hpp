@@ -31,6 +31,7 @@ struct OscillationLeg {
     Arrival arrival;               // at its end
     double dwell = 0;              // s, after it
     bool sparks = false;           // without infeed
+    bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
     bool clipped = false;          // by the soft limits
     OscillationSettings settings;  // when it was planned
 

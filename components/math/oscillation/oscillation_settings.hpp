@@ -10,7 +10,8 @@ namespace plumb {
 
 // What an oscillation is to do. All positions are in mu.
 struct OscillationSettings {
-    enum class Stop { none, dead_point, end_position, at_once };
+    // withdraw: at the dead point nearest the end position, then to the end position, without spark-out.
+    enum class Stop { none, dead_point, end_position, at_once, withdraw };
 
     double lower = 0, upper = 0;              // dead points, lower < upper
     double speed = 0;                         // mu/s, peak, with the override

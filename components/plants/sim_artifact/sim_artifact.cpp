@@ -77,7 +77,8 @@ a perfect probe would find without compensation.
                                             "The same with the present offset."};
     hal::Axes<hal::Out<double>, 3> steady{this, "truth-%-steady", "mu",
                                           "Deviation at work-speed for ever, artifact and table as now."};
-    hal::Function run{this, "update", &SimArtifact::update, "After the commands of the axes."};
+    hal::Function run{this, "update", &SimArtifact::update, hal::Place::machine,
+                      "After the commands of the axes."};
 
     void update(double dt) noexcept {
         const std::int32_t number = seed;

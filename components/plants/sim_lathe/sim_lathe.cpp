@@ -174,7 +174,8 @@ tool stands still the work springs back into it.
     hal::Out<double> truth_bend{this, "truth-bend", "mu", "Bend of the work in the last cut."};
     hal::Out<bool> truth_cutting{this, "truth-cutting", "The tool cuts."};
     hal::Out<std::int32_t> truth_cuts{this, "truth-cuts", "Cuts of this stock."};
-    hal::Function run{this, "update", &SimLathe::update, "After the positions of the axes."};
+    hal::Function run{this, "update", &SimLathe::update, hal::Place::machine,
+                      "After the positions of the axes."};
 
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);

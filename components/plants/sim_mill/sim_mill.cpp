@@ -99,7 +99,7 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
     hal::Out<bool> truth_contact{this, "truth-contact",
                                  "The tip is below the top of the work it plunges into."};
     CutTruth truth{this};
-    hal::Function run{this, "update", &SimMill::update, "After the part program."};
+    hal::Function run{this, "update", &SimMill::update, hal::Place::machine};
 
     void update(double dt) noexcept {
         const Task task{operation, occurrence, tool_number, event};

@@ -104,7 +104,7 @@ program (1 mm), either way except for a chip.
     hal::Out<std::int32_t> truth_occurrence{this, "truth-occurrence",
                                             "Run of the operation in its cycle, from 1."};
     hal::Code<Event> truth_event{this, "truth-event", "Event under way; 0 for none."};
-    hal::Function update_{this, "update", &SimPartProgram::update, "Before the mill."};
+    hal::Function update_{this, "update", &SimPartProgram::update, hal::Place::program};
 
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);

@@ -94,7 +94,8 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
     hal::Out<double> gauge_eb{this, "truth-gauge-eb", "rad", "EB of the gauged axis there."};
     hal::Out<double> gauge_ec{this, "truth-gauge-ec", "rad", "EC of the gauged axis there."};
     BoxArtifact artifact{this};
-    hal::Function run{this, "update", &SimPortal::update, "After the commands of the axes."};
+    hal::Function run{this, "update", &SimPortal::update, hal::Place::machine,
+                      "After the commands of the axes."};
 
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);

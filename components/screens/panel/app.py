@@ -126,6 +126,8 @@ class Panel:
         if self.options.xid:
             print(self.window.get_window().get_xid(), flush=True)  # QtDragon reads this line, and never again
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) == signal.SIG_IGN:
+                continue  # as under nohup
             GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, Gtk.main_quit)
 
     # --- HAL ---
@@ -324,9 +326,16 @@ class Panel:
             self.say("%s: %s" % (action, error), "bad")
 
     def pulse(self, pin, time=300):
-        """A rising edge at a pin, and its end."""
-        self.hal.set(pin, "1")
-        GLib.timeout_add(time, lambda: self.hal.set(pin, "0") and False)
+        """A rising edge at a pin, and its end. A pin that another screen has left true falls first."""
+        def rise():
+            self.hal.set(pin, "1")
+            GLib.timeout_add(time, lambda: self.hal.set(pin, "0") and False)
+
+        if self.hal.get(pin):
+            self.hal.set(pin, "0")
+            GLib.timeout_add(time, rise)  # which returns None, so that it is called once
+        else:
+            rise()
 
     def program(self, name):
         """The path of a program of this Plumb."""

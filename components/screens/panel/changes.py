@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The log of changed settings: who changed which pin, when, from which value to which. One JSON object a line."""
+"""The log of changed settings: who changed which pin, when, from which value to which. One JSON object a line, and its CRC-32."""
 
 import collections
 import contextlib
 import fcntl
 import json
 import os
+import re
 import time
+import zlib
 
+CHECKED = re.compile(rb"(\{.*\}) ([0-9a-f]{8})")
 Change = collections.namedtuple("Change", "time who pin old new why")
 Change.__doc__ = "time is in s since 1970; old and new are texts as setp takes them; why is '' or such as 'undo'."
 
@@ -29,13 +32,16 @@ class ChangeLog:
 
     def add(self, change):
         """Raises OSError."""
-        with open(self.path, "a", encoding="utf-8") as file:
-            file.write(json.dumps(change._asdict()) + "\n")
+        text = json.dumps(change._asdict()).encode("ascii")
+        with open(self.path, "ab+") as file:
+            if file.tell() and os.pread(file.fileno(), 1, file.tell() - 1) != b"\n":
+                file.write(b"\n")  # behind a torn line
+            file.write(text + b" %08x\n" % zlib.crc32(text))
             file.flush()
             os.fsync(file.fileno())
 
     def all(self):
-        """All changes, oldest first; a line that cannot be read is left out."""
+        """All changes, oldest first; a line that is damaged is left out. Lines of before have no checksum."""
         try:
             size = os.stat(self.path).st_size
         except OSError:
@@ -50,8 +56,11 @@ class ChangeLog:
             whole = added[: added.rfind(b"\n") + 1]
             self._read_to += len(whole)
             for line in whole.splitlines():
+                found = CHECKED.fullmatch(line)
+                if found and int(found[2], 16) != zlib.crc32(found[1]):
+                    continue
                 with contextlib.suppress(ValueError, TypeError):
-                    self._changes.append(Change(**json.loads(line)))
+                    self._changes.append(Change(**json.loads(found[1] if found else line)))
         return self._changes
 
     def last(self, pin):

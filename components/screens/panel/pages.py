@@ -5,6 +5,7 @@ import time
 
 from panel import settings as settings_module
 from panel.texts import _, number, seconds, unit_name, with_unit
+from panel.waiting import waiting
 from panel.widgets import Verdict, button, card, clear, column, flow, grow, Keypad, label, named, row, scrolled, set_text
 
 from gi.repository import Gtk  # noqa: E402
@@ -65,20 +66,6 @@ class Overview(Page):
             if instance.value(values, "fault"):
                 faults.append("%s: %s" % (instance.name, _(instance.sentence(values, "fault-code")) or _("a fault")))
         set_text(self._faults, "\n".join(faults))
-
-
-def waiting(machine, values):
-    """Why the machine waits, in sentences."""
-    found = []
-    for interlock in machine.of("interlock"):
-        for short, text in (("feed-inhibit", _("The next move waits until no offset and no correction of the tool changes.")),
-                            ("probing-refused", _("Probing is refused: take the offset back first.")),
-                            ("feed-held", _("The feed is held for long.")),
-                            ("homing-inhibit", _("Homing waits: an offset is in force. Take it back, or switch the function off.")),
-                            ("uncompensated", _("An axis lacks its offset until the next cycle begins."))):
-            if interlock.value(values, short):
-                found.append(text)
-    return found
 
 
 class Components(Page):

@@ -125,11 +125,12 @@ class Settings:
         return instance.declared.sentence("fault-code", code) if code and code != before.get("fault-code") else ""
 
     def undo(self, instance, short):
-        """Puts the last change of a setting back."""
+        """Puts the last change of a setting back, if its value is still in force: the log may lack a later change."""
         last = self.log.last(instance.full(short))
         if last is None:
             raise Refused(_("{pin} has not been changed here.").format(pin=instance.full(short)))
-        return self.change(instance, short, last.old, why="undo")
+        pin = instance.pins[short]
+        return self.change(instance, short, last.old, seen=parsed(pin.name, pin.kind, last.new), why="undo")
 
     # --- what retain keeps ---
 

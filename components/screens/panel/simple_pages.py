@@ -2,7 +2,6 @@
 """chopping and thermal_growth_test."""
 
 import collections
-import glob
 import math
 import os
 import subprocess
@@ -12,6 +11,7 @@ from gi.repository import Gtk
 from panel import style as styles
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
+from panel.growth_logs import last_log
 from panel.growth_test_state import LiveDrift, remaining
 from panel.pages import state_of
 from panel.texts import _, in_micrometres, number, seconds
@@ -23,12 +23,16 @@ class ChoppingPage(FunctionPage):
 
     def verdict(self, values):
         kind, text = super().verdict(values)
+        if kind != "bad" and self.get(values, "withdrawing") and not self.get(values, "held"):
+            return "warn", _("The axis is on its way to point R.")
         if kind != "good":
             return kind, text
         if self.get(values, "held"):
             return "warn", _("The axis stands for a hold.")
         if self.get(values, "active"):
             return "good", _("Strokes. {count} strokes so far.").format(count=self.get(values, "stroke-count"))
+        if not self.get(values, "enable", True):
+            return "off", _("At rest. Strokes are not permitted now.")
         return "off", _("At rest.")
 
     def content(self):
@@ -38,17 +42,27 @@ class ChoppingPage(FunctionPage):
         return [self._figures, self._picture, card(label(_("Learned correction"), "value"), self._learned)]
 
     def buttons(self):
-        """Those whose pins have no other writer."""
+        """Those whose pins have no other writer. They set pins alone, so LinuxCNC's task and io may be dead."""
         own = self.instance.settings()
         its = []
-        if "feed-hold" in own:
-            its.append(button(_("Hold / go on"), self._hold))
+        if "stop" in own:
+            its.append(button(_("Stop"), self._stop))
         if "go-to-end" in own:
             its.append(button(_("To point R"), lambda: self.panel.move(
-                _("Move the axis to point R?"), _("To point R"), lambda: self.panel.pulse(self.instance.full("go-to-end")), must_be_safe=False)))
+                _("Move the axis to point R?"), _("Move the axis"), lambda: self.panel.pulse(self.instance.full("go-to-end")), must_be_safe=False)))
+        if "feed-hold" in own:
+            its.append(button(_("Hold / go on"), self._hold))
         if "override" in own:
             its += [button(_("Slower"), lambda: self._faster(-0.05)), button(_("Faster"), lambda: self._faster(0.05))]
         return its
+
+    def _stop(self):
+        """The end of strokes comes without a question."""
+        refusal = self.panel.access.refusal("operator")
+        if refusal:
+            self.panel.say(refusal, "warn")
+        else:
+            self.panel.pulse(self.instance.full("stop"))
 
     def _hold(self):
         """A hold comes at once; the axis goes on after a question."""
@@ -232,17 +246,20 @@ class GrowthTestPage(FunctionPage):
 
     def _report(self):
         folder = self.panel.ini.folder or "."
-        logs = sorted(glob.glob(os.path.join(folder, "logs", "*.csv")), key=os.path.getmtime)
-        if not logs:
+        try:
+            log = last_log(os.path.join(folder, "logs"))
+        except ValueError as error:
+            self.panel.say(str(error), "warn")
+            return
+        if log is None:
             self.panel.say(_("There is no log of a test in {folder}.").format(folder=os.path.join(folder, "logs")), "warn")
             return
         output = os.path.join(folder, "report")
-        done = subprocess.run([self.panel.program("plumb-growth"), "report", logs[-1], "--output", output],
+        done = subprocess.run([self.panel.program("plumb-growth"), "report", log, "--output", output],
                               capture_output=True, text=True, timeout=120, check=False)
-        found = sorted(glob.glob(os.path.join(output, "*.html")), key=os.path.getmtime)
-        if done.returncode or not found:
+        report = os.path.join(output, "report.html")
+        if done.returncode:
             self.panel.say((done.stderr.strip().splitlines() or ["plumb growth"])[0], "bad")
             return
-        report = found[-1]
         subprocess.Popen(["xdg-open", report], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.panel.say(_("The report is {file}.").format(file=report))
+        self.panel.say(_("The report of {log} is {file}.").format(log=os.path.basename(log), file=report))

@@ -92,7 +92,7 @@ second time.
 stays and the stage cannot be armed (see FAULTS).
 - Soft limit: LinuxCNC holds the axis there, and limited is true. The offset comes back when the axis leaves the limit.
 While the guest is at rest the own part is the one that is missing.
-- Interlock unloaded or not called (heartbeat stands still): The offset holds and the stage is disarmed. clear still
+- Interlock unloaded, not called, or with a fault of the order (heartbeat stands still): The offset holds and the stage is disarmed. clear still
 takes the offset back. When interlock is called again, the next cycle start arms the stage.
 - Joint mode: The output waits until LinuxCNC applies offsets again.
 - Invalid source: The last good value stays.
@@ -151,11 +151,13 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
     hal::Offset moves{this, hal::MovingPin(counts, counts_scale, offset_request)
                                 .bound(max_offset)
                                 .rate(max_rate)
+                                .accelerated_by("LinuxCNC limits its acceleration, to OFFSET_AV_RATIO of "
+                                                "the acceleration of the axis, except at a soft limit.")
                                 .limited(limited)
                                 .guest(guest.request)};
 
-    hal::Function run{this, "update", &AxisOffset::update,
-                      "After motion-controller, the sources and a guest in the same thread."};
+    hal::Function run{this, "update", &AxisOffset::update, hal::Place::stage,
+                      "After a guest in the same thread."};
 
     void prepare() override { settings_ = {scale, max_offset, max_rate}; }
 

@@ -12,7 +12,8 @@ namespace plumb {
 
 // The functions that compensate.
 struct Functions : hal::Group {
-    static constexpr std::size_t number = 4;
+    static constexpr std::size_t number = 6;
+    static constexpr std::int32_t first_four = 15;  // services: the default of when there were no more
 
     using Group::Group;
 
@@ -20,18 +21,26 @@ struct Functions : hal::Group {
                                           "The operator has switched the function on."};
     hal::Row<hal::In<bool>, number> suspend{this, "function-suspend", false,
                                             "The part program suspends the function."};
-    hal::Row<hal::In<std::int32_t>, number> needs{this, "function-services", Services::all,
+    hal::Row<hal::In<std::int32_t>, number> needs{this, "function-services", first_four,
                                                   "Services that it needs: the sum of 1 for service 0, 2 for "
-                                                  "service 1, 4 for service 2 and 8 for service 3."};
+                                                  "service 1, 4 for service 2, ... 128 for service 7."};
+    hal::Row<hal::In<bool>, number> busy{this, "function-busy", false,
+                                         "A lost service leaves the function on as long as this is true, "
+                                         "unless the service is one of function-urgent."};
+    hal::Row<hal::In<std::int32_t>, number> urgent{this, "function-urgent", 0,
+                                                   "Services whose loss turns the function off at once, as a "
+                                                   "sum; the function must need them."};
     hal::Row<hal::In<bool>, number> settling{this, "function-settling", false,
                                              "The next cut has to wait for the function."};
     hal::Row<hal::In<bool>, number> ramping{this, "function-ramping", false,
                                             "The function is on its way to what is wanted."};
 
     hal::Row<hal::Out<bool>, number> enable{this, "function-enable", "The function is to compensate."};
-    hal::Row<hal::Out<bool>, number> lost{this, "function-lost",
-                                          "The function is off because a service was lost; turn its switch "
-                                          "off and on, or start a cycle, when the service is ok."};
+    hal::Row<hal::Out<bool>, number> lost{
+        this, "function-lost",
+        "A service was lost, and the function is off or goes off when it is "
+        "no longer busy; turn its switch off and on, or start a cycle, when "
+        "the service is ok."};
 
     // Of one period.
     struct Now {
@@ -42,23 +51,32 @@ struct Functions : hal::Group {
     // Once in each period.  False where one needs services that there are not; it needs all of them then.
     bool step(const Services& services, const Now& now) noexcept {
         bool good = true;
-        any_permitted_ = any_on_ = changed_ = false;
+        any_permitted_ = any_on_ = any_withdrawn_ = any_busy_ = changed_ = false;
         all_enabled_ = true;
         for (std::size_t i = 0; i < number; ++i) {
-            const std::int32_t given = needs[i];
-            const bool known = given >= 0 && given <= Services::all;
+            const std::int32_t given = needs[i], at_once = urgent[i];
+            const bool known = possible(given) && possible(at_once);
             good &= known;
             State& its = its_[i];
-            const bool on = is_on[i], suspended = suspend[i];
+            const bool on = is_on[i], suspended = suspend[i], is_busy = busy[i];
             const bool served = services.are_ok(known ? given : Services::all);
-            const bool renews = now.starts || (on && !its.on);
-            its.lost = served ? its.lost && !renews : its.lost || its.served;
+            const bool is_urgent = !known || services.any_lost(at_once);
+            const bool stays = its.granted && is_busy && !is_urgent;
+            any_busy_ |= its.granted && is_busy;
+            const bool renews = now.starts || (on && !its.on) || its.granted;
+            if (served)
+                its.lost = its.lost && !renews;
+            else
+                its.lost |= its.served;
+            its.withdrawn = its.lost && (its.withdrawn || (its.granted && is_urgent));
+            const bool permitted = on && served && !its.lost, before = its.enabled;
+            its.granted = permitted || (on && stays);
             its.on = on;
             its.served = served;
-            const bool permitted = on && served && !its.lost, before = its.enabled;
-            if (!now.probing) its.enabled = permitted && !suspended;
+            if (!now.probing) its.enabled = its.granted && !suspended;
 
             any_permitted_ |= permitted;
+            any_withdrawn_ |= its.withdrawn;
             any_on_ |= on;
             all_enabled_ &= its.enabled == on;
             changed_ |= its.enabled != before;
@@ -69,16 +87,21 @@ struct Functions : hal::Group {
     }
 
     bool any_permitted() const noexcept { return any_permitted_; }
+    bool any_busy() const noexcept { return any_busy_; }                   // that was enabled
+    bool any_withdrawn() const noexcept { return any_withdrawn_; }         // by a loss, and not renewed
     bool all_enabled() const noexcept { return any_on_ && all_enabled_; }  // that are switched on
     bool changed() const noexcept { return changed_; }                     // an enable, in this period
 
 private:
     struct State {
-        bool on = false, served = false, lost = false, enabled = false;
+        bool on = false, served = false, lost = false, granted = false, withdrawn = false, enabled = false;
     };
 
+    static constexpr bool possible(std::int32_t sum) noexcept { return sum >= 0 && sum <= Services::all; }
+
     std::array<State, number> its_;
-    bool any_permitted_ = false, any_on_ = false, all_enabled_ = false, changed_ = false;
+    bool any_permitted_ = false, any_on_ = false, any_withdrawn_ = false, any_busy_ = false,
+         all_enabled_ = false, changed_ = false;
 };
 
 }  // namespace plumb

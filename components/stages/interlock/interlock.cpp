@@ -4,6 +4,7 @@
 #include "components/stages/interlock/services.hpp"
 #include "components/stages/interlock/stages.hpp"
 #include "hal/component.hpp"
+#include "hal/thread_watch.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -11,14 +12,19 @@
 
 namespace plumb {
 
-enum class Fault : std::int32_t { none, time, services, operation };
+enum class Fault : std::int32_t { none, time, services, operation, order };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::time:
-            return "A service-timeout, or a delay of a message, is out of range (0 to 3600 s); its last good "
-                   "value is used.";
+            return "A service-timeout or a delay of a message is out of range (0 to 3600 s), or clock-speed "
+                   "(0.01 to 1000); its last good value is used.";
         case Fault::services:
-            return "One of function-services is out of range (0 to 15); the function needs all services.";
+            return "One of function-services, function-urgent and feed-services is out of range (0 to 255); "
+                   "it "
+                   "stands for all services.";
+        case Fault::order:
+            return "A function of Plumb is in a wrong place of its thread, or in none: run plumb doctor "
+                   "--running; no cycle is armed, and offsets are held as soon as no function is busy.";
         case Fault::operation: return "The operation-key is invalid or beyond 2147483647; operation is 0.";
         default: return nullptr;
     }
@@ -34,7 +40,7 @@ here called services, such as retain. It arms the stages when a cycle starts. It
 waits, or aborts. It gives the operator's messages their delays. One interlock takes the place of and2, not, lut5,
 timedelay, watchdog and conv_float_s32.
 
-It serves up to four services, four functions and eight stages, numbered from 0. An input without a signal hinders
+It serves up to eight services, six functions and eight stages, numbered from 0. An input without a signal hinders
 nothing, except function-switch: a function is off until it is switched on.)",
         hal::Wiring{R"(
 Service 0 is retain. Function 0 is growth, with stage 0, z-stage. Function 1 is square, with stage 1, x-stage.
@@ -93,11 +99,29 @@ the feed: LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold a
 1. Set service-timeout-N to three times the longest pause of the heartbeat, at least. 30 s suit retain: it waits for
 the disk.
 2. Switch each function on, with setp or from the panel.
-3. Set function-services-N where a function does not need all services: 0 for squareness, which needs none. A lost
+3. Set function-services-N where a function does not need the services 0 to 3: 0 for squareness, which needs none. A lost
 service then leaves the function on.
 4. Let the program set M64 P0 when a cycle starts, and M65 P0 when it ends and in ON_ABORT_COMMAND.
 5. Net the messages to linuxcnc_link(1).
-6. Stop a service, and watch its functions go off: halcmd show pin 'interlock.function*'.)"},
+6. Load linuxcnc_alive(1), make LinuxCNC's task and io services, here 4 and 5, and let a loss hold the feed:
+
+    loadusr -W linuxcnc_alive
+    setp interlock.service-timeout-4  2.5
+    setp interlock.service-timeout-5  2.5
+    setp interlock.feed-services     48     # 16 + 32
+    net task-beat linuxcnc-alive.task-heartbeat
+    net task-beat => interlock.service-heartbeat-4
+    net io-beat   linuxcnc-alive.io-heartbeat
+    net io-beat   => interlock.service-heartbeat-5
+    net program   linuxcnc-alive.program-running
+    net program   => interlock.program-running
+
+7. Let a function finish when a service is lost. For an offset, net the signal of program-running to function-busy-N, too.
+For strokes, net active of chopping to function-busy-N, add 50 to function-services-N, for linuxcnc_link, task and io, and
+set function-urgent-N to 48.
+8. Net the input of the emergency stop chain to motion.enable, too: LinuxCNC's io, which reads it otherwise, may be dead.
+The hardware of the chain must cut the drives. motion.enable cannot do that, and nor can interlock.
+9. Stop a service, and watch its functions go off: halcmd show pin 'interlock.function*'.)"},
         hal::Behaviour{R"(
 In the tables 1 is true, 0 is false, and - is either. A . leaves the output to the other rows.
 
@@ -114,14 +138,17 @@ service-timeout. With a timeout of 0 it always beats. ok, lost, not-ready and tr
   stopped    -      -     | 0   1     0          0
 
 Function N. The services that it needs are missing until all are ok. Then one is lost, and later they are back. They are
-renewed when a cycle starts or the switch is turned on while they are back. enable and lost are function-enable and
-function-lost.
+renewed when a cycle starts or the switch is turned on while they are back. They are kept instead of lost if the function
+was on, is busy since, and no service of function-urgent has stopped: then a service that returns is ok again. enable and
+lost are function-enable and function-lost.
 
   services  switch  suspend | enable  lost
   missing   -       -       | 0       0
   ok        0       -       | 0       0
   ok        1       0       | 1       0
   ok        1       1       | 0       0
+  kept      1       0       | 1       1
+  kept      1       1       | 0       1
   lost      -       -       | 0       1
   back      0       -       | 0       1
   back      1       -       | 0       1
@@ -145,17 +172,40 @@ in the period before.
   1       0              -               -          -        | 0
 
 Requests. An input is 1 if it is for one stage, or for settling and ramping one function. probing is 1 while motion-type
-is 5. homing and feed are homing-inhibit and feed-inhibit.
+is 5. loss is feed-service-lost: a service of feed-services has stopped, or one of function-urgent has put a function off
+that is not renewed, and program-running is true. homing and feed are homing-inhibit and feed-inhibit.
 
-  in-force  ramping  settling  refused  probing | homing  feed  abort
-  0         -        -         -        -       | 0       .     .
-  1         -        -         -        -       | 1       .     .
-  -         0        0         0        -       | .       0     .
-  -         1        0         0        0       | .       0     .
-  -         1        -         -        1       | .       1     .
-  -         -        1         -        -       | .       1     .
-  -         -        -         1        -       | .       1     1
-  -         -        -         0        -       | .       .     0
+  in-force  ramping  settling  refused  probing  loss | homing  feed  abort
+  0         -        -         -        -        -    | 0       .     .
+  1         -        -         -        -        -    | 1       .     .
+  -         0        0         0        -        0    | .       0     .
+  -         1        0         0        0        0    | .       0     .
+  -         1        -         -        1        -    | .       1     .
+  -         -        1         -        -        -    | .       1     .
+  -         -        -         1        -        -    | .       1     1
+  -         -        -         0        -        -    | .       .     0
+  -         -        -         -        -        1    | .       1     .
+
+Losses, wired as SETTING UP has it. The function is stroke (chopping), records (an offset with records:
+thermal_displacement) or offset (an offset without: squareness, centre_height). during is function-enable while the stroke
+or the program goes on, after is it when that has ended, again is it for another stroke or cycle, feed is feed-inhibit.
+
+  gone       function | during  after  again  feed
+  retain     stroke   | 1       0      0      0
+  retain     records  | 1       0      0      0
+  retain     offset   | 1       1      1      0
+  link       stroke   | 1       0      0      0
+  link       records  | 1       1      1      0
+  link       offset   | 1       1      1      0
+  task       stroke   | 0       0      0      1
+  task       records  | 1       1      1      1
+  task       offset   | 1       1      1      1
+  io         stroke   | 0       0      0      1
+  io         records  | 1       1      1      1
+  io         offset   | 1       1      1      1
+
+Where enable falls, the strokes of chopping go on to the dead point nearest point R, and then to R. An offset returns to 0
+at the ramp-rate.
 
 compensated, for the panel. functions is none if none is switched on, and all if each that is switched on is enabled.
 
@@ -170,8 +220,10 @@ compensated, for the panel. functions is none if none is switched on, and all if
 - Start: Nothing is enabled or armed. A cycle that runs already, or begins with the machine off or not homed, arms nothing.
 - Machine off, emergency stop, unhomed: arm falls. Stages hold or forget their offsets by themselves. Enables stay.
 - Abort: Offsets hold. arm falls with cycle-running.
-- Lost service: The functions that need it go off, and take their offsets back. Others go on. A service that returns
-does not turn them on: nothing moves before a cycle starts or the operator turns the switch.
+- Lost service: The functions that need it go off when they are not busy, and take their offsets back. Others go on. A
+service that returns does not turn them on: nothing moves before a cycle starts or the operator turns the switch.
+- A service of feed-services lost: motion has a queue of moves, and feed-inhibit holds it at once. A program that was cut
+off counts as running.
 - Probing (G38): Enables do not change while a probing move runs. The move waits until no offset changes. If a stage
 refuses it, it is held and aborted.
 - Homing: LinuxCNC refuses to home while an offset is in force.
@@ -181,22 +233,35 @@ refuses it, it is held and aborted.
 - uncompensated: After uncompensated-delay without a break. uncompensated-stage is the first such stage.
 - probing-refused: At once, and for probing-refused-time afterwards.
 - feed-held: After feed-held-delay of feed-inhibit: why the machine stands.
+- feed-service-lost: At once, with loss of the table.
 - operation: operation-key rounded to a whole number, 0 if it is invalid.
-- Invalid timeout or delay: The last good value is used.
+- Invalid timeout, delay or clock-speed: The last good value is used.
+- Order of the functions: Once a second interlock compares the threads with the places under FUNCTIONS in the pages of
+all loaded components. A mistake that it finds twice is a fault, and a message with both functions and the thread. No cycle
+is armed. As soon as no function is busy, heartbeat stands still: the stages hold their offsets. When the order is right,
+the fault ends. The stages go on as after an interlock that was not called.
+- plumb run at K times the clock: A service gets K times its service-timeout. Its program is no faster than the computer.
 - Unloaded, or update is not called: heartbeat stands still. Each stage with heartbeat wired holds its offset and
 cannot be armed, and has a fault. All other outputs keep their values: an arm that stays true arms nothing, and
 homing-inhibit stays right, because no offset changes. When update is called again the stages go on: joint_offset by its
 ramp, axis_offset with the next cycle start.)"},
         hal::Limits{R"(
-A stage or function that is dead itself is not noticed. Its offset stays, because the signal keeps its value.
+A stage or function that was unloaded is not noticed. Its offset stays, because the signal keeps its value.
 
-A dead interlock does not stop the program. The message of the stage's fault tells the operator.
+Functions of other components, except motion-controller, have no place in the order. Add the functions that write to the
+drives after the stages yourself.
+
+A dead interlock does not stop the program. The message of the stage's fault tells the operator. joint_offset stops a
+stroke then, because it holds the offset.
+
+A message by linuxcnc_link needs LinuxCNC's task.
 
 A stage that holds its offset for a probing move must not be ramping meanwhile: the move would wait for it. feed-held
 shows this.
 
 LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
-        hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), halui(1), motion(9)"}};
+        hal::SeeAlso{"axis_offset(9), joint_offset(9), chopping(9), retain(1), linuxcnc_link(1), "
+                     "linuxcnc_alive(1), halui(1), motion(9)"}};
 
     using Component::Component;
 
@@ -204,6 +269,9 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "As in LinuxCNC: 5 is probing."};
+    hal::In<bool> program_running{this, "program-running", false, "A program runs or is paused."};
+    hal::In<std::int32_t> feed_services{
+        this, "feed-services", 0, "Services whose loss holds the feed, as a sum like function-services."};
     hal::In<double> operation_key{this, "operation-key", 0, "1",
                                   "Key of the operation, which the program sets by M68."};
     Services services{this};
@@ -221,6 +289,7 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
     hal::Out<bool> ramping{this, "ramping", "A function or a stage is on its way to what is wanted."};
     hal::Out<bool> homing_inhibit{this, "homing-inhibit", "An offset is in force: LinuxCNC must not home."};
     hal::Out<bool> feed_inhibit{this, "feed-inhibit", "The next move has to wait."};
+    hal::Out<bool> feed_service_lost{this, "feed-service-lost", "A lost service holds the feed."};
     hal::Out<bool> abort{this, "abort", "LinuxCNC has to abort."};
     hal::Out<bool> compensated{this, "compensated", "All functions that are switched on compensate."};
     hal::Out<bool> uncompensated{this, "uncompensated", "An axis lacks its offset for some time."};
@@ -231,9 +300,12 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation as a whole number."};
     hal::Codes<Fault> fault{this, "fault"};
 
-    hal::Function run{this, "update", &Interlock::update, "After all functions and all stages."};
+    hal::Function run{this, "update", &Interlock::update, hal::Place::interlock};
+
+    void background() override { threads_.work(); }
 
     void update(double dt) noexcept {
+        const bool in_order = threads_.step(dt);
         const bool on = motion_enabled, homed = all_homed, cycle = cycle_running;
         const bool probing = motion_type == probe;
         const Delays delays{uncompensated_delay, probing_refused_time, feed_held_delay};
@@ -244,16 +316,24 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
         const bool able = cycle && on && homed, starts = able && !cycle_;
         cycle_ = cycle;
         const bool good_times = services.step(dt) && delays.valid();
-        const bool good_needs = functions.step(services, {starts, probing});
-        armed_ = able && (armed_ || (starts && functions.any_permitted()));
-        request(probing, homed, dt);
+        const std::int32_t feed_needs = feed_services;
+        const bool good_feed_needs = feed_needs >= 0 && feed_needs <= Services::all;
+        const bool good_needs = functions.step(services, {starts, probing}) && good_feed_needs;
+        const bool running = program_running;
+        const bool loss = services.any_lost(good_feed_needs ? feed_needs : Services::all) ||
+                          (running && functions.any_withdrawn());
+        armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
+        holds_ = !in_order && (holds_ || !functions.any_busy());
+        request(probing, homed, loss, dt);
 
-        beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
+        if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = beats_;
         arm = armed_;
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
-        fault = hal::first<Fault>(
-            {{!good_times, Fault::time}, {!good_needs, Fault::services}, {!known_key, Fault::operation}});
+        fault = hal::first<Fault>({{!in_order, Fault::order},
+                                   {!good_times, Fault::time},
+                                   {!good_needs, Fault::services},
+                                   {!known_key, Fault::operation}});
     }
 
 private:
@@ -270,12 +350,12 @@ private:
         }
     };
 
-    void request(bool probing, bool homed, double dt) noexcept {
+    void request(bool probing, bool homed, bool loss, double dt) noexcept {
         const bool settles = any(functions.settling), refused = any(stages.probing_refused);
         const bool stage_ramps = any(stages.ramping), function_ramps = any(functions.ramping);
         const bool ramps = stage_ramps || function_ramps;
         const std::int32_t lacking = first_of(stages.uncompensated);
-        const bool waits = settles || refused || (probing && ramps);
+        const bool waits = settles || refused || loss || (probing && ramps);
         if (functions.changed() || armed_ != was_armed_) announced_ = answer_in;
         was_armed_ = armed_;
 
@@ -283,8 +363,9 @@ private:
         if (announced_ > 0) --announced_;
         homing_inhibit = any(stages.in_force);
         feed_inhibit = waits;
+        feed_service_lost = loss;
         abort = abort_.step(refused, 0, abort_time, dt);
-        compensated = functions.all_enabled() && homed && lacking < 0 && !any(stages.fault);
+        compensated = functions.all_enabled() && homed && lacking < 0 && !any(stages.fault) && !holds_;
         uncompensated = uncompensated_.step(lacking >= 0, delays_.uncompensated, 0, dt);
         uncompensated_stage = lacking;
         probing_refused = refused_.step(refused, 0, delays_.probing_refused, dt);
@@ -293,6 +374,8 @@ private:
 
     Delays delays_{2, 5, 5};  // the last good ones
     DelayedBit abort_, uncompensated_, refused_, held_;
+    hal::ThreadWatch threads_;
+    bool holds_ = false;  // all offsets, because the order is wrong
     std::int32_t beats_ = 0;
     bool cycle_ = true;  // a cycle that runs already does not start
     bool armed_ = false, was_armed_ = false;

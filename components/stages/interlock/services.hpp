@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "hal/clock_speed.hpp"
 #include "hal/component.hpp"
 
 #include <array>
@@ -11,9 +12,10 @@ namespace plumb {
 
 // The programs beside realtime that functions need.
 struct Services : hal::Group {
-    static constexpr std::size_t number = 4;
-    static constexpr std::int32_t all = (1 << number) - 1;  // as a sum of 1, 2, 4, 8
+    static constexpr std::size_t number = 8;
+    static constexpr std::int32_t all = (1 << number) - 1;  // as a sum of 1, 2, 4, ... 128
     static constexpr double longest = 3600;                 // s
+    static constexpr double fastest = 1000, slowest = 0.01;
 
     using Group::Group;
 
@@ -22,6 +24,13 @@ struct Services : hal::Group {
     hal::Row<hal::In<double>, number> timeout{this, "service-timeout", 0, "s",
                                               "Longest time without a change of the heartbeat, at most 3600; "
                                               "0: the heartbeat is not watched."};
+    hal::In<double> clock_speed{this,
+                                "clock-speed",
+                                hal::clock_speed(),
+                                "1",
+                                "Factor of each service-timeout. plumb run sets it to its speed, because a "
+                                "service follows the computer's clock.",
+                                {slowest, fastest}};
     hal::Row<hal::In<bool>, number> ready{this, "service-ready", true,
                                           "The service is ready, such as restored of retain."};
     hal::Row<hal::In<bool>, number> fault{this, "service-fault", false, "The service has a fault."};
@@ -33,17 +42,20 @@ struct Services : hal::Group {
     hal::Row<hal::Out<bool>, number> troubled{this, "service-troubled",
                                               "The service has a fault, and is ready nevertheless."};
 
-    // Once in each period.  False where a timeout is out of range; its last good value stays.
+    // Once in each period.  False where clock-speed or a timeout is out of range; its last good value stays.
     bool step(double dt) noexcept {
-        bool good = true;
-        ok_ = 0;
+        const double speed = clock_speed;
+        bool good = clock_speed.accepts(speed);
+        if (good) speed_ = speed;
+        ok_ = lost_ = 0;
         for (std::size_t i = 0; i < number; ++i) {
             const double given = timeout[i];
             good &= its_[i].set_timeout(given);
-            its_[i].listen(heartbeat[i], dt);
+            its_[i].listen(heartbeat[i], dt / speed_);
             const bool has_fault = fault[i], is_ready = ready[i];
             const bool is_lost = its_[i].lost(), is_ok = its_[i].lives() && is_ready;
             ok_ |= is_ok ? 1 << i : 0;
+            lost_ |= is_lost ? 1 << i : 0;
             ok[i] = is_ok;
             lost[i] = is_lost;
             not_ready[i] = has_fault && !is_ok && !is_lost;
@@ -52,8 +64,9 @@ struct Services : hal::Group {
         return good;
     }
 
-    // Whether all of these are ok, as a sum of 1, 2, 4, 8.
+    // Of these, as a sum of 1, 2, 4, ... 128.
     bool are_ok(std::int32_t these) const noexcept { return (these & ~ok_) == 0; }
+    bool any_lost(std::int32_t these) const noexcept { return (these & lost_) != 0; }
 
 private:
     class Pulse {
@@ -78,12 +91,13 @@ private:
         bool lives() const noexcept { return timeout_ > 0 ? beaten_ && !lost() : true; }
 
     private:
-        double timeout_ = 0, silence_ = 0;  // s
+        double timeout_ = 0, silence_ = 0;  // s of the computer's clock
         bool known_ = false, last_ = false, beaten_ = false;
     };
 
+    double speed_ = 1;
     std::array<Pulse, number> its_;
-    std::int32_t ok_ = 0;
+    std::int32_t ok_ = 0, lost_ = 0;
 };
 
 }  // namespace plumb

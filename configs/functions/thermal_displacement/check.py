@@ -36,7 +36,7 @@ def check(machinery):
         safe = begin + (APPROACH + DEPTH + 1) * mm
         work = safe - APPROACH * mm
     plunge = "G53 G0 Z%.5f\nG53 G1 Z%.5f F%g\nG4 P0.3\nG53 G0 Z%.5f" % (safe, work - DEPTH * mm, FEED * mm, safe)
-    program = os.path.join(machinery.folder, ".plumb-wire", "cycle.ngc")
+    program = os.path.join(machinery.folder, "cycle.ngc")
     with open(program, "w", encoding="ascii") as file:
         file.write(("G21\n" if mm == 1 else "G20\n") + CYCLE % "\n".join([plunge] * PLUNGES))
 

@@ -35,9 +35,8 @@ def write_error_tables(path, tables, machine, temperature="20 degC"):
         count += len(rows)
     content = "".join(line + "\n" for line in lines)
     head = {"machine": machine, "date": datetime.date.today().isoformat(), "temperature": temperature}
-    head["checksum"] = "%08x" % zlib.crc32(content.encode("ascii"))
-    text = "".join(f"# {name}: {value}\n" for name, value in head.items())
-    text += content + f"# end, {count} rows\n"
+    text = "".join(f"# {name}: {value}\n" for name, value in head.items()) + content
+    text += f"# end, seal {zlib.crc32(text.encode('utf-8')):08x}, {count} rows\n"
     with open(path + ".new", "w", newline="", encoding="utf-8") as file:
         file.write(text)
         file.flush()

@@ -2,6 +2,7 @@
 // chopping on the simulated axis; grinder_linuxcnc_test.py has it in LinuxCNC itself.
 #include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
+#include "tests/support/chopping_axis.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/rounds.hpp"
 
@@ -13,22 +14,6 @@
 namespace plumb {
 namespace {
 
-constexpr double dt = 0.001;  // s
-constexpr double nm = 1e-6;   // mm
-
-// A stroke from -20 to -8 mm below R, which is 0, as an extra joint.
-void wire(Bench& bench) {
-    for (const char* line :
-         {"loadrt chopping names=chop", "loadrt sim_grinder names=axis", "setp chop.upper            -8",
-          "setp chop.lower           -20", "setp chop.feed             60", "setp chop.max-acceleration 1000",
-          "setp chop.min-limit      -100", "setp chop.max-limit       100", "setp chop.homed             1",
-          "setp chop.motion-enabled    1", "setp axis.resolution        0.0001",
-          "net command chop.command => axis.position-cmd",
-          "net feedback axis.position => chop.joint-feedback", "addf chop.update servo-thread",
-          "addf axis.update servo-thread"})
-        bench.command(line);
-}
-
 // Strokes far from R, so that the offset is about the same at any time.
 void bring_to_life(Bench& bench) {
     bench.command("loadrt threads name1=servo-thread period1=1000000");
@@ -38,30 +23,29 @@ void bring_to_life(Bench& bench) {
     bench.run(1);
 }
 
-const Live live{{{"chopping", "chop"}}, bring_to_life, 3.6, 1};
+// A max-offset within the stroke, of -8 to -20, at 200 mm/s.
+void stroke_beyond(Bench& bench, long period_ns) {
+    bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period_ns));
+    wire(bench);
+    for (const char* line : {"setp chop.feed 200", "start", "setp chop.run 1"}) bench.command(line);
+    bench.run(1);
+    bench.set("chop.max-offset", 15);
+    bench.run(1);
+}
 
-struct Chopping : testing::Test {
-    Bench bench;
+// All inputs but those that stop an axis dead, without its drive, and the acceleration itself.
+const Live live{
+    {{"chopping", "chop"}},
+    bring_to_life,
+    3.6,
+    1,
+    {{},
+     {"run", "stop", "enable", "feed-hold", "go-to-end", "shift", "upper", "lower", "position", "feed",
+      "override", "max-offset", "max-rate", "lead", "jerk-time", "stop-kind", "joint-feedback", "learn"},
+     {}},
+    stroke_beyond};
 
-    Chopping() { wire(bench); }
-
-    void set(const std::string& pin, double value) { bench.set("chop." + pin, value); }
-    double get(const std::string& pin) { return bench.get("chop." + pin); }
-    void start() { set("run", 1); }
-    std::vector<double> commands(double seconds) {
-        return bench.trace(seconds, {"chop.command"}).column("chop.command");
-    }
-    double highest() {
-        const std::vector<double> z = commands(1);
-        return *std::max_element(z.begin(), z.end());
-    }
-    double hardest(const std::vector<double>& z) {
-        double result = 0;
-        for (std::size_t i = 2; i < z.size(); ++i)
-            result = std::max(result, std::abs(z[i] - 2 * z[i - 1] + z[i - 2]) / (dt * dt));
-        return result;
-    }
-};
+using Chopping = ChoppingAxis;
 
 TEST_F(Chopping, StrokesBetweenItsDeadPointsAndReturnsToR) {
     start();
@@ -81,6 +65,44 @@ TEST_F(Chopping, StrokesBetweenItsDeadPointsAndReturnsToR) {
     EXPECT_EQ(get("offset"), 0);
     EXPECT_EQ(get("at-end"), 1);
     EXPECT_EQ(get("active"), 0);
+}
+
+TEST_F(Chopping, ABoundBelowItsOffsetIsRefusedAndMovesNothing) {
+    set("stop-kind", 1);
+    start();
+    bench.run(1);
+    set("run", 0);
+    bench.run(1);
+    const double rest = get("offset");
+    EXPECT_LE(rest, -8);
+    set("max-offset", 5);
+    for (const double z : commands(0.5)) ASSERT_EQ(z, rest);
+    EXPECT_EQ(get("fault-code"), 17);
+    set("go-to-end", 1);
+    bench.run(2);
+    EXPECT_EQ(get("offset"), 0);
+    EXPECT_EQ(get("fault-code"), 0);
+}
+
+// A max-offset that is typed comes into force amid a stroke, and stops it there.
+TEST_F(Chopping, AtMaxOffsetItBrakesWithinTenTimesItsAcceleration) {
+    for (const int period : {250000, 1000000, 4000000}) {  // ns
+        SCOPED_TRACE(period);
+        Bench own(Bench::Thread::none);
+        own.command("loadrt threads name1=servo-thread period1=" + std::to_string(period));
+        wire(own);
+        for (const char* line : {"loadrt ddt names=speed", "net offset chop.offset speed.in",
+                                 "addf speed servo-thread", "setp chop.feed 200", "start", "setp chop.run 1"})
+            own.command(line);
+        own.run(1);
+        own.expect("abs(v_rate) <= 10000.1", {{"v", "speed.out"}});
+        for (const double bound : {19.9, 15.0, 25.0, 12.0}) {
+            own.set("chop.max-offset", bound);
+            own.run(2);
+        }
+        const std::vector<double> z = own.trace(1, {"chop.offset"}).column("chop.offset");
+        EXPECT_EQ(*std::min_element(z.begin(), z.end()), -12);
+    }
 }
 
 TEST_F(Chopping, EntersTheStrokeInEachWay) {

@@ -2,9 +2,11 @@
 // Error tables that one thread reads while another uses them.
 #include "components/compensation/squareness/error_tables.hpp"
 
+#include "components/io/files/error_table_seal.hpp"
 #include "tests/support/error_table_text.hpp"
 #include "tests/support/folder.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -57,6 +59,43 @@ TEST(ErrorTables, ThatAreAskedForWhileTheyAreReadAreReadOnceMore) {
     EXPECT_FALSE(tables.take_over());
     EXPECT_EQ(tables.work(), "");
     EXPECT_FALSE(tables.take_over()) << "nobody asked";
+}
+
+TEST(ErrorTables, EachUnsealedFileIsNamedOnceWithTheCommandThatSealsIt) {
+    const Folder folder;
+    const std::string file = folder.write("xy.csv", all_are(0.001));
+    const std::string advice = file +
+                               " has no seal, so a damaged digit can go unseen: check the table, then: "
+                               "plumb squareness --table " +
+                               file + " --seal";
+    ErrorTables tables;
+    tables.load(file, column);
+    EXPECT_THAT(tables.take_facts(), testing::ElementsAre(testing::EndsWith(", no seal"), advice));
+    const auto read_again = [&] {
+        tables.take_over();
+        tables.ask();
+        tables.take_over();
+        const std::string reason = tables.work();
+        tables.take_over();
+        return reason;
+    };
+    EXPECT_EQ(read_again(), "");
+    EXPECT_THAT(tables.take_facts(), testing::ElementsAre(testing::EndsWith(", no seal")));
+
+    seal_error_table(file);
+    EXPECT_EQ(read_again(), "");
+    EXPECT_THAT(tables.take_facts(), testing::ElementsAre(testing::HasSubstr(", seal ")));
+    std::string damaged = contents(file);
+    damaged.replace(damaged.find("0.001"), 5, "0.003");
+    folder.write("xy.csv", damaged);
+    EXPECT_THAT(read_again(),
+                testing::HasSubstr("check it, then: plumb squareness --table " + file + " --seal"));
+    EXPECT_TRUE(tables.refused());
+    EXPECT_EQ(of(tables.in_use(), 0), 0.001) << "the tables of before stay";
+
+    folder.write("xy.csv", all_are(0.002));
+    EXPECT_EQ(read_again(), "");
+    EXPECT_THAT(tables.take_facts(), testing::ElementsAre(testing::EndsWith(", no seal"), advice));
 }
 
 TEST(ErrorTables, InUseAreWholeWhileOthersAreRead) {

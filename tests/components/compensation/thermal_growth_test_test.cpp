@@ -427,6 +427,10 @@ TEST_F(ThermalGrowthTest, RestoredRecordsContinueTheTest) {
     set("resume", 1);
     set("gap", 5000);
     begin();
+    set("row", rows);
+    tick();
+    EXPECT_EQ(get("row-item"), 6);  // resumed
+    EXPECT_EQ(get("row-x"), 0);
     EXPECT_NEAR(get("elapsed"), 5600, 10);
     EXPECT_EQ(get("pass"), 1);
     pass(0.02);
@@ -435,6 +439,18 @@ TEST_F(ThermalGrowthTest, RestoredRecordsContinueTheTest) {
     EXPECT_EQ(fault(), Fault::none);  // the reference is known
     set("running", 0);
     tick();
+    const double elapsed = get("elapsed");
+    for (const double unknown : {-1.0, static_cast<double>(NAN)}) {
+        set("gap", unknown);
+        set("row", get("rows"));
+        begin();
+        tick();
+        EXPECT_EQ(get("row-item"), 6);
+        EXPECT_EQ(get("row-x"), 1);
+        EXPECT_NEAR(get("elapsed"), elapsed, 10);
+        set("running", 0);
+        tick();
+    }
     set("resume", 0);
     begin();
     EXPECT_LT(get("rows"), 5);

@@ -97,6 +97,10 @@ class Files(unittest.TestCase):
         self.assertEqual(wrong.returncode, 1)
         self.assertRegex(wrong.stderr, r"^can_sensor_dbc: .*no DBC file.*\n$")
         self.assertIn("Torque.SpindleTorque %\n", self.convert("--list").stdout)
+        with open("/dev/full", "w") as full:
+            for words in (["--list"], ["Odd"]):
+                done = subprocess.run([CONVERTER, DBC, *words], stdout=full, stderr=subprocess.PIPE, text=True)
+                self.assertEqual((done.returncode, done.stderr), (1, "can_sensor_dbc: standard output: No space left on device\n"))
 
 
 class Bus(unittest.TestCase):
@@ -177,8 +181,7 @@ class Bus(unittest.TestCase):
         # Frames that are not the signal's: of other lengths of id, remote, too short.
         for identity, data in ((0x201 | EXTENDED, b"\1\0"), (0x201 | socket.CAN_RTR_FLAG, b"\1\0"), (0x202, b"\1\0")):
             self.send(identity, data)
-        self.send(0x201, b"\1")
-        self.await_pin("speed.fault-code", DAMAGED)
+        self.await_pin("speed.fault-code", DAMAGED, between=lambda: self.send(0x201, b"\1"))
         self.assertEqual(self.get("speed.value"), 10000)
         self.await_pin("speed.valid", False)
         self.await_pin("speed.valid", between=lambda: self.send(0x201, b"\1\0\0\0"))
@@ -367,7 +370,8 @@ class Bus(unittest.TestCase):
         self.addCleanup(patched.stop)
         self.host = plumb.Host(namespaces=False)
         self.addCleanup(self.host.close)
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt sum2 names=load-reading", "net spindle-load load-reading.out", "loadrt thermal_displacement names=growth"):
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt sum2 names=load-reading", "net spindle-load load-reading.out", "loadrt thermal_displacement names=growth",
+                     "loadrt interlock names=interlock", "addf interlock.update servo-thread"):
             self.host.command(line)
         self.host.load(os.path.join(mill, "sensors.hal"))
         self.host.command("start")
@@ -381,7 +385,7 @@ class Bus(unittest.TestCase):
         self.assertAlmostEqual(self.host.get("spindle-load"), 42.3)
         self.assertFalse(self.host.get("sensors-dead"))
         sending.set()
-        # A program that dies leaves valid as it was; the watchdog sees it.
+        # A program that dies leaves valid as it was; interlock sees it.
         program = int(subprocess.check_output(["pgrep", "-f", "^can_sensor --file " + self.folder]))
         until("load-valid", True)
         os.kill(program, signal.SIGSTOP)
@@ -399,7 +403,7 @@ class Bus(unittest.TestCase):
 
         def sender():
             while not over.wait(0.02):
-                subprocess.run(["cansend", "vcan0", "201#1027"])
+                self.send(0x201, b"\x10\x27")
 
         thread = threading.Thread(target=sender)
         thread.start()
@@ -427,7 +431,7 @@ class Everything(unittest.TestCase):
         folder = own_folder(self)
         words = ["/usr/bin/python3", os.path.join(ROOT, "tests", "support", "run.py"), os.path.abspath(__file__), *sys.argv[1:]]
         done = subprocess.run(
-            [os.path.join(ROOT, "tests", "support", "can_vm"), "200", folder, *words],
+            [os.path.join(ROOT, "tests", "support", "can_vm"), "500", folder, *words],
             env={**os.environ, BUS: "1", "PLUMB_BUILD": BUILD},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

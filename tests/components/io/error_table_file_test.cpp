@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/files/error_table_file.hpp"
+#include "components/io/files/error_table_seal.hpp"
 
 #include "tests/support/error_table_text.hpp"
 #include "tests/support/folder.hpp"
@@ -8,7 +9,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <clocale>
+#include <filesystem>
 #include <locale>
 #include <map>
 #include <stdexcept>
@@ -221,17 +226,22 @@ TEST(ErrorTableFile, ShowsWhatTheHeadStates) {
     ASSERT_EQ(facts.size(), 2u);
     EXPECT_EQ(facts[0].sentence(),
               "/a.csv: error tables of X, 2 rows, machine portal mill 7, date 2026-11-20, "
-              "temperature 20.1 °C, checksum 540aff5d");
+              "temperature 20.1 °C, no seal");
     EXPECT_EQ(facts[1].sentence(),
-              "/b.csv: error tables of Z, Y, 4 rows, no machine, no date, no temperature, "
-              "checksum 35a2272c (not in the file)");
+              "/b.csv: error tables of Z, Y, 4 rows, no machine, no date, no temperature, no seal");
+    EXPECT_EQ(facts[1].advice(),
+              "/b.csv has no seal, so a damaged digit can go unseen: check the table, then: "
+              "plumb squareness --table /b.csv --seal");
+    const std::string head = "# date: 2026-11-20\n" + rows;
+    EXPECT_EQ(facts_of({{"c", head + "# end, seal c2da2411, 2 rows\n"}})[0].sentence(),
+              "c: error tables of X, 2 rows, no machine, date 2026-11-20, no temperature, seal c2da2411");
 }
 
 TEST(ErrorTableFile, RefusesAHeadThatIsWrong) {
     const std::string rows = "X,EXX\n0,0\n10,0.001\n# end, 2 rows\n";
     const std::string changed =
-        " is not that of the rows, which are changed or damaged; if they are right, write: "
-        "# checksum: 540aff5d";
+        " is not that of the rows, which were changed or are damaged; check them, then: "
+        "plumb squareness --table /a.csv --seal";
     for (const auto& [text, sentence] :
          Texts{{"# checksum: 540aff5e\n" + rows, "/a.csv: line 1: checksum '540aff5e'" + changed},
                {"#\n# checksum: 540aff\n" + rows, "/a.csv: line 2: checksum '540aff'" + changed},
@@ -243,12 +253,125 @@ TEST(ErrorTableFile, RefusesAHeadThatIsWrong) {
 }
 
 // Lines that end otherwise, or remarks, are no other table.
-TEST(ErrorTableFile, ChecksumIsOfTheRowsAlone) {
-    const std::string rows = "X,EXX\n0,0\n10,0.001\n";
+TEST(ErrorTableFile, AChecksumIsOfTheRowsAlone) {
+    const std::string sum = "# checksum: 540aff5d\n", rows = "X,EXX\n0,0\n10,0.001\n";
     for (const std::string& text : {closed(rows), with_line_ends(closed(rows), "\r\n"),
                                     "\n# cold\n" + closed(" X,EXX \n\n0,0\n10,0.001")})
-        EXPECT_EQ(facts_of({{"a", text}})[0].checksum, "540aff5d") << text;
-    EXPECT_NE(facts_of({{"a", closed("X,EXX\n0,0\n10,0.002\n")}})[0].checksum, "540aff5d");
+        EXPECT_EQ(refusal(sum + text), "accepted") << text;
+    EXPECT_NE(refusal(sum + closed("X,EXX\n0,0\n10,0.002\n")), "accepted");
+}
+
+std::string sealed(const std::string& text) {
+    return error_table_file::Reader::sealed("/a.csv", text);
+}
+
+const std::string laser =
+    "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n# u: EYY 0.3e-3\n\n"
+    "Y,EXY,EYY,EAY\n0,0,0,0\n50,0.0012,-0.003,1.5e-5\n# by laser\nX,EXX\n-10,0.001\n0,0\n10,-0.001\n"
+    "# end, 5 rows\n";
+
+TEST(ErrorTableFile, NoFlippedBitOfASealedFileIsTaken) {
+    for (const std::string& text :
+         {laser, with_line_ends(laser, "\r\n"), "\xef\xbb\xbf" + laser,
+          std::string("\tX, EXX\n 0 ,0\n10 , 0\n# end, 2 rows"), laser + "# cold\n"}) {
+        const std::string whole = sealed(text);
+        ASSERT_EQ(refusal(whole), "accepted") << whole;
+        ASSERT_NE(facts_of({{"a", whole}})[0].seal, "");
+        none_but_the_whole_is_taken(whole);
+        for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
+            std::string flipped = whole;
+            flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ 1 << bit % 8);
+            EXPECT_NE(refusal(flipped), "accepted")
+                << "bit " << bit % 8 << " of byte " << bit / 8 << " of " << whole;
+        }
+    }
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(ErrorTableFile, AnEditorMayChangeLineEndsAndEmptyLinesOfASealedFile) {
+    const std::string whole = sealed(laser);
+    const std::string without_end = whole.substr(0, whole.size() - 1);
+    for (const std::string& text :
+         {with_line_ends(whole, "\r\n"), with_line_ends(whole, "\n\n"), "\xef\xbb\xbf" + whole, "\n" + whole,
+          whole + "\n\n", without_end, replaced(whole, "\n\n", "\n")})
+        EXPECT_EQ(refusal(text), "accepted") << text;
+}
+
+TEST(ErrorTableFile, AnyOtherChangeOfASealedFileIsRefusedWithTheCommandThatSealsIt) {
+    const std::string whole = sealed(laser);
+    for (const auto& [from, to] : Texts{{"0.0012", "0.0013"},
+                                        {"20.1", "23.1"},
+                                        {"11-20", "11-21"},
+                                        {"mill 7", "mill 8"},
+                                        {"0.3e-3", "0.1e-3"},
+                                        {"by laser", "by level"},
+                                        {"# by laser\n", ""},
+                                        {"# date: 2026-11-20\n", ""},
+                                        {"0,0,0,0\n", "0,0,0,0 \n"},
+                                        {"0,0,0,0\n", "0, 0,0,0\n"},
+                                        {"1.5e-5", "15e-6"},
+                                        {"# end", "# cold\n# end"}}) {
+        const std::string reason = refusal(replaced(whole, from, to));
+        EXPECT_NE(reason.find(" is not that of the file, which gives "), std::string::npos) << reason;
+        EXPECT_NE(reason.find("check it, then: plumb squareness --table /a.csv --seal"), std::string::npos)
+            << reason;
+    }
+    const std::string more = replaced(whole, "10,-0.001\n", "10,-0.001\n20,0\n");
+    const std::string seal = facts_of({{"a", whole}})[0].seal;
+    EXPECT_EQ(refusal(more),
+              "/a.csv: line 15: '# end, seal " + seal +
+                  ", 5 rows' does not count the 6 rows before it: a part may be missing; if they "
+                  "are all, write: # end, 6 rows, then: plumb squareness --table /a.csv --seal");
+    EXPECT_EQ(refusal({{"/a b's.csv", replaced(whole, "20.1", "2.1")}}).substr(0, 28),
+              "/a b's.csv: line 14: seal '" + seal.substr(0, 1));
+    EXPECT_NE(refusal({{"/a b's.csv", replaced(whole, "20.1", "2.1")}})
+                  .find("plumb squareness --table '/a b'\\''s.csv' --seal"),
+              std::string::npos);
+}
+
+TEST(ErrorTableFile, ASealChangesNoTableAndReplacesAFormerOne) {
+    const std::string rows = "X,EXX\n0,0\n10,0.001\n";  // whose CRC-32 is that of Python's zlib
+    EXPECT_EQ(sealed(rows + "# end, 2 rows\n"), rows + "# end, seal 540aff5d, 2 rows\n");
+    EXPECT_EQ(sealed("\n" + rows + "# end, 2 rows\n\n\n"), "\n" + rows + "# end, seal 540aff5d, 2 rows\n");
+    EXPECT_EQ(sealed(rows + "# end, seal 00000000, 2 rows\n"), rows + "# end, seal 540aff5d, 2 rows\n");
+    EXPECT_EQ(sealed("\xef\xbb\xbf# checksum: 00000000\r\nX,EXX \r\n0,0\t\r\n10,0.001\r\n#end, 2 rows,,"),
+              "\xef\xbb\xbf" + with_line_ends(rows, "\r\n") + "# end, seal 540aff5d, 2 rows\r\n");
+    const std::string once = sealed(laser);
+    EXPECT_EQ(sealed(once), once);
+    const auto before = tables_of({{"a", laser}}), after = tables_of({{"a", once}});
+    for (const double position : {-10.0, 3.0, 50.0})
+        for (const char axis : {'X', 'Y'})
+            EXPECT_EQ(before.at(axis).at(position).errors, after.at(axis).at(position).errors);
+    for (const std::string& text : {rows, rows + "# end, 3 rows\n", rows + "# end, seal 540aff5d, 3 rows\n",
+                                    replaced(once, "0.0012", "12")})
+        EXPECT_THROW(sealed(text), std::runtime_error) << text;
+}
+
+TEST(ErrorTableFile, ASealIsWrittenIntoTheFileThatKeepsItsRights) {
+    const Folder folder;
+    const std::string file = folder.write("a.csv", laser), link = folder / "link.csv";
+    ASSERT_EQ(chmod(file.c_str(), 0640), 0);
+    ASSERT_EQ(symlink(file.c_str(), link.c_str()), 0);
+    seal_error_table(link);
+    EXPECT_EQ(contents(file), sealed(laser));
+    struct stat state {};
+    ASSERT_EQ(lstat(file.c_str(), &state), 0);
+    EXPECT_EQ(state.st_mode & 07777, 0640u);
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    EXPECT_NE(read_error_tables({file}).files[0].seal, "");
+
+    const std::string wrong = laser.substr(0, laser.size() / 2);
+    folder.write("b.csv", wrong);
+    EXPECT_THROW(seal_error_table(folder / "b.csv"), std::runtime_error);
+    EXPECT_EQ(contents(folder / "b.csv"), wrong);
+    EXPECT_THROW(seal_error_table(folder / "none.csv"), std::runtime_error);
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        names.push_back(entry.path().filename());
+    EXPECT_THAT(names, testing::UnorderedElementsAre("a.csv", "b.csv", "link.csv"));
 }
 
 TEST(ErrorTableFile, RefusesASecondTableOfAnAxisInAnotherFile) {

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import time
 import unittest
+import zlib
 
 import plumb
 from tree import BUILD, ROOT, own_folder
@@ -105,16 +106,29 @@ class GrowthLog(unittest.TestCase):
     def logs(self):
         return sorted(glob.glob(os.path.join(self.folder, "logs", "growth-*.csv")))
 
-    def lines(self, path):
+    def raw_lines(self, path):
         with open(path, encoding="ascii") as file:
             return file.read().split("\n")
+
+    def lines(self, path):
+        """The lines without their checksums, each of which is that of the lines so far."""
+        lines, so_far = self.raw_lines(path), b""
+        for place, line in enumerate(lines[:-1]):
+            lines[place], _, checksum = line.rpartition(",")
+            so_far += lines[place].encode("ascii") + b"\n"
+            self.assertEqual(checksum, "%08x" % zlib.crc32(so_far), line)
+        return lines
+
+    def gap(self):
+        self.until(lambda: self.get("growth-log.resumable"), "the test was given back", tick=True)
+        return self.get("growth-test.gap")
 
     def test_the_log_has_each_record_in_order(self):
         self.start_log()
         self.play(300)
         (path,) = self.logs()
         lines = self.lines(path)
-        self.assertEqual(lines[0], "growth-log,1")
+        self.assertEqual(lines[0], "growth-log,2")
         self.assertIn("machine,mill 3", lines)
         self.assertIn("bore,1,0,-60,60", lines)
         self.assertIn("sphere,9,0,0,80", lines)
@@ -242,14 +256,39 @@ class GrowthLog(unittest.TestCase):
         self.until(lambda: len(self.logs()) == 2, "a second file", tick=True)
         self.assertEqual(self.lines(self.logs()[0]), before)
 
+    def test_the_last_log_is_the_one_with_the_highest_number_whatever_the_clock_showed(self):
+        self.start_log()
+        self.play(200)
+        self.kill()
+        future = os.path.join(os.path.dirname(self.logs()[0]), "growth-20991231-235959.csv")
+        os.rename(self.logs()[0], future)
+        self.start_machine()
+        self.start_log()
+        self.until(lambda: self.get("growth-log.resumable"), "the test was given back", tick=True)
+        self.play(200)
+        self.until(lambda: len(self.logs()) == 2, "a second file", tick=True)
+        self.kill()
+        second = next(log for log in self.logs() if log != future)
+        self.assertEqual([self.lines(log)[1] for log in (future, second)], ["log,1", "log,2"])
+        before = self.lines(future)
+        self.start_machine()
+        self.host.set("growth-test.resume", True)
+        self.start_log()
+        self.until(lambda: self.get("growth-log.resumable"), "the test was given back", tick=True)
+        self.play(1)
+        self.until(lambda: any(",resumed," in line for line in self.lines(second)), "the second test is resumed", tick=True)
+        self.assertEqual(self.lines(future), before)
+
     def test_a_damaged_or_foreign_log_stays_and_is_not_resumed(self):
         self.start_log()
         self.play(200)
         self.kill()
         path = self.logs()[0]
-        good = self.lines(path)
+        good = self.raw_lines(path)
+        first = next(i for i, line in enumerate(good) if line.split(",")[0] in KINDS)
         for text, settings, code in (
-            ("\n".join(good[:12] + good[13:]), "mill 3", DAMAGED),
+            ("\n".join(good[:first] + good[first + 1 :]), "mill 3", DAMAGED),
+            ("\n".join(good).replace(",measured,0", ",measured,1", 1), "mill 3", DAMAGED),
             ("\n".join(good), "mill 4", FOREIGN),
         ):
             with open(path, "w", encoding="ascii") as file:
@@ -262,6 +301,33 @@ class GrowthLog(unittest.TestCase):
             with open(path, encoding="ascii") as file:
                 self.assertEqual(file.read(), text)
             self.kill()
+
+    def test_the_gap_is_that_of_the_computer_whatever_its_clock_shows(self):
+        self.start_log()
+        self.play(100)
+        self.kill()
+        began = time.monotonic()
+        number = self.get("growth-test.rows")
+        for wrong in (0, time.time() + 1e6):  # 1970, and days ahead
+            os.utime(self.logs()[0], (wrong, wrong))
+            self.start_machine()
+            self.start_log()
+            gap = self.gap()
+            self.assertGreater(gap, 0)
+            self.assertLess(gap, time.monotonic() - began + 1)
+            self.kill()
+        self.assertEqual(self.get("growth-test.rows"), number)
+
+        os.remove(os.path.join(self.folder, "logs", ".growth_log.last"))  # as after a start of the computer
+        self.start_machine()
+        self.start_log()
+        self.assertEqual(self.gap(), -1)
+        self.host.set("growth-test.resume", True)
+        elapsed = float(next(line for line in reversed(self.lines(self.logs()[0])) if line).split(",")[2])
+        self.play(1)
+        resumed = [line.split(",") for line in self.lines(self.logs()[0]) if ",resumed," in line]
+        self.assertEqual([event[10] for event in resumed], ["1"])
+        self.assertEqual(float(resumed[0][2]), elapsed)
 
     def test_wrong_settings_are_refused_with_their_line(self):
         for wrong, reason in (("ball = -1", "growth.toml:1: ball is no number"), ("bal = 6", "unknown key 'bal'")):

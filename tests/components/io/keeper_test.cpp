@@ -7,7 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -74,6 +78,57 @@ TEST_F(KeeperThreads, OneMayFinishAndAnotherLookWhileItSteps) {
         background.join();
         const std::string line = "\"kept.in\" = " + std::to_string(round) + ".5\n";
         EXPECT_NE(stored().find(line), std::string::npos) << stored();
+    }
+}
+
+// The store has been written.
+void keep(Keeper& keeper) {
+    while (keeper.state().saves == 0) keeper.step();
+}
+
+TEST_F(KeeperThreads, ARemovedLockFileLetsNoSecondKeeperIn) {
+    the_pin.f = 1.5;
+    Keeper first(toml);
+    keep(first);
+    std::filesystem::remove(folder / "it.retained.lock");
+    EXPECT_THROW(Keeper second(toml), std::runtime_error);
+}
+
+TEST_F(KeeperThreads, TooManyOpenFilesAtTheStartAreNotFinal) {
+    the_pin.f = 1.5;
+    {
+        Keeper first(toml);
+        keep(first);
+    }
+    the_pin.f = 0;
+    rlimit before{};
+    getrlimit(RLIMIT_NOFILE, &before);
+    const int free = dup(0);
+    close(free);
+    const rlimit one_free{static_cast<rlim_t>(free) + 1, before.rlim_max};
+    setrlimit(RLIMIT_NOFILE, &one_free);
+    Keeper second(toml);
+    setrlimit(RLIMIT_NOFILE, &before);
+    EXPECT_EQ(second.state().fault, Fault::inaccessible);
+    for (int tries = 0; tries < 400 && !second.state().restored; ++tries) {
+        second.step();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(second.state().fault, Fault::none);
+    EXPECT_EQ(the_pin.f, 1.5);
+}
+
+TEST(RetainedFile, NoFlippedBitIsTaken) {
+    Retained values;
+    values.pins = {{"a.b", 1.5}, {"a.on", true}, {"a.n", std::int64_t{7}}};
+    values.records["growth"] = {{{"length", -2.5}, {"tool", std::int64_t{3}}}};
+    const std::string text = retained_file::compose(values, "mill");
+    ASSERT_EQ(retained_file::compose(retained_file::parse(text, "mill", "store"), "mill"), text);
+    for (std::size_t bit = 0; bit < 8 * text.size(); ++bit) {
+        std::string flipped = text;
+        flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ 1 << bit % 8);
+        EXPECT_THROW(retained_file::parse(flipped, "mill", "store"), retained_file::Refused)
+            << "bit " << bit % 8 << " of byte " << bit / 8 << " of " << text;
     }
 }
 

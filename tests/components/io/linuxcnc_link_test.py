@@ -82,13 +82,10 @@ class Days(unittest.TestCase):
         for name, text in files.items():
             with open(os.path.join(machine, name), "w") as file:
                 file.write(text)
-        ini = os.path.join(machine, "three_axis.ini")
-        linuxcnc_runs.use_scenario(ini, "link_scenario.py")
-        with open(ini, "a") as file:
-            file.write("HALFILE = link.hal\n")
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "three_axis.ini"), HAL=linuxcnc_runs.at_the_end("HALFILE = link.hal"))
         cls.facts = []
         for _ in range(2):
-            its, cls.said = linuxcnc_runs.work(folder, ini)
+            its, cls.said = linuxcnc_runs.work(folder, ini, "link_scenario.py")
             cls.facts.append(its["facts"])
 
     def test_what_was_kept_is_in_force_on_the_second_day(self):
@@ -117,6 +114,19 @@ class Days(unittest.TestCase):
                 ["Close the door at the back."],
             ],
         )
+
+
+class Stamp(unittest.TestCase):
+    def test_another_content_with_the_time_of_the_former_one_is_seen(self):
+        path = os.path.join(own_folder(self), "part.ngc")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("G0 X0\n")
+        before, stamp = os.stat(path), linuxcnc_link.stamp(path)
+        with open(path, "w", encoding="ascii") as file:
+            file.write("G0 X9\n")
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+        self.assertEqual((os.stat(path).st_mtime_ns, os.stat(path).st_size), (before.st_mtime_ns, before.st_size))
+        self.assertNotEqual(linuxcnc_link.stamp(path), stamp)
 
 
 class Settings(unittest.TestCase):

@@ -5,11 +5,13 @@
 // be is found at once. PLUMB_FAULTS is the number of faults; `scripts/campaign sensors` plays many.
 #include "components/io/modbus_sensor/modbus_link.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/modbus_bytes.hpp"
 
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <pty.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -19,21 +21,24 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 namespace plumb {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using modbus_bytes::Bytes;
 
 enum class Fault {
     none,
     silent,
-    late,  // after the link has given up, but before it asks again
-    slow,  // byte after byte, too slowly
+    late,      // after the link has given up, but before it asks again
+    too_late,  // after it has asked again, over a serial line
+    slow,      // byte after byte, too slowly
     garbage,
     truncated,
     flood,
@@ -41,7 +46,7 @@ enum class Fault {
     other_function,
     other_size,
     damaged,   // a bit of it
-    previous,  // over TCP the reply to the request before; on a serial line noise before the reply
+    previous,  // over TCP the reply to another request; on a serial line noise before the reply
     twice,
     exception,
     closed,
@@ -96,25 +101,19 @@ protected:
         ++requests;
         const double asked = seconds_now();
         const std::size_t begin = serial ? 0 : 6;
-        const Fault fault = draw_();
+        const Fault fault = healthy_ > 0 ? Fault::none : draw_();
+        if (healthy_ > 0) --healthy_;
         const auto reply_at_once = [&] {
             Bytes body{request[begin], 3, 8};
             std::uint16_t words[4];
             encode(seconds_now(), {ModbusEncoding::Type::f64, false, false, 0, 0}, words);
-            for (const std::uint16_t word : words) modbus_frame::add_word(body, word);
+            for (const std::uint16_t word : words) modbus_bytes::add_word(body, word);
             return body;
         };
         const auto framed = [&](Bytes body, const Bytes& of) {
-            Bytes bytes;
-            if (serial) {
-                bytes = body;
-                const std::uint16_t sum = modbus_frame::crc(bytes.data(), bytes.size());
-                bytes.push_back(static_cast<std::uint8_t>(sum & 0xFF));
-                bytes.push_back(static_cast<std::uint8_t>(sum >> 8));
-            } else {
-                bytes = {of[0], of[1], 0, 0, 0, static_cast<std::uint8_t>(body.size())};
-                bytes.insert(bytes.end(), body.begin(), body.end());
-            }
+            if (serial) return modbus_bytes::with_checksum(body);
+            Bytes bytes{of[0], of[1], 0, 0, 0, static_cast<std::uint8_t>(body.size())};
+            bytes.insert(bytes.end(), body.begin(), body.end());
             return bytes;
         };
         Bytes body = reply_at_once();
@@ -131,6 +130,12 @@ protected:
             case Fault::late:
                 sleep(timeout_ + 0.4 * retry_ * static_cast<double>(random_() % 1000) / 1000);
                 send(reply);
+                return true;
+            case Fault::too_late:
+                sleep(timeout_ + retry_ * (1 + static_cast<double>(random_() % 3000) / 1000));
+                write_all(descriptor, reply);
+                healthy_ =
+                    4;  // after one delay; a second one while the link makes sure is a limit of the page
                 return true;
             case Fault::slow:
                 for (const std::uint8_t byte : reply) {
@@ -168,7 +173,8 @@ protected:
             }
             case Fault::previous:
                 if (serial) send({static_cast<std::uint8_t>(random_())});
-                send(serial || before.empty() ? reply : before);
+                if (!serial && !ModbusConnection::numbers_requests) ++reply[1];  // all else is the same
+                send(serial || before.empty() || !ModbusConnection::numbers_requests ? reply : before);
                 return true;
             case Fault::twice:
                 reply.insert(reply.end(), reply.begin(), reply.end());
@@ -206,6 +212,7 @@ protected:
     std::mt19937 random_{1};
     Bytes previous_;
     bool gone_ = false;
+    int healthy_ = 0;  // answers that are without fault
     std::thread thread_;
 };
 
@@ -439,25 +446,54 @@ protected:
     std::vector<std::string> said;
 };
 
-TEST_F(ModbusLinkTest, EachFaultHasItsCode) {
-    ModbusLinkSettings its = to(server);
-    its.timeout = 0.1;
-    for (const auto& [kind, code] :
-         std::vector<std::pair<Fault, SensorFault>>{{Fault::silent, SensorFault::silent},
-                                                    {Fault::other_device, SensorFault::damaged},
-                                                    {Fault::other_function, SensorFault::damaged},
-                                                    {Fault::other_size, SensorFault::damaged},
-                                                    {Fault::exception, SensorFault::refused},
-                                                    {Fault::closed, SensorFault::disconnected}}) {
-        fault = kind;
-        ModbusLink link(its, collected(said));
-        link.start();
-        EXPECT_TRUE(becomes([&] { return reading_of(link).fault == code; }))
-            << static_cast<int>(kind) << " gives " << static_cast<int>(reading_of(link).fault);
-        EXPECT_FALSE(reading_of(link).valid);
-        fault = Fault::none;
-        EXPECT_TRUE(becomes([&] { return reading_of(link).valid; })) << static_cast<int>(kind);
-        link.stop(5);
+TEST(ModbusLinkFaults, EachHasItsCode) {
+    using Code = SensorFault;
+    const std::vector<std::tuple<Fault, Code, Code>> cases{
+        // over TCP, on a serial line
+        {Fault::silent, Code::silent, Code::silent},
+        {Fault::too_late, Code::silent, Code::silent},
+        {Fault::slow, Code::damaged, Code::damaged},
+        {Fault::garbage, Code::damaged, Code::damaged},
+        {Fault::truncated, Code::damaged, Code::damaged},
+        {Fault::flood, Code::damaged, Code::damaged},
+        {Fault::other_device, Code::damaged, Code::damaged},
+        {Fault::other_function, Code::damaged, Code::damaged},
+        {Fault::other_size, Code::damaged, Code::damaged},
+        {Fault::damaged, Code::damaged, Code::damaged},
+        {Fault::previous, Code::damaged, Code::damaged},
+        {Fault::twice, Code::damaged, Code::damaged},
+        {Fault::exception, Code::refused, Code::refused},
+        {Fault::closed, Code::disconnected, Code::disconnected},
+        {Fault::half_closed, Code::disconnected, Code::disconnected},
+        {Fault::gone, Code::disconnected, Code::disconnected}};
+    const double its_timeout = 0.05, its_retry = 0.06;
+    const Folder folder;
+    std::vector<std::string> said;
+    std::atomic<Fault> fault{Fault::none};
+    const auto draw = [&] { return fault.load(); };
+    FaultyServer server(its_timeout, its_retry, draw);
+    FaultyLine line(folder / "line", its_timeout, its_retry, draw);
+    for (FaultyDevice* device : {static_cast<FaultyDevice*>(&server), static_cast<FaultyDevice*>(&line)}) {
+        device->start();
+        const bool serial = device == &line;
+        ModbusLinkSettings its = serial ? to(folder / "line") : to(server);
+        its.timeout = its_timeout;
+        its.retry = its.retry_max = its_retry;
+        its.channels[0].limits.max_age = 10;
+        for (const auto& [kind, tcp_code, serial_code] : cases) {
+            const SensorFault code = serial ? serial_code : tcp_code;
+            ModbusLink link(its, collected(said));
+            link.start();
+            ASSERT_TRUE(becomes([&] { return reading_of(link).valid; }));
+            fault = kind;
+            EXPECT_TRUE(becomes([&] { return reading_of(link).fault == code; }))
+                << (serial ? "line, " : "TCP, ") << static_cast<int>(kind) << " gives "
+                << static_cast<int>(reading_of(link).fault);
+            fault = Fault::none;
+            EXPECT_TRUE(becomes([&] { return reading_of(link).fault == SensorFault::none; }))
+                << (serial ? "line, " : "TCP, ") << static_cast<int>(kind);
+            link.stop(5);
+        }
     }
 }
 
@@ -526,51 +562,220 @@ TEST_F(ModbusLinkTest, ItsEndNeverWaitsForANameServer) {
     EXPECT_LT(seconds_now() - began, 1);
 }
 
-TEST(ModbusSerialLine, AReplyLaterThanTheRetryMakesTheValueInvalid) {
+// A device on a pseudo terminal, whose replies the test chooses, and a link that asks it.
+class ModbusSerialLine : public testing::Test {
+protected:
+    ModbusSerialLine() {
+        int ends[2];
+        if (openpty(&ends[0], &ends[1], nullptr, nullptr, nullptr) != 0) std::abort();
+        device = Descriptor(ends[0]);
+        slave = Descriptor(ends[1]);
+        termios raw{};
+        cfmakeraw(&raw);
+        tcsetattr(slave.number(), TCSANOW, &raw);
+        std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(slave.number()), folder / "line");
+        ModbusLinkSettings its = to(folder / "line");
+        its.timeout = its.retry = its.retry_max = 0.5;
+        its.channels[0].encoding.type = ModbusEncoding::Type::u16;
+        its.channels[0].every = 1;
+        its.channels[0].limits.max_age = 10;
+        link.emplace(its, collected(said));
+        link->start();
+    }
+    ~ModbusSerialLine() override { link->stop(5); }
+
+    // Returns when the link has asked; false if it does not in time.
+    bool asked(double seconds = 20) {
+        Bytes bytes;
+        for (const double until = seconds_now() + seconds; bytes.size() < 8 && seconds_now() < until;) {
+            pollfd waiting{device.number(), POLLIN, 0};
+            std::uint8_t buffer[8];
+            if (poll(&waiting, 1, 5) <= 0) continue;
+            const ssize_t count = read(device.number(), buffer, 8 - bytes.size());
+            bytes.insert(bytes.end(), buffer, buffer + std::max<ssize_t>(count, 0));
+        }
+        return bytes.size() == 8;
+    }
+    void answer(std::uint8_t value) {
+        write_all(device.number(), modbus_bytes::with_checksum({1, 3, 2, 0, value}));
+    }
+    // Answers until the link takes the value, which it should; returns how many answers that took.
+    int answers_until(std::uint8_t value) {
+        int answers = 0;
+        EXPECT_TRUE(becomes([&] {
+            if (asked(0.02)) answer(value), ++answers;
+            return reading_of(*link).valid && reading_of(*link).value == value;
+        }));
+        return answers;
+    }
+    bool ever_valid() {
+        for (const double until = seconds_now() + 0.05; seconds_now() < until; sleep(0.001))
+            if (reading_of(*link).valid) return true;
+        return false;
+    }
+
     const Folder folder;
-    std::atomic<int> asked{0};
-    // The reply to the first request passes for that to the second, whose own comes before the third.
-    int master = -1, slave = -1;
-    ASSERT_EQ(openpty(&master, &slave, nullptr, nullptr, nullptr), 0);
-    termios raw{};
-    cfmakeraw(&raw);
-    tcsetattr(slave, TCSANOW, &raw);
-    std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(slave), folder / "line");
-    ModbusLinkSettings its = to(folder / "line");
-    its.timeout = its.retry = 0.1;
-    its.channels[0].encoding.type = ModbusEncoding::Type::u16;
-    its.channels[0].every = 1;
-    its.channels[0].limits.max_age = 10;
+    Descriptor device, slave;
     std::vector<std::string> said;
-    ModbusLink link(its, collected(said));
-    link.start();
-    const auto request = [&] {
-        Bytes bytes(8);
-        for (std::size_t done = 0; done < 8;)
-            done += static_cast<std::size_t>(read(master, bytes.data() + done, 8 - done));
-        ++asked;
-    };
-    const auto reply = [&](std::uint8_t value) {
-        Bytes bytes{1, 3, 2, 0, value};
-        const std::uint16_t sum = modbus_frame::crc(bytes.data(), bytes.size());
-        bytes.push_back(static_cast<std::uint8_t>(sum & 0xFF));
-        bytes.push_back(static_cast<std::uint8_t>(sum >> 8));
-        write_all(master, bytes);
-    };
-    request();
-    request();
-    reply(1);
-    EXPECT_TRUE(becomes([&] { return reading_of(link).valid; }));
-    reply(2);
-    EXPECT_TRUE(becomes([&] { return !reading_of(link).valid; }));
-    EXPECT_EQ(reading_of(link).fault, SensorFault::damaged);
-    request();
-    reply(3);
-    EXPECT_TRUE(becomes([&] { return reading_of(link).valid; }));
-    EXPECT_EQ(reading_of(link).value, 3);
-    link.stop(5);
-    close(master);
-    close(slave);
+    std::optional<ModbusLink> link;
+};
+
+TEST_F(ModbusSerialLine, AReplyLaterThanTheRetryIsNoValue) {
+    ASSERT_TRUE(asked());  // 1
+    ASSERT_TRUE(asked());  // 2
+    answer(1);
+    EXPECT_FALSE(ever_valid()) << "it is the reply to the first request";
+    ASSERT_TRUE(asked());  // 3
+    answer(2);
+    EXPECT_FALSE(ever_valid()) << "another reply may follow";
+    answer(3);
+    EXPECT_FALSE(ever_valid()) << "it has followed";
+    EXPECT_EQ(reading_of(*link).fault, SensorFault::damaged);
+    ASSERT_TRUE(asked());  // 4
+    answer(4);
+    EXPECT_FALSE(ever_valid()) << "it is dropped again";
+    answers_until(5);
+}
+
+TEST_F(ModbusSerialLine, AReplyThatIsLostCostsTwoRequests) {
+    answers_until(1);
+    ASSERT_TRUE(asked());
+    EXPECT_TRUE(becomes([&] { return reading_of(*link).fault == SensorFault::silent; }));
+    const int answers = answers_until(3);
+    const int failed = reading_of(*link).errors;
+    EXPECT_GE(answers, 2);
+    EXPECT_LE(answers, 2 * failed + 1) << "it may ask again before this thread looks";
+    EXPECT_EQ(reading_of(*link).fault, SensorFault::none);
+}
+
+TEST_F(ModbusSerialLine, AReplyThatNobodyAskedForMakesTheValueInvalid) {
+    answers_until(1);
+    while (asked(0.3)) answer(1);
+    answer(2);
+    EXPECT_TRUE(becomes([&] { return !reading_of(*link).valid; }));
+    EXPECT_EQ(reading_of(*link).fault, SensorFault::damaged);
+    EXPECT_GE(answers_until(3), 2);
+}
+
+// libmodbus's own server, over TCP or on a pseudo terminal: ten registers and bits of each table, whose value
+// is their number and 100, 200 more.
+class LibmodbusServer {
+public:
+    explicit LibmodbusServer(const std::filesystem::path& line = {})
+        : modbus_(line.empty() ? modbus_new_tcp("127.0.0.1", 0) : modbus_new_rtu("line", 115200, 'N', 8, 1)),
+          mapping_(modbus_mapping_new(10, 10, 10, 10)) {
+        for (int i = 0; i < 10; ++i) {
+            mapping_->tab_registers[i] = static_cast<std::uint16_t>(100 + i);
+            mapping_->tab_input_registers[i] = static_cast<std::uint16_t>(200 + i);
+            mapping_->tab_bits[i] = i % 2 == 0;
+            mapping_->tab_input_bits[i] = i % 2 == 1;
+        }
+        modbus_set_slave(modbus_, 1);
+        modbus_set_indication_timeout(modbus_, 0, 20000);
+        if (line.empty()) {
+            listener_ = Descriptor(modbus_tcp_listen(modbus_, 1));
+            sockaddr_in address{};
+            socklen_t size = sizeof address;
+            getsockname(listener_.number(), reinterpret_cast<sockaddr*>(&address), &size);
+            port = ntohs(address.sin_port);
+        } else {
+            int ends[2];
+            if (openpty(&ends[0], &ends[1], nullptr, nullptr, nullptr) != 0) std::abort();
+            master_ = Descriptor(ends[0]);
+            slave_ = Descriptor(ends[1]);
+            termios raw{};
+            cfmakeraw(&raw);
+            tcsetattr(slave_.number(), TCSANOW, &raw);
+            std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(slave_.number()), line);
+            modbus_set_socket(modbus_, master_.number());
+        }
+        thread_ = std::thread([this] { serve(); });
+    }
+    ~LibmodbusServer() {
+        stop_ = true;
+        thread_.join();
+        modbus_mapping_free(mapping_);
+        modbus_free(modbus_);
+    }
+
+    int port = 0;
+
+private:
+    void serve() {
+        while (!stop_) {
+            if (!master_ && !client_) {
+                pollfd waiting{listener_.number(), POLLIN, 0};
+                if (poll(&waiting, 1, 20) <= 0) continue;
+                client_ = Descriptor(accept(listener_.number(), nullptr, nullptr));
+                modbus_set_socket(modbus_, client_.number());
+            }
+            std::uint8_t request[MODBUS_MAX_ADU_LENGTH];
+            const int size = modbus_receive(modbus_, request);
+            if (size > 0) modbus_reply(modbus_, request, size, mapping_);
+            if (size < 0 && errno != ETIMEDOUT) client_.close();
+        }
+    }
+
+    modbus_t* const modbus_;
+    modbus_mapping_t* const mapping_;
+    Descriptor listener_, client_, master_, slave_;
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+TEST(ModbusLinkPeers, TheServerOfLibmodbusIsReadAndWritten) {
+    for (const bool serial : {false, true}) {
+        const Folder folder;
+        const LibmodbusServer server(serial ? folder / "line" : std::filesystem::path());
+        ModbusLinkSettings its = serial ? to(folder / "line") : settings();
+        its.host = "127.0.0.1";
+        its.port = std::to_string(server.port);
+        its.timeout = its.retry = 0.2;
+        const auto channel = [](const char* name, ModbusTable table, int first, bool output = false) {
+            ModbusChannel result;
+            result.name = name;
+            result.table = table;
+            result.first = first;
+            result.every = 0.01;
+            result.output = output;
+            return result;
+        };
+        its.channels = {
+            channel("holding", ModbusTable::holding, 3),  channel("input", ModbusTable::input, 4),
+            channel("coil", ModbusTable::coil, 6),        channel("discrete", ModbusTable::discrete, 7),
+            channel("written", ModbusTable::holding, 8),  channel("register", ModbusTable::holding, 8, true),
+            channel("lamp", ModbusTable::coil, 1, true),  channel("lit", ModbusTable::coil, 1),
+            channel("missing", ModbusTable::holding, 500)};
+        std::vector<std::string> said;
+        ModbusLink link(its, collected(said));
+        link.state().commands[5] = {true, 4711};
+        link.state().commands[6] = {true, 1};
+        link.start();
+        const auto is = [&](std::size_t i, double value) {
+            return becomes([&] {
+                const std::lock_guard lock(link.state().mutex);
+                const Reading reading = link.state().judges[i].at(seconds_now());
+                return reading.valid && reading.value == value;
+            });
+        };
+        EXPECT_TRUE(is(0, 103)) << serial;
+        EXPECT_TRUE(is(1, 204)) << serial;
+        EXPECT_TRUE(is(2, 1)) << serial;
+        EXPECT_TRUE(is(3, 1)) << serial;
+        EXPECT_TRUE(is(4, 4711)) << serial;
+        EXPECT_TRUE(is(5, 4711)) << serial;
+        EXPECT_TRUE(is(6, 1)) << serial;
+        EXPECT_TRUE(is(7, 1)) << serial;
+        EXPECT_TRUE(becomes([&] {
+            const std::lock_guard lock(link.state().mutex);
+            return link.state().judges[8].at(seconds_now()).fault == SensorFault::refused;
+        }));
+        {
+            const std::lock_guard lock(link.state().mutex);
+            EXPECT_EQ(link.state().judges[0].at(seconds_now()).errors, 0) << "no request failed meanwhile";
+        }
+        link.stop(5);
+    }
 }
 
 }  // namespace

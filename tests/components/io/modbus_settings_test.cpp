@@ -149,7 +149,7 @@ TEST_F(ModbusSettingsFile, ARequestIsNoLongerThanAReplyCanBe) {
     int next = 0;
     for (const ModbusGroup& group : request_plan(link.channels, link.gap)) {
         EXPECT_EQ(group.request.first, next);
-        EXPECT_LE(group.request.count, ModbusRequest::most_registers);
+        EXPECT_LE(group.request.count, MODBUS_MAX_READ_REGISTERS);
         EXPECT_EQ(group.request.count % 2, 0) << "a number is torn";
         next += group.request.count;
     }

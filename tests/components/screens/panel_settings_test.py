@@ -8,17 +8,19 @@ import re
 import sys
 import time
 import unittest
+import zlib
 
 import panel_texts
 import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, growth_state, growth_test_state, hal_files, machine, settings, texts  # noqa: E402
+from panel import access, changes, growth_logs, growth_state, growth_test_state, hal_files, machine, settings, texts, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
-from panel.pin_lines import parse_pins  # noqa: E402
+from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
 PATIENCE = 60  # s of real time, for an event that takes a moment
+SIGNS = {0: "retain.heartbeat", 4: "linuxcnc-alive.task-heartbeat", 5: "linuxcnc-alive.io-heartbeat"}  # of life, by service
 DECLARED, DAMAGED = read_all(os.path.join(BUILD, "share", "plumb"))
 
 
@@ -44,6 +46,51 @@ class HostHal:
         done = self.host.halcmd("setp", name, text)
         if done.status:
             raise ValueError(done.output)
+
+
+class GrowthLogs(unittest.TestCase):
+    """The last log of a folder, whatever the clock showed."""
+
+    def setUp(self):
+        self.folder = own_folder(self)
+
+    def write(self, name, *lines, time=0):
+        text, so_far = b"", b""
+        for line in lines:
+            so_far += line + b"\n"
+            text += line + b",%08x\n" % zlib.crc32(so_far)
+        with open(os.path.join(self.folder, name), "wb") as file:
+            file.write(text if lines[0].endswith(b"2") else so_far)
+        os.utime(os.path.join(self.folder, name), (time, time))
+        return os.path.join(self.folder, name)
+
+    def test_it_has_the_highest_number(self):
+        self.assertIsNone(growth_logs.last_log(self.folder))
+        self.write("growth-20991231-000000.csv", b"growth-log,1", b"machine,mill", time=4e9)
+        tenth = self.write("growth-19700101-000010.csv", b"growth-log,2", b"log,10", b"machine,mill")
+        self.write("growth-20300101-000000.csv", b"growth-log,1", b"log,9", b"machine,mill", time=3e9)
+        self.write("results.csv", b"time,temperature", b"1,20" * 20, time=4e9)
+        self.assertEqual(growth_logs.last_log(self.folder), tenth)
+
+    def test_two_with_the_highest_number_are_named(self):
+        self.write("growth-a.csv", b"growth-log,2", b"log,3", b"machine,mill")
+        self.write("growth-b.csv", b"growth-log,2", b"log,3", b"machine,mill")
+        with self.assertRaisesRegex(ValueError, "^growth-a.csv and growth-b.csv have the same number: move one of them out of "):
+            growth_logs.last_log(self.folder)
+
+    def test_one_with_a_damaged_number_may_be_the_last(self):
+        self.write("growth-b.csv", b"growth-log,2", b"log,3", b"machine,mill of a name that is longer than the head")
+        path = self.write("growth-a.csv", b"growth-log,2", b"log,2", b"machine,mill of a name that is longer than the head")
+        with open(path, "rb") as file:
+            good = file.read()
+        self.assertEqual(growth_logs.number_of_log(path), 2)
+        for bit in range(8 * (good.index(b"machine") - 1)):
+            flipped = bytearray(good)
+            flipped[bit // 8] ^= 1 << bit % 8
+            with open(path, "wb") as file:
+                file.write(flipped)
+            self.assertEqual(growth_logs.number_of_log(path), math.inf, bit)
+        self.assertEqual(growth_logs.last_log(self.folder), path)
 
 
 class WithHost(unittest.TestCase):
@@ -183,6 +230,31 @@ class Changing(WithHost):
         with open(os.path.join(self.folder, "panel_changes.log"), "a") as file:
             file.write('{"time": 1,\n{"ti')
         self.assertEqual(len(self.screen().log.all()), 1)
+        self.screen().change(self.growth, "window", "0.35")
+        self.assertEqual([change.new for change in self.screen().log.all()], ["0.25", "0.35"])
+
+    def test_no_change_with_a_flipped_bit_is_shown_or_undone(self):
+        screen, path = self.screen(), os.path.join(self.folder, "panel_changes.log")
+        screen.change(self.growth, "window", "0.25")
+        screen.change(self.growth, "window", "0.35")
+        with open(path, "rb") as file:
+            good = file.read()
+        first = good.index(b"\n") + 1
+        for bit in range(8 * first, 8 * len(good)):
+            flipped = bytearray(good)
+            flipped[bit // 8] ^= 1 << bit % 8
+            with open(path, "wb") as file:
+                file.write(flipped)
+            self.assertEqual([change.new for change in changes.ChangeLog(path).all()], ["0.25"], (bit, bytes(flipped)))
+        with self.assertRaisesRegex(settings.Conflict, "was changed meanwhile"):
+            self.screen().undo(self.growth, "window")  # of 0.25, which is not in force
+        self.assertEqual(self.hal.get("growth.window"), 0.35)
+
+    def test_changes_of_before_have_no_checksum(self):
+        with open(os.path.join(self.folder, "panel_changes.log"), "w", encoding="ascii") as file:
+            file.write('{"time": 1.5, "who": "anna", "pin": "growth.window", "old": "0.125", "new": "0.5", "why": ""}\n')
+        self.screen().undo(self.growth, "window")
+        self.assertEqual(self.hal.get("growth.window"), 0.125)
 
 
 class Keeping(WithHost):
@@ -277,6 +349,81 @@ class Verdicts(WithHost):
         self.assertEqual(may, {"view": [True, False, False], "operator": [True, True, False], "integrator": [True, True, True]})
         with self.assertRaises(ValueError):
             access.Access("boss")
+
+
+class Waiting(WithHost):
+    CHANGES = "The next move waits until no offset and no correction of the tool changes."
+
+    def setUp(self):
+        super().setUp()
+        for line in (
+            "setp interlock.0.function-switch-0 1",
+            "setp interlock.0.function-services-0 49",
+            "setp interlock.0.function-urgent-0 32",
+            "setp interlock.0.feed-services 16",
+            "setp interlock.0.program-running 1",
+            *("setp interlock.0.service-timeout-%d 1" % number for number in SIGNS),
+        ):
+            self.host.command(line)
+        self.beat(*SIGNS)
+
+    def beat(self, *services):
+        """Lets a second and a half pass in which only these services live."""
+        for _ in range(5):
+            for number in services:
+                pin = "interlock.0.service-heartbeat-%d" % number
+                self.host.set(pin, not self.host.get(pin))
+            self.host.run(0.3)
+
+    def sentences(self):
+        """With the pins of programs that live beside the host at the heartbeats."""
+        pins = []
+        for pin in self.hal.pins():
+            number = pin.name.rpartition("service-heartbeat-")[2]
+            signal = number if number.isdigit() and int(number) in SIGNS else pin.signal
+            pins.append(pin._replace(signal=signal))
+        pins += [Pin(name, "program", "bit", True, False, str(number)) for number, name in SIGNS.items()]
+        return waiting.waiting(machine.Machine(pins, DECLARED), self.hal.values())
+
+    def test_a_change_of_an_offset_is_said_while_no_service_is_lost(self):
+        self.assertEqual(self.sentences(), [])
+        self.host.command("setp interlock.0.function-settling-0 1")
+        self.host.run(0.01)
+        self.assertEqual(self.sentences(), [self.CHANGES])
+
+    def test_the_services_that_hold_the_feed_are_named_and_no_offset(self):
+        lost = "No answer from %s: the feed is held. Start LinuxCNC again."
+        for living, names in (((0, 5), "LinuxCNC's task"), ((0, 4), "LinuxCNC's io"), ((0,), "LinuxCNC's task, LinuxCNC's io"),
+                              ((), "LinuxCNC's task, LinuxCNC's io")):  # retain holds no feed
+            with self.subTest(living):
+                self.beat(*SIGNS)
+                self.host.command("setp interlock.0.function-switch-0 0")
+                self.host.run(0.01)
+                self.host.command("setp interlock.0.function-switch-0 1")
+                self.beat(*SIGNS)
+                self.assertEqual(self.sentences(), [])
+                self.beat(*living)
+                self.assertTrue(self.hal.get("interlock.0.feed-service-lost"))
+                self.assertEqual(self.sentences(), [lost % names])
+
+    def test_a_sum_out_of_range_stands_for_all_services(self):
+        self.host.command("setp interlock.0.feed-services 256")
+        self.beat(4, 5)
+        self.assertEqual(self.sentences(), ["No answer from retain: the feed is held. Start LinuxCNC again."])
+
+    def test_a_service_without_a_signal_has_its_number(self):
+        self.beat(0, 5)
+        self.assertIn("service 4", waiting.waiting(self.machine, self.hal.values())[0])
+
+    def test_a_function_that_is_off_after_a_loss_is_named(self):
+        self.beat(0, 4)
+        self.beat(*SIGNS)
+        self.assertEqual(self.sentences(), ["growth: off because a service was lost, and the feed is held. When the service answers again, "
+                                            "turn the switch off and on."])
+
+    def test_a_loss_that_holds_no_feed_is_not_said_here(self):
+        self.beat(4, 5)
+        self.assertEqual(self.sentences(), [])
 
 
 class GrowthTest(unittest.TestCase):

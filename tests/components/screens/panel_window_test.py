@@ -72,7 +72,8 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.host.get("growth.tolerance") == 0.004, "growth.tolerance = 0.004")
         finger.await_text("growth.tolerance is now 0.004 mm.")
         finger.press("Undo the last change")
-        finger.until(lambda: self.host.get("growth.tolerance") == 0.002, "the undo")
+        finger.await_text("Undone: growth.tolerance is 0.002 mm again.")
+        self.assertEqual(self.host.get("growth.tolerance"), 0.002)
         finger.press("Clear")
         finger.type("-1")
         finger.press("Save")
@@ -140,6 +141,31 @@ class Window(unittest.TestCase):
         finger.press("Faster")
         finger.until(lambda: self.host.get("chop.override") == 1.05, "the faster stroke")
         finger.await_text("105 %")
+
+    def test_strokes_end_by_pins_alone(self):
+        """No LinuxCNC is here: neither task nor io lives."""
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
+                     "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1",
+                     "setp chop.stop-kind 2", "setp chop.run 1"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Chopping")
+        finger.await_text("Strokes.")
+        finger.press("Stop")
+        finger.until(lambda: not self.host.get("chop.active"), "the stop")
+        self.assertNotEqual(self.host.get("chop.offset"), 0)
+        finger.until(lambda: not self.host.get("chop.stop"), "the end of the pulse")
+        self.host.command("setp chop.go-to-end 1")  # and it stays, as a screen leaves it that ends meanwhile
+        finger.until(lambda: self.host.get("chop.at-end"), "the axis at R")
+        self.host.command("setp chop.run 0")
+        self.host.run(0.1)
+        self.host.command("setp chop.run 1")
+        finger.await_text("Strokes.")
+        finger.press("To point R")
+        finger.press("Move the axis")
+        finger.await_text("At rest.")
+        self.assertEqual(self.host.get("chop.offset"), 0)
+        self.assertTrue(self.host.get("chop.run"))
 
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")

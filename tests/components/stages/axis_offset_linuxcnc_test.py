@@ -15,10 +15,11 @@ import unittest
 
 import linuxcnc_runs
 import numpy as np
-from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, STILL, change, changes, nm, own_folder, read_recording, um
+from linuxcnc_runs import BUILD, PERIOD, PROGRAMS, STILL, at_the_end, changes, nm, own_folder, own_ini, read_recording, um
 
 MAX_RATE = 0.1  # mm/s, the default
 COUNT = 0.1 * um
+EXTERNAL_OFFSETS = ["OFFSET_AV_RATIO = 0.2"]
 
 
 def wiring_of_the_manual():
@@ -38,15 +39,13 @@ class Shift(unittest.TestCase):
         machine = linuxcnc_runs.copy_configuration("three_axis", folder)
         shutil.copy(os.path.join(PROGRAMS, "axis_offset_part.ngc"), machine)
         ini = os.path.join(machine, "three_axis.ini")
-        linuxcnc_runs.use_scenario(ini, "axis_offset_scenario.py")
-        change(ini, "z_axis.inc\n", "z_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
-        change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
         with open(os.path.join(machine, "stage.hal"), "w") as file:
             probe = ["loadrt comp names=probe", "addf probe servo-thread", "setp probe.in1 -20"]
             probe += ["net z-motor-fb => probe.in0", "net probe probe.out => motion.probe-input"]
             stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
-            file.write("\n".join(["newsig scene s32", *stage, *probe]) + "\n")
-        its, _ = linuxcnc_runs.work(folder, ini)
+            file.write("\n".join([*stage, *probe]) + "\n")
+        ini = own_ini(ini, AXIS_Z=EXTERNAL_OFFSETS, HAL=at_the_end("HALFILE = stage.hal"))
+        its, _ = linuxcnc_runs.work(folder, ini, "axis_offset_scenario.py")
         cls.facts, cls.errors = its["facts"], its["errors"]
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
@@ -210,17 +209,14 @@ class Guest(unittest.TestCase):
         folder = own_folder(cls)
         machine = linuxcnc_runs.copy_configuration("three_axis", folder)
         ini = os.path.join(machine, "three_axis.ini")
-        linuxcnc_runs.use_scenario(ini, "axis_offset_guest_scenario.py")
-        change(ini, "x_axis.inc\n", "x_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
-        change(ini, "z_axis.inc\n", "z_axis.inc\nOFFSET_AV_RATIO = 0.2\n")
-        change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
         guest = ["newsig guest-scale float", "newsig guest-counts s32", "newsig guest-enable bit", "newsig guest-clear bit"]
         guest += ["net guest-%s z-stage.guest-%s axis.x.eoffset-%s" % ((pin,) * 3) for pin in ("scale", "counts")]
         guest += ["net guest-%s z-stage.guest-%s axis.x.eoffset-%s" % ((pin,) * 3) for pin in ("enable", "clear")]
         with open(os.path.join(machine, "stage.hal"), "w") as file:
             stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
-            file.write("\n".join(["newsig scene s32", *stage, *guest]) + "\n")
-        told, _ = linuxcnc_runs.work(folder, ini)
+            file.write("\n".join([*stage, *guest]) + "\n")
+        ini = own_ini(ini, AXIS_X=EXTERNAL_OFFSETS, AXIS_Z=EXTERNAL_OFFSETS, HAL=at_the_end("HALFILE = stage.hal"))
+        told, _ = linuxcnc_runs.work(folder, ini, "axis_offset_guest_scenario.py")
         cls.errors = told["errors"]
         cls.shift = read_recording(os.path.join(machine, "guest.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, told["scenes"])
@@ -304,9 +300,7 @@ class InchMachine(unittest.TestCase):
     def started_with(self, loading):
         folder = own_folder(self)
         machine = linuxcnc_runs.copy_configuration("three_axis", folder)
-        change(os.path.join(machine, "common", "xyz.inc"), "LINEAR_UNITS = mm", "LINEAR_UNITS = inch")
-        ini = os.path.join(machine, "three_axis.ini")
-        change(ini, "hal.inc", "hal.inc\nHALFILE = stage.hal\n")
+        ini = own_ini(os.path.join(machine, "three_axis.ini"), TRAJ=["LINEAR_UNITS = inch"], HAL=at_the_end("HALFILE = stage.hal"))
         with open(os.path.join(machine, "stage.hal"), "w") as file:
             file.write(loading + "\nloadusr -w halcmd getp z-stage.max-offset\nloadusr -w false\n")
         status, output = linuxcnc_runs.finish(linuxcnc_runs.start(folder, ini))

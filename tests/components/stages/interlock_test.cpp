@@ -19,7 +19,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr int services = 4, functions = 4, stages = 8;
+constexpr int services = 8, functions = 6, stages = 8;
 
 const std::string service_table = R"(
   heartbeat  ready  fault | ok  lost  not-ready  troubled
@@ -38,6 +38,8 @@ const std::string function_table = R"(
   ok        0       -       | 0       0
   ok        1       0       | 1       0
   ok        1       1       | 0       0
+  kept      1       0       | 1       1
+  kept      1       1       | 0       1
   lost      -       -       | 0       1
   back      0       -       | 0       1
   back      1       -       | 0       1
@@ -61,15 +63,32 @@ const std::string arm_table = R"(
 )";
 
 const std::string request_table = R"(
-  in-force  ramping  settling  refused  probing | homing  feed  abort
-  0         -        -         -        -       | 0       .     .
-  1         -        -         -        -       | 1       .     .
-  -         0        0         0        -       | .       0     .
-  -         1        0         0        0       | .       0     .
-  -         1        -         -        1       | .       1     .
-  -         -        1         -        -       | .       1     .
-  -         -        -         1        -       | .       1     1
-  -         -        -         0        -       | .       .     0
+  in-force  ramping  settling  refused  probing  loss | homing  feed  abort
+  0         -        -         -        -        -    | 0       .     .
+  1         -        -         -        -        -    | 1       .     .
+  -         0        0         0        -        0    | .       0     .
+  -         1        0         0        0        0    | .       0     .
+  -         1        -         -        1        -    | .       1     .
+  -         -        1         -        -        -    | .       1     .
+  -         -        -         1        -        -    | .       1     1
+  -         -        -         0        -        -    | .       .     0
+  -         -        -         -        -        1    | .       1     .
+)";
+
+const std::string loss_table = R"(
+  gone       function | during  after  again  feed
+  retain     stroke   | 1       0      0      0
+  retain     records  | 1       0      0      0
+  retain     offset   | 1       1      1      0
+  link       stroke   | 1       0      0      0
+  link       records  | 1       1      1      0
+  link       offset   | 1       1      1      0
+  task       stroke   | 0       0      0      1
+  task       records  | 1       1      1      1
+  task       offset   | 1       1      1      1
+  io         stroke   | 0       0      0      1
+  io         records  | 1       1      1      1
+  io         offset   | 1       1      1      1
 )";
 
 const std::string compensated_table = R"(
@@ -160,8 +179,13 @@ std::string numbered(const std::string& stem, int number) {
 // interlock on a thread that runs. pulse-N beats for service N while its in1 is true.
 struct Machine {
     explicit Machine(long nanoseconds = 1000000) : period(1e-9 * static_cast<double>(nanoseconds)) {
+        std::string pulses;
         bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(nanoseconds));
-        bench.command("loadrt xor2 names=pulse-0,pulse-1,pulse-2,pulse-3");
+        for (int i = 0; i < services; ++i) {
+            const std::string pulse = numbered("pulse", i);
+            pulses += (i ? "," : "") + pulse;
+        }
+        bench.command("loadrt xor2 names=" + pulses);
         for (int i = 0; i < services; ++i) {
             const std::string pulse = numbered("pulse", i);
             bench.command("net " + numbered("beat", i) + " " + pulse + ".out => " + pulse + ".in0");
@@ -270,9 +294,10 @@ TEST_P(InterlockFunction, IsEnabledAsItsRowSays) {
                 pins.emplace_back(numbered("function-services", i), 1 << i);
                 pins.emplace_back(numbered("function-switch", i), words.at("switch") == "1");
                 pins.emplace_back(numbered("function-suspend", i), words.at("suspend") == "1");
+                pins.emplace_back(numbered("function-busy", i), state == "kept");
             }
             machine.load(pins);
-            if (state == "lost" || state == "back" || state == "renewed") {
+            if (state == "lost" || state == "kept" || state == "back" || state == "renewed") {
                 set_all("service-ready", false);
                 machine.step();
             }
@@ -341,15 +366,99 @@ TEST_P(InterlockRequest, IsMadeAsItsRowSays) {
                     {"ramping", ramping},
                     {"settling", numbered("function-settling", function)},
                     {"refused", numbered("stage-probing-refused", i)}};
+                machine.set("service-timeout-6", words.at("loss") == "1" ? 0.05 : 0);
+                machine.set("feed-services", 64);
                 for (const auto& [column, pin] : pins) machine.set(pin, words.at(column) == "1");
                 machine.set("motion-type", words.at("probing") == "1" ? 5 : 2);
                 machine.step(150);  // beyond the shortest abort
                 expect({{"homing", "homing-inhibit"}, {"feed", "feed-inhibit"}, {"abort", "abort"}});
+                EXPECT_EQ(machine.get("feed-service-lost"), words.at("loss") == "1");
                 EXPECT_EQ(machine.get("ramping"), words.at("ramping") == "1");
                 for (const auto& [column, pin] : pins) machine.set(pin, 0);
             }
 }
 INSTANTIATE_TEST_SUITE_P(Table, InterlockRequest, testing::ValuesIn(rows_of(request_table)), row_name);
+
+// Services 0 retain, 1 link, 4 task and 5 io; function 0 is busy while its stroke or the program goes on.
+class InterlockLoss : public InterlockTable {};
+TEST_P(InterlockLoss, HasTheEffectOfItsRow) {
+    const std::string function = GetParam().inputs.at("function"), gone = GetParam().inputs.at("gone");
+    const bool is_stroke = function == "stroke";
+    machine.load({{"service-timeout-0", 0.5},
+                  {"service-timeout-1", 0.2},
+                  {"service-timeout-4", 0.05},
+                  {"service-timeout-5", 0.05},
+                  {"feed-services", 48},
+                  {"function-services-0", is_stroke               ? 1 + 2 + 16 + 32
+                                          : function == "records" ? 1
+                                                                  : 0},
+                  {"function-urgent-0", is_stroke ? 48 : 0},
+                  {"program-running", 1},
+                  {"function-switch-0", 1}});
+    for (const int service : {0, 1, 4, 5}) machine.beat(service, true);
+    machine.step(10);
+    machine.set("function-busy-0", 1);
+    machine.start_cycle();
+    EXPECT_TRUE(machine.get("function-enable-0"));
+    EXPECT_FALSE(machine.get("feed-inhibit"));
+    const std::map<std::string, std::vector<int>> services_of{
+        {"retain", {0}}, {"link", {1}}, {"task", {4}}, {"io", {5}}};
+    for (const int service : services_of.at(gone)) machine.beat(service, false);
+    machine.bench.run(1);
+    expect({{"during", "function-enable-0"}, {"feed", "feed-inhibit"}});
+    machine.set("function-busy-0", 0);
+    machine.step(2);
+    expect({{"after", "function-enable-0"}});
+    machine.start_cycle();
+    expect({{"again", "function-enable-0"}});
+}
+INSTANTIATE_TEST_SUITE_P(Table, InterlockLoss, testing::ValuesIn(rows_of(loss_table)), row_name);
+
+// Task was stopped and goes on: the contour must not, because the wheel has gone to R.
+TEST(Interlock, FeedWaitsAfterAWithdrawalUntilTheProgramEndsOrTheFunctionIsRenewed) {
+    for (const bool renewed : {false, true}) {
+        Machine machine;
+        machine.load({{"service-timeout-4", 0.05},
+                      {"feed-services", 16},
+                      {"function-services-0", 16},
+                      {"function-urgent-0", 16},
+                      {"function-busy-0", 1},
+                      {"program-running", 1},
+                      {"function-switch-0", 1}});
+        machine.beat(4, true);
+        machine.start_cycle();
+        machine.beat(4, false);
+        machine.step(60);
+        EXPECT_FALSE(machine.get("function-enable-0"));
+        machine.beat(4, true);
+        machine.step(1000);
+        EXPECT_TRUE(machine.get("service-ok-4"));
+        EXPECT_TRUE(machine.get("feed-inhibit"));
+        EXPECT_FALSE(machine.get("function-enable-0"));
+        if (renewed)
+            machine.start_cycle();
+        else
+            machine.set("program-running", 0);
+        machine.step();
+        EXPECT_FALSE(machine.get("feed-inhibit"));
+        EXPECT_EQ(machine.get("function-enable-0"), renewed);
+    }
+}
+
+TEST(Interlock, FunctionThatWasKeptUntilItsServiceReturnedGoesOn) {
+    Machine machine;
+    machine.load({{"function-busy-0", 1}, {"function-switch-0", 1}});
+    machine.set("service-ready-1", 0);
+    machine.step(100);
+    EXPECT_TRUE(machine.get("function-enable-0"));
+    EXPECT_TRUE(machine.get("function-lost-0"));
+    machine.set("service-ready-1", 1);
+    machine.step();
+    EXPECT_FALSE(machine.get("function-lost-0"));
+    machine.set("function-busy-0", 0);
+    machine.step(100);
+    EXPECT_TRUE(machine.get("function-enable-0"));
+}
 
 class InterlockCompensated : public InterlockTable {};
 TEST_P(InterlockCompensated, IsShownAsItsRowSays) {
@@ -378,17 +487,18 @@ TEST(Interlock, ManualPageShowsItsTables) {
     const Module module(BUILD_DIR "/modules/interlock.so");
     const std::string text = module.model().about.behaviour.text;
     for (const std::string& table :
-         {service_table, function_table, arm_table, request_table, compensated_table})
+         {service_table, function_table, arm_table, request_table, loss_table, compensated_table})
         EXPECT_THAT(text, testing::HasSubstr(table));
-    EXPECT_EQ(std::count(text.begin(), text.end(), '|'), 7 + 10 + 10 + 8 + 6 + 5) << "a table is not tested";
+    EXPECT_EQ(std::count(text.begin(), text.end(), '|'), 7 + 12 + 10 + 9 + 12 + 6 + 6)
+        << "a table is not tested";
 }
 
 TEST(Interlock, LoadedItEnablesAndRequestsNothing) {
     Machine machine;
     machine.load();
     for (const char* pin : {"function-enable-0", "function-lost-0", "service-lost-0", "arm", "ramping",
-                            "homing-inhibit", "feed-inhibit", "abort", "compensated", "uncompensated",
-                            "probing-refused", "feed-held", "operation", "fault"})
+                            "homing-inhibit", "feed-inhibit", "feed-service-lost", "abort", "compensated",
+                            "uncompensated", "probing-refused", "feed-held", "operation", "fault"})
         EXPECT_EQ(machine.get(pin), 0) << pin;
     EXPECT_EQ(machine.get("heartbeat"), 1);
     machine.step(1000);
@@ -456,7 +566,7 @@ TEST(Interlock, FunctionThatLosesItsServiceGoesOffAndTheOtherOneGoesOn) {
 
 TEST(Interlock, FunctionNeedsTheServicesOfItsSum) {
     Machine machine;
-    for (int sum = 0; sum < 16; ++sum) {
+    for (const int sum : {0, 1, 2, 3, 8, 15, 16, 37, 128, 240, 255}) {
         machine.load({{"function-switch-2", 1}, {"function-services-2", sum}});
         for (int service = 0; service < services; ++service) {
             machine.set(numbered("service-ready", service), 0);
@@ -467,11 +577,14 @@ TEST(Interlock, FunctionNeedsTheServicesOfItsSum) {
             EXPECT_TRUE(machine.get("function-enable-2")) << sum << " " << service;
         }
     }
-    for (const int sum : {-1, 16, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()}) {
-        machine.load({{"function-switch-2", 1}, {"function-services-2", sum}, {"service-ready-3", 0}});
-        EXPECT_FALSE(machine.get("function-enable-2")) << sum;  // it needs all
-        EXPECT_EQ(machine.get("fault-code"), 2);
-    }
+    for (const int sum : {-1, 256, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()})
+        for (const char* pin : {"function-services-2", "function-urgent-2"}) {
+            machine.load({{"function-switch-2", 1}, {pin, sum}, {"service-ready-7", 0}});
+            EXPECT_FALSE(machine.get("function-enable-2")) << sum;  // it needs all
+            EXPECT_EQ(machine.get("fault-code"), 2);
+        }
+    machine.load({{"function-switch-2", 1}, {"service-ready-4", 0}});
+    EXPECT_TRUE(machine.get("function-enable-2")) << "the default has the services 0 to 3";
 }
 
 TEST(Interlock, EnablesStayWhileAProbingMoveRuns) {
@@ -552,7 +665,7 @@ TEST(Interlock, TimesThatAreOutOfRangeLeaveTheLastGoodOnes) {
         machine.step(10);
         EXPECT_EQ(machine.get("fault-code"), 0);
         for (const char* pin : {"uncompensated-delay", "probing-refused-time", "feed-held-delay",
-                                "service-timeout-0", "service-timeout-3"}) {
+                                "service-timeout-0", "service-timeout-3", "clock-speed"}) {
             const double good = machine.get(pin);
             machine.set(pin, bad);
             machine.step();
@@ -571,6 +684,21 @@ TEST(Interlock, TimesThatAreOutOfRangeLeaveTheLastGoodOnes) {
         machine.bench.run(0.1);
         EXPECT_TRUE(machine.get("service-lost-0"));
         EXPECT_TRUE(machine.get("uncompensated"));
+    }
+}
+
+TEST(Interlock, ServiceHasItsTimeoutByTheComputersClock) {
+    for (const double speed : {0.5, 1.0, 10.0}) {
+        SCOPED_TRACE(speed);
+        Machine machine;
+        machine.load({{"service-timeout-0", 0.5}, {"clock-speed", speed}});
+        machine.beat(0, true);
+        machine.step(10);
+        machine.beat(0, false);
+        machine.bench.run(0.5 * speed - 0.01);
+        EXPECT_FALSE(machine.get("service-lost-0"));
+        machine.bench.run(0.02);
+        EXPECT_TRUE(machine.get("service-lost-0"));
     }
 }
 
@@ -609,7 +737,7 @@ public:
         const bool cycle = on("cycle-running"), on_and_homed = on("motion-enabled") && on("all-homed");
         const bool starts = cycle && !cycle_ && on_and_homed;
         const bool probing = inputs["motion-type"] == 5;
-        bool good_times = true, good_sums = true, changed = false, function = false;
+        bool good_times = true, good_sums = true, changed = false, function = false, withdrawn = false;
         int switched = 0, enabled = 0, amiss = 0;
 
         for (int i = 0; i < services; ++i) {
@@ -637,7 +765,13 @@ public:
             const auto its = [&](const std::string& stem) { return numbered("function-" + stem, i); };
             Function& its_state = functions_[i];
             const double sum = inputs[its("services")];
-            const bool known = sum >= 0 && sum <= 15;
+            const auto possible = [](double given) { return given >= 0 && given <= 255; };
+            const double at_once = inputs[its("urgent")];
+            const bool known = possible(sum) && possible(at_once);
+            bool urgent = !known;
+            for (int service = 0; service < services; ++service)
+                if (known && static_cast<int>(at_once) >> service & 1)
+                    urgent |= outputs[numbered("service-lost", service)] == 1;
             good_sums &= known;
             bool served = true;
             for (int service = 0; service < services; ++service)
@@ -646,11 +780,18 @@ public:
             const bool is_on = on(its("switch")), turned_on = is_on && !its_state.on;
             its_state.on = is_on;
             std::string& word = its_state.services;
+            const bool was_on = its_state.granted;
             if (served)
-                word = word == "missing" ? "ok" : word == "lost" ? "back" : word;
+                word = word == "missing" || word == "kept" ? "ok" : word == "lost" ? "back" : word;
             else if (word != "missing")
-                word = "lost";
+                word = was_on && is_on && on(its("busy")) && !urgent ? "kept" : "lost";
             if (word == "back" && (starts || turned_on)) word = "renewed";
+            its_state.granted = is_on && (word == "ok" || word == "renewed" || word == "kept");
+            if (word == "lost" || word == "back")
+                its_state.withdrawn |= was_on && urgent;
+            else
+                its_state.withdrawn = false;
+            withdrawn |= its_state.withdrawn;
 
             const auto found = look_up(function_rows_, {{"services", word},
                                                         {"switch", is_on ? "1" : "0"},
@@ -676,11 +817,20 @@ public:
         const bool refused = any("stage-probing-refused", stages), lacks = any("stage-uncompensated", stages);
         const bool ramps = any("stage-ramping", stages) || any("function-ramping", functions);
         const auto word = [](bool bit) { return bit ? "1" : "0"; };
+        const double feed_sum = inputs["feed-services"];
+        const bool good_feed_sum = feed_sum >= 0 && feed_sum <= 255;
+        good_sums &= good_feed_sum;
+        bool loss = withdrawn && on("program-running");
+        for (int service = 0; service < services; ++service)
+            if (!good_feed_sum || static_cast<int>(feed_sum) >> service & 1)
+                loss |= outputs[numbered("service-lost", service)] == 1;
+        outputs["feed-service-lost"] = loss;
         const auto requests = look_up(request_rows_, {{"in-force", word(any("stage-in-force", stages))},
                                                       {"ramping", word(ramps)},
                                                       {"settling", word(any("function-settling", functions))},
                                                       {"refused", word(refused)},
-                                                      {"probing", word(probing)}});
+                                                      {"probing", word(probing)},
+                                                      {"loss", word(loss)}});
         outputs["homing-inhibit"] = requests.at("homing");
         outputs["feed-inhibit"] = requests.at("feed");
         since_change_ = changed ? 0 : since_change_ + 1;
@@ -730,7 +880,7 @@ private:
     };
     struct Function {
         std::string services = "missing";
-        bool on = false;
+        bool on = false, granted = false, withdrawn = false;
     };
 
     bool on(const std::string& pin) { return inputs.at(pin) != 0; }
@@ -777,15 +927,19 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
     };
     for (const char* stem : {"service-heartbeat", "service-fault"}) declare(stem, services, 0);
     declare("service-ready", services, 1);
-    for (const char* stem : {"function-switch", "function-suspend", "function-settling", "function-ramping"})
+    for (const char* stem :
+         {"function-switch", "function-suspend", "function-busy", "function-settling", "function-ramping"})
         declare(stem, functions, 0);
     for (const char* stem :
          {"stage-in-force", "stage-ramping", "stage-uncompensated", "stage-probing-refused", "stage-fault"})
         declare(stem, stages, 0);
-    for (const char* pin : {"motion-enabled", "all-homed", "cycle-running"}) declare(pin, 1, 0);
+    for (const char* pin : {"motion-enabled", "all-homed", "cycle-running", "program-running"})
+        declare(pin, 1, 0);
     for (const auto& [pin, value] : oracle.inputs) bits.push_back(pin);
     declare("service-timeout", services, 0);
     declare("function-services", functions, 15);
+    declare("function-urgent", functions, 0);
+    declare("feed-services", 1, 0);
     for (const char* pin : {"operation-key", "motion-type"}) declare(pin, 1, 0);
     oracle.inputs["uncompensated-delay"] = 2;
     oracle.inputs["probing-refused-time"] = oracle.inputs["feed-held-delay"] = 5;
@@ -801,7 +955,7 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
     };
     for (int n = 0; n < 700; ++n) {
         for (int changes = 1 + below(3); changes-- > 0;) {
-            const int i = below(4), what = below(20);
+            const int i = below(4), what = below(21);
             if (what < 8)
                 give(bits[static_cast<std::size_t>(below(static_cast<int>(bits.size())))], below(3) == 0);
             else if (what < 10)
@@ -817,7 +971,10 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
             else if (what == 17)
                 give(numbered("service-timeout", i), one_of({0, 0, 0.0111, 0.05, nan, -1, infinity}));
             else if (what == 18)
-                give(numbered("function-services", i), one_of({0, 1, 2, 4, 8, 15, 15, 16, -1}));
+                give(numbered("function-services", i), one_of({0, 1, 2, 4, 8, 15, 15, 255, 256, -1}));
+            else if (what == 19)
+                give(below(2) ? numbered("function-urgent", i) : "feed-services",
+                     one_of({0, 0, 1, 2, 3, 15, 255, 256, -1}));
             else
                 give(std::vector<std::string>{"operation-key", "uncompensated-delay", "probing-refused-time",
                                               "feed-held-delay"}[static_cast<std::size_t>(i)],

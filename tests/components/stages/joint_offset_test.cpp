@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 namespace plumb {
@@ -66,6 +67,7 @@ void bring_to_life(Bench& bench) {
                              "setp motion.speed 100",
                              "setp motion.acceleration 2000",
                              "setp motion.max-error 1e9",
+                             "setp x-stage.max-rate 20",
                              "setp x-stage.min-limit 10",
                              "setp x-stage.max-limit 30",
                              "net path path.square room.in",
@@ -101,6 +103,21 @@ std::vector<std::string> complaints_at_rest(Bench& bench) {
     return complaints;
 }
 
+// The joint stands far from its limits; the offset swings beyond max-offset, at up to 251 mm/s.
+void swing_beyond(Bench& bench, long period_ns) {
+    bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period_ns));
+    for (const char* line :
+         {"loadrt joint_offset names=x-stage", "loadrt siggen names=swing", "setp x-stage.min-limit -1000",
+          "setp x-stage.max-limit 1000", "setp x-stage.joint-acceleration 2000",
+          "setp x-stage.offset-acceleration 20000", "setp x-stage.max-offset 50", "setp x-stage.max-rate 500",
+          "setp x-stage.ramp-rate 500", "setp x-stage.homed 1", "setp x-stage.motion-enabled 1",
+          "setp swing.amplitude 80", "setp swing.frequency 0.5", "net swing swing.sine x-stage.offset-0",
+          "addf swing.update servo-thread", "addf x-stage.update-feedback servo-thread",
+          "addf x-stage.update servo-thread", "start"})
+        bench.command(line);
+    bench.run(0.1);
+}
+
 const Live live{{{"joint_offset", "x-stage"}},
                 bring_to_life,
                 3.5,
@@ -109,9 +126,11 @@ const Live live{{{"joint_offset", "x-stage"}},
                   {"motion.home", {1, 0}},
                   {"path.offset", {20, 25, 15, 28, 12}, true},
                   {"path.amplitude", {5, 0, 30, 1}, true},
+                  {"swing.amplitude", {0.05, 0, 2, 10}, true},
                   {"tilt.gain", {slope, 0, -slope}}},
-                 {"enable", "offset-0", "offset-2", "offset-3", "ramp-rate", "max-rate"},
-                 complaints_at_rest}};
+                 {"enable", "offset-0", "offset-2", "offset-3", "ramp-rate", "max-rate", "max-offset"},
+                 complaints_at_rest},
+                swing_beyond};
 
 struct Machine {
     Machine() {
@@ -447,13 +466,230 @@ TEST(JointOffset, SumIsBoundedAndASourceThatStepsIsFollowedByMaxRate) {
     machine.run(1);
     EXPECT_NEAR(machine.applied(), 1, 1e-12);
     EXPECT_TRUE(machine.get("limited"));
-    machine.set("max-offset", 0.3);
-    machine.run(1);
-    EXPECT_NEAR(machine.applied(), 0.3, 1e-12);
-    machine.set("max-offset", 0);
-    machine.run(1);
-    EXPECT_EQ(machine.applied(), 0);
     EXPECT_FALSE(machine.get("fault"));
+}
+
+TEST(JointOffset, ABoundBelowItsOffsetIsRefusedAndMovesNothing) {
+    Machine machine;
+    machine.apply(0.5);
+    for (const double bound : {0.3, 0.0, 0.4999999}) {
+        machine.set("max-offset", bound);
+        EXPECT_LT(machine.run(0.5), 1e-9) << bound;
+        EXPECT_EQ(machine.applied(), 0.5);
+        EXPECT_EQ(machine.get("fault-code"), 8) << bound;
+        EXPECT_FALSE(machine.get("limited"));
+    }
+    machine.set("max-offset", 0.5);
+    EXPECT_LT(machine.run(0.1), 1e-9);
+    EXPECT_EQ(machine.get("fault-code"), 0);
+    machine.set("max-offset", 1);
+    machine.run(0.1);
+    machine.set("max-offset", 0.3);
+    machine.set("offset-0", 0.8);  // the last good one stays in force
+    machine.run(1);
+    EXPECT_NEAR(machine.applied(), 0.8, 1e-12);
+    EXPECT_EQ(machine.get("fault-code"), 8);
+    machine.set("offset-0", 0.2);
+    machine.run(1);
+    EXPECT_EQ(machine.get("fault-code"), 0);
+    machine.set("offset-0", -0.8);
+    machine.run(1.5);
+    EXPECT_NEAR(machine.applied(), -0.3, 1e-12);
+    EXPECT_TRUE(machine.get("limited"));
+    EXPECT_FALSE(machine.get("fault"));
+}
+
+TEST(JointOffset, ABoundThatIsRefusedHoldsBackNoOtherSetting) {
+    Machine machine;
+    machine.apply(0.5);
+    machine.set("max-offset", 0.3);
+    machine.set("max-rate", 0.2);
+    machine.expect_rate(0.2);
+    machine.set("offset-0", 0.7);
+    machine.run(1.1);
+    EXPECT_NEAR(machine.applied(), 0.7, 1e-12);
+}
+
+TEST(JointOffset, OffOrHeldByTheInterlockABoundBelowItsOffsetMovesNothing) {
+    for (const bool off : {true, false}) {
+        Machine machine;
+        machine.apply(0.5);
+        off ? machine.turn(false) : (machine.set("heartbeat", 7), machine.run(0.1));
+        machine.set("max-offset", 0.3);
+        EXPECT_LT(machine.run(0.5), 1e-9);
+        EXPECT_EQ(machine.get("fault-code"), off ? 8 : 7);
+        off ? machine.turn(true) : (machine.set("heartbeat", -1), machine.run(0.1));
+        EXPECT_LT(machine.run(0.5), 1e-9);
+        EXPECT_EQ(machine.get("fault-code"), 8);
+    }
+}
+
+// A soft limit takes most of the offset away. A smaller bound would change what is left.
+TEST(JointOffset, ABoundBelowAnOffsetThatASoftLimitReducesIsRefused) {
+    Machine machine;
+    machine.set("max-limit", 40);
+    machine.apply(0.5);
+    machine.go(39.5);
+    const double applied = machine.applied();
+    EXPECT_GT(applied, 0.1);
+    EXPECT_LT(applied, 0.35);
+    machine.set("max-offset", 0.4);
+    EXPECT_LT(machine.run(0.5), 1e-9);
+    EXPECT_EQ(machine.applied(), applied);
+    EXPECT_EQ(machine.get("fault-code"), 8);
+}
+
+// x-stage and its sources in a thread of any period; the joint stands far from its limits.
+struct Swinging {
+    Swinging(double its_period, double acceleration, double bound, double rate) : period(its_period) {
+        bench.command("loadrt threads name1=servo-thread period1=" +
+                      std::to_string(std::lround(period * 1e9)));
+        for (const char* line : {"loadrt joint_offset names=x-stage",
+                                 "loadrt siggen names=swing",
+                                 "loadrt chopping names=chop",
+                                 "setp x-stage.min-limit -1000",
+                                 "setp x-stage.max-limit 1000",
+                                 "setp x-stage.joint-acceleration 2000",
+                                 "setp x-stage.homed 1",
+                                 "setp x-stage.motion-enabled 1",
+                                 "setp swing.amplitude 0",
+                                 "setp chop.homed 1",
+                                 "setp chop.motion-enabled 1",
+                                 "setp chop.min-limit -1000",
+                                 "setp chop.max-limit 1000",
+                                 "setp chop.max-rate 1000",
+                                 "setp chop.max-feed 1000",
+                                 "net swing swing.sine x-stage.offset-0",
+                                 "net stroke chop.offset x-stage.offset-1",
+                                 "addf swing.update servo-thread",
+                                 "addf chop.update servo-thread",
+                                 "addf x-stage.update-feedback servo-thread",
+                                 "addf x-stage.update servo-thread",
+                                 "start"})
+            bench.command(line);
+        set("offset-acceleration", acceleration);
+        set("max-offset", bound);
+        set("max-rate", rate);
+        set("ramp-rate", rate);
+        bench.run(10 * period);
+    }
+
+    void set(const std::string& pin, double value) { bench.set("x-stage." + pin, value); }
+    double get(const std::string& pin) { return bench.get("x-stage." + pin); }
+    void swing(double amplitude, double frequency) {
+        bench.set("swing.frequency", frequency);
+        bench.set("swing.amplitude", amplitude);
+    }
+    void stroke(double upper, double lower, double feed, double acceleration) {
+        bench.set("chop.upper", upper);
+        bench.set("chop.lower", lower);
+        bench.set("chop.feed", feed);
+        bench.set("chop.max-acceleration", acceleration);
+        bench.set("chop.run", true);
+    }
+    Table trace(double seconds) {
+        return bench.trace(seconds, {"x-stage.offset-0", "x-stage.offset-1", "x-stage.applied-offset"},
+                           period);
+    }
+    // From now on in each period.
+    void expect_acceleration(double most) {
+        bench.command("loadrt ddt names=speed");
+        bench.command("net applied x-stage.applied-offset speed.in");
+        bench.command("addf speed servo-thread");
+        bench.run(3 * period);
+        bench.expect("abs(v_rate) <= " + std::to_string(most * (1 + 1e-6) + 1e-4), {{"v", "speed.out"}});
+    }
+
+    const double period;
+    Bench bench{Bench::Thread::none, with_specimens()};
+};
+
+constexpr std::initializer_list<double> periods{0.00025, 0.001, 0.004};  // s
+
+TEST(JointOffset, AtMaxOffsetItBrakesWithinItsAcceleration) {
+    struct Case {
+        double acceleration, bound, rate, amplitude, frequency;
+    };
+    for (const double its_period : periods)
+        for (const Case& each :
+             {Case{20000, 50, 500, 80, 0.5}, Case{20000, 79.9, 500, 80, 0.5}, Case{1000, 50, 500, 80, 0.5},
+              Case{500, 0.7, 5, 1, 0.6}, Case{500, 1, 5, 1.5, 0.5}}) {
+            SCOPED_TRACE(testing::Message() << each.amplitude << " within " << each.bound << ", "
+                                            << each.acceleration << ", " << its_period << " s");
+            Swinging it(its_period, each.acceleration, each.bound, each.rate);
+            it.expect_acceleration(each.acceleration);
+            it.bench.expect("abs(x) <= " + std::to_string(each.bound), {{"x", "x-stage.applied-offset"}});
+            it.swing(each.amplitude, each.frequency);
+            const std::vector<double> x = it.trace(4).column("x-stage.applied-offset");
+            EXPECT_EQ(*std::max_element(x.begin(), x.end()), each.bound);
+            EXPECT_EQ(*std::min_element(x.begin(), x.end()), -each.bound);
+        }
+}
+
+// The sources of the stage may have all of its acceleration, far from the soft limits.
+TEST(JointOffset, AStrokeOfAmplitudeMaxOffsetPassesBitForBit) {
+    for (const double its_period : periods)
+        for (const double hardest : {1000.0, 4950.0, 19800.0}) {
+            SCOPED_TRACE(testing::Message() << hardest << ", " << its_period << " s");
+            Swinging it(its_period, 20000, 40, 1000);
+            it.stroke(40, 0, 600, hardest);
+            const Table table = it.trace(4);
+            const std::vector<double> wanted = table.column("x-stage.offset-1"),
+                                      applied = table.column("x-stage.applied-offset");
+            EXPECT_GT(*std::max_element(wanted.begin(), wanted.end()), 40 - 20000 * its_period * its_period);
+            for (std::size_t i = 0; i < wanted.size(); ++i) ASSERT_EQ(applied[i], wanted[i]) << i;
+            EXPECT_EQ(it.bench.get("chop.fault-code"), 0);
+            EXPECT_FALSE(it.get("limited"));
+        }
+}
+
+TEST(JointOffset, AStrokeBeyondMaxOffsetBrakesThereWithinItsAcceleration) {
+    for (const double its_period : periods)
+        for (const double bound : {15.0, 19.9}) {
+            SCOPED_TRACE(testing::Message() << bound << ", " << its_period << " s");
+            Swinging it(its_period, 20000, bound, 1000);
+            it.expect_acceleration(20000);
+            it.bench.expect("abs(x) <= " + std::to_string(bound), {{"x", "x-stage.applied-offset"}});
+            it.stroke(-8, -20, 300, 5000);
+            it.bench.run(3);
+            EXPECT_EQ(it.bench.get("chop.fault-code"), 0);
+            EXPECT_GE(it.bench.get("chop.stroke-count"), 10);
+        }
+}
+
+// At any moment of a swing. A bound that is within reach waits until the offset can stop within it.
+TEST(JointOffset, NoMaxOffsetThatIsTypedAmidASwingBreaksItsAcceleration) {
+    for (const double its_period : periods) {
+        SCOPED_TRACE(its_period);
+        Swinging it(its_period, 2000, 80, 500);
+        it.expect_acceleration(2000);
+        it.swing(60, 0.5);
+        it.bench.run(2);
+        int refused = 0;
+        for (int i = 0; i < 60; ++i) {
+            it.set("max-offset", i % 3 == 2 ? 80 : 3 + 17 * i % 50);
+            it.bench.run(10 * its_period);
+            refused += it.get("fault-code") == 8;
+            it.bench.run(0.137);
+        }
+        EXPECT_GT(refused, 5);
+        it.set("max-offset", 10);
+        it.bench.run(1);
+        it.bench.expect("abs(x) <= 10", {{"x", "x-stage.applied-offset"}});
+        it.bench.run(3);
+        EXPECT_EQ(it.get("fault-code"), 0);
+    }
+}
+
+TEST(JointOffset, AnOffsetAccelerationThatIsTypedAmidASwingBreaksNeitherItNorTheBound) {
+    Swinging it(period, 20000, 50, 500);
+    it.expect_acceleration(20000);
+    it.bench.expect("abs(x) <= 50", {{"x", "x-stage.applied-offset"}});
+    it.swing(80, 0.5);
+    for (int i = 0; i < 60; ++i) {
+        it.set("offset-acceleration", i % 2 ? 20000 : 300 + 40 * i);
+        it.bench.run(0.137);
+    }
 }
 
 TEST(JointOffset, DriveStopsAtASoftLimitAndNothingSteps) {
@@ -532,6 +768,39 @@ TEST(JointOffset, AtASoftLimitAnOffsetThatTurnsRoundBrakesWithinItsAcceleration)
                       offset_acceleration * 1.001);
             for (const double place : table.column("x-stage.drive-command")) ASSERT_GE(place, -40 - 1e-12);
             EXPECT_LE(machine.applied(), 0);
+        }
+}
+
+// Far from the limits a source has all of the acceleration. Beside the taper it has a quarter.
+TEST(JointOffset, ASourceThatSwingsBesideASoftLimitLeavesTheTaperItsAcceleration) {
+    for (const double amplitude : {0.1, 1.0})
+        for (const double part : {0.2, 0.6, 0.95}) {
+            SCOPED_TRACE(testing::Message() << amplitude << " at " << part << " of the acceleration");
+            Machine machine;
+            machine.set("max-offset", 1.2 * amplitude);
+            machine.set("max-rate", 100);
+            machine.set("min-limit", -40);
+            machine.set("max-limit", 40);
+            machine.bench.set("motion.speed", 300);
+            machine.bench.set("motion.acceleration", joint_acceleration);
+            machine.bench.command("loadrt siggen names=swing");
+            machine.bench.command("addf swing.update servo-thread 1");
+            machine.bench.command("net swing swing.sine x-stage.offset-0");
+            machine.bench.set("swing.amplitude", 0);
+            machine.turn(true);
+            machine.home();
+            machine.bench.set("swing.frequency",
+                              std::sqrt(part * offset_acceleration / amplitude) / (2 * 3.14159265));
+            machine.bench.set("swing.amplitude", amplitude);
+            machine.bench.expect("abs(x) <= 40.0000000001", {{"x", "x-stage.drive-command"}});
+            for (const double place : {39.0, 40.0, 39.5, -40.0, 30.0, 40.0, 39.99, 40.0, -35.0, 0.0}) {
+                const double way = std::abs(place - machine.bench.get("motion.command"));
+                machine.bench.set("motion.program", place);
+                const std::vector<double> applied =
+                    machine.bench.trace(way / 300 + 0.4, {"x-stage.applied-offset"})
+                        .column("x-stage.applied-offset");
+                EXPECT_LE(largest_acceleration(applied), offset_acceleration * 1.001) << place;
+            }
         }
 }
 
@@ -871,6 +1140,8 @@ TEST(JointOffset, HeartbeatThatStandsStillLetsNoOffsetBegin) {
 
 TEST(JointOffset, HeartbeatThatStopsInARampStopsItWithItsAcceleration) {
     Machine machine;
+    const double softly = 250;  // mm/s2
+    machine.set("offset-acceleration", softly);
     machine.apply(0);
     machine.set("ramp-rate", 1);
     machine.set("offset-0", 500 * um);
@@ -882,7 +1153,7 @@ TEST(JointOffset, HeartbeatThatStopsInARampStopsItWithItsAcceleration) {
     machine.set("heartbeat", 7);
     const std::vector<double> x =
         machine.bench.trace(1, {"x-stage.applied-offset"}).column("x-stage.applied-offset");
-    EXPECT_LE(largest_acceleration(x), offset_acceleration * (1 + 1e-6));
+    EXPECT_LE(largest_acceleration(x), softly * (1 + 1e-6));
     EXPECT_GT(x.back(), before);
     EXPECT_LT(x.back(), before + 15 * um);  // ten periods at 1 mm/s, and the braking
     EXPECT_EQ(x[50], x.back());

@@ -47,6 +47,19 @@ TEST(SoftLimits, TaperAnOffsetOverFourTimesItselfByTheRatioOfTheAccelerations) {
     EXPECT_EQ((SoftLimits{-100, 300, 100, 500}.share()), 1);  // the drive never passes the limit
 }
 
+TEST(SoftLimits, TaperAnOffsetWithinItsLengthFromThePlaceWhereTheJointCanStop) {
+    const auto tapers = [](double offset, double from, double to) {
+        return limits.tapers(offset, {from, to, std::abs(to - from), dt});
+    };
+    EXPECT_FALSE(tapers(0.05, 299.1, 299.1));  // the length is 0.8
+    EXPECT_TRUE(tapers(0.05, 299.3, 299.3));
+    EXPECT_FALSE(tapers(-0.05, 299.3, 299.3));
+    EXPECT_TRUE(tapers(-0.05, -99.3, -99.3));
+    EXPECT_TRUE(tapers(0.05, 296.9, 297));  // at 100 mm/s it stops after 2.5 mm
+    EXPECT_FALSE(tapers(0.05, 297.1, 297));
+    EXPECT_FALSE(tapers(0, 299.9, 299.9));
+}
+
 // The joint goes to the limit and brakes as hard as it can, from any speed and place; its offset grows as
 // fast as it may.
 TEST(SoftLimits, StopAGrowingOffsetAtItsShareOfTheRoomThatRemains) {

@@ -2,76 +2,17 @@
 #include "components/math/oscillation/oscillation.hpp"
 
 #include "components/math/blocks/random.hpp"
+#include "tests/math/oscillation/watched_oscillation.hpp"
 #include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <vector>
 
 namespace plumb {
 namespace {
-
-using Stop = Oscillation::Stop;
-using State = Oscillation::State;
-
-constexpr double dt = 0.001;
-constexpr double nm = 1e-6;  // mm
-constexpr std::size_t nodes = 32;
-
-Oscillation::Settings usual() {
-    Oscillation::Settings settings;
-    settings.lower = 10;
-    settings.upper = 40;
-    settings.speed = 100;
-    settings.acceleration = 1000;
-    settings.largest_speed = 500;
-    settings.lowest = -1000;
-    settings.highest = 1000;
-    settings.end_position = 50;
-    settings.upward_first = true;
-    return settings;
-}
-
-// An oscillation that is watched: its samples never break the acceleration, and stay where they may be.
-struct Watched {
-    explicit Watched(const Oscillation::Settings& its, double position = 50) : settings(its) {
-        it.start(settings, position);
-        samples.assign(3, position);
-    }
-
-    void step() {
-        it.set(settings);
-        it.step(dt, hold, nodes, [this](bool upper, double, double) { return offset[upper]; });
-        const std::size_t n = samples.size();
-        samples.push_back(it.position());
-        hardest = std::max(hardest, std::abs(samples[n] - 2 * samples[n - 1] + samples[n - 2]) / (dt * dt));
-        if (it.arrival().happened) arrivals.push_back(it.arrival());
-        late |= it.late();
-        if (it.state() == State::stroke) lowest = std::min(lowest, it.position());
-    }
-    void run(double seconds) {
-        for (int i = 0; i < seconds / dt; ++i) step();
-    }
-    void until(const std::function<bool()>& condition) {
-        for (int i = 0; i < 100000; ++i) {
-            if (condition()) return;
-            step();
-        }
-        FAIL() << "never";
-    }
-    void stop(Stop kind) { it.stop(kind); }
-
-    Oscillation::Settings settings;
-    Oscillation it;
-    bool hold = false, late = false;
-    double offset[2] = {0, 0};
-    std::vector<double> samples;
-    std::vector<Oscillation::Arrival> arrivals;
-    double hardest = 0, lowest = 1e9;
-};
 
 TEST(Oscillation, StartsAtPointRAndTakesUpTheRealDeadPointAtTheOppositeEnd) {
     Watched watched(usual());
@@ -404,7 +345,7 @@ TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
         settings.sections[0] = {SpeedSection::height, 15, random.uniform(16, 30), random.uniform(0.2, 3)};
         settings.sections[1] = {SpeedSection::phase, 5.5, random.uniform(0, 0.5), random.uniform(0.2, 2)};
         Watched watched(settings, random.uniform(0, 50));
-        double lowest = watched.it.position(), highest = lowest;
+        double lowest = watched.it.position(), highest = std::max(lowest, settings.end_position);
         const auto widen = [&] {
             lowest = std::min(lowest, watched.settings.lower);
             highest = std::max(highest, watched.settings.upper);
@@ -422,8 +363,10 @@ TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
                 case 4: watched.settings.upper_dwell = random.uniform(0, 0.1); break;
                 case 5: watched.settings.sections[0].ratio = random.uniform(0.2, 3); break;
                 case 6:
-                    if (random.uniform() < 0.3)
-                        watched.stop(random.uniform() < 0.5 ? Stop::at_once : Stop::dead_point);
+                    if (random.uniform() < 0.3) {
+                        const Stop kinds[] = {Stop::at_once, Stop::dead_point, Stop::withdraw};
+                        watched.stop(kinds[random.index(3)]);
+                    }
                     break;
             }
             widen();

@@ -77,12 +77,13 @@ class Machinery:
     """The machine, its axes, and pins by name, for the check of a function.
 
     unit    machine units in a millimetre
+    folder  a folder for files of the check
     names   the signals of this machine by the names that the function's files use
     """
 
     def __init__(self, machine, task):
         self.machine, self.unit, self.names, self.axes = machine, task["unit"], task["names"], task["axes"]
-        self.folder = os.path.dirname(task["folder"])
+        self.folder = task["folder"]
 
     def get(self, name):
         return self.machine.host.get(self.names.get(name, name))

@@ -41,26 +41,36 @@ def pins_of_net(words):
 def halfiles(ini, folder):
     """The HAL files that the INI file names, found as LinuxCNC finds them, each with those that it sources."""
     library = os.environ.get("HALLIB_DIR", "/usr/share/linuxcnc/hallib")
+    seen = set()
     for value in ini.all("HAL", "HALFILE") + ini.all("HAL", "POSTGUI_HALFILE"):
-        name = value.split()[0]
+        name = os.path.expanduser((value.split() or [""])[0])
         places = [os.path.join(library, name[4:])] if name.startswith("LIB:") else [
             os.path.join(folder, name),
             os.path.join(library, name),
         ]
         found = next(filter(os.path.isfile, places), None)
         if found:
-            yield from _with_sourced(found, folder)
+            yield from _with_sourced(found, folder, seen)
+    for value in ini.all("HAL", "HALCMD"):
+        yield from _sourced(value, folder, seen)
 
 
-def _with_sourced(path, folder):
+def _with_sourced(path, folder, seen):
+    if path in seen:
+        return
+    seen.add(path)
     yield path
     if path.endswith(".hal"):
         with open(path, encoding="utf-8", errors="replace") as file:
-            names = re.findall(r"^[ \t]*source[ \t]+(\S+)", file.read(), re.M)
-        for name in names:
-            sourced = os.path.join(folder, name)
-            if os.path.isfile(sourced) and sourced != path:
-                yield from _with_sourced(sourced, folder)
+            text = file.read()
+        yield from _sourced(text, folder, seen)
+
+
+def _sourced(text, folder, seen):
+    for name in re.findall(r"^[ \t]*source[ \t]+(\S+)", text, re.M):
+        path = os.path.join(folder, name)
+        if os.path.isfile(path):
+            yield from _with_sourced(path, folder, seen)
 
 
 def where(pattern, files):

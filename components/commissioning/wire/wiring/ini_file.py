@@ -4,11 +4,13 @@
 import collections
 import copy
 import difflib
+import errno
 import os
 import re
 import tempfile
 
 import linuxcnc
+import writing
 
 Place = collections.namedtuple("Place", "path line text")  # line counts from 0
 
@@ -30,8 +32,8 @@ class IniFile:
         return other
 
     def _include(self, path):
-        with open(path, encoding="utf-8", errors="surrogateescape") as file:
-            self.texts[path] = file.read().splitlines()
+        with open(path, encoding="utf-8", errors="surrogateescape", newline="") as file:
+            self.texts[path] = re.sub(r"\n\Z", "", file.read()).split("\n")
         self.original[path] = list(self.texts[path])
         if path != self.path:
             return
@@ -61,10 +63,19 @@ class IniFile:
         return found[0] if found else None
 
     def all(self, section, name):
-        with tempfile.NamedTemporaryFile("w", suffix=".ini", encoding="utf-8", errors="surrogateescape") as file:
-            file.write("\n".join(place.text for place in self.lines()) + "\n")
-            file.flush()
-            return list(linuxcnc.ini(file.name).findall(section, name))
+        try:
+            with tempfile.NamedTemporaryFile("w", suffix=".ini", encoding="utf-8", errors="surrogateescape") as file:
+                file.write("\n".join(place.text for place in self.lines()) + "\n")
+                file.flush()
+                found, again = (list(linuxcnc.ini(file.name).findall(section, name)) for _ in range(2))
+                if found != again:  # LinuxCNC takes an error for the end of the file
+                    raise OSError(errno.EIO, os.strerror(errno.EIO), file.name)
+                return found
+        except linuxcnc.error as error:
+            raise OSError(errno.EIO, str(error), tempfile.gettempdir()) from None
+        except OSError as error:
+            error.filename = error.filename or tempfile.gettempdir()
+            raise
 
     def has_section(self, section):
         return bool(self._section(section))
@@ -117,18 +128,26 @@ class IniFile:
     def drop_include(self, name):
         self.texts[self.path] = [line for line in self.texts[self.path] if not _includes(line, name)]
 
-    def write(self, folder):
-        """Writes the changes into the same files of a copy of the folder."""
+    def write(self, place):
+        """Calls place(path, text) for each file that has changed."""
         for path, lines in self.texts.items():
             if lines != self.original[path]:
-                copy = os.path.join(folder, os.path.relpath(path, self.folder))
-                with open(copy, "w", encoding="utf-8", errors="surrogateescape") as file:
-                    file.write("\n".join(lines) + "\n")
+                place(path, "\n".join(lines) + "\n")
+
+    def outside(self):
+        """Included files that have changed and lie outside the folder, where patch(1) does not go."""
+        changed = [path for path, lines in self.texts.items() if lines != self.original[path]]
+        return [os.path.realpath(path) for path in changed if self._is_outside(path)]
+
+    def _is_outside(self, path):
+        return writing.inside(path, self.folder) is None
 
     def patch(self):
         """The changes, for patch(1)."""
         text = ""
         for path, lines in self.texts.items():
+            if self._is_outside(path):
+                continue
             name = os.path.relpath(path, self.folder)
             before, after = self.original[path], lines
             text += "".join(

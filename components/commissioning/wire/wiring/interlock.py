@@ -4,6 +4,8 @@
 import plumb
 from stages import Part, message
 
+RETAIN, LINK, TASK_AND_IO = 1, 2, 16 + 32  # the services of interlock, as sums
+
 
 def room(row):
     """The number of functions, or of stages, that interlock serves: its pins function-enable-N, stage-fault-N."""
@@ -38,8 +40,10 @@ def interlock(functions, stages, has_operation):
         part.nets.append(["operation", "interlock.operation"])
     for number, function in enumerate(functions):
         part.setp.append((switch(number), "1"))
-        part.setp.append(("interlock.function-services-%d" % number, "1" if function.records else "0"))  # 1: retain
+        part.setp += _services(number, function)
         part.nets.append([function.interlock["enable"], "interlock.function-enable-%d" % number])
+        busy = function.interlock.get("busy", "program-running")
+        part.nets.append([busy, "=>", "interlock.function-busy-%d" % number])
         for name in ("settling", "ramping"):
             if name in function.interlock:
                 part.nets.append([function.interlock[name], "=>", "interlock.function-%s-%d" % (name, number)])
@@ -57,11 +61,30 @@ def interlock(functions, stages, has_operation):
     ]
     part.messages = message("interlock-fault", "Interlock: {code}", "interlock fault-code")
     part.messages += message("feed-held", "The feed is held until the axes have their offsets.")
+    for number, function in enumerate(functions):
+        if function.stroke:
+            _stroke(part, number)
     armed = [stage.modules["axis_offset"][0][0].upper() for stage in stages if "axis_offset" in stage.modules]
     if armed:
         _arm(part, " or ".join(armed))
     part.last = ["interlock.update"]
     return part
+
+
+def _services(number, function):
+    """The services of a function: an offset with records needs retain, a stroke needs linuxcnc_link, task and io, too."""
+    needs = RETAIN if function.records else 0
+    if not function.stroke:
+        return [("interlock.function-services-%d" % number, needs)]
+    needs += LINK + TASK_AND_IO
+    return [("interlock.function-services-%d" % number, needs), ("interlock.function-urgent-%d" % number, TASK_AND_IO)]
+
+
+def _stroke(part, number):
+    """The message for a stroke that a loss has ended."""
+    part.nets.append(["strokes-lost", "interlock.function-lost-%d" % number, "=>", "linuxcnc-link.strokes-lost"])
+    sentence = "A program that strokes need did not answer. No other stroke starts before you turn the switch of strokes off and on."
+    part.messages += message("strokes-lost", sentence, kind="error")
 
 
 def _arm(part, axes):

@@ -6,51 +6,93 @@ import hashlib
 import json
 import os
 
+import writing
 from ini_file import IniFile
 from texts import Impossible, wrapped
 
 MANIFEST = ".written.json"  # the digest of each file that was written
+SETTINGS = "_settings.hal"
 
 
 class Output:
-    """The folder of one INI file.
+    """The folder of one INI file, which lies below `home`.
 
     functions   names of the functions that are wired in it
     kept        files of the user, which are not written
     """
 
-    def __init__(self, folder, ini_name):
-        self.folder, self.ini_name = folder, ini_name
+    def __init__(self, folder, home, ini_name):
+        self.folder, self.home, self.ini_name = folder, home, ini_name
+        self._forbid_links()
         self.kept = []
+        self._forbid_read_only()
         self.manifest = self._manifest()
         self.functions = self.manifest.get("functions", [])
 
+    def _forbid_links(self):
+        """By a link, files would be written elsewhere."""
+        path = self.home
+        for part in os.path.relpath(self.folder, self.home).split(os.sep):
+            path = os.path.join(path, part)
+            if os.path.islink(path):
+                raise Impossible("%s is a link. Name another folder by --output." % path)
+
+    def _forbid_read_only(self):
+        """Reports it before the trials, which take their time."""
+        path = self.folder
+        while path != self.home and not os.path.lexists(path):
+            path = os.path.dirname(path)
+        if os.path.isdir(path) and not os.access(path, os.W_OK | os.X_OK):
+            sentence = "You cannot write into %s. Copy the configuration into a folder of yours, or change its rights."
+            raise Impossible(wrapped(sentence % path))
+
     def _manifest(self):
-        with contextlib.suppress(FileNotFoundError, NotADirectoryError, ValueError):
-            with open(os.path.join(self.folder, MANIFEST), encoding="utf-8") as file:
-                manifest = json.load(file)
-            if manifest["ini"] != self.ini_name:
-                raise Impossible("%s belongs to %s. Name another folder by --output." % (self.folder, manifest["ini"]))
-            return manifest
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+            text = writing.read(self.folder, MANIFEST)
+            if text is not None:
+                return self._checked(text)
         if os.path.exists(self.folder) and not os.path.isdir(self.folder):
             raise Impossible("%s is a file. Name another folder by --output." % self.folder)
-        files = sorted(os.listdir(self.folder)) if os.path.isdir(self.folder) else []
+        present = os.listdir(self.folder) if os.path.isdir(self.folder) else []
+        files = sorted(name for name in present if not writing.STAGED.fullmatch(name))
         if files:
             sentence = "%s exists, and plumb wire did not write it: it has %s. Name another folder by --output."
             raise Impossible(wrapped(sentence % (self.folder, ", ".join(files[:5]))))
         return {}
 
+    def _checked(self, text):
+        """The manifest: the name of the INI file, the functions, and for each file a digest, or two while it is replaced."""
+        try:
+            manifest = json.loads(text)
+            ini, functions, files = manifest["ini"], manifest["functions"], manifest["files"]
+            texts = [ini, *functions, *files]
+            for its in files.values():
+                texts += [its] if isinstance(its, str) else its
+            if not isinstance(functions, list) or not all(isinstance(one, str) for one in texts):
+                raise TypeError
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            sentence = (
+                "%s, in which plumb wire notes its files, is damaged. Restore it, or move the folder away and wire all functions "
+                "again. Settings that you changed are in the files %s."
+            )
+            raise Impossible(wrapped(sentence % (os.path.join(self.folder, MANIFEST), "*" + SETTINGS))) from None
+        if ini != self.ini_name:
+            raise Impossible("%s belongs to %s. Name another folder by --output." % (self.folder, ini))
+        return manifest
+
+    def _digests(self, name):
+        """Of the texts that plumb wire gave to a file. There are two after a start that was interrupted."""
+        its = self.manifest.get("files", {}).get(name, [])
+        return [its] if isinstance(its, str) else its
+
     def present(self, name):
         """The text of a file that is there, or None."""
-        with contextlib.suppress(FileNotFoundError):
-            with open(os.path.join(self.folder, name), encoding="utf-8", errors="surrogateescape") as file:
-                return file.read()
-        return None
+        return writing.read(self.folder, name, follow=name.endswith(SETTINGS))
 
     def changed(self, name):
         """The text of a file that a user has changed, or None."""
         text = self.present(name)
-        return None if text is None or digest(text) == self.manifest.get("files", {}).get(name) else text
+        return None if text is None or digest(text) in self._digests(name) else text
 
     def values(self, functions):
         """(section, name) -> value, of the plumb.inc that is there."""
@@ -81,7 +123,7 @@ class Output:
         changed = [
             name
             for name, text in files.items()
-            if not name.endswith(("_settings.hal", ".inc")) and self.changed(name) not in (None, text)
+            if not name.endswith((SETTINGS, ".inc")) and self.changed(name) not in (None, text)
         ]
         if changed:
             sentence = (
@@ -92,31 +134,29 @@ class Output:
 
     def is_kept(self, name):
         """Whether these are settings that a user has changed."""
-        return name.endswith("_settings.hal") and self.changed(name) is not None
+        return name.endswith(SETTINGS) and self.changed(name) is not None
 
     def write(self, files, functions):
-        """Each file at once, whole or not at all."""
-        os.makedirs(self.folder, exist_ok=True)
-        written = {}
+        """All files at once, or none. While they are replaced the manifest has the digests of both texts: if that is interrupted,
+        no file is taken for one of the user."""
+        written, between, texts = {}, dict(self.manifest.get("files", {})), []
         for name, text in files.items():
             if self.is_kept(name):
                 self.kept.append(name)
-                written[name] = self.manifest.get("files", {}).get(name, "")
+                written[name] = self._digests(name)
             else:
-                _write_whole(os.path.join(self.folder, name), text)
+                texts.append((name, text))
                 written[name] = digest(text)
-        manifest = {"ini": self.ini_name, "functions": [function.name for function in functions], "files": written}
-        _write_whole(os.path.join(self.folder, MANIFEST), json.dumps(manifest, indent=1) + "\n")
+                between[name] = list(dict.fromkeys([*self._digests(name), digest(text)]))
+        texts.insert(0, (MANIFEST, self._manifest_text(self.functions, between)))
+        texts.append((MANIFEST, self._manifest_text([function.name for function in functions], written)))
+        folder = os.path.relpath(self.folder, self.home)
+        writing.write_all(self.home, [(os.path.join(folder, name), text) for name, text in texts], lasting=True)
+        writing.remove_staged(self.folder)
+
+    def _manifest_text(self, functions, files):
+        return json.dumps({"ini": self.ini_name, "functions": functions, "files": files}, indent=1) + "\n"
 
 
 def digest(text):
     return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()
-
-
-def _write_whole(path, text):
-    new = path + ".new"
-    with open(new, "w", encoding="utf-8", errors="surrogateescape") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(new, path)

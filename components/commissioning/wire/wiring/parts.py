@@ -15,15 +15,16 @@ class Parts:
     freed       pins of joints that stages take over, and their signals
     names       the machine's signals by ours
     problems    the conflicts, a sentence each
+    notes       sentences for the user
     """
 
     def __init__(self, functions, machine, folder):
         self.functions, self.machine, self.file = functions, machine, folder + "/stages.hal"
-        self.freed, self.names, self.problems = {}, {}, []
+        self.freed, self.names, self.problems, self.notes = {}, {}, [], []
         here = "$::env(CONFIG_DIR)/" if machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
         here += folder
         used = {words[0] for function in functions for words in function.nets(machine.axes)}
-        self.all = [stages.link(here)]
+        self.all = [stages.link(here), stages.alive()]
         keepers = [function for function in functions if function.records]
         if keepers:
             self.all += [stages.retain(here, keepers), stages.identity()]
@@ -31,6 +32,7 @@ class Parts:
         self.all.append(interlock(functions, into_axes, "operation" in used))
         self.all += into_axes
         self.all.append(self._from_joints(used))
+        self._emergency_stop()
         self.problems += too_many(functions, into_axes)
 
     def _stages(self):
@@ -72,6 +74,16 @@ class Parts:
                 self.freed[whole] = signal
                 self.names[prefix + name] = signal
         return not self.problems
+
+    def _emergency_stop(self):
+        chain, enable = map(self.machine.complete.signal_of, ("iocontrol.0.emc-enable-in", "motion.enable"))
+        if chain and enable in (None, chain):
+            self.all.append(stages.emergency_stop())
+        elif enable:
+            self.notes.append(
+                "motion.enable keeps your signal %s. It must fall with the emergency stop: with a dead io, motion does not see "
+                "the chain otherwise." % enable
+            )
 
     def _from_joints(self, used):
         """The signals of joints that functions use and no stage gives."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The parts that all functions of a machine share: stages, retain, linuxcnc_link, a gate."""
+"""The parts that all functions of a machine share: stages, retain, linuxcnc_link, linuxcnc_alive, a gate."""
 
 import dataclasses
 
@@ -116,14 +116,44 @@ def retain(folder, functions):
     off = "%s %s off: " % (" and ".join(names), "is" if len(names) == 1 else "are")
     part.messages = message("not-restored", off + "{code} The terminal has more.", codes)
     part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
-    part.messages += message("retain-lost", off + "retain has ended. Start LinuxCNC again.", kind="error")
+    ends = "retain has ended: %s %s off with the end of the work. Start LinuxCNC again."
+    part.messages += message("retain-lost", ends % (" and ".join(names), "goes" if len(names) == 1 else "go"), kind="error")
     return part
 
 
 def link(folder):
-    """linuxcnc_link, loaded once for the messages of all."""
-    part = Part("Messages to the operator")
+    """linuxcnc_link, loaded once for the messages of all. It is service 1 of interlock."""
+    part = Part("Messages to the operator, service 1 of interlock")
     part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s/messages.toml" % folder}
+    part.setp = [("interlock.service-timeout-1", "10")]
+    part.nets = [
+        ["link-heartbeat", "linuxcnc-link.heartbeat", "=>", "interlock.service-heartbeat-1"],
+        ["connected", "linuxcnc-link.connected", "=>", "interlock.service-ready-1"],
+    ]
+    return part
+
+
+def alive():
+    """linuxcnc_alive, by which LinuxCNC's task and io are the services 4 and 5 of interlock."""
+    part = Part("LinuxCNC's task and io, services 4 and 5 of interlock")
+    part.programs = {"linuxcnc-alive": "-W linuxcnc_alive"}
+    part.setp = [("interlock.service-timeout-%d" % service, "2.5") for service in (4, 5)]
+    part.setp.append(("interlock.feed-services", "48"))
+    part.nets = [
+        ["task-heartbeat", "linuxcnc-alive.task-heartbeat", "=>", "interlock.service-heartbeat-4"],
+        ["io-heartbeat", "linuxcnc-alive.io-heartbeat", "=>", "interlock.service-heartbeat-5"],
+        ["program-running", "linuxcnc-alive.program-running", "=>", "interlock.program-running"],
+        ["io-lost", "interlock.service-lost-5", "=>", "linuxcnc-link.io-lost"],
+    ]
+    sentence = "LinuxCNC's io does not answer: the feed is held. Press the emergency stop, and start LinuxCNC again."
+    part.messages = message("io-lost", sentence, kind="error")
+    return part
+
+
+def emergency_stop():
+    """The chain that LinuxCNC's io reads, to motion, too."""
+    part = Part("The emergency stop chain reaches motion, too, when LinuxCNC's io is dead")
+    part.nets = [["emergency-stop-ok", "=>", "iocontrol.0.emc-enable-in", "motion.enable"]]
     return part
 
 

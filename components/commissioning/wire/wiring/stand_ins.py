@@ -7,6 +7,9 @@ import re
 import shutil
 
 import hal_text
+import writing
+from sandbox import OWN
+from trial import script
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 
@@ -91,7 +94,8 @@ class StandIns:
     def __init__(self, trial, ini, files, learnt=None):
         self.drivers, self.programs = [], []
         self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
-        self.trial, self.ini, self.described = trial, ini, {}
+        self.trial, self.ini, self.described, self.numbers = trial, ini, {}, {}
+        trial.read.update(files)
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
         self.all = self._values("\n".join([*self.texts.values(), commands]))
@@ -193,7 +197,7 @@ class StandIns:
                 )
             if changed != text:
                 self.texts[path] = changed
-                self.trial.write(os.path.relpath(path, self.ini.folder), changed)
+                self.trial.place(path, changed)
 
     def _expanded(self, written, line, module):
         return line if self._values(written).split()[1] == module else written
@@ -217,18 +221,21 @@ class StandIns:
 
     def _cover(self, name, program):
         """Puts the stand-in where LinuxCNC will look for the program."""
-        installed = shutil.which(program)
-        in_folder = "/" in program and not os.path.isabs(program)
-        inside = program if in_folder else os.path.join("bin", os.path.basename(program))
-        self.trial.program(inside, os.path.join(HERE, "stand_in.py"), self._description(name))
-        if installed and "/" not in program or os.path.isabs(program) and os.path.exists(program):
-            self.trial.cover(inside, os.path.realpath(installed or program))
+        path = os.path.join(self.ini.folder, program) if "/" in program else self._installed(program)
+        if path is None:
+            self.trial.program("bin/" + program, *self._stand_in(name))
+        elif os.path.exists(path) or writing.inside(path, self.ini.folder) is not None:
+            self.trial.place(path, script(*self._stand_in(name)), 0o777)
+
+    def _installed(self, program):
+        """The program that LinuxCNC starts by this name; it looks into a folder bin beside the INI file first."""
+        return shutil.which(program, path=os.path.join(self.ini.folder, "bin") + ":" + os.environ.get("PATH", os.defpath))
 
     def _cannot_run_here(self, program):
         base = os.path.basename(program)
         if base in SCREENS or DEVICES.match(base):
             return True
-        path = os.path.join(self.ini.folder, program) if "/" in program else shutil.which(program)
+        path = os.path.join(self.ini.folder, program) if "/" in program else self._installed(program)
         path = path or os.path.join(os.path.dirname(self.trial.plumb), base)  # Plumb's own may be built and not installed
         try:
             with open(path, "rb") as file:
@@ -237,18 +244,22 @@ class StandIns:
             return True  # it is not installed here
         return text.startswith(b"#!") and bool(WINDOWS.search(text.decode(errors="replace")))
 
-    def _description(self, name):
-        return os.path.join(self.ini.folder, ".plumb-wire", name + ".json")
+    def _number(self, name):
+        return self.numbers.setdefault(name, len(self.numbers))
+
+    def _stand_in(self, name):
+        """The words of the command that stands in. HAL may give any name: files of ours have numbers."""
+        description = os.path.join(OWN, "stand-in-%d.json" % self._number(name))
+        return os.path.join(HERE, "stand_in.py"), description
 
     def _program(self, name):
-        program = os.path.join(HERE, "stand_in.py")
-        return self.trial.program(".plumb-wire/stand-in-" + name, program, self._description(name))
+        return self.trial.program("stand-in-%d" % self._number(name), *self._stand_in(name))
 
     def _describe(self, name, pins, follow, prefix=True):
         self.described[name] = [name + "." + pin if prefix else pin for pin in pins]
         values = [pin for pin in pins if pin in self.learnt.get("true", [])]
         described = {"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}
-        self.trial.write(".plumb-wire/%s.json" % name, json.dumps(described))
+        self.trial.write("stand-in-%d.json" % self._number(name), json.dumps(described))
 
     def learn(self, words):
         """Takes the type or direction of a pin from LinuxCNC's complaint. Returns whether there was one."""

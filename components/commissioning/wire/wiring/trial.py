@@ -1,36 +1,37 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Starts a copy of a configuration once, in virtual time and in namespaces: nothing of the user's is written to."""
+"""Starts a copy of a configuration once, in virtual time, where nothing but the copy can be written (sandbox.py)."""
 
+import contextlib
 import json
 import os
+import pathlib
+import shlex
 import shutil
+import stat
 import subprocess
 import sys
 
-from texts import Impossible
+import writing
+from sandbox import OWN, PLAN, READY
+from texts import Impossible, wrapped
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 SPEED = 10  # times real time
 PATIENCE = 300  # s of this computer's time
 NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file")
-
-# As the root of new namespaces: the copy takes the place of the folder, so that ../ and absolute paths lead there.
-# Programs that cannot run here are covered in the same way: pairs of paths up to --.
-_PLACE = """
-set -e
-home=$2
-while [ "$1" != -- ]; do
-  mount --no-canonicalize --bind "$1" "$2"
-  shift 2
-done
-shift
-case $home in
-/tmp | /tmp/*) ;;
-*) mount -t tmpfs -o mode=1777 tmpfs /tmp ;;  # its files go with the trial
-esac
-cd "$home"
-exec "$@"
-"""
+WRITTEN = (("RS274NGC", "PARAMETER_FILE"), ("EMCIO", "TOOL_TABLE"), ("TRAJ", "POSITION_FILE"))  # LinuxCNC writes these
+# Variables by which a program reaches another that runs outside the trial.
+OUTSIDE = (
+    "DISPLAY",
+    "WAYLAND_DISPLAY",
+    "XAUTHORITY",
+    "DBUS_SESSION_BUS_ADDRESS",
+    "DBUS_SYSTEM_BUS_ADDRESS",
+    "XDG_RUNTIME_DIR",
+    "SSH_AUTH_SOCK",
+    "GPG_AGENT_INFO",
+    "TMPDIR",
+)
 
 
 class NotStarted(RuntimeError):
@@ -38,67 +39,95 @@ class NotStarted(RuntimeError):
 
 
 class Trial:
-    """A copy of the folder of an INI file. `ini` is an IniFile, whose changes are written into the copy."""
+    """A copy of the folder of an INI file. `ini` is an IniFile, whose changes are written into the copy.
+
+    copy    the copy, which takes the place of the folder
+    own     files of the trial, which its programs see in sandbox.OWN
+    """
 
     def __init__(self, ini, folder, plumb):
         self.ini, self.plumb = ini, plumb
+        self.copy, self.own = os.path.join(folder, "copy"), os.path.join(folder, "own")
         os.makedirs(folder, exist_ok=True)
-        self.copy = os.path.join(folder, "copy")
         copy_folder(ini.folder, self.copy)
-        self.own = os.path.join(self.copy, ".plumb-wire")
         os.mkdir(self.own)
-        os.makedirs(os.path.join(self.copy, "bin"), exist_ok=True)
-        self.covers = []  # a file of the copy, and the file in whose place it is seen
+        self.covers = {}  # a path outside the folder, and the file of ours that is seen in its place
+        self.read = set()  # paths that must stay in sight
 
-    def cover(self, name, path):
-        self.covers += [os.path.join(self.copy, name), path]
+    def write(self, name, text, mode=0o666):
+        """A file of the trial; returns its path in the trial."""
+        writing.write(self.own, name, text, mode)
+        return os.path.join(OWN, name)
 
-    def write(self, name, text):
-        path = os.path.join(self.copy, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w", encoding="utf-8", errors="surrogateescape") as file:
-            file.write(text)
-        return os.path.join(self.ini.folder, name)
+    def place(self, path, text, mode=0o666):
+        """Gives a file of the user another text, in the trial alone: in the copy, or over a file that lies outside."""
+        name = writing.inside(path, self.ini.folder)
+        if name is not None:
+            writing.write(self.copy, name, text, mode)
+        elif os.path.isfile(path):
+            self._cover(os.path.realpath(path), text, mode)
+        else:
+            raise Impossible("plumb wire writes nothing outside %s, and %s would be a new file." % (self.ini.folder, path))
+
+    def _cover(self, path, text, mode):
+        name = self.covers.setdefault(path, "covers/%d" % len(self.covers))
+        writing.write(self.own, name, text, mode)
 
     def program(self, name, *words):
-        """An executable of the copy that runs one of ours."""
-        path = self.write(name, "#!/bin/sh\nexec %s %s \"$@\"\n" % (sys.executable, " ".join(words)))
-        os.chmod(os.path.join(self.copy, name), 0o755)
-        return path
+        """An executable of the trial that runs one of ours."""
+        return self.write(name, script(*words), 0o777)
 
     def run(self, task, **settings):
         """Starts LinuxCNC, with display.py for `task` as its DISPLAY; returns the findings of this."""
-        here = os.path.join(self.ini.folder, ".plumb-wire")
         result = os.path.join(self.own, "result.json")
-        with open(os.path.join(self.own, "task.json"), "w", encoding="utf-8") as file:
-            json.dump({"task": task, "folder": here, "ini": self.ini.path, **settings}, file)
-        if os.path.exists(result):
-            os.unlink(result)
-        display = self.program(".plumb-wire/display", os.path.join(HERE, "display.py"), os.path.join(here, "task.json"))
+        self.write("task.json", json.dumps({"task": task, "folder": OWN, "ini": self.ini.path, **settings}))
+        for name in ("result.json", READY):
+            if os.path.lexists(os.path.join(self.own, name)):
+                os.unlink(os.path.join(self.own, name))
+        display = self.program("display", os.path.join(HERE, "display.py"), os.path.join(OWN, "task.json"))
         self.ini.set("DISPLAY", "DISPLAY", display)
         self.ini.set("EMCMOT", "COMM_TIMEOUT", "300")  # s of a clock that is ten times faster
         self.ini.drop("DISPLAY", "INTRO_GRAPHIC")
         self.ini.drop("APPLICATIONS", "APP")
-        self.ini.write(self.copy)
+        self._bring_inside()
+        self.ini.write(self.place)
         status, output = self._linuxcnc()
-        if "unshare:" in output or "gives the run no namespaces" in output:
-            raise Impossible("plumb wire needs namespaces, and this system gives none: plumb doctor says why.")
+        if not os.path.exists(os.path.join(self.own, READY)) or "gives the run no namespaces" in output:
+            sentence = "plumb wire needs namespaces, and this system gives none: plumb doctor says why."
+            raise Impossible(sentence + "\n" + last_words(output))
         if not os.path.exists(result):
-            raise NotStarted(last_words(output) or "linuxcnc ended with %d" % status)
-        with open(result, encoding="utf-8") as file:
-            return json.load(file)
+            words = last_words(output) or "linuxcnc ended with %d" % status
+            if "Read-only file system" in words:
+                words += "\n" + wrapped("In the trial, programs can write only into %s, HOME and /tmp." % self.ini.folder)
+            raise NotStarted(words)
+        return json.loads(writing.read(self.own, "result.json"))
+
+    def _bring_inside(self):
+        """Gives the trial copies of files outside the folder that LinuxCNC writes."""
+        for number, (section, name) in enumerate(WRITTEN):
+            value = self.ini.get(section, name)
+            path = os.path.join(self.ini.folder, os.path.expanduser(value or ""))
+            if not os.path.basename(path) or writing.inside(path, self.ini.folder) is not None:
+                continue
+            text = writing.read("/", path, follow=True) if os.path.isfile(path) else None
+            if text is not None:
+                self.write("outside/%d/%s" % (number, os.path.basename(path)), text)
+            else:
+                os.makedirs(os.path.join(self.own, "outside", str(number)), exist_ok=True)
+            self.ini.set(section, name, os.path.join(OWN, "outside", str(number), os.path.basename(path)))
 
     def _linuxcnc(self):
-        environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-        command = [self.plumb, "run", "--speed", str(SPEED), "--", "linuxcnc", "-r", self.ini.path]
-        place = ["/bin/sh", "-c", _PLACE, "sh", self.copy, self.ini.folder, *self.covers, "--"]
-        if os.geteuid() == 0:
-            spaces = ["unshare", "--mount", "--propagation", "private", "--", *place]
-        else:
-            back = ["unshare", "--user", "--map-user=%d" % os.getuid(), "--map-group=%d" % os.getgid(), "--"]
-            spaces = ["unshare", "--user", "--map-root-user", "--mount", "--", *place, *back]
+        plan = {
+            "home": self.ini.folder,
+            "copy": self.copy,
+            "own": self.own,
+            "covers": [(os.path.join(self.own, name), path) for path, name in self.covers.items()],
+            "keep": [HERE, self.plumb, sys.executable, *self.ini.texts, *self.read, *self.covers],
+        }
+        host = [self.plumb, "run", "--speed", str(SPEED), "--"]
+        command, environment = in_sandbox(plan, host, ["linuxcnc", "-r", self.ini.path])
         with subprocess.Popen(
-            [*spaces, *command],
+            command,
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -114,36 +143,61 @@ class Trial:
             except BaseException:
                 process.terminate()
                 raise
-        with open(os.path.join(self.own, "output"), "w", encoding="utf-8") as file:
-            file.write(output)
         return process.returncode, output
 
 
+def in_sandbox(plan, host, words):
+    """The command that starts `words` by plumb run in a sandbox, and its environment. Root stays root, without its rights
+    over the computer."""
+    sandbox = [sys.executable, os.path.join(HERE, "sandbox.py")]
+    writing.write(plan["own"], PLAN, json.dumps({**plan, "user": os.geteuid()}))
+    plan = os.path.join(plan["own"], PLAN)
+    if os.geteuid() == 0:
+        spaces = ["unshare", "--mount", "--propagation", "private", "--", *sandbox, plan]
+        inside = [*host, *sandbox, "--inside", *words]
+    else:
+        spaces = ["unshare", "--user", "--map-root-user", "--mount", "--", *sandbox, plan]
+        inside = ["unshare", "--user", "--map-user=%d" % os.getuid(), "--map-group=%d" % os.getgid(), "--", *host, *words]
+    environment = {name: value for name, value in os.environ.items() if name not in OUTSIDE}
+    environment["PATH"] = environment.get("PATH", os.defpath) + ":" + os.path.join(OWN, "bin")
+    if environment.get("HOME") in (None, "", "/") or not os.path.isdir(environment["HOME"]):
+        environment["HOME"] = "/tmp"  # LinuxCNC has a file of its own there
+    return [*spaces, *inside], environment
+
+
+def script(*words):
+    """A shell script that runs a Python program of ours."""
+    return "#!/bin/sh\nexec %s \"$@\"\n" % shlex.join([sys.executable, *words])
+
+
 def copy_folder(source, copy):
-    """Links to files become files, as they might be written to; links to folders stay."""
+    """Links to files become files, as they might be written to; links to folders stay. What cannot be read is left out:
+    LinuxCNC cannot read it either. So is a folder for temporary files, in which the copy lies."""
+    folders = [(source, copy)]
+    above = {(state.st_dev, state.st_ino) for state in map(os.stat, pathlib.Path(copy).absolute().parents)}
+    while folders:
+        folder, to = folders.pop()
+        os.mkdir(to)
+        with contextlib.suppress(PermissionError), os.scandir(folder) as entries:
+            for entry in entries:
+                there = os.path.join(to, entry.name)
+                state = entry.stat(follow_symlinks=False)
+                if (state.st_dev, state.st_ino) in above:
+                    continue
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append((entry.path, there))
+                elif entry.is_dir():
+                    os.symlink(os.readlink(entry.path), there)
+                elif entry.is_file():
+                    copy_file(entry, there)
 
-    def ignore(folder, names):
-        return [name for name in names if _is_special(os.path.join(folder, name))]
 
-    def copy_file(path, to):
-        if os.path.islink(path) and os.path.isdir(path):
-            os.symlink(os.readlink(path), to)
-        else:
-            shutil.copy2(path, to)
-
-    os.makedirs(copy)
-    for name in os.listdir(source):
-        path, to = os.path.join(source, name), os.path.join(copy, name)
-        if _is_special(path):
-            continue
-        if os.path.isdir(path) and not os.path.islink(path):
-            shutil.copytree(path, to, symlinks=True, ignore=ignore)
-        else:
-            copy_file(path, to)
-
-
-def _is_special(path):
-    return not (os.path.isdir(path) or os.path.isfile(path))
+def copy_file(entry, to):
+    with contextlib.suppress(PermissionError):
+        shutil.copyfile(entry.path, to)
+        state = entry.stat()
+        os.chmod(to, stat.S_IMODE(state.st_mode) & 0o777 | stat.S_IWUSR)
+        os.utime(to, ns=(state.st_atime_ns, state.st_mtime_ns))
 
 
 def last_words(output):

@@ -4,8 +4,10 @@
 import os
 
 import hal_text
+import writing
 from hal_state import SHOWN, State
 from machine import Machine
+from sandbox import OWN
 from stand_ins import StandIns
 from texts import Impossible
 from trial import NotStarted, Trial
@@ -18,6 +20,8 @@ FOLLOWERS = (
     ("lowpass", "in", (("gain", 1),)),
 )
 BASIC_STEPS = 3  # of a trial: on, home, program
+# A busy computer can stop LinuxCNC's programs for longer than a loss takes.
+PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
 ATTEMPTS = 30  # to find types and directions of the pins of a driver
 
 
@@ -32,14 +36,14 @@ class Trials:
     def look(self, ini, joints, name):
         """The Machine, as LinuxCNC makes it of an INI file without ours."""
         files = list(hal_text.halfiles(ini, self.home))
-        postgui = [os.path.join(self.home, value.split()[0]) for value in ini.all("HAL", "POSTGUI_HALFILE")]
+        postgui = [os.path.join(self.home, value.split()[0]) for value in ini.all("HAL", "POSTGUI_HALFILE") if value.split()]
         postgui = [path for path in postgui if os.path.isfile(path) and not path.endswith(".tcl")]
         written = ini.copy()
         for turn in range(ATTEMPTS):
             ini = written.copy()
             self.trial = Trial(ini, os.path.join(self.folder, name, str(turn)), self.plumb)
             self.stand_ins = StandIns(self.trial, ini, files, self.learnt)
-            marker = self.snapshot(self.trial, ini)
+            self.snapshot(self.trial, ini)
             try:
                 found = self.trial.run("look", postgui=postgui)
                 break
@@ -51,20 +55,18 @@ class Trials:
             raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
         texts = {}
         for kind in found["started"]:
-            with open(os.path.join(self.trial.copy, marker + kind), encoding="utf-8") as file:
-                texts[kind] = file.read()
+            texts[kind] = writing.read(self.trial.own, "show-" + kind)
         machine = Machine(State(texts), State(found["postgui"]), joints, written, files)
         if machine.thread is None:
             raise Impossible("No thread of this configuration runs motion-controller.")
         return machine
 
-    def snapshot(self, trial, ini):
-        """A last HALFILE that notes the HAL. Returns where, in the copy."""
+    @staticmethod
+    def snapshot(trial, ini):
+        """A last HALFILE that notes the HAL."""
         lines = ['if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return']
-        for kind in SHOWN:
-            lines.append("exec halcmd -s show %s > %s" % (kind, os.path.join(self.home, ".plumb-wire", "show-" + kind)))
-        ini.add("HAL", "HALFILE", trial.write(".plumb-wire/show.tcl", "\n".join(lines) + "\n"))
-        return ".plumb-wire/show-"
+        lines += ["exec halcmd -s show %s > %s/show-%s" % (kind, OWN, kind) for kind in SHOWN]
+        ini.add("HAL", "HALFILE", trial.write("show.tcl", "\n".join(lines) + "\n"))
 
     def run(self, ini, files, wiring, functions):
         """The statements about the result, and LinuxCNC's messages. `ini` has the lines that put it in; files go by path."""
@@ -73,13 +75,13 @@ class Trials:
         self.release(machine)
         stand_ins = StandIns(trial, ini, machine.files, self.learnt)
         for name, text in files.items():
-            trial.write(name, text)
+            trial.place(os.path.join(self.home, name), text)
         for function in functions:
             if function.check_hal:
                 with open(function.check_hal, encoding="utf-8") as file:
                     text = renamed(file.read(), wiring, machine)
-                trial.write(".plumb-wire/%s.hal" % function.name, text)
-                ini.add("HAL", "HALFILE", ".plumb-wire/%s.hal" % function.name)
+                ini.add("HAL", "HALFILE", trial.write("%s.hal" % function.name, text))
+        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE))
         self.drive(trial, ini, machine, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}
@@ -134,8 +136,7 @@ class Trials:
                 drives.append(name)
         if lines:
             lines.insert(0, "loadrt %s names=%s" % (module, ",".join(drives)))
-            trial.write(".plumb-wire/drives.hal", "\n".join(lines) + "\n")
-            ini.add("HAL", "HALFILE", ".plumb-wire/drives.hal")
+            ini.add("HAL", "HALFILE", trial.write("drives.hal", "\n".join(lines) + "\n"))
 
 
 def renamed(text, wiring, machine):

@@ -29,7 +29,7 @@ class Wiring:
         signals = Signals(functions, parts, modules, machine)
         modules = Modules(functions, parts.all + signals.gates, machine)
         self.problems = [*modules.name_problems(), *signals.problems, *modules.load_problems()]
-        self.notes, self.names, self.motmod = signals.notes, signals.names, outputs(signals.lacking)
+        self.notes, self.names, self.motmod = parts.notes + signals.notes, signals.names, outputs(signals.lacking)
         self.files = HalFiles(functions, machine, folder, parts, modules, signals)
 
     def switch_of(self, function):

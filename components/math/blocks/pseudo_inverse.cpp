@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/pseudo_inverse.hpp"
+
+#include <Eigen/QR>
+
+namespace plumb {
+
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& m) {
+    return m.completeOrthogonalDecomposition().pseudoInverse();
+}
+
+}  // namespace plumb

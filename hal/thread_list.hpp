@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The threads of HAL and their functions, as a realtime module sees them. LinuxCNC has no call for this, so
+// the layout of the lists in HAL's memory stands here. All of LinuxCNC 2.9 has it; any other is not read.
+#pragma once
+
+#include "hal/value.hpp"
+
+#include <rtapi_mutex.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <vector>
+
+extern "C" __attribute__((weak)) char* hal_shmem_base;  // of hal_lib
+
+namespace plumb::hal {
+
+struct ListedFunction {
+    std::string name;
+    const void* code;
+    bool used;  // by a thread
+};
+
+struct ListedThread {
+    std::string name;
+    std::vector<std::size_t> functions;  // in the order of its calls, as indices
+};
+
+struct ThreadList {
+    std::vector<ListedFunction> functions;
+    std::vector<ListedThread> threads;
+};
+
+namespace layout {
+
+using Offset = std::intptr_t;  // from the beginning of the memory, 0 for nothing
+using Name = std::array<char, HAL_NAME_LEN + 1>;
+
+inline constexpr int version = 0x10;
+inline constexpr Offset size = 256 * 4096;
+inline constexpr int most = 10000;  // elements of a list, so that a damaged one has an end
+
+struct Head {
+    int version;
+    unsigned long lock;
+    std::int32_t bytes_left;
+    void* constructor;
+    Name prefix, argument;
+    int bottom, top;
+    Offset components, pins, signals, parameters, functions, threads;  // and more
+};
+
+struct Function {
+    Offset next;
+    int floating_point;
+    Offset owner;
+    int reentrant, users;
+    void* argument;
+    void (*code)(void*, long);
+    std::int32_t *time, longest_time;
+    bool longer;
+    Name name;
+};
+
+struct Links {
+    Offset next, previous;
+};
+
+struct Entry {
+    Links links;
+    void* argument;
+    void (*code)(void*, long);
+    Offset function;
+};
+
+struct Thread {
+    Offset next;
+    int floating_point;
+    long period;
+    int priority, task;
+    std::int32_t *time, longest_time;
+    Links functions;
+    Name name;
+};
+
+template <class T>
+const T* at(Offset offset) {
+    const bool inside = offset > 0 && offset <= size - static_cast<Offset>(sizeof(T));
+    return inside ? reinterpret_cast<const T*>(hal_shmem_base + offset) : nullptr;
+}
+
+inline std::string text(const Name& name) {
+    return {name.data(), strnlen(name.data(), name.size())};
+}
+
+inline ThreadList read(const Head& head) {
+    ThreadList result;
+    std::vector<const Function*> known;
+    int left = most;
+    for (auto one = at<Function>(head.functions); one && left-- > 0; one = at<Function>(one->next)) {
+        known.push_back(one);
+        result.functions.push_back(
+            {text(one->name), reinterpret_cast<const void*>(one->code), one->users > 0});
+    }
+    for (auto one = at<Thread>(head.threads); one && left-- > 0; one = at<Thread>(one->next)) {
+        ListedThread& thread = result.threads.emplace_back(ListedThread{text(one->name), {}});
+        auto entry = at<Entry>(one->functions.next);
+        // The list ends where it began, in the thread.
+        for (; entry && &entry->links != &one->functions && left-- > 0; entry = at<Entry>(entry->links.next))
+            for (std::size_t i = 0; i < known.size(); ++i)
+                if (known[i] == at<Function>(entry->function)) thread.functions.push_back(i);
+    }
+    return result;
+}
+
+}  // namespace layout
+
+// Nothing if another program changes the lists this moment, or HAL is of an unknown kind. Waits for nobody.
+inline std::optional<ThreadList> list_threads() {
+    auto* const head = &hal_shmem_base ? reinterpret_cast<layout::Head*>(hal_shmem_base) : nullptr;
+    if (!head || head->version != layout::version || rtapi_mutex_try(&head->lock) != 0) return std::nullopt;
+    struct Lock {
+        unsigned long* lock;
+        ~Lock() { rtapi_mutex_give(lock); }
+    } const lock{&head->lock};
+    return layout::read(*head);
+}
+
+}  // namespace plumb::hal

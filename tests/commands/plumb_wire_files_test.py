@@ -1,0 +1,359 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The files of plumb wire: it writes below its folders alone, all of them or none, and its trial cannot write elsewhere."""
+
+import errno
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+from tree import BUILD, own_folder
+from wire_sample import plumb_wire, read, snapshot, write
+
+WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
+sys.path.insert(1, WIRING)
+import error_tables  # noqa: E402
+import trial  # noqa: E402
+import writing  # noqa: E402
+from ini_file import IniFile  # noqa: E402
+from output import Output  # noqa: E402
+from texts import Impossible  # noqa: E402
+
+ODD_NAMES = ("a blank", "$(touch ran)", "`touch ran`", "it's", 'a"quote', "a;touch ran", "new\nline", "[exit]", "{", "$x", "\\", "*")
+
+
+class Writing(unittest.TestCase):
+    def setUp(self):
+        root = own_folder(self)
+        self.own, self.outside = os.path.join(root, "own"), os.path.join(root, "outside")
+        for folder in (self.own, self.outside):
+            os.mkdir(folder)
+        self.victim = os.path.join(self.outside, "victim")
+        write(self.victim, "mine\n")
+        self.addCleanup(lambda: self.assertEqual(read(self.victim), "mine\n"))
+
+    def refused(self, name):
+        before = snapshot(os.path.dirname(self.own))
+        with self.assertRaises(Impossible) as caught:
+            writing.write_all(self.own, [("first", "new\n"), (name, "ruined\n")])
+        self.assertEqual(snapshot(os.path.dirname(self.own)).keys(), before.keys())
+        return str(caught.exception)
+
+    def test_a_name_that_leads_out_is_refused(self):
+        for name in ("../outside/victim", self.victim, "a/../../outside/victim", "..", "", "a/"):
+            self.assertIn("writes nothing outside %s" % self.own, self.refused(name))
+
+    def test_a_folder_that_is_a_link_is_refused(self):
+        os.symlink(self.outside, os.path.join(self.own, "linked"))
+        self.assertIn("%s/linked must be a folder" % self.own, self.refused("linked/victim"))
+
+    def test_a_link_at_the_name_is_replaced_and_not_followed(self):
+        for name in ("plumb.hal", "plumb.hal.new"):
+            os.symlink(self.victim, os.path.join(self.own, name))
+        os.link(self.victim, os.path.join(self.own, "hard"))
+        for name in ("plumb.hal", "hard"):
+            writing.write(self.own, name, "new\n")
+            self.assertEqual(read(os.path.join(self.own, name)), "new\n")
+            self.assertFalse(os.path.islink(os.path.join(self.own, name)))
+        self.assertEqual(sorted(os.listdir(self.own)), ["hard", "plumb.hal", "plumb.hal.new"])
+
+    def test_a_full_disk_leaves_the_files_as_they_were(self):
+        for name in ("plumb.hal", "stages.hal"):
+            write(os.path.join(self.own, name), "old\n")
+        before = snapshot(self.own)
+        full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        with mock.patch("os.fsync", side_effect=[None, full]), self.assertRaises(OSError):
+            writing.write_all(self.own, [("plumb.hal", "new\n"), ("stages.hal", "new\n"), ("more/third", "new\n")], lasting=True)
+        self.assertEqual({name: found[2] for name, found in snapshot(self.own).items()},
+                         {name: found[2] for name, found in before.items()})
+
+    def test_a_folder_in_the_place_of_a_file_is_named(self):
+        os.mkdir(os.path.join(self.own, "plumb.inc"))
+        self.assertIn("plumb.inc is a folder", self.refused("plumb.inc"))
+
+    def test_the_folder_of_the_output_is_no_link_and_has_no_link_that_is_read(self):
+        ini = os.path.join(self.own, "my.ini")
+        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n")
+        os.symlink(self.outside, os.path.join(self.own, "plumb"))
+        status, _, flat = plumb_wire("squareness", "--ini", ini)
+        self.assertEqual(status, 1)
+        self.assertIn("%s/plumb is a link" % self.own, flat)
+        os.unlink(os.path.join(self.own, "plumb"))
+        os.mkdir(os.path.join(self.own, "plumb"))
+        os.symlink(self.victim, os.path.join(self.own, "plumb", "plumb.inc"))
+        write(os.path.join(self.own, "plumb", ".written.json"), json.dumps({"ini": "my.ini", "functions": [], "files": {}}))
+        with self.assertRaisesRegex(Impossible, "plumb.inc is a link"):
+            Output(os.path.join(self.own, "plumb"), self.own, "my.ini").inc([])
+
+
+class Manifest(unittest.TestCase):
+    """The list of files in the folder of plumb wire, and its ends halfway."""
+
+    def setUp(self):
+        self.home = own_folder(self)
+        self.folder = os.path.join(self.home, "plumb")
+        self.manifest = os.path.join(self.folder, ".written.json")
+
+    def output(self):
+        return Output(self.folder, self.home, "my.ini")
+
+    def write(self, **texts):
+        self.output().write({name + ".hal": text for name, text in texts.items()}, [])
+
+    def damage(self, text):
+        os.makedirs(self.folder, exist_ok=True)
+        write(self.manifest, text)
+
+    def test_a_damaged_one_is_named_with_the_remedy(self):
+        good = {"ini": "my.ini", "functions": [], "files": {}}
+        odd = ["", "{", "null", "[]", '"ini"', "7", "[" * 5000, "\0", "{}"]
+        odd += [json.dumps({**good, name: value}) for name in good for value in (None, 5, [7], {"plumb.hal": 5}, {"plumb.hal": [5]})]
+        for text in odd:
+            self.damage(text)
+            with self.assertRaises(Impossible, msg=text) as caught:
+                self.output()
+            self.assertIn("%s, in which plumb wire notes its files, is damaged. Restore it" % self.manifest,
+                          " ".join(str(caught.exception).split()))
+
+    def test_the_command_reports_a_damaged_one(self):
+        ini = os.path.join(self.home, "my.ini")
+        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n")
+        self.damage("[]")
+        status, _, flat = plumb_wire("squareness", "--ini", ini)
+        self.assertEqual(status, 1)
+        self.assertRegex(flat, "^plumb wire: nothing was written. .*is damaged")
+
+    def test_a_write_that_breaks_off_at_any_step_is_taken_up_again(self):
+        rename, old, new = os.rename, {"plumb": "old\n", "stages": "same\n"}, {"plumb": "new\n", "stages": "same\n", "more": "new\n"}
+        for before in ({}, old):
+            for step in range(5):
+                self.setUp()
+                if before:
+                    self.write(**before)
+                full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                effects = [rename] * step + [full]
+                with mock.patch("os.rename", side_effect=lambda *at, done=effects, **where: self.step(done, *at, **where)):
+                    with self.assertRaises(writing.PartlyWritten if step else OSError):
+                        self.write(**new)
+                files = {name + ".hal": text for name, text in new.items()}
+                self.output().forbid_strangers(files)
+                self.assertFalse([name for name in os.listdir(self.home) if name.endswith(".new")])
+                self.write(**new)
+                self.assertEqual(sorted(os.listdir(self.folder)), [".written.json", "more.hal", "plumb.hal", "stages.hal"])
+                write(os.path.join(self.folder, "plumb.hal"), "a user's\n")
+                with self.assertRaisesRegex(Impossible, "Somebody changed plumb.hal"):
+                    self.output().forbid_strangers(files)
+
+    @staticmethod
+    def step(done, *at, **where):
+        effect = done.pop(0)
+        if isinstance(effect, OSError):
+            raise effect
+        effect(*at, **where)
+
+    def test_a_file_of_a_killed_start_is_no_stranger_and_goes(self):
+        os.mkdir(self.folder)
+        write(os.path.join(self.folder, ".0123456789abcdef.new"), "half")
+        self.write(plumb="new\n")
+        self.assertEqual(sorted(os.listdir(self.folder)), [".written.json", "plumb.hal"])
+        write(os.path.join(self.folder, ".mine.new"), "mine")
+        self.write(plumb="newer\n")
+        self.assertIn(".mine.new", os.listdir(self.folder))
+
+    def test_a_read_only_folder_is_named_before_a_start(self):
+        ini = os.path.join(self.home, "my.ini")
+        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n")
+        users = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
+        script = 'mount --bind "$1" "$1" && mount -o remount,bind,ro "$1" && exec "$2" wire squareness --ini "$1/my.ini"'
+        words = ["unshare", *users, "--mount", "sh", "-c", script, "sh", self.home, os.path.join(BUILD, "bin", "plumb")]
+        done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        if "unshare" in done.stderr:
+            self.skipTest(done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("nothing was written. You cannot write into %s." % self.home, " ".join(done.stderr.split()))
+
+
+class Names(unittest.TestCase):
+    """Names that LinuxCNC cannot have are refused before a start."""
+
+    def refusal(self, *names, output="plumb"):
+        ini = os.path.join(own_folder(self), *names)
+        os.makedirs(os.path.dirname(ini), exist_ok=True)
+        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n")
+        before = snapshot(os.path.dirname(ini))
+        status, _, flat = plumb_wire("squareness", "--ini", ini, "--output", os.path.join(os.path.dirname(ini), output))
+        self.assertEqual((status, snapshot(os.path.dirname(ini))), (1, before))
+        return flat
+
+    def test_a_path_with_a_blank(self):
+        for name, shown, words in (("my mill", "'my mill'", "a blank"), ("my\tmill", r"'my\\tmill'", "a tab"),
+                                   ("my\nmill", r"'my\\nmill'", "a line break")):
+            words = "The name %s has %s, and LinuxCNC does not find" % (shown, words)
+            self.assertRegex(self.refusal(name, "configs", "my.ini"), words)
+            self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words.replace("mill", "mill.ini"))
+
+    def test_a_path_that_is_not_utf_8(self):
+        self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The name .* has a byte that is not UTF-8")
+
+    def test_line_ends_of_dos(self):
+        ini = os.path.join(own_folder(self), "my.ini")
+        write(ini, "[KINS]\r\nKINEMATICS = trivkins\r\n[TRAJ]\r\nCOORDINATES = XYZ\r\n")
+        status, _, flat = plumb_wire("squareness", "--ini", ini)
+        self.assertEqual(status, 1)
+        self.assertIn("has the line ends of DOS, and LinuxCNC cannot read such a file with #INCLUDE", flat)
+        self.assertIn(r"sed -i 's/\r$//' %s" % ini, flat)
+
+    def test_a_name_of_the_output_that_hal_would_read_otherwise(self):
+        for name, words in (("my plumb", "a blank"), ("a:b", "the character ':'"), ("$(id)", r"the character '\$'"), ("[x]", "'\\['")):
+            self.assertRegex(self.refusal("my.ini", output=name), "--output .* has .*%s in its name" % words)
+
+
+class Tables(unittest.TestCase):
+    """Error tables of the user's squareness."""
+
+    def test_a_table_without_a_seal_is_named_with_the_command_and_not_written(self):
+        home = own_folder(self)
+        table = "X,EXX\n0,0\n10,0.001\n# end, 2 rows\n"
+        for name in ("one.csv", "two words.csv", "three.csv", "four.csv", "five.csv", "commented.csv"):
+            write(os.path.join(home, name), table)
+        write(os.path.join(home, "sealed.csv"), table.replace("end,", "end, seal 540aff5d,").replace("\n", "\r\n") + "\r\n")
+        os.mkfifo(os.path.join(home, "pipe.csv"))
+        ini, hal = os.path.join(home, "my.ini"), os.path.join(home, "my.hal")
+        write(ini, "[HAL]\nHALCMD = loadrt squareness names=c table=%s/five.csv\n[SQUARENESS]\nTABLE = %s/four.csv\n" % (home, home))
+        write(hal, "# loadrt squareness names=a table=%s/commented.csv\nloadrt squareness names=a,b chain=w.b-X-Y-Z-t \\\n"
+                   "  table=%s/one.csv:$(CONFIG_DIR)/three.csv:%s/sealed.csv:%s/pipe.csv:%s/none.csv\n"
+                   "loadrt squareness table=[SQUARENESS]TABLE\nloadrt other table=%s/commented.csv\n" % ((home,) * 6))
+        before = snapshot(home)
+        sentences = error_tables.unsealed(IniFile(ini), [hal], home)
+        self.assertEqual(snapshot(home), before)
+        named = [sentence.split(" has no seal")[0].split("/")[-1] for sentence in sentences]
+        self.assertEqual(named, ["five.csv", "one.csv", "three.csv", "four.csv"])
+        self.assertIn("run: plumb squareness --table %s/one.csv --seal" % home, sentences[1])
+        self.assertTrue(error_tables.lacks_seal(os.path.join(home, "two words.csv")))
+
+
+class Copies(unittest.TestCase):
+    def setUp(self):
+        self.root = own_folder(self)
+        self.source, self.copy = os.path.join(self.root, "source"), os.path.join(self.root, "copy")
+        os.mkdir(self.source)
+
+    def test_a_script_of_ours_runs_no_other_command_in_a_folder_of_any_name(self):
+        for name in ODD_NAMES:
+            folder = os.path.join(self.root, name)
+            os.mkdir(folder)
+            write(os.path.join(folder, "own.py"), "import sys\nprint(sys.argv[1:])\n")
+            write(os.path.join(folder, "script"), trial.script(os.path.join(folder, "own.py"), name))
+            os.chmod(os.path.join(folder, "script"), 0o755)
+            found = subprocess.run([os.path.join(folder, "script"), "two words"], cwd=folder, capture_output=True, text=True, check=True)
+            self.assertEqual(found.stdout, "%s\n" % [name, "two words"])
+            self.assertEqual(sorted(os.listdir(folder)), ["own.py", "script"])
+
+    def test_links_to_files_hard_links_and_rights(self):
+        outside = os.path.join(self.root, "outside")
+        os.makedirs(os.path.join(self.source, "deep"))
+        write(outside, "mine\n")
+        for name in ("link", "deep/link"):
+            os.symlink(outside, os.path.join(self.source, name))
+        os.link(outside, os.path.join(self.source, "hard"))
+        os.symlink("nowhere", os.path.join(self.source, "broken"))
+        os.mkfifo(os.path.join(self.source, "pipe"))
+        with socket.socket(socket.AF_UNIX) as end:
+            end.bind(os.path.join(self.source, "socket"))
+        before = snapshot(self.root)
+        trial.copy_folder(self.source, self.copy)
+        for name in ("link", "deep/link", "hard"):
+            write(os.path.join(self.copy, name), "ruined\n")
+        self.assertEqual(sorted(os.listdir(self.copy)), ["deep", "hard", "link"])
+        after = {name: found for name, found in snapshot(self.root).items() if not name.startswith("copy")}
+        self.assertEqual({**after, ".": None}, {**before, ".": None})
+
+
+    def test_a_folder_for_temporary_files_in_the_folder_is_left_out(self):
+        write(os.path.join(self.source, "file"), "mine\n")
+        copy = os.path.join(self.source, "tmp", "trial", "copy")
+        os.makedirs(os.path.dirname(copy))
+        trial.copy_folder(self.source, copy)
+        self.assertEqual(os.listdir(copy), ["file"])
+
+
+class Sandbox(unittest.TestCase):
+    """A program in the namespaces of a trial, without LinuxCNC."""
+
+    def setUp(self):
+        self.root = own_folder(self)
+        for name in ("home", "copy", "own", "outside", "user/deep"):
+            os.makedirs(os.path.join(self.root, name))
+        for name in ("home/file", "copy/file", "outside/file", "own/cover", "outside/covered", "user/file", "user/deep/file"):
+            write(os.path.join(self.root, name), name + "\n")
+
+    def run_inside(self, lines):
+        """The words that a script prints in the place of the copy."""
+        path = os.path.join(self.root, "copy", "script")
+        write(path, "\n".join(lines) + "\n")
+        self.before = snapshot(self.root, [os.path.join(self.root, "copy"), os.path.join(self.root, "own")])
+        plan = {
+            "home": os.path.join(self.root, "home"),
+            "copy": os.path.join(self.root, "copy"),
+            "own": os.path.join(self.root, "own"),
+            "covers": [(os.path.join(self.root, "own", "cover"), os.path.join(self.root, "outside", "covered"))],
+            "keep": [BUILD],
+        }
+        program = [os.path.join(BUILD, "bin", "plumb"), "run", "--"]
+        others = {name: "here" for name in ("DISPLAY", "DBUS_SESSION_BUS_ADDRESS", "XDG_RUNTIME_DIR")}
+        with mock.patch.dict(os.environ, {**others, "HOME": os.path.join(self.root, "user")}):
+            command, environment = trial.in_sandbox(plan, program, ["sh", "./script"])
+        done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True, check=False)
+        self.assertTrue(os.path.exists(os.path.join(self.root, "own", "ready")), done.stdout)
+        return done.stdout
+
+    def outside_as_before(self):
+        self.assertEqual(snapshot(self.root, [os.path.join(self.root, "copy"), os.path.join(self.root, "own")]), self.before)
+
+    def test_all_but_the_copy_and_memory_is_read_only(self):
+        # Opened for writing, and left as they are: where the sandbox fails, no setting of the computer changes.
+        writable = ["file", "new", "$HOME/file", "$HOME/new", "/tmp/new", "/var/tmp/new", "/dev/shm/new", "/run/new"]
+        refused = ["../outside/file", "../outside/new", "$HOME/deep/file", "/etc/plumb-test", "/usr/plumb-test", "/plumb-test",
+                   "/proc/sys/kernel/core_pattern", "/sys/kernel/rcu_expedited"]
+        words = self.run_inside(
+            ["cat file ../outside/covered $HOME/file $HOME/deep/file"]
+            + ["(: >> %s) 2>/dev/null && echo wrote %s" % (path, path.replace("$", "_")) for path in writable + refused]
+            + ["(%s) >/dev/null 2>&1 && echo ran %s" % (words, words.split()[0]) for words in (
+                "rm ../outside/file", "chmod 777 ../outside/file", "touch -d yesterday ../outside/file", "ln ../outside/file hard",
+                "mount -o remount,bind,rw /", "umount /run", "mv ../outside/file ../outside/moved", "mknod device b 1 1")]
+        )
+        self.assertEqual(
+            words.splitlines(),
+            ["copy/file", "own/cover", "user/file", "user/deep/file", *("wrote " + path.replace("$", "_") for path in writable)],
+        )
+        self.outside_as_before()
+
+    def test_no_device_socket_or_network_of_the_computer_is_in_sight(self):
+        place = tempfile.mkdtemp(dir="/tmp")
+        self.addCleanup(os.rmdir, place)
+        address = os.path.join(place, "socket")
+        with socket.socket(socket.AF_UNIX) as near, socket.socket(socket.AF_INET) as far:
+            near.bind(address)
+            near.listen()
+            far.bind(("127.0.0.1", 0))
+            far.listen()
+            self.addCleanup(os.unlink, address)
+            program = "import socket\nfor family, address in ((1, %r), (2, %r)):\n try:\n  socket.socket(family).connect(address)\n" \
+                "  print('connected', address)\n except OSError:\n  pass\n"
+            words = self.run_inside([
+                "%s -c \"%s\"" % (sys.executable, program % (address, far.getsockname())),
+                "ls /run; ls -1 /tmp | grep -v plumb-host; find /dev/ -type b",
+                "ls -d /dev/tty[A-Z]* /dev/mem /dev/hidraw* /dev/i2c* 2>/dev/null",
+                "echo \"$DISPLAY$DBUS_SESSION_BUS_ADDRESS$XDG_RUNTIME_DIR\""])
+        shown = [os.path.relpath(self.root, "/tmp").split("/")[0]] if self.root.startswith("/tmp/") else []
+        self.assertEqual(words.split(), ["plumb-wire", *shown])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A README that quotes a text of a screen, "in quotation marks", quotes one that exists; and so it names the pages of plumb panel."""
+
+import glob
+import os
+import re
+import tomllib
+import unittest
+
+import pages
+import panel_texts
+from tree import BUILD, ROOT
+
+# Texts in quotation marks that neither the panel nor a message shows: the file that has them, or the reason.
+OTHERS = {
+    "Queue is not empty after probing": "a message of LinuxCNC",
+    "Probe tripped during non-probe move": "a message of LinuxCNC",
+    "Worth it": "components/commissioning/contacts/plumb_contacts.py",
+    "on centre within": "components/compensation/centre_height/height_outputs.hpp",
+    "Farthest beyond": "components/compensation/chopping/README.md",
+    "CNC machine thermal growth characterization": "the title of a paper",
+}
+# Titles of pages on which a value is entered; they belong to the page Centre height.
+FORMS = {"Begin: {method}", "Diameter of the cut"}
+
+
+def message_texts():
+    """The texts of linuxcnc_link in all configurations."""
+    found = []
+    for path in glob.glob(os.path.join(ROOT, "configs", "**", "*messages.toml"), recursive=True):
+        with open(path, "rb") as file:
+            found += [message["text"] for message in tomllib.load(file).get("message", [])]
+    return found
+
+
+def page_titles():
+    found = []
+    for path in glob.glob(os.path.join(ROOT, "components", "screens", "panel", "*.py")):
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        found += re.findall(r'^ +heading = "([^"]+)"', text, re.M)
+        found += re.findall(r'def title\(self\):\n +return _\("([^"]+)"\)', text)
+    return found
+
+
+def is_shown(text, shown):
+    """Whether it is one of the shown texts, or the beginning of one; {placeholders} of a shown text stand for anything."""
+    for whole in shown:
+        pieces = [re.escape(piece) for piece in re.split(r"\{\w*\}", whole)]
+        if re.fullmatch(".+".join(pieces), text) or re.match(re.escape(text) + r"(?!\w)", whole):
+            return True
+    return False
+
+
+class Texts(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.shown = [*panel_texts.of_sources(), *panel_texts.of_declarations(BUILD), *message_texts()]
+
+    def test_every_text_that_a_page_quotes_is_shown(self):
+        quoted = [found for page in pages.readmes() for found in pages.quoted(page)]
+        self.assertGreater(len(quoted), 15)
+        for found in quoted:
+            with self.subTest("%s:%d" % found[:2]):
+                self.assertTrue(found.text in OTHERS or is_shown(found.text, self.shown), "%s, line %d: no screen shows \"%s\"" % found)
+
+    def test_texts_of_others_are_quoted_and_there(self):
+        quoted = {found.text for page in pages.readmes() for found in pages.quoted(page)}
+        for text, place in OTHERS.items():
+            self.assertIn(text, quoted)
+            if "/" in place:
+                self.assertIn(text.lower(), pages.read(place).lower())
+
+    def test_every_page_that_a_page_names_exists(self):
+        named = [found for page in pages.readmes() for found in pages.named_pages(page)]
+        self.assertGreater(len(named), 5)
+        for found in named:
+            with self.subTest("%s:%d" % found[:2]):
+                begins = any(re.match(re.escape(title) + r"(?!\w)", found.text) for title in page_titles())
+                self.assertTrue(begins, "%s, line %d: the panel has no page %s" % found)
+
+    def test_the_list_of_pages_is_that_of_the_panel(self):
+        rows = re.search(r"^\| Page \|.*\n.*\n((?:\|.*\n)+)", pages.read("components/screens/README.md"), re.M)[1]
+        listed = re.findall(r"^\| ([^|]+?) \|", rows, re.M)
+        steps = [title for title in page_titles() if title[0].isdigit()]
+        self.assertEqual([title for title in listed if title not in page_titles()], [])
+        self.assertEqual(sorted(set(page_titles()) - set(steps) - set(listed) - FORMS), [])
+
+    def test_beginnings_and_placeholders_are_recognised(self):
+        shown = ["Refused: {why}", "Valid, of {count} contacts.", "Learn"]
+        for text in ("Refused", "Refused: no load", "Valid, of 5 contacts.", "Learn"):
+            self.assertTrue(is_shown(text, shown), text)
+        for text in ("Ref", "Valid, of 5", "Learn again", "Limited"):
+            self.assertFalse(is_shown(text, shown), text)
+
+
+if __name__ == "__main__":
+    unittest.main()
