@@ -32,7 +32,8 @@ def run(name, summary, attack, setup=("product",), add_options=lambda parser: No
     limits = parser.add_mutually_exclusive_group()
     limits.add_argument("--for", type=seconds_of, dest="duration", metavar="TIME", help="such as 90s, 10min or 2h (default: 10min)")
     limits.add_argument("--count", type=_whole, metavar="N", help="this many seeds")
-    parser.add_argument("--seed", type=_whole, metavar="N", help="repeat this seed alone; the record stays as it is")
+    parser.add_argument("--seed", type=_whole, metavar="N",
+                        help="repeat this seed alone, or begin with it where --for or --count is given; the record stays as it is")
     parser.add_argument("--fresh", action="store_true", help="forget the record and begin with seed 1")
     add_options(parser)
     options = parser.parse_args()
@@ -40,7 +41,8 @@ def run(name, summary, attack, setup=("product",), add_options=lambda parser: No
         if "PLUMB_BUILD" not in os.environ:
             subprocess.run([os.path.join(ROOT, "scripts", "setup"), *setup], check=True)
         prepare(options)
-        sys.exit(_repeat(attack, options.seed) if options.seed else _campaign(name, attack, options))
+        alone = options.seed and not options.duration and not options.count
+        sys.exit(_repeat(attack, options.seed) if alone else _campaign(name, attack, options))
     except KeyboardInterrupt:
         sys.exit(130)
     except (OSError, RuntimeError, subprocess.CalledProcessError) as error:
@@ -70,7 +72,10 @@ def _repeat(attack, seed):
 
 
 def _campaign(name, attack, options):
-    record = Record(os.path.join(BUILD, "campaigns", name + ".json"), options.fresh)
+    path = None if options.seed else os.path.join(BUILD, "campaigns", name + ".json")
+    record = Record(path, options.fresh)
+    if options.seed:
+        record.next_seed = options.seed
     began, first, found = time.monotonic(), record.next_seed, 0
     stopping = []
     signal.signal(signal.SIGTERM, lambda *_: stopping.append(True))
@@ -92,16 +97,17 @@ def _campaign(name, attack, options):
             print(f"seed {seed}: {finding}", flush=True)
     last = record.next_seed - 1
     print(f"This run: seeds {first} to {last}, {found} findings." if last >= first else "This run: no seed.")
-    print(f"In all: seeds 1 to {last}, {record.tries} tries in {record.seconds / 3600:.2f} h, {len(record.findings)} findings.")
+    begin = first if options.seed else 1
+    print(f"In all: seeds {begin} to {last}, {record.tries} tries in {record.seconds / 3600:.2f} h, {len(record.findings)} findings.")
     return 1 if found else 0
 
 
 class Record:
-    """All tries so far, in a file that is replaced as a whole."""
+    """All tries so far, in a file that is replaced as a whole; without a path, those of this run."""
 
     def __init__(self, path, fresh=False):
         self.path, self.next_seed, self.tries, self.seconds, self.findings = path, 1, 0, 0.0, []
-        if fresh or not os.path.exists(path):
+        if fresh or path is None or not os.path.exists(path):
             return
         try:
             with open(path, encoding="utf-8") as file:
@@ -116,6 +122,8 @@ class Record:
         self.next_seed += 1
         self.tries += outcome.tries
         self.seconds += seconds
+        if self.path is None:
+            return
         os.makedirs(os.path.dirname(self.path), exist_ok=True)
         with open(self.path + ".new", "w", encoding="utf-8") as file:
             json.dump({"next_seed": self.next_seed, "tries": self.tries, "seconds": self.seconds, "findings": self.findings}, file, indent=1)

@@ -43,6 +43,13 @@ class Campaign(unittest.TestCase):
         with open(self.record, encoding="utf-8") as file:
             self.assertEqual(json.load(file)["next_seed"], 2)
 
+    def test_a_run_can_begin_with_a_seed_and_leaves_the_record_alone(self):
+        self.odd("--count", "1")
+        outcome = self.odd("--seed", "5", "--count", "3")
+        self.assertIn("seed 6: a third\nThis run: seeds 5 to 7, 1 findings.\nIn all: seeds 5 to 7, 30 tries", outcome.stdout)
+        with open(self.record, encoding="utf-8") as file:
+            self.assertEqual(json.load(file)["next_seed"], 2)
+
     def test_fresh_forgets(self):
         self.odd("--count", "4")
         self.assertIn("This run: seeds 1 to 1,", self.odd("--fresh", "--count", "1").stdout)
