@@ -172,6 +172,8 @@ The reference holds at most 64 contacts.)"},
     hal::In<std::int32_t> operation{this, "operation", 0, "Key of the operation; 0 for none."};
     hal::In<double> start_height{this, "start-height", 0, "mu",
                                  "Height at which the clock of this operation starts."};
+    hal::In<bool> clock_start{this, "clock-start", false,
+                              "With clock-from-program: a rising edge starts the clock again."};
     hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
                                    "Offset that the stage adds to the Z origin."};
 
@@ -298,6 +300,7 @@ private:
         s.velocity = z_velocity_cmd;
         s.feed_override = feed_override;
         s.start_height = start_height;
+        s.clock_start = clock_start;
         s.applied_offset = applied_offset;
         s.temperature = conditions.temperature;
         s.date = conditions.date;

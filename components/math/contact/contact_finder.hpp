@@ -23,7 +23,8 @@ namespace plumb {
 class ContactFinder {
 public:
     struct Settings {
-        bool program_clock = false;              // the clock starts with the cycle, not at the start height
+        bool program_clock =
+            false;  // the clock starts with the cycle and at each mark, not at the start height
         std::array<std::int32_t, 8> excluded{};  // keys of operations without a gauge of Z; 0 for none
         double load_latency = 0;                 // s, age of the load
         LoadContact::Settings contact;
@@ -48,6 +49,7 @@ public:
         double velocity = 0;             // mu/s, signed, negative towards the work
         double feed_override = 1;        // ratio
         double start_height = 0;         // mu, without offset
+        bool clock_start = false;        // the mark of a program clock: its rising edge
         double applied_offset = 0;       // mu
         double step = 0;                 // mu, by which it is displaced on purpose
         double temperature = 20;         // degC, to remember; the last good one stays
@@ -133,6 +135,8 @@ private:
 
     void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
         if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
+        if (program_clock && complete_sample && in_cycle_ && s.clock_start && !was_marked_) clock_.start();
+        was_marked_ = s.clock_start;
         operation_ = s.operation;
         clock_.step(s.velocity, dt);
         if (complete_sample && !program_clock)
@@ -219,6 +223,7 @@ private:
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
+    bool was_marked_ = false;     // in the last period
 
     ContactReference note_;   // the last rise
     double note_age_ = 0;     // s
