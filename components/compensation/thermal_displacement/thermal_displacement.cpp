@@ -170,8 +170,10 @@ The reference holds at most 64 contacts.)"},
     hal::In<double> feed_override{this, "feed-override", 1, "1", "Feed override in force."};
     hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle."};
     hal::In<std::int32_t> operation{this, "operation", 0, "Key of the operation; 0 for none."};
+    hal::In<double> z_motor_offset{this, "z-motor-offset", 0, "mu",
+                                   "Offset of the motor that z-position contains, found by homing."};
     hal::In<double> start_height{this, "start-height", 0, "mu",
-                                 "Height at which the clock of this operation starts."};
+                                 "Height of the joint at which the clock of this operation starts."};
     hal::In<bool> clock_start{this, "clock-start", false,
                               "With clock-from-program: a rising edge starts the clock again."};
     hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
@@ -299,6 +301,7 @@ private:
         s.z = z_position;
         s.velocity = z_velocity_cmd;
         s.feed_override = feed_override;
+        s.motor_offset = z_motor_offset;
         s.start_height = start_height;
         s.clock_start = clock_start;
         s.applied_offset = applied_offset;

@@ -48,7 +48,8 @@ public:
         double z = 0;                    // mu, offset included
         double velocity = 0;             // mu/s, signed, negative towards the work
         double feed_override = 1;        // ratio
-        double start_height = 0;         // mu, without offset
+        double motor_offset = 0;         // mu, that z contains beside the height of the joint
+        double start_height = 0;         // mu, of the joint, without offset
         bool clock_start = false;        // the mark of a program clock: its rising edge
         double applied_offset = 0;       // mu
         double step = 0;                 // mu, by which it is displaced on purpose
@@ -63,7 +64,7 @@ public:
     static Lost lost(const Sample& s) noexcept {
         const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
         if (bad(s.load)) return Lost::load;
-        if (bad(s.z) || bad(s.velocity)) return Lost::position;
+        if (bad(s.z) || bad(s.velocity) || bad(s.motor_offset)) return Lost::position;
         if (bad(s.speed)) return Lost::speed;
         if (bad(s.applied_offset)) return Lost::offset;
         return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
@@ -140,7 +141,7 @@ private:
         operation_ = s.operation;
         clock_.step(s.velocity, dt);
         if (complete_sample && !program_clock)
-            clock_.start_below(s.z - s.applied_offset, s.start_height, s.velocity, dt);
+            clock_.start_below(s.z - s.motor_offset - s.applied_offset, s.start_height, s.velocity, dt);
     }
 
     Travel travel(const Sample& s, const Settings& settings) const noexcept {

@@ -405,6 +405,21 @@ TEST(GrowthByContact, AMarkStartsTheProgramClockSoThatALongerToolChangeIsNoGrowt
     }
 }
 
+TEST(GrowthByContact, AStartHeightIsOfTheJointWhateverHomingFound) {
+    for (const double motor_offset : {-31.5, 0.0, 7.25}) {
+        Shop shop;
+        shop.used = settings(Method::time);
+        shop.tamper = [&](Milling::Sample& s) {
+            s.motor_offset = motor_offset;
+            s.z += motor_offset;
+        };
+        shop.learn();
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, 4) << motor_offset;
+        EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+    }
+}
+
 TEST(GrowthByContact, AMarkDoesNotMoveTheClockOfAStartHeight) {
     Shop shop;
     shop.used = settings(Method::time);
