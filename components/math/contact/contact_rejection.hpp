@@ -48,8 +48,8 @@ constexpr const char* sentence(Rejection rejection) {
         case Rejection::withdrawn:
             return "The contacts of this operation move with the offset, or contradict all others.";
         case Rejection::no_clock:
-            return "By time: no clock ran. Before the plunge the program must set start-height or "
-                   "clock-start.";
+            return "By time: no clock ran. The program must set start-height or clock-start before each "
+                   "plunge.";
         default: return nullptr;
     }
 }

@@ -22,8 +22,8 @@ constexpr const char* sentence(LearningFault fault) {
         case LearningFault::disagree:
             return "Contacts of one tool disagree in how the load rises: learn from another cycle.";
         case LearningFault::no_clock:
-            return "By time: no clock ran. Before each plunge the program must set start-height or "
-                   "clock-start.";
+            return "By time: no clock ran. The program must set start-height or clock-start before each "
+                   "plunge.";
         default: return nullptr;
     }
 }
