@@ -15,13 +15,25 @@ LATHE = "sim/axis/lathe.ini"
 
 class Works(Sample):
     def test_both_functions_show_their_effect_and_the_patch_can_be_undone(self):
+        write(os.path.join(os.path.dirname(self.ini(AXIS_MM)), "mine.hal"), "net my-dial motion.analog-out-03 => motion.analog-in-03\n")
+        last = "HALFILE = simulated_home.hal"
+        write(self.ini(AXIS_MM), read(self.ini(AXIS_MM)).replace(last, last + "\nHALFILE = mine.hal"))
         status, output, flat = self.wire(AXIS_MM, "thermal_displacement", "squareness")
         self.assertEqual(status, 0, output)
         for function, effect in (("squareness", "moves the drive of X"), ("thermal_displacement", "measured as")):
             seen = self.seen(output, function)
             self.assertTrue(any(effect in text for text in seen), output)
             self.assertTrue(all(seen.values()), output)
-        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=5", flat)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=8 num_aio=6", flat)
+        # Output 3 is the user's, and 4 is one of thermal_growth_test.
+        self.assertIn("motion.analog-out-03 keeps your signal my-dial; thermal_displacement takes motion.analog-out-05", flat)
+        self.assertIn(
+            "net growth-start-height motion.analog-out-05 => growth.start-height\n",
+            read(os.path.join(self.folder(AXIS_MM), "thermal_displacement.hal")),
+        )
+        clock = read(os.path.join(self.folder(AXIS_MM), "growth_clock.ngc"))
+        self.assertIn("\n#<height_output> = 5\n", clock)
+        self.assertIn("\n#<mark_output>   = 7\n", clock)
         self.assertRegex(flat, "Still missing.*The load of the spindle.*chain of axes.*setp interlock.function-switch-1 0")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp joint.0.motor-pos-cmd\n", hal)

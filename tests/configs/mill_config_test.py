@@ -123,8 +123,8 @@ class Shift(unittest.TestCase):
     def test_program_reads_the_offset_in_force(self):
         for scene in self.scenes.values():
             np.testing.assert_allclose(scene["motion.analog-in-00"][3:], scene["axis.z.eoffset"][2:-1], atol=0.1 * um)
-        shown = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force" in text]
         names = ["learnt", "uncompensated", "compensated", "grown", "before_probing"]
+        shown = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force" in text][: len(names)]
         for name, offset in zip(names, shown):
             self.assertAlmostEqual(offset, self.scenes[name]["axis.z.eoffset"][-1], delta=0.1 * um)
         self.assertEqual(len(shown), len(names))
@@ -165,6 +165,13 @@ class Shift(unittest.TestCase):
             self.assertAlmostEqual(
                 self.facts["touched off %s the offset" % how], self.facts["probed"], delta=0.2 * um, msg=how
             )
+
+    def test_by_time_every_contact_is_accepted_and_the_offset_follows_the_growth(self):
+        for way, (accepted, contacts, offset, growth, code) in self.facts["by time"].items():
+            with self.subTest(way):
+                self.assertEqual((accepted, contacts, code), (10, 10, 0))
+                self.assertAlmostEqual(growth, 2 * GROWTH, delta=0.01 * um)
+                self.assertAlmostEqual(offset, growth, delta=TOLERANCE)
 
     def report(self, recording, *options):
         """Exit status, output and the table of contacts of the report on a recording."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of mill_config_test: works configs/mill through a shift, and leaves a recording of each scene."""
 
+import os
 import sys
 
 from plumb_linuxcnc import OperatorError
@@ -42,6 +43,7 @@ class Shift(Scenario):
         self.part("grown")
         self.abort()
         self.probe()
+        self.compare_times()
 
     def abort(self):
         """In the second plunge; the request to learn, which came meanwhile, is gone as well."""
@@ -85,6 +87,13 @@ class Shift(Scenario):
         machine.mdi("G0 Z3")
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off with the offset"] = self.top()
+
+    def compare_times(self):
+        """By the script of the configuration."""
+        sys.path.insert(0, os.getcwd())
+        import by_time
+
+        self.facts["by time"] = {way: by_time.make_parts(self.machine, way) for way in ("time from a height", "time from a mark")}
 
     def refused(self, work):
         """The message of LinuxCNC, which aborts."""

@@ -118,6 +118,7 @@ COMMANDS = {
         # As the page says, setup.ngc comes first.
         "plumb run --speed 10 -- linuxcnc mill.ini part.ngc ...": Run(change=("mill.ini ", "mill.ini setup.ngc "), then="test -s part.csv"),
         "linuxcnc mill.ini setup.ngc part.ngc": STOCK,
+        "plumb run --speed 10 -- linuxcnc mill.ini by_time.py": Tested("tests/programs/mill_scenario.py", "by_time.make_parts"),
         "plumb run --speed 10 -- linuxcnc growth.ini ...": Tested("tests/configs/mill_growth_linuxcnc_test.py", '"setup.ngc", "growth_test/%s.ngc"'),
         "plumb growth report logs/growth-*.csv": REPORT,
         "echo ...": MILL_PAGE,

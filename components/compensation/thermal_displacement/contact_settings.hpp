@@ -39,7 +39,9 @@ struct ContactSettings : hal::Group {
     }
 
     hal::In<bool> by_time{this, "by-time", false, "Compare the times of contacts, not their coordinates."};
-    hal::In<bool> clock_from_program{this, "clock-from-program", false, "The clock starts with the cycle."};
+    hal::In<bool> clock_from_program{
+        this, "clock-from-program", false,
+        "The clock starts with the cycle and with clock-start, not at start-height."};
     hal::Row<hal::In<std::int32_t>, 8> exclude{this, "exclude-operation", 0,
                                                "Key of an operation whose contacts are ignored; 0 for none."};
     hal::In<double> threshold{this, "threshold", 1, "%", "Rise of the load that is a contact."};

@@ -97,6 +97,24 @@ learn again, repeat this step.
 7. Once, verify that the contacts are of the work: set verify-step to 0.02 mm, and verify true before a cycle whose part
 does not count. The offset is displaced by that much in this cycle. An operation whose load rises at the same place of
 the program all the same is withdrawn, and doubt-code is 5. Set verify-step to 0 again.
+8. Only to compare the times of the contacts instead of their coordinates: add
+
+  net z-motor-offset joint.2.motor-offset  => growth.z-motor-offset
+  net start-height   motion.analog-out-03  => growth.start-height
+
+  setp growth.by-time 1
+
+and set the start height in the program, right before each plunge, in machine units:
+
+  G0 Z3
+  M68 E3 Q[#<_abs_z> - 1]
+  G1 Z-2 F100
+
+The clock starts 1 mm below Z3, where the tool has its feed. contact-time shows the time of the last contact. Learn again.
+9. With clock-from-program, the clock starts with the cycle. Then all cycles must begin alike within lost-time-tolerance, and
+LinuxCNC's cycles do not. Net motion.digital-out-07 to clock-start, and write M65 P7 and M62 P7 right before each plunge: the
+clock starts with the plunge. o<growth_clock> call [1] of configs/functions has the lines of steps 8 and 9, for programs in
+mm and in inches.
 
 plumb-contacts(1) finds the settings from a recording. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch
 machine it converts the defaults.)"},
@@ -128,6 +146,9 @@ acknowledge. The same happens if all contacts of a complete cycle came with a fe
 certain.
 - Change of spindle speed: Contacts within blanking-time are rejected. One that follows later in the same approach counts.
 - Feed hold, stop, change of override: Contacts within steady-time are rejected.
+- By time, no clock: Contacts are rejected, and nothing is learnt from them. The codes of rejection and learning name it.
+- By time, a stop on the way, or a cycle that begins unlike the reference: Contacts whose lost time differs by more than
+lost-time-tolerance are rejected.
 - Invalid input: Contacts are ignored and z-offset holds. An input is invalid if it is not a number or beyond 1e6.
 - Growth beyond the gate: The contact is rejected and z-offset holds.)"},
         hal::Limits{R"(
@@ -149,7 +170,9 @@ true. Look after the machine, and learn again.
 
 Between contacts the offset follows a model of the spindle speed. The temperature of the shop shows at the next contact.
 
-The reference holds at most 64 contacts.)"},
+The reference holds at most 64 contacts.
+
+By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"},
         hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), plumb-contacts(1)"}};
 
     using Component::Component;
@@ -170,8 +193,12 @@ The reference holds at most 64 contacts.)"},
     hal::In<double> feed_override{this, "feed-override", 1, "1", "Feed override in force."};
     hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle."};
     hal::In<std::int32_t> operation{this, "operation", 0, "Key of the operation; 0 for none."};
+    hal::In<double> z_motor_offset{this, "z-motor-offset", 0, "mu",
+                                   "Offset of the motor that z-position contains, found by homing."};
     hal::In<double> start_height{this, "start-height", 0, "mu",
-                                 "Height at which the clock of this operation starts."};
+                                 "Height of the joint at which the clock of this operation starts."};
+    hal::In<bool> clock_start{this, "clock-start", false,
+                              "With clock-from-program: a rising edge starts the clock again."};
     hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
                                    "Offset that the stage adds to the Z origin."};
 
@@ -297,7 +324,9 @@ private:
         s.z = z_position;
         s.velocity = z_velocity_cmd;
         s.feed_override = feed_override;
+        s.motor_offset = z_motor_offset;
         s.start_height = start_height;
+        s.clock_start = clock_start;
         s.applied_offset = applied_offset;
         s.temperature = conditions.temperature;
         s.date = conditions.date;

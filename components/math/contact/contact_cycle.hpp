@@ -30,7 +30,7 @@ public:
     void begin(bool learn, const MachiningSetup& setup) noexcept {
         running_ = true;
         learning_ = learn;
-        spoilt_ = false;
+        spoilt_ = clockless_ = false;
         ++number_;
         kinds_ = 0;
         met_.fill(false);
@@ -96,7 +96,8 @@ public:
         spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
         if (!spoilt_) agrees_[draft().size() - 1] = agrees ? mean().find(reference.key) : -1;
     }
-    void spoil() noexcept { spoilt_ = true; }  // nothing can be learnt from this cycle
+    void spoil() noexcept { spoilt_ = true; }          // nothing can be learnt from this cycle
+    void lack_clock() noexcept { clockless_ = true; }  // a contact without a time is not learnt
 
     // From a file. Refused while learning, or if the reference is implausible, one too many, double, or of
     // another setup than those before.
@@ -115,7 +116,7 @@ private:
     LearningFault judge_draft(bool complete, double largest_sigma) noexcept {
         if (!complete) return LearningFault::aborted;
         if (spoilt_) return LearningFault::disturbed;
-        if (draft().size() == 0) return LearningFault::no_contact;
+        if (draft().size() == 0) return clockless_ ? LearningFault::no_clock : LearningFault::no_contact;
         const LearningCheck check(draft(), largest_sigma);
         std::int32_t kept = 0;
         for (std::int32_t i = 0; i < draft().size(); ++i)
@@ -156,6 +157,7 @@ private:
     bool running_ = false;
     bool learning_ = false;
     bool spoilt_ = false;
+    bool clockless_ = false;
     bool disagreed_ = false;  // contacts of the last learning cycle, among each other
     std::int32_t number_ = 0;
     std::int32_t learnt_ = 0;

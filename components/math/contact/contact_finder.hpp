@@ -23,7 +23,8 @@ namespace plumb {
 class ContactFinder {
 public:
     struct Settings {
-        bool program_clock = false;              // the clock starts with the cycle, not at the start height
+        bool program_clock =
+            false;  // the clock starts with the cycle and at each mark, not at the start height
         std::array<std::int32_t, 8> excluded{};  // keys of operations without a gauge of Z; 0 for none
         double load_latency = 0;                 // s, age of the load
         LoadContact::Settings contact;
@@ -47,7 +48,9 @@ public:
         double z = 0;                    // mu, offset included
         double velocity = 0;             // mu/s, signed, negative towards the work
         double feed_override = 1;        // ratio
-        double start_height = 0;         // mu, without offset
+        double motor_offset = 0;         // mu, that z contains beside the height of the joint
+        double start_height = 0;         // mu, of the joint, without offset
+        bool clock_start = false;        // the mark of a program clock: its rising edge
         double applied_offset = 0;       // mu
         double step = 0;                 // mu, by which it is displaced on purpose
         double temperature = 20;         // degC, to remember; the last good one stays
@@ -61,7 +64,7 @@ public:
     static Lost lost(const Sample& s) noexcept {
         const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
         if (bad(s.load)) return Lost::load;
-        if (bad(s.z) || bad(s.velocity)) return Lost::position;
+        if (bad(s.z) || bad(s.velocity) || bad(s.motor_offset)) return Lost::position;
         if (bad(s.speed)) return Lost::speed;
         if (bad(s.applied_offset)) return Lost::offset;
         return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
@@ -133,10 +136,12 @@ private:
 
     void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
         if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
+        if (program_clock && complete_sample && in_cycle_ && s.clock_start && !was_marked_) clock_.start();
+        was_marked_ = s.clock_start;
         operation_ = s.operation;
         clock_.step(s.velocity, dt);
         if (complete_sample && !program_clock)
-            clock_.start_below(s.z - s.applied_offset, s.start_height, s.velocity, dt);
+            clock_.start_below(s.z - s.motor_offset - s.applied_offset, s.start_height, s.velocity, dt);
     }
 
     Travel travel(const Sample& s, const Settings& settings) const noexcept {
@@ -219,6 +224,7 @@ private:
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
+    bool was_marked_ = false;     // in the last period
 
     ContactReference note_;   // the last rise
     double note_age_ = 0;     // s

@@ -24,6 +24,7 @@ enum class Rejection : std::int32_t {
     no_onset,
     unconfirmed,
     withdrawn,
+    no_clock,
 };
 
 constexpr const char* sentence(Rejection rejection) {
@@ -34,7 +35,8 @@ constexpr const char* sentence(Rejection rejection) {
         case Rejection::unexpected: return "The reference has no such contact.";
         case Rejection::feed_differs: return "The feed or the override differs from the reference.";
         case Rejection::time_differs:
-            return "The time cannot be compared: no clock ran, or a hold or dwell stopped the tool.";
+            return "The time cannot be compared: a hold or dwell stopped the tool, or the clock started "
+                   "elsewhere.";
         case Rejection::outside_window: return "The contact lies farther than window from its reference.";
         case Rejection::too_large: return "The change is larger than max-correction.";
         case Rejection::beyond_gate: return "The change is beyond the gate.";
@@ -45,6 +47,9 @@ constexpr const char* sentence(Rejection rejection) {
             return "The growth differs from the expected one; the next contacts decide.";
         case Rejection::withdrawn:
             return "The contacts of this operation move with the offset, or contradict all others.";
+        case Rejection::no_clock:
+            return "By time: no clock ran. The program must set start-height or clock-start before each "
+                   "plunge.";
         default: return nullptr;
     }
 }
@@ -70,6 +75,11 @@ inline bool alike(double b, double a, double tolerance) noexcept {
     return std::abs(b - a) <= tolerance * std::abs(a);
 }
 
+// A contact without a time has no use by time, not even as a reference.
+inline bool lacks_clock(Method method, const Contact& contact) noexcept {
+    return method == Method::time && !(contact.time > 0);
+}
+
 // Whether contact b can be compared with its reference a. By time a different feed is rejected and not scaled
 // away: the place of a loss is unknown. By coordinate it costs certainty, see feed_sigma().
 inline Rejection comparison(Method method, const Contact& b, const Contact& a,
@@ -78,8 +88,8 @@ inline Rejection comparison(Method method, const Contact& b, const Contact& a,
         method == Method::time ? limits.feed_tolerance : std::max(limits.feed_tolerance, limits.feed_range);
     if (!alike(b.feed, a.feed, tolerance) || !alike(b.feed_override, a.feed_override, tolerance))
         return Rejection::feed_differs;
-    if (method == Method::time &&
-        !(a.time > 0 && b.time > 0 && std::abs(b.lost_time - a.lost_time) <= limits.lost_time_tolerance))
+    if (lacks_clock(method, a) || lacks_clock(method, b)) return Rejection::no_clock;
+    if (method == Method::time && !(std::abs(b.lost_time - a.lost_time) <= limits.lost_time_tolerance))
         return Rejection::time_differs;
     if (!(std::abs(b.coordinate - a.coordinate) <= limits.window)) return Rejection::outside_window;
     return Rejection::none;

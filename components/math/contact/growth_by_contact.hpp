@@ -191,6 +191,10 @@ private:
         const ContactReference* partner = cycle_.partner(finder_.found().key);
         if (rejection != Rejection::none) return reject(rejection);
         if (finder_.steady_time() < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
+        if (learning && lacks_clock(settings.method, finder_.found().contact)) {
+            cycle_.lack_clock();
+            return reject(Rejection::no_clock);
+        }
         const Rejection reason = fresh      ? Rejection::none
                                  : !partner ? Rejection::unexpected
                                             : compare(*partner, settings);

@@ -9,6 +9,7 @@ PLUNGES = 3
 LONGEST = 300  # s, for a cycle
 FEED = 60  # mm/min
 APPROACH = 1.2  # mm above the work, in which the tool feeds
+TIMED = 1.0  # mm of it, in which the clock of by-time runs
 DEPTH = 0.7  # mm
 
 CYCLE = """G90 G94 G49 G64
@@ -35,7 +36,13 @@ def check(machinery):
     if work - DEPTH * mm < low:  # home is at the bottom
         safe = begin + (APPROACH + DEPTH + 1) * mm
         work = safe - APPROACH * mm
-    plunge = "G53 G0 Z%.5f\nG53 G1 Z%.5f F%g\nG4 P0.3\nG53 G0 Z%.5f" % (safe, work - DEPTH * mm, FEED * mm, safe)
+    plunge = "G53 G0 Z%.5f\no<growth_clock> call [%.5f]\nG53 G1 Z%.5f F%g\nG4 P0.3\nG53 G0 Z%.5f" % (
+        work + APPROACH * mm,
+        (APPROACH - TIMED) * mm,
+        work - DEPTH * mm,
+        FEED * mm,
+        safe,
+    )
     program = os.path.join(machinery.folder, "cycle.ngc")
     with open(program, "w", encoding="ascii") as file:
         file.write(("G21\n" if mm == 1 else "G20\n") + CYCLE % "\n".join([plunge] * PLUNGES))
@@ -54,6 +61,7 @@ def check(machinery):
     machinery.machine.run(program, LONGEST)  # the offset takes several contacts
     offset = machinery.get("axis.z.eoffset") / mm
     follows = abs(offset - machinery.get("growth.z-offset") / mm)
+    time, marked = machinery.get("growth.contact-time"), machinery.get("growth.clock-start")
     faults = [name for name in ("growth", "z-axis-stage", "interlock") if machinery.get(name + ".fault")]
     return seen + [
         ("%d contacts of the next cycle are compared" % accepted, accepted >= 2),
@@ -62,6 +70,10 @@ def check(machinery):
             abs(displacement - GROWTH) < TOLERANCE,
         ),
         ("after another cycle Z is raised by %.1f um" % (offset * 1e3), rises(offset) and follows < 1e-3),
+        (
+            "the clock of by-time shows %.2f s for %.2f s%s" % (time, TIMED / FEED * 60, "" if marked else ", and has no mark"),
+            abs(time - TIMED / FEED * 60) < 0.05 and marked,
+        ),
         ("no fault" if not faults else "fault of " + ", ".join(faults), not faults),
     ]
 

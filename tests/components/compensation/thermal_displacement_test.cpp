@@ -611,6 +611,45 @@ TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
     }
 }
 
+// The same, with a mark as each plunge begins to feed: the first part, on the cold machine, is the reference.
+TEST(ThermalDisplacement, AClockFromAMarkWantsNoCyclesThatBeginAlike) {
+    Bench bench(Bench::Thread::none);
+    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+    for (const char* line :
+         {"loadrt conv_s32_float names=motion", "loadrt comp names=feeding", "setp feeding.in0 1.5",
+          "net motion-type => motion.in", "net motion-number motion.out => feeding.in1",
+          "net clock-start feeding.out => growth.clock-start", "addf motion servo-thread",
+          "addf feeding servo-thread"})
+        bench.command(line);
+    bench.set("growth.by-time", 1);
+    bench.set("growth.clock-from-program", 1);
+    bench.set("program.cycle-interval", 60);
+    bench.command("start");
+    bench.run(60 * 5);
+    EXPECT_EQ(bench.get("growth.contacts-accepted"), 8);
+    EXPECT_EQ(bench.get("growth.contacts-rejected"), 0);
+    const double growth = bench.get("mill.truth-contact-growth");
+    EXPECT_GT(growth, 15 * um);
+    EXPECT_NEAR(bench.get("growth.displacement"), growth, 5 * um);
+    bench.command("unlinkp growth.clock-start");
+    bench.run(60);
+    EXPECT_EQ(bench.get("growth.contacts-accepted"), 8) << "without the mark the cycle is the start";
+    EXPECT_EQ(bench.get("growth.rejection-code"), 5);
+}
+
+TEST(ThermalDisplacement, ByTimeALearningCycleWithoutAClockNamesIt) {
+    Bench bench(Bench::Thread::none);
+    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+    bench.command("unlinkp growth.start-height");
+    bench.set("growth.start-height", -1000);
+    bench.set("growth.by-time", 1);
+    bench.command("start");
+    bench.run(60);
+    EXPECT_FALSE(bench.get("growth.reference-valid"));
+    EXPECT_EQ(bench.get("growth.learning-failed-code"), 6);
+    EXPECT_EQ(bench.get("growth.rejection-code"), 13);
+}
+
 TEST(ThermalDisplacement, ReportsThatNothingWasAcceptedForThreeCycles) {
     Mill mill;
     mill.learn();

@@ -72,7 +72,8 @@ TEST(ContactRejection, OutsideItsWindowItIsNotThatContact) {
 TEST(ContactRejection, WithoutAClockThereIsNoTime) {
     Contact now = contact();
     now.time = 0;
-    EXPECT_EQ(of(Method::time, now), Rejection::time_differs);
+    EXPECT_EQ(of(Method::time, now), Rejection::no_clock);
+    EXPECT_EQ(comparison(Method::time, contact(), now, limits()), Rejection::no_clock);
     EXPECT_EQ(of(Method::coordinate, now), Rejection::none);
 }
 

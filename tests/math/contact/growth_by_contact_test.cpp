@@ -360,7 +360,74 @@ TEST(GrowthByContact, AClockThatMissedItsStartIsRejected) {
     };
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().accepted, 0);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::time_differs);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_clock);
+}
+
+TEST(GrowthByContact, ByTimeNothingIsLearntWithoutAClock) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop;
+        shop.used = settings(method);
+        shop.tamper = [](Milling::Sample& s) { s.start_height = -1000; };  // which Z never passes
+        shop.learn();
+        const bool timed = method == Method::time;
+        EXPECT_EQ(shop.measured.learning_fault(), timed ? LearningFault::no_clock : LearningFault::none);
+        EXPECT_EQ(shop.measured.cycle().references().size(), timed ? 0 : 4);
+        EXPECT_EQ(shop.measured.rejection(), timed ? Rejection::no_clock : Rejection::none);
+    }
+}
+
+// As a program does that learnt before its start height was netted.
+TEST(GrowthByContact, AReferenceWithoutATimeIsNotComparedByTime) {
+    Shop shop;
+    const std::function<void(Milling::Sample&)> clocked = shop.tamper;
+    shop.tamper = [](Milling::Sample& s) { s.start_height = -1000; };
+    shop.learn();
+    shop.tamper = clocked;
+    shop.used.method = Method::time;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().rejected, 4);
+    EXPECT_EQ(shop.measured.rejection(), Rejection::no_clock);
+}
+
+// The program clock, started by its mark as each plunge begins to feed.
+TEST(GrowthByContact, AMarkStartsTheProgramClockSoThatALongerToolChangeIsNoGrowth) {
+    for (const bool marked : {false, true}) {
+        Shop shop;
+        shop.used = settings(Method::time);
+        shop.used.finder.program_clock = true;
+        shop.tamper = [&](Milling::Sample& s) { s.clock_start = marked && s.motion == 2; };
+        shop.learn();
+        shop.mill.change_time = 0.02;
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, marked ? 4 : 1) << "the first cut has no tool change before it";
+        EXPECT_EQ(shop.measured.rejection(), marked ? Rejection::none : Rejection::time_differs);
+        EXPECT_NEAR(shop.accepted.back(), 10 * um, 0.5 * um);
+    }
+}
+
+TEST(GrowthByContact, AStartHeightIsOfTheJointWhateverHomingFound) {
+    for (const double motor_offset : {-31.5, 0.0, 7.25}) {
+        Shop shop;
+        shop.used = settings(Method::time);
+        shop.tamper = [&](Milling::Sample& s) {
+            s.motor_offset = motor_offset;
+            s.z += motor_offset;
+        };
+        shop.learn();
+        shop.cycle(10 * um);
+        EXPECT_EQ(shop.counts().accepted, 4) << motor_offset;
+        EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
+    }
+}
+
+TEST(GrowthByContact, AMarkDoesNotMoveTheClockOfAStartHeight) {
+    Shop shop;
+    shop.used = settings(Method::time);
+    shop.learn();
+    shop.tamper = [](Milling::Sample& s) { s.clock_start = s.z < s.start_height - 0.5; };
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, 4);
+    EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
 }
 
 TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {

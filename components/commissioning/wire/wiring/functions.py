@@ -2,9 +2,12 @@
 """The functions that can be wired: a folder with a wire.toml each. Adding one adds a folder."""
 
 import os
+import re
 import tomllib
 
 import hal_text
+
+MOST_OUTPUTS = 64  # of motmod
 
 
 class Function:
@@ -22,6 +25,9 @@ class Function:
         self.records = given.get("records", [])
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
+        self.outputs = given.get("outputs", {})
+        self.moved = {}  # pins that it takes in place of those of its files
+        self.reserved = set()  # pins that the files of all functions name
         self.remap = given.get("remap", [])
         self.ini = given.get("ini", {})
         self.missing = given.get("missing", [])
@@ -35,13 +41,36 @@ class Function:
 
     def text(self, name):
         with open(os.path.join(self.folder, name), encoding="utf-8") as file:
-            return file.read()
+            text = file.read()
+        for parameter, pin in self.outputs.items():
+            if pin in self.moved and name.endswith(".ngc"):
+                text = re.sub(r"(?m)^(#<%s> *= ).*" % parameter, r"\g<1>%d" % number_of(self.moved[pin]), text)
+        return text
+
+    def move_outputs(self, machine):
+        """Takes free outputs in place of those that the user has joined to something. Returns a sentence for each."""
+        self.moved, notes = {}, []
+        for pin in self.outputs.values():
+            theirs = machine.in_use(pin)
+            free = self._free_output(pin, machine) if theirs else None
+            if free:
+                self.moved[pin] = free
+                sentence = "%s keeps your signal %s; %s takes %s, and its subroutines know the number."
+                notes.append(sentence % (pin, theirs, self.name, free))
+        return notes
+
+    def _free_output(self, pin, machine):
+        for number in range(number_of(pin) + 1, MOST_OUTPUTS):
+            other = "%s-%02d" % (pin.rsplit("-", 1)[0], number)
+            if other not in self.reserved and other not in self.moved.values() and not machine.in_use(other):
+                return other
+        return None
 
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
         absent = tuple(letter.lower() + "-" for letter in self.axes if letter not in axes)
         return [
-            command
+            command._replace(words=[self.moved.get(word, word) for word in command.words])
             for command in hal_text.parse(self.text(self.name + ".hal"))
             if not (command.name == "net" and command.words[0].startswith(absent))
         ]
@@ -72,10 +101,17 @@ class Function:
         return [part["signal"] for part in self.missing if "signal" in part]
 
 
+def number_of(pin):
+    return int(pin.rsplit("-", 1)[1])
+
+
 def all_functions(folder):
     """Function by name."""
     found = {}
     for name in sorted(os.listdir(folder)):
         if os.path.exists(os.path.join(folder, name, "wire.toml")):
             found[name] = Function(os.path.join(folder, name))
+    reserved = {pin for function in found.values() for words in function.nets(function.axes) for pin in words[1:]}
+    for function in found.values():
+        function.reserved = reserved
     return found

@@ -35,6 +35,12 @@ class Machine:
                 return " (%s)" % found
         return ""
 
+    def in_use(self, pin):
+        """The user's signal that joins this pin to another one, or None."""
+        name = self.complete.signal_of(pin)
+        signal = self.complete.signals.get(name)
+        return name if signal and any(end and end != pin for end in [signal.writer, *signal.readers]) else None
+
     def loads(self, module):
         """Whether its HAL files load the module so that no other line can. TWOPASS joins the lines."""
         return module in self.halfiles.components and not self.twopass

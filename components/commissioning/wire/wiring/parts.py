@@ -90,6 +90,7 @@ class Parts:
         given = {net[0] for part in self.all for net in part.nets}
         part = Part("From the joints")
         pins = {"position": "pos-cmd", "velocity": "vel-cmd", "homed": "homed", "joint-fb": "motor-pos-fb"}
+        pins["motor-offset"] = "motor-offset"
         for letter, joints in self.machine.joints.items():
             for prefix, joint in prefixes(letter, joints):
                 for name, pin in pins.items():

@@ -21,6 +21,7 @@ class Wiring:
     def __init__(self, functions, machine, folder):
         self.functions, self.machine = functions, machine
         self.notes, self.names, self.motmod = [], {}, {}
+        moved = [note for function in functions for note in function.move_outputs(machine)]
         parts = Parts(functions, machine, folder)
         modules = Modules(functions, parts.all, machine)
         self.problems = [*modules.presence_problems(), *parts.problems]
@@ -29,7 +30,8 @@ class Wiring:
         signals = Signals(functions, parts, modules, machine)
         modules = Modules(functions, parts.all + signals.gates, machine)
         self.problems = [*modules.name_problems(), *signals.problems, *modules.load_problems()]
-        self.notes, self.names, self.motmod = parts.notes + signals.notes, signals.names, outputs(signals.lacking)
+        self.notes = parts.notes + signals.notes + moved
+        self.names, self.motmod = signals.names, outputs(signals.lacking)
         self.files = HalFiles(functions, machine, folder, parts, modules, signals)
 
     def switch_of(self, function):
