@@ -403,6 +403,26 @@ TEST(PlumbSquareness, ListOfLeansNamesThoseThatCorrectNothing) {
     EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-C-t"}), Not(HasSubstr("Corrects nothing: Y")));
 }
 
+TEST(PlumbSquareness, DrawsTheMachine) {
+    const Folder folder;
+    const std::string svg = (folder.path() / "machine.svg").string();
+    const Texts lean{"--chain", "w-Z.b-X-Y-C-t", "--lean", "Y+X=60um/m", "--directions", "X=left,Y=up"};
+    Texts words = lean;
+    words.insert(words.end(), {"--picture", svg});
+    EXPECT_EQ(output_of(words), output_of(lean));
+    EXPECT_THAT(contents(svg), HasSubstr(">Y leans to +X</text>"));
+    words.back() = (folder.path() / "machine.png").string();
+    const Outcome outcome = squareness(words);
+    if (outcome.status == 0)
+        EXPECT_EQ(contents(words.back()).substr(1, 3), "PNG");
+    else  // rsvg-convert is not installed
+        EXPECT_THAT(outcome.errors, HasSubstr("install librsvg2-bin"));
+    words.back() = "/nowhere/machine.svg";
+    EXPECT_EQ(squareness(words).status, 1);
+    words.back() = "machine.gif";
+    EXPECT_EQ(squareness(words).status, 2);
+}
+
 TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
     const Folder folder;
     const std::string head = "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n";

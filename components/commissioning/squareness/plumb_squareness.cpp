@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "components/commissioning/picture_file.hpp"
+#include "components/commissioning/squareness/machine_drawing.hpp"
 #include "components/commissioning/squareness/squareness_advice.hpp"
 #include "components/commissioning/squareness/squareness_document.hpp"
 #include "components/commissioning/squareness/squareness_state.hpp"
@@ -199,6 +202,26 @@ void print_tables(const std::vector<std::string>& files) {
         std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
 }
 
+// Throws std::runtime_error with the file and the reason.
+void draw(const SquarenessOptions& options, const TiltedMachine& machine, const SquarenessAdvice& advice) {
+    const std::filesystem::path file = options.picture;
+    const std::string svg =
+        MachineDrawing{machine.chain_text, machine.chain, options.directions, options.frame, advice.settled}
+            .svg();
+    if (file.extension() == ".svg") {
+        write_file(file, svg);
+        return;
+    }
+    const std::filesystem::path source = file.string() + ".svg";
+    write_file(source, svg);
+    const bool drawn = to_png(source, file);
+    std::filesystem::remove(source);
+    if (!drawn)
+        throw std::runtime_error(file.string() +
+                                 ": rsvg-convert draws no PNG: install librsvg2-bin, or let "
+                                 "the name end in .svg");
+}
+
 // "-" is the standard input. Throws std::runtime_error with the file, the place and the reason.
 SquarenessOptions read_input(const SquarenessOptions& arguments) {
     std::string text;
@@ -234,6 +257,7 @@ int squareness(const SquarenessOptions& arguments) {
     TiltedMachine machine = options.machine;
     for (const SquarenessOptions::Measured& one : measured) machine.measured.push_back(one.corner);
     const SquarenessAdvice advice = advice_on(machine);
+    if (!options.picture.empty()) draw(options, machine, advice);
     if (options.json) {
         std::cout << squareness_document(options, machine, advice) << '\n';
         return 0;

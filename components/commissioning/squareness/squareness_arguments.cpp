@@ -454,6 +454,14 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
             "--picture", options.picture,
             "Draws the machine with its leans into this file, which ends in .svg or .png. A PNG needs "
             "rsvg-convert.")
+        ->check(
+            [](const std::string& file) {
+                const std::size_t dot = file.rfind('.');
+                const std::string end = dot == std::string::npos ? "" : file.substr(dot);
+                return end == ".svg" || end == ".png" ? std::string()
+                                                      : quoted(file) + " does not end in .svg or .png";
+            },
+            "")
         ->type_name("FILE");
     command
         .add_option("--directions", arguments->given.directions.text,
