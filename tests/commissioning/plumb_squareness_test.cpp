@@ -423,6 +423,24 @@ TEST(PlumbSquareness, DrawsTheMachine) {
     EXPECT_EQ(squareness(words).status, 2);
 }
 
+TEST(PlumbSquareness, PicturesOfTheReadmeAreThoseThatItDraws) {
+    const std::pair<const char*, Texts> pictures[] = {
+        {"column.svg",
+         {"--chain", "w-Z.b-X-Y-C-t", "--directions", "X=left,Y=up,Z=back", "--lean", "Y+X=60um/m"}},
+        {"table.svg", {"--chain", "w-X-Y.b-Z-C-t", "--lean", "X+Y=60um/m"}},
+        {"portal.svg",
+         {"--chain", "w-X.b-W-Y-Z-C-t", "--directions", "X=front,Y=right,Z=up", "--lean", "W+Y=60um/m",
+          "--lean", "Z-Y=60um/m"}}};
+    const Folder folder;
+    for (const auto& [name, command] : pictures) {
+        Texts words = command;
+        words.insert(words.end(), {"--picture", (folder.path() / name).string()});
+        EXPECT_EQ(squareness(words).status, 0);
+        EXPECT_EQ(contents(folder.path() / name),
+                  contents(std::string(SOURCE_DIR "/components/commissioning/squareness/") + name));
+    }
+}
+
 TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {
     const Folder folder;
     const std::string head = "# machine: mill 7\n# date: 2026-11-20\n# temperature: 20.1 degC\n";
