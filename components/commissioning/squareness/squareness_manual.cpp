@@ -108,8 +108,8 @@ The file has no checksum. With more points than necessary, a damaged digit makes
 refused with its line, or the change is within the uncertainty.)"},
          {"BEFORE AND AFTER",
           R"(The output compares each two axes over 1 m, or 1 ft on an inch machine: before, with --in-force, and after, with the new
-settings. after: 0 ± 5 um over 1 m means that about 95 of 100 machines are within 5 um of square (k=2). It has the
-uncertainties of all measurements and given angles. Straightness is not included. Two axes without a measurement are named.
+settings. A correction leaves 0, with an uncertainty (k=2) from all measurements and given angles: about 95 of 100 machines
+are within it. Straightness is not included. Two axes without a measurement are named.
 
 On a machine with angles in force, switch the correction off before you measure, and add --correction off. Your angles then
 take the place of the same angles in force; all others stay. With the correction on, your angles are added.
