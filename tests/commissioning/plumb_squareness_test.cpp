@@ -286,10 +286,159 @@ TEST(PlumbSquareness, UsualNotationsOfChainsAreUnderstood) {
     EXPECT_THAT(outcome.errors, HasSubstr("read as w-X.b-X-C-t"));
 }
 
+std::string json_of(Texts arguments) {
+    arguments.insert(arguments.begin(), "--json");
+    const Outcome outcome = squareness(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    return outcome.output;
+}
+
 TEST(PlumbSquareness, JsonIsForOtherPrograms) {
-    const std::string output = output_of({"--json", "--chain", "w-Z.b-X-Y-C-t", "--iso", "EC0Y=-80urad"});
-    for (const char* const words : {"\"pin\": \"ec0y\"", "\"value\": \"-8e-05\"", "\"moved\": \"Y\""})
+    const std::string output = json_of({"--chain", "w-Z.b-X-Y-C-t", "--iso", "EC0Y=-80urad"});
+    for (const char* const words :
+         {"\"pin\": \"ec0y\"", "\"value\": \"-8e-05\"", "\"moved\": \"Y\"", "\n \"chain\": \"w-Z.b-X-Y-C-t\"",
+          "\n \"quantities\": [", "\n \"settled\": [", "\n \"moves\": [", "\n \"unseen\": [",
+          "\n \"notes\": [", "\n \"work\": \"Z\"", "\n \"tool\": \"XY\"", "\n \"slopes\": ["})
         EXPECT_THAT(output, HasSubstr(words));
+}
+
+TEST(PlumbSquareness, OutputInJsonIsAnInputThatGivesItself) {
+    const Folder folder;
+    const Texts commands[] = {
+        {"--chain", "w-Z.b-X-Y-C-t", "--lean", "Y+X=0.024mm/300mm", "--lean", "Y+Z=60um/m", "--in-force",
+         "EA0Y=60urad"},
+        {"--chain",      "w-X.b-W-Y-Z-C-t",
+         "--square",     "move=Z,plunger=+Y,at=0:200mm,reads=0:-10um,u=1um",
+         "--square",     "move=W,plunger=-Y,at=0:200mm,reads=0:6um,u=1um",
+         "--against",    "bed",
+         "--reading",    "axis-direction",
+         "--unit",       "inch",
+         "--directions", "X=left,Z=up",
+         "--correction", "off",
+         "--in-force",   "EB0W=12arcsec",
+         "--travel",     "10in",
+         "--frame",      "column"},
+        {"--diagonals", "plane=XY,object=artifact,rising=565.708mm,falling=565.662mm,U=30um,own=1arcsec",
+         "--datum", "Y,X"},
+        {},
+    };
+    for (const Texts& command : commands) {
+        const std::string output = json_of(command);
+        const std::string file = folder.write("output.json", output);
+        EXPECT_EQ(json_of({"--input", file}), output);
+        Texts in_words = command;
+        EXPECT_EQ(output_of({"--input", file}), output_of(in_words));
+    }
+}
+
+TEST(PlumbSquareness, DocumentGivesAllLeansAtOnce) {
+    const Folder folder;
+    const std::string file = folder.write("portal.json", R"({
+ "chain": "w-X.b-W-Y-Z-C-t", "correction": "off",
+ "leans": [{"lean": "X+Y", "angle": "10um/m", "U": "4um/m"}],
+ "in_force": [{"name": "EA0W", "angle": 1e-5}, {"name": "EB0Z", "angle": 3e-5}],
+ "measurements": [{"by": "square", "move": "Z", "plunger": "+X", "at": [0, 300], "reads": "0:20um", "u": 0.001}]})");
+    const std::string output = output_of({"--input", file});
+    EXPECT_THAT(output, HasSubstr("setp square.ec0x 1e-05 "));
+    EXPECT_THAT(output, HasSubstr("setp square.ea0w 1e-05 ")) << "stays in force";
+    EXPECT_THAT(output, HasSubstr("setp square.eb0z 6.66667e-05 ")) << "takes the place of the one in force";
+    EXPECT_THAT(
+        below("Squareness before and after", output),
+        HasSubstr("X to Z: before: -36.7 um over 1 m; after: 0 \u00b1 9.5 um over 1 m, straightness\n"));
+    EXPECT_THAT(output, HasSubstr("Y to W: not measured."));
+}
+
+TEST(PlumbSquareness, RefusalOfADocumentNamesItsPlace) {
+    const std::pair<const char*, const char*> cases[] = {
+        {R"({"chain":"w-Z.b-X-Y-t","leans":[{"lean":"Y-X","angle":"3arcsec"},{"lean":"Y+X","angle":1e-5}]})",
+         "leans[1]: 'Y+X=1.0000000000000001e-05rad': axis Y cannot lean towards -X and +X at once: choose "
+         "one"},
+        {R"({"chain":"w-Z.b-X-Y-t","leans":[{"lean":"Y+X","angle":1e-5},{"name":"EC0Y","angle":1e-5}]})",
+         "leans[1]: 'EC0Y=1.0000000000000001e-05rad': EC0Y is set twice"},
+        {R"({"chain":"w-Z.b-X-Y-t","leans":[{"lean":"Y+X","angle":1e-5}],
+             "in_force":[{"name":"EC0Y","angle":1e-5}]})",
+         "correction: it is missing: on if the angles in force acted as you measured, or off"},
+        {R"({"chain":"w-Z.b-X-Y-t","leans":[{"lean":"Y+X","name":"EC0Y","angle":0}]})",
+         "leans[0]: one of lean"},
+        {R"({"chain":"w-Z.b-X-Y-t","leans":[{"lean":"Y+X","angle":0,"u":0,"U":1}]})", "leans[0]: one of u"},
+        {R"({"chain":"w-Z.b-X-Y-t","leans":[{"lean":"Y+X","angle":0,"u":"1um"}]})", "leans[0]: "},
+        {R"({"chain":"w-Z.b-X-Y-t","chain":"w-X-Y.b-Z-t"})", "chain: it is there twice"},
+        {R"({"chain":"w-Z.b-X-Y-t","lean":[]})", "the document: there is no 'lean'; there are chain, unit"},
+        {R"({"chain":5})", "chain: it is no text"},
+        {R"({})", "the document: chain is missing"},
+        {R"([])", "the document: it is no object { }"},
+        {R"({"chain":"w-Z.b-X-Y-t","unit":"cm"})", "unit: 'cm' is not mm or inch"},
+        {R"({"chain":"w-Z.b-X-Y-t","measurements":[{"move":"Y"}]})",
+         "measurements[0]: by is missing: square, diagonals or points"},
+        {R"({"chain":"w-Z.b-X-Y-t","measurements":[{"by":"square","move":"Y","plunger":"+X","at":[0,"300"]}]})",
+         "measurements[0].at: the list has something that is no number"},
+        {R"({"chain":"w-Z.b-X-Y-t","measurements":[{"by":"square","move":"W","plunger":"+X","at":[0,300],
+             "reads":[0,1],"u":1}]})",
+         "measurements[0]: the chain has no axis W"},
+        {R"({"chain":"w-Z.b-X-Y-t","directions":"X=right,Y=back,Z=down"})",
+         "directions: 'X=right,Y=back,Z=down': with X right and Y back, Z points up, not down"},
+        {R"({"chain":"w-Z.b-X-Y-t","directions":"X=right,Y=left"})",
+         "directions: 'X=right,Y=left': axes X and Y cannot point right and left"},
+        {R"({"chain":"w-Z.b-X-Y-t","directions":"X=right"})",
+         "directions: the directions of two axes are necessary"},
+        {R"({"chain")", "no JSON: parse error at line 1"},
+    };
+    const Folder folder;
+    for (const auto& [document, reason] : cases) {
+        const std::string file = folder.write("machine.json", document);
+        const Outcome outcome = squareness({"--json", "--input", file});
+        EXPECT_EQ(outcome.status, 1) << document;
+        EXPECT_EQ(outcome.output, "");
+        EXPECT_THAT(outcome.errors, HasSubstr("plumb squareness: " + file + ": " + reason));
+    }
+    EXPECT_EQ(squareness({"--input", folder.write("a.json", "{}"), "--iso", "EC0Y=1urad"}).status, 2);
+    EXPECT_EQ(squareness({"--input", "/nowhere.json"}).errors,
+              "plumb squareness: /nowhere.json: No such file or directory\n");
+    EXPECT_EQ(squareness({"--input", "/"}).status, 1);
+}
+
+TEST(PlumbSquareness, ListOfLeansNamesThoseThatCorrectNothing) {
+    EXPECT_THAT(output_of({}),
+                HasSubstr("Y-X=ANGLE  EC0Y is +\n      Corrects nothing: Y turns X and the work"));
+    EXPECT_THAT(output_of({"--chain", "w-Z.b-X-Y-C-t"}), Not(HasSubstr("Corrects nothing: Y")));
+}
+
+TEST(PlumbSquareness, DrawsTheMachine) {
+    const Folder folder;
+    const std::string svg = (folder.path() / "machine.svg").string();
+    const Texts lean{"--chain", "w-Z.b-X-Y-C-t", "--lean", "Y+X=60um/m", "--directions", "X=left,Y=up"};
+    Texts words = lean;
+    words.insert(words.end(), {"--picture", svg});
+    EXPECT_EQ(output_of(words), output_of(lean));
+    EXPECT_THAT(contents(svg), HasSubstr(">Y leans to +X</text>"));
+    words.back() = (folder.path() / "machine.png").string();
+    const Outcome outcome = squareness(words);
+    if (outcome.status == 0)
+        EXPECT_EQ(contents(words.back()).substr(1, 3), "PNG");
+    else  // rsvg-convert is not installed
+        EXPECT_THAT(outcome.errors, HasSubstr("install librsvg2-bin"));
+    words.back() = "/nowhere/machine.svg";
+    EXPECT_EQ(squareness(words).status, 1);
+    words.back() = "machine.gif";
+    EXPECT_EQ(squareness(words).status, 2);
+}
+
+TEST(PlumbSquareness, PicturesOfTheReadmeAreThoseThatItDraws) {
+    const std::pair<const char*, Texts> pictures[] = {
+        {"column.svg",
+         {"--chain", "w-Z.b-X-Y-C-t", "--directions", "X=left,Y=up,Z=back", "--lean", "Y+X=60um/m"}},
+        {"table.svg", {"--chain", "w-X-Y.b-Z-C-t", "--lean", "X+Y=60um/m"}},
+        {"portal.svg",
+         {"--chain", "w-X.b-W-Y-Z-C-t", "--directions", "X=front,Y=right,Z=up", "--lean", "W+Y=60um/m",
+          "--lean", "Z-Y=60um/m"}}};
+    const Folder folder;
+    for (const auto& [name, command] : pictures) {
+        Texts words = command;
+        words.insert(words.end(), {"--picture", (folder.path() / name).string()});
+        EXPECT_EQ(squareness(words).status, 0);
+        EXPECT_EQ(contents(folder.path() / name),
+                  contents(std::string(SOURCE_DIR "/components/commissioning/squareness/") + name));
+    }
 }
 
 TEST(PlumbSquareness, ChecksErrorTablesAndPrintsWhatTheyState) {

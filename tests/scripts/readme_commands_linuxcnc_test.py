@@ -81,6 +81,11 @@ COMMANDS = {
         "new tests/...": Run(".", before="new()", then="grep -q SimFeedDrive tests/components/plants/sim_feed_drive_test.cpp"),
         "scripts/test -R ...": LONG,
     },
+    "components/commissioning/squareness/README.md": {
+        "plumb squareness --json --chain w-X-Y.b-Z-C-t > machine.json": Run("empty", then="grep -q can_correct machine.json"),
+        "plumb squareness --json --input machine.json": Run("empty", before="plumb squareness --json --chain w-X-Y.b-Z-C-t > machine.json"),
+        "plumb squareness --chain w-Z.b-X-Y-C-t ...": Run("empty", then="test -s column.svg"),
+    },
     "components/io/sensor/README.md": {
         "scripts/sensor-speed": LONG,
         "scripts/campaign sensors --count 12 --fresh": LONG,

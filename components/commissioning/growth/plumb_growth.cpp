@@ -23,6 +23,7 @@
 #include "components/commissioning/growth/growth_fit.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
+#include "components/commissioning/picture_file.hpp"
 #include "hal/command_line.hpp"
 #include "hal/program_end.hpp"
 #include "hal/regular_file.hpp"
@@ -91,46 +92,6 @@ that change the compensation by less than a fifth of the drift may be called goo
         ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9),\n.BR axis_growth (9)"};
 }
 
-[[noreturn]] void fail(const fs::path& path) {
-    throw std::system_error(errno, std::generic_category(), path.string());
-}
-
-// In the place of an older report, the whole file or none.
-void write(const fs::path& path, const std::string& text) {
-    const fs::path fresh = path.string() + ".new";
-    try {
-        {
-            const plumb::hal::RegularFile file(fresh, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
-            for (std::string_view rest = text; !rest.empty();) {
-                const ssize_t n = ::write(file.number(), rest.data(), rest.size());
-                if (n >= 0)
-                    rest.remove_prefix(static_cast<std::size_t>(n));
-                else if (errno != EINTR)
-                    fail(path);
-            }
-            if (fsync(file.number()) != 0) fail(path);
-        }
-        if (std::rename(fresh.c_str(), path.c_str()) != 0) fail(path);
-    } catch (...) {
-        unlink(fresh.c_str());
-        throw;
-    }
-}
-
-// False if the program is not installed, or fails.
-bool to_png(const fs::path& svg, const fs::path& png) {
-    const fs::path fresh = png.string() + ".new";
-    std::string program = "rsvg-convert", option = "-o", to = fresh.string(), from = svg.string();
-    char* words[] = {program.data(), option.data(), to.data(), from.data(), nullptr};
-    pid_t child = 0;
-    if (posix_spawnp(&child, "rsvg-convert", nullptr, nullptr, words, environ) != 0) return false;
-    int status = 0;
-    const bool drawn =
-        waitpid(child, &status, 0) == child && status == 0 && std::rename(fresh.c_str(), png.c_str()) == 0;
-    if (!drawn) unlink(fresh.c_str());
-    return drawn;
-}
-
 int report(const std::vector<std::string>& files, std::string output) {
     std::vector<GrowthLog> logs;
     for (const std::string& file : files) logs.push_back(read_growth_log(file));
@@ -147,18 +108,18 @@ int report(const std::vector<std::string>& files, std::string output) {
     const fs::path folder =
         output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
     fs::create_directories(folder);
-    write(folder / "report.html", growth_page(tests));
-    write(folder / "results.json", growth_json(tests));
-    write(folder / "results.csv", growth_csv(tests.front()));
+    write_file(folder / "report.html", growth_page(tests));
+    write_file(folder / "results.json", growth_json(tests));
+    write_file(folder / "results.csv", growth_csv(tests.front()));
     const fs::path settings = folder / "axis_growth_settings.hal";
     if (tests.front().identified)
-        write(settings, growth_settings(logs.front(), *tests.front().identified));
+        write_file(settings, growth_settings(logs.front(), *tests.front().identified));
     else
         fs::remove(settings);
     bool drawn = true;
     for (const GrowthChart& chart : growth_charts(tests.front())) {
         const fs::path svg = folder / (chart.file + ".svg");
-        write(svg, chart.svg(true));
+        write_file(svg, chart.svg(true));
         drawn = drawn && to_png(svg, folder / (chart.file + ".png"));
         fs::remove(svg);
     }

@@ -3,21 +3,27 @@
 #include "components/commissioning/squareness/squareness_arguments.hpp"
 #include "components/commissioning/squareness/squareness_manual.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
+#include <iterator>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "components/commissioning/picture_file.hpp"
+#include "components/commissioning/squareness/machine_drawing.hpp"
 #include "components/commissioning/squareness/squareness_advice.hpp"
+#include "components/commissioning/squareness/squareness_document.hpp"
+#include "components/commissioning/squareness/squareness_state.hpp"
 #include "components/commissioning/squareness/squareness_wording.hpp"
 #include "components/io/files/error_table_file.hpp"
 #include "components/io/files/error_table_seal.hpp"
 #include "hal/command_line.hpp"
 #include "hal/markup.hpp"
 #include "hal/program_end.hpp"
+#include "hal/regular_file.hpp"
 
 namespace plumb::commissioning {
 namespace {
@@ -54,7 +60,8 @@ void print_chain(const TiltedMachine& machine) {
 }
 
 // The name and the direction of every possible lean.
-void print_directions(const AxisChain& chain) {
+void print_directions(const TiltedMachine& machine) {
+    const AxisChain& chain = machine.chain;
     std::cout << "\nHow its axes may lean, and which quantity of ISO 230-1 that is:\n";
     for (const AxisBranch& branch : {chain.work, chain.tool}) {
         for (const Axis axis : branch) {
@@ -68,6 +75,9 @@ void print_directions(const AxisChain& chain) {
                               << (turning(axis, lean)[rotation] > 0 ? " is +" : " is -")
                               << (sign > 0 ? "     or  " : "\n");
                 }
+                const int rotation = 3 - direction(axis) - direction(towards);
+                const std::string useless = useless_because(machine, axis, rotation);
+                if (!useless.empty()) paragraph("Corrects nothing: " + useless, "      ");
             }
         }
     }
@@ -113,6 +123,12 @@ void print_quantities(const std::vector<SquarenessQuantity>& quantities) {
     }
     if (uncertain)
         std::cout << "  k=1 is the standard uncertainty, k=2 twice that: about 95 of 100 lie within.\n";
+}
+
+void print_corners(const TiltedMachine& machine, const SquarenessAdvice& advice) {
+    std::cout << "\nSquareness before and after\n";
+    for (const CornerState& corner : state_of(machine, advice).corners)
+        paragraph(letters(corner.a) + " to " + letters(corner.b) + ": " + corner.words + '.', "  ");
 }
 
 void print_hal(const std::string& instance, const SquarenessAdvice& advice) {
@@ -186,54 +202,49 @@ void print_tables(const std::vector<std::string>& files) {
         std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
 }
 
-nlohmann::ordered_json json_of(const std::vector<SquarenessQuantity>& quantities) {
-    nlohmann::ordered_json all = nlohmann::ordered_json::array();
-    for (const SquarenessQuantity& q : quantities) {
-        nlohmann::ordered_json one{{"name", squareness_name(q.axis, q.rotation)}, {"angle", q.angle}};
-        if (q.angle != 0) one["leans"] = name(lean_of(q));
-        if (q.uncertainty) one["uncertainty"] = *q.uncertainty;
-        all.push_back(one);
+// Throws std::runtime_error with the file and the reason.
+void draw(const SquarenessOptions& options, const TiltedMachine& machine, const SquarenessAdvice& advice) {
+    const std::filesystem::path file = options.picture;
+    const std::string svg =
+        MachineDrawing{machine.chain_text, machine.chain, options.directions, options.frame, advice.settled}
+            .svg();
+    if (file.extension() == ".svg") {
+        write_file(file, svg);
+        return;
     }
-    return all;
+    const std::filesystem::path source = file.string() + ".svg";
+    write_file(source, svg);
+    const bool drawn = to_png(source, file);
+    std::filesystem::remove(source);
+    if (!drawn)
+        throw std::runtime_error(file.string() +
+                                 ": rsvg-convert draws no PNG: install librsvg2-bin, or let "
+                                 "the name end in .svg");
 }
 
-void print_json(const TiltedMachine& machine, const SquarenessAdvice& advice) {
-    nlohmann::ordered_json result{{"chain", machine.chain_text},
-                                  {"quantities", json_of(advice.quantities)},
-                                  {"settled", json_of(advice.settled)},
-                                  {"settings", nlohmann::ordered_json::array()},
-                                  {"moves", nlohmann::ordered_json::array()},
-                                  {"unseen", advice.unseen},
-                                  {"notes", advice.notes}};
-    for (const auto* branch : {&machine.chain.work, &machine.chain.tool}) {
-        std::string axes;
-        for (const Axis axis : *branch) axes += letter(axis);
-        result[branch == &machine.chain.work ? "work" : "tool"] = axes;
+// "-" is the standard input. Throws std::runtime_error with the file, the place and the reason.
+SquarenessOptions read_input(const SquarenessOptions& arguments) {
+    std::string text;
+    if (arguments.input == "-")
+        text.assign(std::istreambuf_iterator<char>(std::cin), {});
+    else
+        text = hal::RegularFile(arguments.input, O_RDONLY).read();
+    try {
+        SquarenessOptions options = read_squareness_document(text);
+        options.json = arguments.json;
+        options.picture = arguments.picture;
+        options.instance = arguments.instance;
+        return options;
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error((arguments.input == "-" ? "standard input" : arguments.input) + ": " +
+                                 error.what());
     }
-    for (const SquarenessAdvice::Setting& setting : advice.settings)
-        if (setting.in_force) result["settings"].push_back({{"pin", setting.pin}, {"value", setting.value}});
-    for (const SquarenessAdvice::TestMove& move : advice.moves) {
-        nlohmann::ordered_json one{{"quantity", squareness_name(move.quantity.axis, move.quantity.rotation)},
-                                   {"moved", letters(move.moved)},
-                                   {"base", move.base ? letters(*move.base) : ""},
-                                   {"plunger", name(move.plunger)},
-                                   {"travel", move.travel},
-                                   {"rise", move.rise},
-                                   {"wrong", nlohmann::ordered_json::object()}};
-        if (move.uncertainty) one["uncertainty"] = *move.uncertainty;
-        for (const auto& wrong : move.single)
-            one["wrong"][squareness_name(wrong.quantity.axis, wrong.quantity.rotation)] = wrong.rise;
-        result["moves"].push_back(one);
-    }
-    for (int column = 0; column < 3; ++column)
-        result["slopes"].push_back(
-            {advice.slopes(0, column), advice.slopes(1, column), advice.slopes(2, column)});
-    std::cout << result.dump(1) << '\n';
 }
 
 // Prints settings, the lines for the .hal file and the test moves. Returns 0. Throws std::runtime_error and
 // std::invalid_argument.
-int squareness(const SquarenessOptions& options) {
+int squareness(const SquarenessOptions& arguments) {
+    const SquarenessOptions options = arguments.input.empty() ? arguments : read_input(arguments);
     if (!options.tables.empty()) {
         if (options.seal)
             for (const std::string& file : options.tables) seal_error_table(file);
@@ -246,17 +257,19 @@ int squareness(const SquarenessOptions& options) {
     TiltedMachine machine = options.machine;
     for (const SquarenessOptions::Measured& one : measured) machine.measured.push_back(one.corner);
     const SquarenessAdvice advice = advice_on(machine);
+    if (!options.picture.empty()) draw(options, machine, advice);
     if (options.json) {
-        print_json(machine, advice);
+        std::cout << squareness_document(options, machine, advice) << '\n';
         return 0;
     }
     print_chain(machine);
     if (advice.quantities.empty()) {
-        print_directions(machine.chain);
+        print_directions(machine);
         return 0;
     }
     if (!measured.empty()) print_measured(machine, measured);
     print_quantities(advice.quantities);
+    print_corners(machine, advice);
     print_hal(options.instance, advice);
     print_test_moves(machine.inch, advice);
     for (const std::string& note : advice.notes) {

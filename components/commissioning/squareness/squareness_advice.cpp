@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "components/commissioning/squareness/squareness_wording.hpp"
-#include "components/math/geometry/kinematic_chain.hpp"
 
 namespace plumb::commissioning {
 namespace {
@@ -17,6 +16,7 @@ using Quantities = std::vector<SquarenessQuantity>;
 
 constexpr double largest_angle = 0.1;          // rad, settings and measurements together
 constexpr double usual_largest_angle = 0.002;  // rad, the component's default of max-angle
+constexpr double blunder = 10;                 // times the uncertainty: a wrong sign or unit, not a scatter
 
 std::string name_of(const SquarenessQuantity& q) {
     return squareness_name(q.axis, q.rotation);
@@ -27,12 +27,27 @@ Axis base_of(const SquarenessQuantity& q) {
     return static_cast<Axis>(3 - direction(q.axis) - q.rotation);
 }
 
-Quantities quantities_of(const TiltedMachine& machine, const std::vector<Corner>& corners) {
-    const SquarenessOfChain solver(machine.chain, machine.reading, machine.against, machine.order);
-    Quantities quantities = solver.quantities(corners, machine.known);
+bool has(const Quantities& quantities, const SquarenessQuantity& q) {
+    return std::any_of(quantities.begin(), quantities.end(),
+                       [&](const auto& other) { return other.is_of(q.axis, q.rotation); });
+}
+
+void sort(Quantities& quantities) {
     std::stable_sort(quantities.begin(), quantities.end(), [](const auto& one, const auto& other) {
         return std::make_pair(one.axis, one.rotation) < std::make_pair(other.axis, other.rotation);
     });
+}
+
+// Known quantities without their stated uncertainties, and those that follow with their own.
+Quantities solved(const TiltedMachine& machine, const std::vector<Corner>& corners, Quantities known) {
+    for (SquarenessQuantity& q : known) q.uncertainty.reset();
+    return SquarenessOfChain(machine.chain, machine.reading, machine.against, machine.order)
+        .quantities(corners, known);
+}
+
+Quantities quantities_of(const TiltedMachine& machine, const std::vector<Corner>& corners) {
+    Quantities quantities = solved(machine, corners, machine.known);
+    sort(quantities);
     for (const SquarenessQuantity& q : quantities) {
         for (const SquarenessQuantity& other : machine.known)
             if (q.uncertainty && q.is_of(other.axis, other.rotation))
@@ -79,16 +94,6 @@ std::vector<SquarenessAdvice::Setting> settings_of(const TiltedMachine& machine,
     return settings;
 }
 
-KinematicChain chain_of(const TiltedMachine& machine, const Quantities& quantities) {
-    KinematicChain::Settings settings;
-    settings.axes = machine.chain;
-    settings.reading = machine.reading;
-    settings.datum = machine.against;
-    for (const SquarenessQuantity& q : quantities)
-        settings.tilts[static_cast<std::size_t>(coordinate(q.axis))].angles[q.rotation] = q.angle;
-    return KinematicChain(settings);
-}
-
 // Adds each angle to the one in force. Angles in force that were not measured stay.
 Quantities added_to_force(const TiltedMachine& machine, const Quantities& quantities) {
     Quantities sums = machine.in_force;
@@ -102,9 +107,7 @@ Quantities added_to_force(const TiltedMachine& machine, const Quantities& quanti
             same->uncertainty = q.uncertainty;
         }
     }
-    std::stable_sort(sums.begin(), sums.end(), [](const auto& one, const auto& other) {
-        return std::make_pair(one.axis, one.rotation) < std::make_pair(other.axis, other.rotation);
-    });
+    sort(sums);
     for (const SquarenessQuantity& sum : sums)
         if (!(std::abs(sum.angle) < largest_angle))
             throw std::invalid_argument(name_of(sum) + " would be " + formatted("%.4g", sum.angle) +
@@ -226,7 +229,72 @@ std::vector<std::string> notes_on(const Quantities& quantities, const std::vecto
     return notes;
 }
 
+// Throws std::invalid_argument if two measurements of a corner cannot both be right.
+void compare(const std::vector<Corner>& measured) {
+    const auto text = [](double angle) { return formatted("%+.2f arcsec", arcsec_from_angle(angle)); };
+    for (std::size_t i = 0; i < measured.size(); ++i)
+        for (std::size_t k = 0; k < i; ++k) {
+            const Corner &one = measured[k], &other = measured[i];
+            const double both = std::hypot(one.uncertainty, other.uncertainty);
+            if (!one.is_of(other.a, other.b) || std::abs(one.opening - other.opening) <= blunder * both)
+                continue;
+            throw std::invalid_argument(
+                "two measurements of " + letters(one.a) + " and " + letters(one.b) +
+                " contradict each other: 90 deg " + text(one.opening) + " and 90 deg " + text(other.opening) +
+                formatted(", %.0f times their uncertainty", std::abs(one.opening - other.opening) / both) +
+                " apart: is a sign or a unit wrong? Leave one out");
+        }
+}
+
+// The settings in force that neither a tilt nor a measurement replaces.
+Quantities kept_of(const TiltedMachine& machine, const std::vector<Corner>& corners) {
+    const Quantities found = solved(machine, corners, machine.known);
+    Quantities kept;
+    for (const SquarenessQuantity& q : machine.in_force)
+        if (!has(found, q)) kept.push_back(q);
+    return kept;
+}
+
+std::vector<Quantities> deviations_of(const TiltedMachine& machine, std::vector<Corner> corners) {
+    std::vector<Quantities> all;
+    std::vector<double> deviations;
+    for (Corner& corner : corners) {
+        corner.opening = 0;
+        deviations.push_back(corner.uncertainty);
+    }
+    Quantities known = machine.known;
+    for (SquarenessQuantity& q : known) q.angle = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        corners[i].opening = deviations[i];
+        all.push_back(solved(machine, corners, known));
+        corners[i].opening = 0;
+    }
+    for (SquarenessQuantity& q : known) {
+        if (!q.uncertainty) continue;
+        q.angle = *q.uncertainty;
+        all.push_back(solved(machine, corners, known));
+        q.angle = 0;
+    }
+    if (machine.measured_with_correction)  // otherwise they are among the known ones
+        for (SquarenessQuantity q : kept_of(machine, corners)) {
+            if (!q.uncertainty) continue;
+            q.angle = *q.uncertainty;
+            all.push_back({q});
+        }
+    return all;
+}
+
 }  // namespace
+
+KinematicChain chain_of(const TiltedMachine& machine, const Quantities& quantities) {
+    KinematicChain::Settings settings;
+    settings.axes = machine.chain;
+    settings.reading = machine.reading;
+    settings.datum = machine.against;
+    for (const SquarenessQuantity& q : quantities)
+        settings.tilts[static_cast<std::size_t>(coordinate(q.axis))].angles[q.rotation] = q.angle;
+    return KinematicChain(settings);
+}
 
 Lean lean_of(const SquarenessQuantity& quantity) {
     const std::vector<Lean> all =
@@ -234,25 +302,32 @@ Lean lean_of(const SquarenessQuantity& quantity) {
     return all.empty() ? Lean{} : all.front();
 }
 
-SquarenessAdvice advice_on(const TiltedMachine& machine) {
-    const std::vector<Corner> corners = each_once(machine.measured);
+SquarenessAdvice advice_on(const TiltedMachine& given) {
+    compare(given.measured);
+    const std::vector<Corner> corners = each_once(given.measured);
+    TiltedMachine machine = given;
+    if (!machine.measured_with_correction)
+        for (const SquarenessQuantity& q : kept_of(given, corners)) machine.known.push_back(q);
     SquarenessAdvice advice;
     advice.quantities = quantities_of(machine, corners);
     const KinematicChain chain = chain_of(machine, advice.quantities);
     hold_against(chain, corners, advice.quantities);
     advice.options = "chain=" + machine.chain_text + (machine.inch ? " unit=inch" : "");
-    advice.settled = added_to_force(machine, advice.quantities);
+    advice.settled =
+        machine.measured_with_correction ? added_to_force(machine, advice.quantities) : advice.quantities;
+    advice.deviations = deviations_of(machine, corners);
     advice.settings = settings_of(machine, advice.settled);
     advice.slopes = chain.tip(AxisPosition::Zero(), Eigen::Vector3d::Zero()).slopes.leftCols<3>();
     add_test_moves(chain, machine, corners, advice);
     advice.notes = notes_on(advice.quantities, corners);
-    for (const SquarenessQuantity& is : machine.in_force)
-        for (const SquarenessQuantity& sum : advice.settled)
-            if (sum.is_of(is.axis, is.rotation) && sum.angle != is.angle)
-                advice.notes.push_back(name_of(is) + ": " + arcsec(is.angle) + " is in force, and " +
-                                       arcsec(sum.angle - is.angle) + " remained: the line sets " +
-                                       arcsec(sum.angle) +
-                                       ". The test move compares the lines in force with these.");
+    if (machine.measured_with_correction)
+        for (const SquarenessQuantity& is : machine.in_force)
+            for (const SquarenessQuantity& sum : advice.settled)
+                if (sum.is_of(is.axis, is.rotation) && sum.angle != is.angle)
+                    advice.notes.push_back(name_of(is) + ": " + arcsec(is.angle) + " is in force, and " +
+                                           arcsec(sum.angle - is.angle) + " remained: the line sets " +
+                                           arcsec(sum.angle) +
+                                           ". The test move compares the lines in force with these.");
     return advice;
 }
 

@@ -5,6 +5,7 @@
 
 #include "components/math/geometry/axis_chain.hpp"
 #include "components/math/geometry/corner.hpp"
+#include "components/math/geometry/kinematic_chain.hpp"
 #include "components/math/geometry/squareness_of_chain.hpp"
 #include "components/math/geometry/tilt.hpp"
 #include "components/math/geometry/tilted_branch.hpp"
@@ -23,10 +24,12 @@ struct TiltedMachine {
     TiltDatum against = TiltDatum::rail;
     std::vector<Axis> order;  // of all axes of the chain: each is true, or held against those before it
     double travel = 300;      // mm, of the test moves
-    std::vector<SquarenessQuantity> known;
+    std::vector<SquarenessQuantity> known;  // an uncertainty is the stated one
     std::vector<Corner> measured;
-    // The component's settings while the tilts above were measured: these are what remained, and add to them.
+    // The component's settings. If the correction was on while the tilts above were measured, these are what
+    // remained and add to the settings; otherwise they take the place of the same settings.
     std::vector<SquarenessQuantity> in_force;
+    bool measured_with_correction = true;
 };
 
 struct SquarenessAdvice {
@@ -56,8 +59,10 @@ struct SquarenessAdvice {
         std::vector<WrongSign> single;  // of all quantities that this move shows
     };
 
-    std::vector<SquarenessQuantity> quantities;            // those that are known, and those that follow
-    std::vector<SquarenessQuantity> settled;               // the same with those in force added
+    std::vector<SquarenessQuantity> quantities;  // those that are known, and those that follow
+    std::vector<SquarenessQuantity> settled;     // the same together with those in force
+    // What each independent uncertainty contributes to them: its standard deviation, in each quantity.
+    std::vector<std::vector<SquarenessQuantity>> deviations;
     Eigen::Matrix3d slopes = Eigen::Matrix3d::Identity();  // columns: travel of the tip for 1 of X, Y and Z
     std::string options;                                   // of the line that loads the component
     std::vector<Setting> settings;
@@ -66,8 +71,12 @@ struct SquarenessAdvice {
     std::vector<std::string> notes;   // sentences
 };
 
-// Throws std::invalid_argument if a measurement contradicts a known tilt, or if no machine can be so.
+// Throws std::invalid_argument if measurements contradict each other or a known tilt, or if no machine can
+// be so.
 SquarenessAdvice advice_on(const TiltedMachine& machine);
+
+// The chain with these tilts.
+KinematicChain chain_of(const TiltedMachine& machine, const std::vector<SquarenessQuantity>& quantities);
 
 // The lean that a quantity is.
 Lean lean_of(const SquarenessQuantity& quantity);

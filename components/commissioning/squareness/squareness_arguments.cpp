@@ -59,13 +59,18 @@ std::pair<std::string, std::string> split(const std::string& text, char mark, co
 
 constexpr double least_length = 1e-6;  // mm, of an uncertainty
 
-// key=value,key=value,...
+// Reads key=value,key=value,...
+std::vector<std::pair<std::string, std::string>> fields_of(const std::string& text) {
+    std::vector<std::pair<std::string, std::string>> fields;
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');) fields.push_back(split(part, '=', "KEY=VALUE"));
+    return fields;
+}
+
 class Fields {
 public:
-    Fields(const std::string& text, const Words& keys) {
-        std::istringstream parts(text);
-        for (std::string part; std::getline(parts, part, ',');) {
-            const auto [key, value] = split(part, '=', "KEY=VALUE");
+    Fields(const SquarenessGiven::Fields& given, const Words& keys) {
+        for (const auto& [key, value] : given.fields) {
             if (std::find(keys.begin(), keys.end(), key) == keys.end())
                 refuse("there is no " + quoted(key) + "; there are " + listed(keys));
             if (value.empty()) refuse(key + " has no value");
@@ -131,8 +136,8 @@ double own_angle(const std::string& text) {
     return angle;
 }
 
-SquarenessOptions::Measured diagonals_of(const std::string& text, const AxisChain& chain) {
-    const Fields fields(text, {"plane", "object", "rising", "falling", "sides", "u", "U", "own", "own-u"});
+SquarenessOptions::Measured diagonals_of(const SquarenessGiven::Fields& given, const AxisChain& chain) {
+    const Fields fields(given, {"plane", "object", "rising", "falling", "sides", "u", "U", "own", "own-u"});
     const std::string plane = fields.text("plane");
     if (plane.size() != 2) refuse("plane=" + plane + " is not two axes such as XY");
     const Axis a = axis_of(plane.substr(0, 1), chain), b = axis_of(plane.substr(1), chain);
@@ -160,8 +165,8 @@ SquarenessOptions::Measured diagonals_of(const std::string& text, const AxisChai
     return {corner_from_diagonals(a, b, d, object), how};
 }
 
-SquarenessOptions::Measured square_of(const std::string& text, const AxisChain& chain) {
-    const Fields fields(text, {"move", "plunger", "at", "reads", "turned", "u", "U", "own-u"});
+SquarenessOptions::Measured square_of(const SquarenessGiven::Fields& given, const AxisChain& chain) {
+    const Fields fields(given, {"move", "plunger", "at", "reads", "turned", "u", "U", "own-u"});
     SquareReadings square;
     square.moved = axis_of(fields.text("move"), chain);
     square.plunger = fields.read("plunger", [](const std::string& value) { return lean_of(value); });
@@ -180,8 +185,8 @@ SquarenessOptions::Measured square_of(const std::string& text, const AxisChain& 
     return {corner, how};
 }
 
-SquarenessOptions::Points points_of(const std::string& text) {
-    const Fields fields(text, {"file", "object", "unit", "u", "U", "own-u"});
+SquarenessOptions::Points points_of(const SquarenessGiven::Fields& given) {
+    const Fields fields(given, {"file", "object", "unit", "u", "U", "own-u"});
     SquarenessOptions::Points points;
     points.file = fields.text("file");
     if (fields.has("unit")) {
@@ -198,11 +203,12 @@ SquarenessOptions::Points points_of(const std::string& text) {
     return points;
 }
 
-SquarenessQuantity quantity_of(const std::string& text, const AxisChain& chain) {
-    const auto [name, value] = split(text, '=', "NAME=ANGLE, such as EC0Y=-12.5arcsec");
+SquarenessQuantity quantity_of(const SquarenessGiven::Angle& given, const AxisChain& chain) {
+    const auto& [where, name, value, uncertainty] = given;
     if (name.size() != 4 || name[0] != 'E' || name[2] != '0' || name[1] < 'A' || name[1] > 'C')
         refuse(quoted(name) + " is no quantity of ISO 230-1 such as EC0Y");
     SquarenessQuantity quantity{axis_of(name.substr(3), chain), name[1] - 'A', angle_of(value), {}};
+    if (!uncertainty.empty()) quantity.uncertainty = own_angle(uncertainty);
     if (direction(quantity.axis) == quantity.rotation)
         refuse(name + " turns " + letters(quantity.axis) + " about itself: that is no lean");
     if (!(std::abs(quantity.angle) < 0.1)) refuse(quoted(value) + " is not an angle below 0.1 rad");
@@ -226,20 +232,20 @@ std::vector<Axis> order_of(const std::string& text, const AxisChain& chain) {
 
 // Turns an error of a text into an error of the command line.
 template <class Read>
-void read(const std::string& option, const std::string& text, Read read_text) {
+void read(const std::string& where, const std::string& text, Read read_text) {
     try {
         read_text();
     } catch (const std::invalid_argument& error) {
         const std::string words = error.what();
         const bool named = text.empty() || words.find(text) != std::string::npos;
-        throw CLI::ValidationError(option, (named ? "" : quoted(text) + ": ") + words);
+        throw CLI::ValidationError(where, (named ? "" : quoted(text) + ": ") + words);
     }
 }
 
+// The words of the options that may be given many times.
 struct Arguments {
-    std::string chain = "w-X-Y.b-Z-C-t";
+    SquarenessGiven given;
     Words leans, quantities, in_force, diagonals, squares, points;
-    std::string datum, travel;
 };
 
 void add_once(const SquarenessQuantity& quantity, std::vector<SquarenessQuantity>& to) {
@@ -249,28 +255,29 @@ void add_once(const SquarenessQuantity& quantity, std::vector<SquarenessQuantity
     to.push_back(quantity);
 }
 
-void read_tilts(const Arguments& arguments, TiltedMachine& machine) {
+void read_tilts(const SquarenessGiven& given, TiltedMachine& machine) {
     std::map<Axis, std::vector<Lean>> leans;
-    for (const std::string& text : arguments.leans) {
-        read("--lean", text, [&] {
-            const auto [where, value] =
-                split(text, '=', "AXIS and direction=ANGLE, such as Y+X=0.02mm/300mm");
-            const std::size_t sign = where.find_first_of("+-");
+    for (const SquarenessGiven::Angle& its : given.leans) {
+        read(its.where, its.text(), [&] {
+            const std::size_t sign = its.name.find_first_of("+-");
             if (sign == std::string::npos)
-                refuse(quoted(where) + " is not an axis and a direction, such as Y+X");
-            const Axis axis = axis_of(where.substr(0, sign), machine.chain);
-            Lean lean = lean_of(where.substr(sign));
-            lean.angle = angle_of(value);
+                refuse(quoted(its.name) + " is not an axis and a direction, such as Y+X");
+            const Axis axis = axis_of(its.name.substr(0, sign), machine.chain);
+            Lean lean = lean_of(its.name.substr(sign));
+            lean.angle = angle_of(its.angle);
             leans[axis].push_back(lean);
             plumb::squareness(axis, leans[axis]);  // throws
             const Eigen::Vector3d angles = plumb::squareness(axis, {lean});
             const int rotation = 3 - direction(axis) - direction(lean.towards);
-            machine.known.push_back({axis, rotation, angles[rotation], {}});
+            SquarenessQuantity quantity{axis, rotation, angles[rotation], {}};
+            if (!its.uncertainty.empty()) quantity.uncertainty = own_angle(its.uncertainty);
+            add_once(quantity, machine.known);
         });
     }
-    for (const std::string& text : arguments.quantities) {
-        read("--iso", text, [&] { add_once(quantity_of(text, machine.chain), machine.known); });
-    }
+    for (const SquarenessGiven::Angle& its : given.quantities)
+        read(its.where, its.text(), [&] { add_once(quantity_of(its, machine.chain), machine.known); });
+    for (const SquarenessGiven::Angle& its : given.in_force)
+        read(its.where, its.text(), [&] { add_once(quantity_of(its, machine.chain), machine.in_force); });
 }
 
 // Other usual notations in ours: with primes, brackets, blanks, a spindle such as (C) or C1, without hyphens,
@@ -307,24 +314,35 @@ void read_chain(const std::string& text, TiltedMachine& machine) {
     }
 }
 
-void read_all(const Arguments& arguments, SquarenessOptions& options) {
-    TiltedMachine& machine = options.machine;
-    read("--chain", "", [&] { read_chain(arguments.chain, machine); });
-    read("--datum", arguments.datum, [&] { machine.order = order_of(arguments.datum, machine.chain); });
-    read("--travel", arguments.travel, [&] {
-        machine.travel =
-            arguments.travel.empty() ? (machine.inch ? 12 * 25.4 : 300) : length_of(arguments.travel);
-        if (!(machine.travel > 0)) refuse("is not longer than 0");
-    });
-    read_tilts(arguments, machine);
-    for (const std::string& text : arguments.in_force)
-        read("--in-force", text, [&] { add_once(quantity_of(text, machine.chain), machine.in_force); });
-    for (const std::string& text : arguments.diagonals)
-        read("--diagonals", text, [&] { options.measured.push_back(diagonals_of(text, machine.chain)); });
-    for (const std::string& text : arguments.squares)
-        read("--square", text, [&] { options.measured.push_back(square_of(text, machine.chain)); });
-    for (const std::string& text : arguments.points)
-        read("--points", text, [&] { options.points.push_back(points_of(text)); });
+// Each of the words of an option.
+template <class Each>
+void split_words(const std::string& option, const Words& words, Each each) {
+    for (const std::string& text : words) read(option, text, [&] { each(text); });
+}
+
+SquarenessGiven given_by(const Arguments& arguments) {
+    SquarenessGiven given = arguments.given;
+    const auto angles = [](const std::string& option, const Words& words, const std::string& form,
+                           std::vector<SquarenessGiven::Angle>& to) {
+        split_words(option, words, [&](const std::string& text) {
+            const auto [name, angle] = split(text, '=', form);
+            to.push_back({option, name, angle, ""});
+        });
+    };
+    const std::string quantity = "NAME=ANGLE, such as EC0Y=-12.5arcsec";
+    angles("--lean", arguments.leans, "AXIS and direction=ANGLE, such as Y+X=0.02mm/300mm", given.leans);
+    angles("--iso", arguments.quantities, quantity, given.quantities);
+    angles("--in-force", arguments.in_force, quantity, given.in_force);
+    const auto fields = [](const std::string& option, const Words& words,
+                           std::vector<SquarenessGiven::Fields>& to) {
+        split_words(option, words, [&](const std::string& text) {
+            to.push_back({option, fields_of(text), text});
+        });
+    };
+    fields("--diagonals", arguments.diagonals, given.diagonals);
+    fields("--square", arguments.squares, given.squares);
+    fields("--points", arguments.points, given.points);
+    return given;
 }
 
 }  // namespace
@@ -373,6 +391,28 @@ SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points,
     }
 }
 
+void take_squareness(const SquarenessGiven& given, SquarenessOptions& options) {
+    options.given = given;
+    TiltedMachine& machine = options.machine;
+    read(given.chain.where, "", [&] { read_chain(given.chain.text, machine); });
+    read(given.datum.where, given.datum.text,
+         [&] { machine.order = order_of(given.datum.text, machine.chain); });
+    read(given.travel.where, given.travel.text, [&] {
+        machine.travel =
+            given.travel.text.empty() ? (machine.inch ? 12 * 25.4 : 300) : length_of(given.travel.text);
+        if (!(machine.travel > 0)) refuse("is not longer than 0");
+    });
+    read(given.directions.where, given.directions.text,
+         [&] { options.directions = ViewDirections(given.directions.text); });
+    read_tilts(given, machine);
+    for (const SquarenessGiven::Fields& its : given.diagonals)
+        read(its.where, its.text, [&] { options.measured.push_back(diagonals_of(its, machine.chain)); });
+    for (const SquarenessGiven::Fields& its : given.squares)
+        read(its.where, its.text, [&] { options.measured.push_back(square_of(its, machine.chain)); });
+    for (const SquarenessGiven::Fields& its : given.points)
+        read(its.where, its.text, [&] { options.points.push_back(points_of(its)); });
+}
+
 void declare_squareness(CLI::App& command, SquarenessOptions& options) {
     const auto arguments = std::make_shared<Arguments>();
     const auto add_list = [&](const std::string& name, Words& words, const std::string& type,
@@ -380,7 +420,7 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
         command.add_option(name, words, text)->allow_extra_args(false)->type_name(type);
     };
     command
-        .add_option("--chain", arguments->chain,
+        .add_option("--chain", arguments->given.chain.text,
                     "The axes from the work over the bed to the tool, in the notation of ISO 10791 without "
                     "primes: w-Z.b-X-Y-C-t. By default w-X-Y.b-Z-C-t. Notations such as [w-Z'-b-X-Y-(C)-t] "
                     "and bXY(C)t "
@@ -402,10 +442,35 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
              "A setting that was in force while you measured: EC0Y=-80urad. What you measured remained, and "
              "is added "
              "to it. May be given many times: give all that are not 0.");
+    CLI::Option* const input =
+        command
+            .add_option("--input", options.input,
+                        "A JSON document with the machine and all its leans and measurements, or an output "
+                        "of --json; - is the standard input. It takes the place of the other options.")
+            ->type_name("FILE");
     command.add_flag("--json", options.json, "Prints the result as JSON, for other programs.");
     command
         .add_option(
-            "--datum", arguments->datum,
+            "--picture", options.picture,
+            "Draws the machine with its leans into this file, which ends in .svg or .png. A PNG needs "
+            "rsvg-convert.")
+        ->check(
+            [](const std::string& file) {
+                const std::size_t dot = file.rfind('.');
+                const std::string end = dot == std::string::npos ? "" : file.substr(dot);
+                return end == ".svg" || end == ".png" ? std::string()
+                                                      : quoted(file) + " does not end in .svg or .png";
+            },
+            "")
+        ->type_name("FILE");
+    command
+        .add_option("--directions", arguments->given.directions.text,
+                    "Where the + ends of the axes point, as you stand before the machine: right, left, back, "
+                    "front, up or down. By default X=right,Y=back,Z=up. Only the picture asks for it.")
+        ->type_name("X=SIDE,...");
+    command
+        .add_option(
+            "--datum", arguments->given.datum.text,
             "Which axis has the true direction; then which is held against that one, and so on. By default "
             "X,Y,Z and the parallel one: squareness of Y to X is EC0Y. Only measurements ask for it.")
         ->type_name("AXIS,...");
@@ -438,8 +503,18 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
         "WHAT",
         "Reference for the tilt of an axis on a parallel one: rail (by default), which carries it, or bed. "
         "Measurements are converted.");
+    choice("--correction", options.machine.measured_with_correction,
+           std::vector<std::pair<std::string, bool>>{{"on", true}, {"off", false}}, "STATE",
+           "State of the correction while you measured. on (by default): your tilts and measurements are "
+           "added to --in-force. off: they take its place, and the other angles in force stay.");
+    choice("--frame", options.frame,
+           std::vector<std::pair<std::string, MachineFrame>>{{"column", MachineFrame::column},
+                                                             {"portal", MachineFrame::portal}},
+           "FRAME",
+           "Frame of the machine in the picture: column or portal. By default the one that is usual for the "
+           "chain.");
     command
-        .add_option("--travel", arguments->travel,
+        .add_option("--travel", arguments->given.travel.text,
                     "Length of the test move; by default 300mm, or 12in with --unit inch.")
         ->type_name("LENGTH");
     choice("--unit", options.machine.inch,
@@ -467,7 +542,13 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
         .add_flag("--seal", options.seal,
                   "Writes the seal of its present content into each file of --table. Check the file before.")
         ->needs(table);
-    command.final_callback([arguments, &options] { read_all(*arguments, options); });
+    for (CLI::Option* const other : command.get_options())
+        if (other != input && !other->get_lnames().empty()) {
+            const std::string& name = other->get_lnames().front();
+            if (name != "json" && name != "picture" && name != "instance" && name != "help")
+                input->excludes(other);
+        }
+    command.final_callback([arguments, &options] { take_squareness(given_by(*arguments), options); });
 }
 
 }  // namespace plumb::commissioning

@@ -7,7 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "components/commissioning/squareness/machine_frame.hpp"
 #include "components/commissioning/squareness/squareness_advice.hpp"
+#include "components/commissioning/squareness/squareness_given.hpp"
+#include "components/commissioning/squareness/view_directions.hpp"
 #include "components/math/geometry/corner.hpp"
 #include "components/math/geometry/probed_shape.hpp"
 
@@ -26,6 +29,7 @@ struct SquarenessOptions {
         std::string own;    // text of the artifact's own uncertainty: an angle, or a length for a ring
     };
 
+    SquarenessGiven given;
     TiltedMachine machine;  // without measurements
     std::string instance = "square";
     std::vector<Measured> measured;
@@ -33,10 +37,18 @@ struct SquarenessOptions {
     std::vector<std::string> tables;  // files to be checked, and nothing else
     bool seal = false;                // writes their seals
     bool json = false;                // for a screen
+    std::string input;                // a document that describes the machine in the place of options
+    std::string picture;              // file to be drawn
+    ViewDirections directions;
+    MachineFrame frame = MachineFrame::any;
 };
 
 // Declares the arguments of the command, which are parsed into `options`.
 void declare_squareness(CLI::App& command, SquarenessOptions& options);
+
+// Reads the texts into `options`, which has unit, reading, datum and correction already. Throws
+// CLI::ValidationError with the place and the reason.
+void take_squareness(const SquarenessGiven& given, SquarenessOptions& options);
 
 // Throws std::runtime_error with the file and the reason.
 SquarenessOptions::Measured measured_by(const SquarenessOptions::Points& points, const AxisChain& chain);

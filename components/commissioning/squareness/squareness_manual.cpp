@@ -106,6 +106,57 @@ its own error from that of the axes. own-u is an ANGLE, the direction of a face;
 
 The file has no checksum. With more points than necessary, a damaged digit makes a point leave the shape, and the file is
 refused with its line, or the change is within the uncertainty.)"},
+         {"BEFORE AND AFTER",
+          R"(The output compares each two axes over 1 m, or 1 ft on an inch machine: before, with --in-force, and after, with the new
+settings. A correction leaves 0, with an uncertainty (k=2) from all measurements and given angles: about 95 of 100 machines
+are within it. Straightness is not included. Two axes without a measurement are named.
+
+On a machine with angles in force, switch the correction off before you measure, and add --correction off. Your angles then
+take the place of the same angles in force; all others stay. With the correction on, your angles are added.
+
+Two measurements of the same axes that are more than ten times their uncertainty apart are refused: a sign or a unit is
+wrong.)"},
+         {"JSON",
+          R"(A document gives the whole machine at once, for a screen or a script:
+
+  plumb squareness --input machine.json --json
+
+  {"chain": "w-X.b-W-Y-Z-C-t",
+   "correction": "off",
+   "leans": [{"lean": "X+Y", "angle": "10um/m", "U": "4um/m"}],
+   "in_force": [{"name": "EA0W", "angle": 1e-5}],
+   "measurements": [{"by": "square", "move": "Z", "plunger": "+X",
+     "at": [0, 300], "reads": "0:20um", "u": "1um"}]}
+
+Only chain is necessary. The others are unit, reading, against, datum, travel, directions and frame, as the options of the
+same names. A lean has lean or the name of a quantity; u is its standard uncertainty, U twice that. A measurement is by
+square, diagonals or points, with the fields of that option. Numbers are rad and mm; texts have a unit. correction is
+necessary beside in_force.
+
+The output repeats the document as input. You may give the whole output to --input: it gives itself. Its other keys:
+
+  leans     each lean that the chain can have: both directions, the
+            sign and the pin of each; measured, in_force and settled
+            with U; before, words
+  corrects  of a lean: the axis moved, the error, and its factor
+  can_correct, why_not
+            false if the lean alone corrects nothing on this chain
+  corners   each two axes: basis, uncorrected, before, after, U, words
+  settings  pins and values to set
+  slopes, slopes_before
+            travel of the tip for 1 of X, Y and Z, by the measured
+            tilts alone, and with the angles in force
+
+Errors name the place: machine.json: leans[1]: axis Y cannot lean towards -X and +X at once: choose one.)"},
+         {"PICTURE",
+          R"(Draw the machine with its leans, enlarged:
+
+  plumb squareness --chain w-Z.b-X-Y-C-t --lean Y+X=60um/m \
+    --directions X=left,Y=up,Z=back --picture machine.svg
+
+Each axis has an arrow to its + end, a leaning axis a dashed one. --directions describes your machine: where the + ends point
+as you stand before it. Two of the three are enough. The axes are right-handed; others are refused. The chain does not define
+the frame: --frame column or --frame portal selects another one.)"},
          {"ERROR TABLES",
           R"(Check a file of error tables before the component reads it:
 
