@@ -57,7 +57,7 @@ def chosen(name):
     words, ending = (name + "_test", name + "_test.py") if "." not in name else ("(%s, %s)" % tuple(name.split(".")), "_test.cpp")
     for path in glob.glob(os.path.join(ROOT, "tests", "**", "*" + ending), recursive=True):
         if path.endswith(os.sep + ending):
-            return Tested(os.path.relpath(path, ROOT), "unittest.main()")
+            return Tested(os.path.relpath(path, ROOT), "unittest.TestCase")
         if words in read(path):
             return Tested(os.path.relpath(path, ROOT), words)
     return Tested("tests", words)
@@ -107,6 +107,7 @@ COMMANDS = {
     "components/compensation/chopping/README.md": {
         "build/bin/plumb bench ...": HERE,
         "scripts/test -R grinder_linuxcnc": chosen("grinder_linuxcnc"),
+        "scripts/test -R Chopping.Shifts...": chosen("Chopping.ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay"),
     },
     "components/compensation/squareness/README.md": {
         "build/bin/plumb bench ...": HERE,
@@ -154,6 +155,7 @@ COMMANDS = {
         "plumb run --speed 10 -- linuxcnc -r lathe.ini": Run(then="grep -q '^T1 .* Y-0' tool.tbl"),
         "plumb bench configs/lathe/bench.hal ...": Run(".", then="test -s lathe.csv"),
         "plumb run -- linuxcnc axis.ini": Started("lathe/axis.ini"),
+        "plumb bench configs/lathe/by_hand.hal ...": Run(".", then="grep -q '^1,-0.03' height.csv"),
     },
     "configs/mill/README.md": {
         "cp -rL ...": COPY,
