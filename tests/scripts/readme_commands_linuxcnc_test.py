@@ -97,6 +97,15 @@ COMMANDS = {
         "new tests/...": Run(".", before="new()", then="grep -q SimFeedDrive tests/components/plants/sim_feed_drive_test.cpp"),
         "scripts/test -R ...": LONG,
     },
+    "components/io/sensor/README.md": {
+        "scripts/sensor-speed": LONG,
+        "scripts/campaign sensors --count 12 --fresh": LONG,
+        "scripts/bench mill --load-every 0.1": Run(".", change=("--load-every", "--for 6min --output mill --load-every")),
+    },
+    "components/screens/README.md": {
+        "plumb panel": Tested("tests/components/screens/panel_window_test.py", '"plumb-panel"'),
+        "python3 tests/support/panel_texts.py build": Run("."),
+    },
     # The tables of claims: the benches of a page take at most 4 s.
     "components/compensation/centre_height/README.md": {
         "build/bin/plumb bench ...": HERE,
@@ -126,15 +135,6 @@ COMMANDS = {
         "scripts/bench growth_test": Other("scripts/benches/README.md"),
         "build/bin/plumb growth identify configs/growth/logs/growth-*.csv": IDENTIFY,
         "scripts/bench axis_growth": Other("scripts/benches/README.md"),
-    },
-    "components/io/sensor/README.md": {
-        "scripts/sensor-speed": LONG,
-        "scripts/campaign sensors --count 12 --fresh": LONG,
-        "scripts/bench mill --load-every 0.1": Run(".", change=("--load-every", "--for 6min --output mill --load-every")),
-    },
-    "components/screens/README.md": {
-        "plumb panel": Tested("tests/components/screens/panel_window_test.py", '"plumb-panel"'),
-        "python3 tests/support/panel_texts.py build": Run("."),
     },
     "configs/grinder/README.md": {
         "cp -rL ...": COPY,
