@@ -29,6 +29,9 @@ Tested = collections.namedtuple("Tested", "path words")
 # A command that starts an INI file which a test starts.
 Started = collections.namedtuple("Started", "ini")
 
+# A command of another page, which has its entry.
+Other = collections.namedtuple("Other", "page")
+
 # A command that runs here: in this folder (of the configuration; "." is the clone), after a line of the shell, with a change of
 # its text, and with a line that succeeds if it had its effect.
 Run = collections.namedtuple("Run", "folder before change then", defaults=("", "", None, ""))
@@ -49,10 +52,23 @@ def bench(name):
     return Tested(next((os.path.relpath(path, ROOT) for path in paths if words in read(path)), "tests/scripts"), words)
 
 
+def chosen(name):
+    """A test that `scripts/test -R` chooses: a file in Python, or a TEST_F in C++."""
+    words, ending = (name + "_test", name + "_test.py") if "." not in name else ("(%s, %s)" % tuple(name.split(".")), "_test.cpp")
+    for path in glob.glob(os.path.join(ROOT, "tests", "**", "*" + ending), recursive=True):
+        if path.endswith(os.sep + ending):
+            return Tested(os.path.relpath(path, ROOT), "unittest.TestCase")
+        if words in read(path):
+            return Tested(os.path.relpath(path, ROOT), words)
+    return Tested("tests", words)
+
+
 def read(path):
     with open(path, encoding="utf-8") as file:
         return file.read()
 
+
+HERE = Run(".")
 
 # By page: a command, or the beginning of one and "...".
 COMMANDS = {
@@ -95,6 +111,36 @@ COMMANDS = {
         "plumb panel": Tested("tests/components/screens/panel_window_test.py", '"plumb-panel"'),
         "python3 tests/support/panel_texts.py build": Run("."),
     },
+    # The tables of claims: the benches of a page take at most 4 s.
+    "components/compensation/centre_height/README.md": {
+        "build/bin/plumb bench ...": HERE,
+        "scripts/test -R lathe_panel_linuxcnc": chosen("lathe_panel_linuxcnc"),
+        "scripts/test -R lathe_linuxcnc": chosen("lathe_linuxcnc"),
+        "scripts/test -R CentreHeight.LaserBeamsGiveDiameters": chosen("CentreHeight.LaserBeamsGiveDiameters"),
+    },
+    "components/compensation/chopping/README.md": {
+        "build/bin/plumb bench ...": HERE,
+        "scripts/test -R grinder_linuxcnc": chosen("grinder_linuxcnc"),
+        "scripts/test -R Chopping.Shifts...": chosen("Chopping.ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay"),
+    },
+    "components/compensation/squareness/README.md": {
+        "build/bin/plumb bench ...": HERE,
+        "build/bin/plumb squareness ...": HERE,
+        "scripts/test -R portal_linuxcnc": chosen("portal_linuxcnc"),
+    },
+    "components/compensation/thermal_displacement/README.md": {
+        "build/bin/plumb bench ...": HERE,
+        "scripts/test -R mill_linuxcnc": chosen("mill_linuxcnc"),
+    },
+    "components/compensation/thermal_growth_test/README.md": {
+        "build/bin/plumb bench ...": HERE,
+        "build/bin/plumb run --speed 10 -- linuxcnc configs/growth/growth.ini": LONG,
+        "scripts/test -R growth_linuxcnc": chosen("growth_linuxcnc"),
+        "build/bin/plumb growth report configs/growth/logs/growth-*.csv": REPORT,
+        "scripts/bench growth_test": Other("scripts/benches/README.md"),
+        "build/bin/plumb growth identify configs/growth/logs/growth-*.csv": IDENTIFY,
+        "scripts/bench axis_growth": Other("scripts/benches/README.md"),
+    },
     "configs/grinder/README.md": {
         "cp -rL ...": COPY,
         "plumb run --speed 10 -- linuxcnc grinder.ini": Run(),
@@ -114,6 +160,7 @@ COMMANDS = {
         "plumb run --speed 10 -- linuxcnc -r lathe.ini": Run(then="grep -q '^T1 .* Y-0' tool.tbl"),
         "plumb bench configs/lathe/bench.hal ...": Run(".", then="test -s lathe.csv"),
         "plumb run -- linuxcnc axis.ini": Started("lathe/axis.ini"),
+        "plumb bench configs/lathe/by_hand.hal ...": Run(".", then="grep -q '^1,-0.03' height.csv"),
     },
     "configs/mill/README.md": {
         "cp -rL ...": COPY,
@@ -216,6 +263,9 @@ class Listed(unittest.TestCase):
                         self.assertTrue(os.path.isfile(path) and how.words in read(path), "%s has no %s" % how)
                     elif isinstance(how, Started):
                         self.assertIn(how.ini, started)
+                    elif isinstance(how, Other):
+                        self.assertIn(key, COMMANDS[how.page])
+                        self.assertNotIsInstance(COMMANDS[how.page][key], Other)
                     elif not isinstance(how, Run):
                         self.assertIn(how, REASONS)
 

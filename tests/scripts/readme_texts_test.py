@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A README that quotes a text of a screen, "in quotation marks", quotes one that exists; and so it names the pages of plumb panel."""
+"""A README that quotes a text of a screen, "in quotation marks", quotes one that exists; so it names the pages of plumb panel, and pins in its tables."""
 
 import glob
 import os
 import re
+import subprocess
 import tomllib
 import unittest
 
 import pages
 import panel_texts
+from support import simulations  # for the way to plumb.py
 from tree import BUILD, ROOT
 
 # Texts in quotation marks that neither the panel nor a message shows: the file that has them, or the reason.
@@ -92,6 +94,76 @@ class Texts(unittest.TestCase):
             self.assertTrue(is_shown(text, shown), text)
         for text in ("Ref", "Valid, of 5", "Learn again", "Limited"):
             self.assertFalse(is_shown(text, shown), text)
+
+
+class Claims(unittest.TestCase):
+    """The table of each function: claim by claim of its source, which pin, setting or program does it, and which command shows it."""
+
+    FUNCTIONS = ("centre_height", "chopping", "squareness", "thermal_displacement", "thermal_growth_test")
+    # Rows without a command: no part of Plumb does it.
+    UNSHOWN = {"centre_height": ["The height is worked out elsewhere and entered"]}
+
+    def tables(self):
+        for function in self.FUNCTIONS:
+            rows, commands = pages.claims("components/compensation/%s/README.md" % function)
+            yield function, rows, commands
+
+    def test_each_function_has_a_whole_table(self):
+        for function, rows, commands in self.tables():
+            with self.subTest(function):
+                self.assertGreaterEqual(len(rows), 7)
+                self.assertGreaterEqual(len(commands), 7)
+                self.assertEqual({cells for cells, _ in rows}, {5})
+                for _, row in rows:
+                    self.assertTrue(row.code and row.files and row.difference, "%s, line %d" % (row.page, row.line))
+
+    def test_each_row_has_its_commands_and_each_command_a_row(self):
+        for function, rows, commands in self.tables():
+            with self.subTest(function):
+                self.assertEqual(sorted(commands), list(range(1, len(commands) + 1)))
+                self.assertEqual([number for number, lines in commands.items() if len(lines) > 1], [])
+                self.assertEqual({number for _, row in rows for number in row.numbers}, set(commands))
+                self.assertEqual([row.text for _, row in rows if not row.numbers], self.UNSHOWN.get(function, []))
+
+    def test_pins_settings_and_files_of_a_row_exist(self):
+        import plumb
+
+        for function, rows, _ in self.tables():
+            declared = plumb.declarations(function)
+            own = {*declared["pins"], *declared["options"]}
+            for _, row in rows:
+                with self.subTest("%s:%d" % (row.page, row.line)):
+                    for file in row.files:
+                        self.assertTrue(os.path.isfile(os.path.join(ROOT, file)), file)
+                    linked = "\n".join(pages.read(file) for file in row.files)
+                    for words in row.code:
+                        self.assertTrue(words in own or is_program(words) or contains(linked, words),
+                                        "%s, line %d: %s is neither a pin of %s nor in a linked file" % (row.page, row.line, words, function))
+
+    def test_words_and_programs_are_recognised(self):
+        self.assertTrue(contains("net a motion.tooloffset.z => b", "motion.tooloffset.z"))
+        self.assertFalse(contains("o<m4551> sub", "M455"))
+        self.assertTrue(is_program("plumb growth identify"))
+        self.assertFalse(is_program("plumb growth guess"))
+        self.assertFalse(is_program("feed"))
+
+
+def contains(text, words):
+    """Whether a file has these words, whole, in capitals or not."""
+    return re.search(r"(?<![\w-])" + re.escape(words) + r"(?![\w-])", text, re.I) is not None
+
+
+def is_program(words):
+    """A program of Plumb, or plumb with its commands."""
+    name, *commands = words.split()
+    known = os.path.isfile(os.path.join(BUILD, "bin", name))
+    for place, command in enumerate(commands):
+        known = known and "\n  %s " % command in helped(name, *commands[:place])
+    return known
+
+
+def helped(name, *commands):
+    return subprocess.run([os.path.join(BUILD, "bin", name), *commands, "--help"], capture_output=True, text=True).stdout
 
 
 if __name__ == "__main__":

@@ -14,6 +14,11 @@ PROGRAMS = os.pathsep.join([os.path.join(BUILD, "bin"), os.environ["PATH"]])
 
 Found = collections.namedtuple("Found", "page line text")
 
+# A row of the table of claims: its first cell, its words in code, the files it links to, why it differs, and the numbers of
+# its commands.
+Claim = collections.namedtuple("Claim", "page line text code files difference numbers")
+CLAIMS = "## The source, claim by claim"
+
 
 def readmes():
     """README.md, CONTRIBUTING.md, and every page of a folder."""
@@ -55,6 +60,29 @@ def commands(page, text=None):
                 if line:
                     found.append(Found(page, number + place, line))
     return found
+
+
+def claims(page):
+    """The rows of the table of claims of a page, and its commands by their numbers."""
+    text = read(page)
+    if "\n" + CLAIMS + "\n" not in text:
+        return [], {}
+    before, section = text.split("\n" + CLAIMS + "\n", 1)
+    section = re.split(r"^## ", section, maxsplit=1, flags=re.M)[0]
+    first = before.count("\n") + 3
+    rows = []
+    for place, line in enumerate(section.splitlines()):
+        if line.startswith("|"):
+            cells = [cell.strip() for cell in line.strip("|").split("|")]
+            files = [os.path.normpath(os.path.join(os.path.dirname(page), link)) for link in re.findall(r"\]\(([^)#]+)", line)]
+            numbers = [int(number) for number in re.findall(r"\d+", cells[-1])]
+            rows.append((len(cells), Claim(page, first + place, cells[0], re.findall(r"`([^`]+)`", line), files, cells[-2], numbers)))
+    numbered = {}
+    for line in section.splitlines():
+        found = re.match(r"    (\S.*?) +# (\d+)$", line)
+        if found:
+            numbered.setdefault(int(found[2]), []).append(found[1])
+    return rows[2:], numbered
 
 
 def _is_command(line):
