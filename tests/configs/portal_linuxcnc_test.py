@@ -294,6 +294,19 @@ class Portal(Shift, unittest.TestCase):
         change(program, "    G1 X#<half>\n    o<corner> call\n    G1 Y#<half>\n", "    G1 X#<half> Y#<half>\n")
         change(program, "    G1 X[-#<half>]\n    o<corner> call\n", "")
 
+    def test_rail_corrects_its_own_travel_if_it_is_to(self):
+        stays, corrects, stays_again = np.array(self.facts["rail"])
+        for z, own, applied, nominal, place in (stays, stays_again):
+            self.assertEqual((own, applied), (0, 0))
+            self.assertAlmostEqual(place, nominal, delta=STILL)
+        z, own, applied, nominal, place = corrects
+        self.assertAlmostEqual(own, 20 - 20 / 0.9995, delta=nm)
+        self.assertLess(own, -10 * um)
+        self.assertAlmostEqual(applied, own, delta=STILL)
+        self.assertAlmostEqual(place - nominal, own, delta=STILL)
+        self.assertAlmostEqual(stays[0] - z, own, delta=10 * nm)
+        self.assertAlmostEqual(stays_again[0], stays[0], delta=nm)
+
     def turned_by(self, ways, level):
         _, y, z, w = ways
         return (

@@ -21,7 +21,8 @@ RAIL = ["joint.3.pos-cmd"]
 RAIL += ["square.e%s0%s-in-use" % (rotation, letter) for letter in "wz" for rotation in "ab"]
 
 STRAIGHT = "# machine: a lathe\nX,EYX\n-260,0\n260,0\n# end, 2 rows\n"
-CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n# end, 3 rows\n"
+CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n"
+SHORT = "W,EZW\n-200,0.1\n0,0\n10,-0.005\n"  # a scale that shows 0.5 mm/m too much
 
 MOVES = (
     "G1 X100 Y120 Z-120 F9000",
@@ -161,7 +162,8 @@ class Shift(Scenario):
         self.host.set("square.max-rate", 0.1)
 
     def reload_a_table(self):
-        for serial, table in enumerate((CROOKED, STRAIGHT), start=self.host.get("square.serial") + 1):
+        crooked = CROOKED + (SHORT + "# end, 6 rows\n" if self.has_rail else "# end, 3 rows\n")
+        for serial, table in enumerate((crooked, STRAIGHT), start=self.host.get("square.serial") + 1):
             with open("errors.csv", "w") as file:
                 file.write(table)
             self.host.set("square.reload", True)
@@ -169,6 +171,16 @@ class Shift(Scenario):
             self.await_ramp()
             self.host.set("square.reload", False)
             self.facts.setdefault("reloaded", []).append(self.host.get("square.y-correction"))
+            if self.has_rail and table is crooked:
+                self.rail_corrects()
+
+    def rail_corrects(self):
+        for corrects in (False, True, False):
+            self.host.set("square.parallel-axis-corrects", corrects)
+            self.await_ramp()
+            self.rest()
+            pins = ("square.z-correction", "square.w-correction", "w-stage.applied-offset", "joint.3.pos-cmd", "portal.w-position")
+            self.facts.setdefault("rail", []).append([self.host.get(pin) for pin in pins])
 
     def off_and_on(self):
         for _ in range(2):

@@ -9,7 +9,9 @@
 #include "hal/offset.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace plumb {
@@ -58,7 +60,8 @@ For X. Wire Y and Z in the same way.
 The positions are those of joint.N.pos-cmd: they contain neither the correction nor screw compensation. Do not net
 joint.N.motor-pos-cmd. joint_offset(9) has the other lines of a stage. interlock(9) joins ramping of all stages.
 max-rate of a stage must be above the speed of the correction in a rapid, and max-offset at least max-correction.
-configs/portal/stages.hal has all lines. For the feed-forward of a drive take x-corrected-velocity.)"},
+configs/portal/stages.hal has all lines. For the feed-forward of a drive take x-corrected-velocity. A cross rail W that
+corrects its own travel needs a stage too, with w-correction; configs/portal/w_axis.hal has its lines.)"},
                                       hal::SettingUp{R"(
 1. Write the chain as in ISO 10791: the axes that carry the work before b, the bed; the axes that carry the tool after it.
 w-Z.b-X-Y-C-t is a column on X with the spindle head on Y and the work on Z. w-X.b-W-Y-Z-C-t is a portal with a cross
@@ -75,7 +78,9 @@ Set to-bed true if the tilt of an axis on a parallel one, such as Z on W, was me
 4. Set the pivots to the position where the tilts displace nothing, such as the place where the machine was squared.
 Set L-tool-follows false for a spindle or table that was set up square on a leaning guide.
 5. Check the sign with one move: with enable true, an indicator that climbs the square stands still.
-6. For more than tilts, load tables of the errors of ISO 230-1, in mm and rad on every machine:
+6. Leave parallel-axis-corrects false if U, V or W is clamped while it cuts: it stays, and X, Y and Z correct for it. With
+true it corrects its own travel: what its tilt, some nm, and the scale in its table, such as EZW, take from it.
+7. For more than tilts, load tables of the errors of ISO 230-1, in mm and rad on every machine:
 
     # machine: portal mill 7
     # date: 2026-11-20
@@ -90,7 +95,7 @@ refused. The lines in front are optional. The seal is the CRC-32, as in zip, of 
 line feed; with it, a changed or damaged file is refused. plumb squareness --table FILE checks a file, and with --seal writes
 the seal. Without a seal, write # end, 2 rows: the table is used, and the load names it. Tables add to the tilts: do not give
 one squareness in both. A rising edge of reload reads the tables again.
-7. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.)"},
+8. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.)"},
                                       hal::Behaviour{R"(
 - Start, not homed: No correction, and nothing moves.
 - All joints homed, enable, edited angle, new table: The correction changes at max-rate, at most. ramping is true meanwhile.
@@ -142,10 +147,10 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
                                   "Speed along the path: motion.current-vel."};
     hal::In<bool> reload{this, "reload", false, "A rising edge reads the tables again."};
 
-    hal::Axes<hal::Out<double>, 3> correction{this, "%-correction", "mu", "Correction of %, for its stage."};
-    hal::Axes<hal::Out<double>, 3> corrected_position{this, "%-corrected-position", "mu",
+    hal::Axes<hal::Out<double>, 6> correction{this, "%-correction", "mu", "Correction of %, for its stage."};
+    hal::Axes<hal::Out<double>, 6> corrected_position{this, "%-corrected-position", "mu",
                                                       "Commanded position of % with its correction."};
-    hal::Axes<hal::Out<double>, 3> corrected_velocity{this, "%-corrected-velocity", "mu/s",
+    hal::Axes<hal::Out<double>, 6> corrected_velocity{this, "%-corrected-velocity", "mu/s",
                                                       "Commanded velocity of % with its correction."};
     hal::Axes<hal::Out<double>, 3> error{this, "%-error", "mu",
                                          "Error of the tip here without correction, in %."};
@@ -161,8 +166,9 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
     hal::Out<std::int32_t> tables{this, "tables", "Axes that have a table."};
     hal::Out<std::int32_t> serial{this, "serial", "Number of successful reloads of the tables."};
 
-    hal::Offset moves[3]{
-        {this, moving(correction[0])}, {this, moving(correction[1])}, {this, moving(correction[2])}};
+    hal::Offset moves[6]{{this, moving(correction[0])}, {this, moving(correction[1])},
+                         {this, moving(correction[2])}, {this, moving(correction[3])},
+                         {this, moving(correction[4])}, {this, moving(correction[5])}};
 
     hal::Function run{this, "update", &Squareness::update, hal::Place::source};
 
@@ -170,6 +176,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
         axes_ = AxisChainReader::read(chain);
         tables_.load(table, axes_);
         for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
+        parallel_ = axes_.parallel_axis();
         model_ = SquarenessModel(axes_, unit.millimetres());
         settings.judge(axes_);
         model_.set(settings.values(), tool_, false);
@@ -198,7 +205,13 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
             corrected_velocity[i] = motion_.velocity[i] + ramp_.velocity()[i];
             error[i] = homed ? result_.error[i] : 0;
         }
-        ramping = ramp_.ramping();
+        if (parallel_) {
+            const auto i = static_cast<std::size_t>(*parallel_);
+            correction[i] = parallel_ramp_.offset()[0];
+            corrected_position[i] = motion_.position[3] + parallel_ramp_.offset()[0];
+            corrected_velocity[i] = motion_.velocity[3] + parallel_ramp_.velocity()[0];
+        }
+        ramping = is_ramping();
         report(tool_known, jumped && was_active);
         settle(dt);
     }
@@ -273,14 +286,18 @@ private:
         }
         if (jumped || before.steady != last.steady) before = last;
         ramp_.step(result_.wanted, before.wanted, settings.values().max_rate, dt);
+        parallel_ramp_.step(result_.wanted_parallel, before.wanted_parallel, settings.values().max_rate, dt);
     }
+
+    bool is_ramping() const noexcept { return ramp_.ramping() || parallel_ramp_.ramping(); }
 
     void report(bool tool_known, bool jumped) noexcept {
         const bool active = model_.active();
-        const Bound bound = hal::first<Bound>({{settings.limited(), Bound::angle},
-                                               {ramp_.limited(), Bound::correction},
-                                               {active && jumped, Bound::jump},
-                                               {active && result_.beyond_table, Bound::table}});
+        const Bound bound =
+            hal::first<Bound>({{settings.limited(), Bound::angle},
+                               {ramp_.limited() || parallel_ramp_.limited(), Bound::correction},
+                               {active && jumped, Bound::jump},
+                               {active && result_.beyond_table, Bound::table}});
         limited = bound;
         is_limited_ = bound != Bound::none;
         const Fault code = hal::first<Fault>({{!motion_known_, Fault::motion},
@@ -299,15 +316,15 @@ private:
 
     void settle(double dt) noexcept {
         const bool stages_ramp = stages_ramping;
-        settling_.step(
-            {tool_changed_, ramp_.ramping() || stages_ramp, model_.active(), has_fault_, is_limited_,
-             coordinated, motion_type, path_velocity, settings.values().settling_time},
-            dt);
+        settling_.step({tool_changed_, is_ramping() || stages_ramp, model_.active(), has_fault_, is_limited_,
+                        coordinated, motion_type, path_velocity, settings.values().settling_time},
+                       dt);
         settling = settling_.holds();
         unsettled = settling_.ended();
     }
 
     AxisChain axes_;
+    std::optional<Axis> parallel_;  // U, V or W
     ErrorTables tables_;
     SquarenessModel model_{AxisChain{}, 1};
     SquarenessModel::Motion motion_;                  // last good values
@@ -315,7 +332,8 @@ private:
     bool motion_known_ = true;
     SquarenessModel::Result result_;
     RampedCorrection ramp_;
-    bool reloading_ = true;  // a reload that is true already asks for nothing
+    RampedCorrectionOf<1> parallel_ramp_;  // of U, V or W
+    bool reloading_ = true;                // a reload that is true already asks for nothing
     std::int32_t serial_ = 0;
     Settling settling_;
     bool tool_changed_ = false, has_fault_ = false, is_limited_ = false;  // in this period

@@ -32,8 +32,9 @@ constexpr const char* sentence(Fault fault) {
                    "max-rate (to 10), max-speed (to 1e5) or settling-time (to 3600); the last good set of "
                    "settings stays in force.";
         case Fault::axis:
-            return "An angle or a pivot is set for an axis that the chain does not have; the last good set "
-                   "of settings stays in force.";
+            return "An angle, a pivot or parallel-axis-corrects is set for an axis that the chain does not "
+                   "have; "
+                   "the last good set of settings stays in force.";
         case Fault::datum:
             return "The setting to-bed is true, and no axis of the chain rides on one parallel to it; the "
                    "last good set "

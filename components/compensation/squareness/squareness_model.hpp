@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
@@ -21,6 +22,7 @@ public:
     };
     struct Result {
         RampedCorrection::Wanted wanted;
+        RampedCorrectionOf<1>::Wanted wanted_parallel;    // of U, V or W
         Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, tip error without correction
         bool beyond_table = false;                        // a table does not reach here
         bool steady = true;  // false: it changes with the position as on no machine, and is invalid
@@ -28,7 +30,10 @@ public:
 
     // `millimetres` in a machine unit; tables are in millimetres.
     SquarenessModel(const AxisChain& axes, double millimetres) noexcept
-        : axes_(axes), millimetres_(millimetres), correction_(KinematicChain({axes, {}, {}, {}})) {}
+        : axes_(axes),
+          parallel_(axes.parallel_axis()),
+          millimetres_(millimetres),
+          correction_(KinematicChain({axes, {}, {}, {}})) {}
 
     const Eigen::Vector3d& tool() const noexcept { return tool_; }
     bool active() const noexcept { return active_; }
@@ -38,6 +43,7 @@ public:
         tool_ = tool;
         active_ = active;
         most_ = settings.max_correction;
+        shares_ = settings.parallel_axis_corrects && parallel_;
         KinematicChain::Settings s;
         s.axes = axes_;
         s.reading = settings.reading();
@@ -55,23 +61,30 @@ public:
         const AxisPosition q = motion.position - pivot_;
         TipCorrection::Correction c;
         for (int step = 0; step < 3; ++step) {
-            result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_), tables);
-            c = correction_.at(q, tool_, led_to_);
-            result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5;
+            result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_, share_.offset), tables);
+            const TipCorrection::Share last = share_;
+            share_ = shares_ ? correction_.share(*parallel_, q, last.offset) : TipCorrection::Share{};
+            c = correction_.at(q, tool_, led_to_, share_);
+            result.steady =
+                c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5 && std::abs(share_.slope) <= 0.5;
             if (!result.steady) {
                 led_to_.setZero();
+                share_ = {};
                 return result;
             }
             if (correction_.chain().linear()) break;
-            const double way = (c.offset - led_to_).norm();
+            const double way = (c.offset - led_to_).norm() + std::abs(share_.offset - last.offset);
             led_to_ = c.offset;
             if (way * millimetres_ < near) break;
         }
         result.error = c.error;
         result.wanted.most = most_;
+        result.wanted_parallel.most = most_;
         if (active_) {
             result.wanted.offset = c.offset;
             result.wanted.velocity = c.slopes * motion.velocity;
+            result.wanted_parallel.offset[0] = share_.offset;
+            result.wanted_parallel.velocity[0] = share_.slope * motion.velocity[3];
         }
         return result;
     }
@@ -113,13 +126,16 @@ private:
     }
 
     AxisChain axes_;
+    std::optional<Axis> parallel_;  // U, V or W
     double millimetres_;
     AxisPosition pivot_ = AxisPosition::Zero();
     TipCorrection correction_;
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
     bool active_ = false;
     double most_ = 0;                                   // mu
+    bool shares_ = false;                               // U, V or W corrects its own travel
     Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the last correction
+    TipCorrection::Share share_{};                      // of U, V or W, the last
 };
 
 }  // namespace plumb

@@ -31,6 +31,9 @@ struct SquarenessSettings final : hal::Group {
         "A tilt turns the axes parallel to it alone, and the tool; else all behind it."};
     hal::In<bool> to_bed{this, "to-bed", false,
                          "The tilt of an axis on a parallel one was measured to the bed; else to that one."};
+    hal::In<bool> parallel_axis_corrects{
+        this, "parallel-axis-corrects", false,
+        "U, V or W corrects its own travel; false: it stays, and X, Y and Z correct for it."};
     hal::In<double> radial_offset{this, "radial-offset", 0, "mu",
                                   "Distance of the tip from the tool's axis."};
     hal::In<double> radial_direction{this, "radial-direction", 0, "deg",
@@ -55,16 +58,18 @@ struct SquarenessSettings final : hal::Group {
 
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;
-        bool axis_direction = false, to_bed = false, radial_is_diameter = false;
+        bool axis_direction = false, to_bed = false, parallel_axis_corrects = false,
+             radial_is_diameter = false;
         double radial_offset = 0, radial_direction = 0;                   // mu, deg
         Eigen::Vector3d reference_tool_offset = Eigen::Vector3d::Zero();  // mu
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
 
         bool operator==(const Values& other) const noexcept {
             const auto all = [](const Values& v) {
-                return std::tie(v.axes, v.axis_direction, v.to_bed, v.radial_is_diameter, v.radial_offset,
-                                v.radial_direction, v.reference_tool_offset, v.max_angle, v.max_correction,
-                                v.max_rate, v.max_speed, v.settling_time);
+                return std::tie(v.axes, v.axis_direction, v.to_bed, v.parallel_axis_corrects,
+                                v.radial_is_diameter, v.radial_offset, v.radial_direction,
+                                v.reference_tool_offset, v.max_angle, v.max_correction, v.max_rate,
+                                v.max_speed, v.settling_time);
             };
             return all(*this) == all(other);
         }
@@ -110,6 +115,7 @@ private:
         for (std::size_t i = 0; i < given.axes.size(); ++i) given.axes[i] = axes[i].read();
         given.axis_direction = axis_direction;
         given.to_bed = to_bed;
+        given.parallel_axis_corrects = parallel_axis_corrects;
         given.radial_is_diameter = radial_is_diameter;
         given.radial_offset = radial_offset;
         given.radial_direction = radial_direction;
@@ -164,6 +170,7 @@ private:
             return Fault::limit;
         for (const Axis axis : all_axes)
             if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;
+        if (usable.parallel_axis_corrects && !chain.parallel_axis()) return Fault::axis;
         if (usable.to_bed && !chain.stacked()) return Fault::datum;
         if (usable.radius() != 0 && !usable.directed()) return Fault::direction;
         return Fault::none;

@@ -17,12 +17,15 @@ namespace plumb {
 //     r -> 0         at most at max-rate, as a vector
 //
 // The output stays within ±most, except while it returns at max-rate after `most` was reduced.
-class RampedCorrection {
+template <int N>
+class RampedCorrectionOf {
 public:
+    using Vector = Eigen::Matrix<double, N, 1>;
+
     struct Wanted {
-        Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // mu, of X, Y and Z
-        Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // mu/s, its change by motion
-        double most = 0;                                     // mu, of each component, either way
+        Vector offset = Vector::Zero();    // mu, of each axis
+        Vector velocity = Vector::Zero();  // mu/s, its change by motion
+        double most = 0;                   // mu, of each component, either way
     };
 
     // Motion alone has changed the wanted offset. All values are finite, dt above 0.
@@ -30,13 +33,13 @@ public:
 
     // Another cause has changed it too, from `before` to `now`.
     void step(const Wanted& now, const Wanted& before, double max_rate, double dt) noexcept {
-        const Eigen::Vector3d f = within(now.offset, now.most);
-        const Eigen::Vector3d r = rest_ + within(before.offset, before.most) - f;
+        const Vector f = within(now.offset, now.most);
+        const Vector r = rest_ + within(before.offset, before.most) - f;
         const double length = r.norm(), way = std::max(max_rate, 0.0) * dt;
-        rest_ = length > way ? Eigen::Vector3d(r - r * (way / length)) : Eigen::Vector3d::Zero();
+        rest_ = length > way ? Vector(r - r * (way / length)) : Vector::Zero();
         velocity_ = (rest_ - r) / dt;
         limited_ = f != now.offset;
-        for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Eigen::Index i = 0; i < N; ++i) {
             if (f[i] == now.offset[i]) velocity_[i] += now.velocity[i];
             const double most = std::max(now.most, std::abs(offset_[i]));
             offset_[i] = bounded(f[i] + rest_[i], most);
@@ -47,19 +50,21 @@ public:
         }
     }
 
-    const Eigen::Vector3d& offset() const noexcept { return offset_; }      // mu
-    const Eigen::Vector3d& velocity() const noexcept { return velocity_; }  // mu/s
+    const Vector& offset() const noexcept { return offset_; }      // mu
+    const Vector& velocity() const noexcept { return velocity_; }  // mu/s
     bool ramping() const noexcept { return !rest_.isZero(0); }
     bool limited() const noexcept { return limited_; }  // `most` keeps it from the wanted offset
 
 private:
-    static Eigen::Vector3d within(const Eigen::Vector3d& offset, double most) noexcept {
+    static Vector within(const Vector& offset, double most) noexcept {
         return offset.unaryExpr([most](double x) { return bounded(x, most); });
     }
 
-    Eigen::Vector3d offset_ = Eigen::Vector3d::Zero(), velocity_ = Eigen::Vector3d::Zero();
-    Eigen::Vector3d rest_ = Eigen::Vector3d::Zero();
+    Vector offset_ = Vector::Zero(), velocity_ = Vector::Zero();
+    Vector rest_ = Vector::Zero();
     bool limited_ = false;
 };
+
+using RampedCorrection = RampedCorrectionOf<3>;  // of X, Y and Z
 
 }  // namespace plumb

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -34,6 +35,12 @@ struct AxisChain {
     AxisBranch tool;
 
     bool has(Axis axis) const noexcept { return work.has(axis) || tool.has(axis); }
+    // U, V or W.
+    std::optional<Axis> parallel_axis() const noexcept {
+        for (const Axis axis : {Axis::U, Axis::V, Axis::W})
+            if (has(axis)) return axis;
+        return {};
+    }
     // On either side.
     bool stacked() const noexcept { return work.stacked() || tool.stacked(); }
 };

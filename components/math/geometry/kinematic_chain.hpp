@@ -70,6 +70,21 @@ public:
         return by_all_members(q, tool);
     }
 
+    // How far an axis travels along its own direction, by its own tilt and errors alone: of both sides.
+    struct Travel {
+        double distance;  // mu, from its pivot
+        double slope;     // its change with the position
+    };
+    Travel own_travel(Axis axis, double position) const noexcept {
+        AxisPosition q = AxisPosition::Zero();
+        q[coordinate(axis)] = position;
+        Tip travel = travel_of(axis, q, errors_at(q));
+        for (const TiltedBranch* branch : {&tool_, &work_})
+            for (int i = 0; i < branch->size(); ++i)
+                if (branch->axis(i) == axis) turn(branch->tilt(i), travel);
+        return {travel.place[direction(axis)], travel.slopes(direction(axis), coordinate(axis))};
+    }
+
     // (R - 1) T: by how much the tilts alone displace the tip of a tool. In mu.
     Eigen::Vector3d tool_displacement(const Eigen::Vector3d& tool) const noexcept {
         return end_rotation_ * tool - tool;

@@ -12,7 +12,12 @@ namespace plumb {
 //
 //     tip(q + c) = ideal tip(q) + displacement of the reference tool
 //
-// The axis parallel to one of them stays where it is: it is clamped when cutting.
+// The axis parallel to one of them stays where it is, as if clamped. Or it takes its share: what its own tilt
+// and errors take from its travel,
+//
+//     travel(w + share) = w      in its own direction
+//
+// and c makes up for the rest. The share depends on w alone: an axis that stands is not moved.
 class TipCorrection {
 public:
     // The reference tool, in mu, set the origin of the work: its error by the tilts is in there already.
@@ -21,6 +26,18 @@ public:
         : chain_(chain), origin_(chain.tool_displacement(reference_tool)) {}
 
     KinematicChain& chain() noexcept { return chain_; }
+
+    struct Share {
+        double offset;  // mu
+        double slope;   // its change with w
+    };
+
+    // A step of Newton from a guess: exact for a tilt alone.
+    Share share(Axis axis, const AxisPosition& q, double guess = 0) const noexcept {
+        const double w = q[coordinate(axis)];
+        const KinematicChain::Travel travel = chain_.own_travel(axis, w + guess);
+        return {guess - (travel.distance - w) / travel.slope, 1 / travel.slope - 1};
+    }
 
     struct Correction {
         Eigen::Vector3d offset;  // mu, c of X, Y and Z
@@ -32,13 +49,15 @@ public:
     // of second order in its length remains: repeat the step from its result, with the errors there, until
     // it is short enough.
     Correction at(const AxisPosition& q, const Eigen::Vector3d& tool,
-                  const Eigen::Vector3d& guess = Eigen::Vector3d::Zero()) const noexcept {
-        const KinematicChain::Tip tip = chain_.tip(corrected(q, guess), tool);
+                  const Eigen::Vector3d& guess = Eigen::Vector3d::Zero(),
+                  const Share& share = {0, 0}) const noexcept {
+        KinematicChain::Tip tip = chain_.tip(corrected(q, guess, share.offset), tool);
         const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
         const Eigen::Matrix3d inverse = by_offset.inverse();
         const Eigen::Vector3d rest = tip.place - chain_.ideal_tip(q, tool) - origin_;
-        return {guess - inverse * rest, inverse * (chain_.ideal_slopes() - tip.slopes),
-                rest - by_offset * guess};
+        const Eigen::Vector3d error = rest - by_offset * guess - tip.slopes.col(3) * share.offset;
+        tip.slopes.col(3) *= 1 + share.slope;
+        return {guess - inverse * rest, inverse * (chain_.ideal_slopes() - tip.slopes), error};
     }
 
     // The position q whose correction leads to this one.
@@ -49,8 +68,9 @@ public:
         return q;
     }
 
-    static AxisPosition corrected(AxisPosition q, const Eigen::Vector3d& c) noexcept {
+    static AxisPosition corrected(AxisPosition q, const Eigen::Vector3d& c, double share = 0) noexcept {
         q.head<3>() += c;
+        q[3] += share;
         return q;
     }
 

@@ -137,6 +137,49 @@ TEST(SquarenessTables, VelocityIsTheDerivativeOfPositionInMillimetresAndInInches
     velocity_is_the_derivative_of_position(25.4);
 }
 
+// A rail whose scale is wrong by 100 um/m: the rail corrects it, and no longer Z.
+TEST(SquarenessTables, CrossRailCorrectsItsScaleWithoutAStep) {
+    const Folder folder;
+    const std::string table = closed("W,EZW\n-500,-0.05\n500,0.05\n");
+    Square square(std::string(portal_chain) + " table=" + folder.write("w.csv", table).string());
+    square.set("max-rate", 0.1);
+    square.go({0, 0, 0, 300});
+    const double own = 300 / 1.0001 - 300;  // -30 um
+    EXPECT_NEAR(square.get("z-correction"), -30 * um, 1e-9);
+    EXPECT_EQ(square.get("w-correction"), 0);
+
+    square.never_faster_than(0.1);
+    square.bench.expect("abs(w_rate) <= 0.100001", {{"w", "square.w-correction"}});
+    square.bench.expect("abs(z + w + 0.029997) <= 0.00001",
+                        {{"w", "square.w-correction"}, {"z", "square.z-correction"}});
+    square.set("parallel-axis-corrects", 1);
+    square.run(0.1);
+    EXPECT_TRUE(square.get("ramping"));
+    EXPECT_NEAR(square.get("w-correction"), -10 * um, 0.2 * um);
+    square.run(0.3);
+    EXPECT_FALSE(square.get("ramping"));
+    EXPECT_NEAR(square.get("w-correction"), own, 1e-9);
+    EXPECT_NEAR(square.get("z-correction"), 0, 1e-9);
+}
+
+TEST(SquarenessTables, VelocityOfTheCrossRailIsTheDerivativeOfItsPosition) {
+    const Folder folder;
+    Square square(std::string(portal_chain) +
+                  " table=" + folder.write("w.csv", closed(table_of('W', {1.5}))).string());
+    square.set({{"ea0w", 100 * arcsec}, {"parallel-axis-corrects", 1}});
+    const auto path = [](double t) {
+        return Square::Moving{{0, 0, 0, 200 * std::sin(0.5 * t)}, {0, 0, 0, 100 * std::cos(0.5 * t)}};
+    };
+    square.go(path(0).position);
+    square.follow(path, 4);
+    const Table table = square.bench.trace(
+        3.9, {"square.w-corrected-position", "square.w-corrected-velocity", "square.w-correction"});
+    const auto own = table.column("square.w-correction");
+    EXPECT_GT(*std::max_element(own.begin(), own.end()) - *std::min_element(own.begin(), own.end()), 2 * um);
+    EXPECT_LT(worst_velocity(table, "square.w-corrected-position", "square.w-corrected-velocity"),
+              1e-8 * 100);
+}
+
 TEST(SquarenessTables, AreReadAgainWithoutAStep) {
     const Folder folder;
     WornColumn machine;

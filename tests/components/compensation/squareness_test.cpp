@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cctype>
 #include <cstdio>
 #include <limits>
 #include <random>
@@ -177,6 +178,65 @@ TEST(Squareness, PivotShimAndReferenceToolTakeAwayWhatTheyShould) {
     square.go(q);
     EXPECT_LT((square.get_xyz("error") - (machine.tip(from_pivot, {}) - ideal_tip(from_pivot, {}))).length(),
               1e-9);
+}
+
+TEST(Squareness, CrossRailStaysUnlessItIsToCorrectItsOwnTravel) {
+    Square square(portal_chain);
+    const LeaningPortal machine{100 * arcsec, -90 * arcsec, 80 * arcsec, 70 * arcsec};
+    const Vec tool{0, 0, -300};
+    const Position q{100, 600, -200, 400};
+    square.set(
+        {{"ea0w", machine.ea0w}, {"eb0w", machine.eb0w}, {"ea0z", machine.ea0z}, {"eb0z", machine.eb0z}});
+    square.set_tool(tool);
+    square.go(q);
+    EXPECT_EQ(square.get("w-correction"), 0);
+    EXPECT_EQ(square.get("w-corrected-position"), 400);
+    const double z = square.get("z-correction");
+
+    square.set("parallel-axis-corrects", 1);
+    square.go(q);
+    const double own = 400 / (std::cos(machine.ea0w) * std::cos(machine.eb0w)) - 400;
+    EXPECT_GT(own, 0.05 * um);
+    EXPECT_NEAR(square.get("w-correction"), own, 1e-12);
+    EXPECT_EQ(square.get("w-corrected-position"), 400 + square.get("w-correction"));
+    EXPECT_NEAR(square.get("z-correction"), z - own, 1e-3 * own);
+    Position there = square.corrected(q);
+    there[3] = square.get("w-corrected-position");
+    EXPECT_LT((machine.tip(there, tool) - ideal_tip(q, tool)).length(), 1e-9);
+
+    for (const Position& elsewhere : {Position{-200, -300, 50, 400}, Position{0, 100, -400, 400}}) {
+        square.go(elsewhere);
+        EXPECT_NEAR(square.get("w-correction"), own, 1e-12) << "a rail that is clamped stands";
+    }
+    square.set("enable", 0);
+    square.go(q);
+    EXPECT_EQ(square.get("w-correction"), 0);
+}
+
+TEST(Squareness, EachParallelAxisHasItsCorrection) {
+    for (const char* letter : {"u", "v", "w"}) {
+        const std::string big(1, static_cast<char>(std::toupper(letter[0])));
+        Square square("chain=w-X.b-" + big + "-Y-Z-C-t");
+        square.set({{"parallel-axis-corrects", 1}, {letter + std::string("-position"), 1000}});
+        square.set(*letter == 'w' ? "ea0w" : "ec0" + std::string(letter), 1e-3);
+        square.go({0, 0, 0, *letter == 'w' ? 1000.0 : 0.0});
+        for (const std::string axis : {"u", "v", "w"})
+            EXPECT_NEAR(square.get(axis + "-correction"), axis == letter ? 1000 / std::cos(1e-3) - 1000 : 0,
+                        1e-12)
+                << axis << " of " << letter;
+    }
+}
+
+TEST(Squareness, ChainWithoutAParallelAxisHasNoneToCorrect) {
+    Square square(column_chain);
+    square.set({{"ec0y", 100 * urad}, {"parallel-axis-corrects", 1}});
+    square.go({0, 100, 0, 0});
+    EXPECT_EQ(square.get("fault-code"), 5);
+    EXPECT_EQ(square.get("x-correction"), 0) << "the set before, without a tilt";
+    square.set("parallel-axis-corrects", 0);
+    square.go({0, 100, 0, 0});
+    EXPECT_EQ(square.get("fault-code"), 0);
+    EXPECT_NEAR(square.get("x-correction"), 10 * um, 0.01 * um);
 }
 
 // A circle that is tilted, with all four axes in motion: 100 mm/s and more.

@@ -158,6 +158,37 @@ TEST(TipCorrection, ParallelAxisStaysClamped) {
     EXPECT_EQ(there[3], 400);
 }
 
+// A rail of 500 mm that leans by 100 arcsec either way is 0.12 um too low.
+TEST(TipCorrection, ParallelAxisTakesWhatItsTiltTakesFromItsTravel) {
+    for (const TiltDatum datum : {TiltDatum::rail, TiltDatum::bed})
+        for (const TiltReading reading : {TiltReading::component, TiltReading::axis_direction}) {
+            const double ea = 100 * arcsec, eb = -100 * arcsec;
+            const Portal machine{ea, eb, -60 * arcsec, 80 * arcsec, reading, datum};
+            auto settings = chain("w-X.b-W-Y-Z-C-t");
+            settings.reading = reading;
+            settings.datum = datum;
+            settings.tilts[w].angles = {machine.ea0w, machine.eb0w, 0};
+            settings.tilts[z].angles = {machine.ea0z, machine.eb0z, 0};
+            const TipCorrection correction{KinematicChain(settings)};
+            const Vector3d tool(50, 0, -400);
+            const AxisPosition q(100, -200, -300, 500);
+
+            const TipCorrection::Share share = correction.share(Axis::W, q);
+            EXPECT_NEAR(share.offset, 500 / (std::cos(ea) * std::cos(eb)) - 500, 1e-12);
+            EXPECT_GT(share.offset, 0.1 * um);
+            EXPECT_NEAR(share.slope, share.offset / 500, 1e-15);
+            const auto c = correction.at(q, tool, Vector3d::Zero(), share), clamped = correction.at(q, tool);
+            const AxisPosition there = TipCorrection::corrected(q, c.offset, share.offset);
+            EXPECT_LT((machine.tip(there, tool) - ideal(q, tool)).norm(), 1e-6 * um);
+            EXPECT_LT((c.error - clamped.error).norm(), 1e-6 * um);
+            EXPECT_NEAR(clamped.offset.z() - c.offset.z(), share.offset, 1e-3 * share.offset);
+
+            // It is a matter of the rail alone.
+            const AxisPosition elsewhere(-100, 300, 50, 500);
+            EXPECT_EQ(correction.share(Axis::W, elsewhere).offset, share.offset);
+        }
+}
+
 TEST(TipCorrection, ReferenceToolIsNotDisplacedAtThePivot) {
     auto settings = chain("w-Z.b-X-Y-C-t");
     settings.tilts[y].angles = {60 * arcsec, 0, -80 * arcsec};
@@ -244,6 +275,44 @@ TEST(TipCorrection, SlopesAreThoseOfTheCorrection) {
             EXPECT_LT((slopes.col(i) - difference).norm(), 1e-8) << i;
         }
     }
+}
+
+// With the errors of where the axes are to go, W with its share.
+struct CorrectedWithShare {
+    CorrectedWithShare(Worn& machine, const AxisPosition& q) : c(Vector3d::Zero()), share{0, 0} {
+        for (int step = 0; step < 4; ++step) {
+            const TipCorrection correction(machine.at(TipCorrection::corrected(q, c, share.offset)));
+            share = correction.share(Axis::W, q, share.offset);
+            const auto next = correction.at(q, long_tool, c, share);
+            c = next.offset;
+            slopes = next.slopes;
+        }
+    }
+
+    Vector3d c;
+    TipCorrection::Share share;
+    PositionSlopes slopes;
+};
+
+TEST(TipCorrection, ParallelAxisTakesTheErrorsOfItsTravelByTables) {
+    Worn machine;
+    double most = 0;
+    for (double s = -500; s <= 500; s += 50) {
+        const AxisPosition q(s, -0.7 * s, 0.3 * s, 0.5 * s);
+        const CorrectedWithShare its(machine, q);
+        const AxisPosition there = TipCorrection::corrected(q, its.c, its.share.offset);
+        const KinematicChain& model = machine.at(there);
+        EXPECT_LT((model.tip(there, long_tool).place - ideal(q, long_tool)).norm(), 1e-6 * um) << s;
+        EXPECT_NEAR(model.own_travel(Axis::W, there[3]).distance, q[3], 1e-6 * um) << s;
+        most = std::max(most, std::abs(its.share.offset));
+        for (int i = 0; i < 4; ++i) {
+            const AxisPosition step = 0.1 * AxisPosition::Unit(i);
+            const CorrectedWithShare after(machine, q + step), before(machine, q - step);
+            EXPECT_LT((its.slopes.col(i) - (after.c - before.c) / 0.2).norm(), 1e-8) << i;
+            EXPECT_NEAR(i == 3 ? its.share.slope : 0, (after.share.offset - before.share.offset) / 0.2, 1e-8);
+        }
+    }
+    EXPECT_GT(most, 5 * um);
 }
 
 TEST(TipCorrection, VelocityOnACircleIsThatOfTheCorrection) {
