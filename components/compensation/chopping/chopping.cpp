@@ -11,6 +11,7 @@
 #include "components/compensation/chopping/learned_row.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
+#include "components/math/oscillation/measured_phase.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
@@ -76,7 +77,8 @@ max-limit and max-following-error.)"},
 set its max-offset and max-rate at least to those here, its offset-acceleration to eight times max-acceleration and twice
 its joint-acceleration, at least, and taper to 3: over three times its length it takes an offset away before a limit.
 2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
-3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones.
+3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones. phase-lag shows
+how late the axis is.
 4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.
 Set max-correction above the lag at a dead point, about the acceleration there / (2 Kv^2).
 5. Set sections: kind 2, from, to and ratio for a window of heights.
@@ -108,7 +110,7 @@ and takes them up as far as the slow strokes confirm them.
 - max-offset below the present offset: It is refused, and nothing moves. It comes into force when the offset can stop
 within it. At max-offset the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
-- Invalid position, feedback: The last good position stays; dead points are not learned.
+- Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
 - Not homed: The stroke stops at once, and the offset returns to 0.)"},
         hal::Limits{R"(
 A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
@@ -155,6 +157,11 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Out<double> velocity{this, "velocity", "mu/s", "Velocity of the stroke, for a feed-forward."};
     hal::Out<double> acceleration{this, "acceleration", "mu/s2", "Acceleration of the stroke."};
     hal::Out<double> phase{this, "phase", "deg", "Phase: 0 at the lower, 180 at the upper dead point."};
+    hal::Out<double> measured_phase{
+        this, "measured-phase", "deg",
+        "Phase by the measured position: 0 and 180 where the axis itself turns, or is expected to."};
+    hal::Out<double> phase_lag{this, "phase-lag", "deg",
+                               "Phase minus measured-phase, -180 to 180: how late the axis is."};
     hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
     hal::Out<bool> withdrawing{this, "withdrawing",
@@ -301,6 +308,7 @@ private:
         ending_.begin();
         watch_.begin();
         clock_.begin();
+        if (measurable_) measured_phase_.begin(measured_);
         command_.begin(place, values_.jerk_samples(dt));
     }
 
@@ -397,6 +405,7 @@ private:
             std::abs(measured_ - last_commanded_) > values_.max_following_error)
             stop_for(Fault::following);
         last_commanded_ = position_ + offset_.value();
+        if (measurable_) measured_phase_.step(measured_, oscillation_.plan());
 
         clock_.step(dt);
         const Oscillation::Arrival& arrival = oscillation_.arrival();
@@ -442,6 +451,8 @@ private:
         velocity = command_.velocity();
         acceleration = command_.acceleration();
         phase = oscillation_.phase() * (180 / pi);
+        measured_phase = measured_phase_.phase() * (180 / pi);
+        phase_lag = std::remainder(oscillation_.phase() - measured_phase_.phase(), 2 * pi) * (180 / pi);
         active = running_;
         at_end = !running_ && offset_.value() == 0;
         withdrawing = running_ && ending_.withdraws();
@@ -496,6 +507,7 @@ private:
     LeadingCommand command_;
     GuardedOffset offset_;
     DeadPointWatch watch_;
+    MeasuredPhase measured_phase_;
     CycleClock clock_;
     Crossing crossing_;
     Edge run_edge_, end_edge_, shift_edge_;

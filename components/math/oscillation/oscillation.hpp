@@ -106,6 +106,7 @@ public:
     bool limited() const noexcept { return limited_[0] || limited_[1]; }
     bool clipped() const noexcept { return leg().clipped; }                       // by the soft limits
     double stroke_time(bool upward) const noexcept { return duration_[upward]; }  // s, of the last plan
+    const StrokePlan& plan() const noexcept { return plans_[running_]; }          // that runs, or ran last
     bool upward() const noexcept { return plan().upward(); }
     bool second_half() const noexcept { return state_ == State::stroke && time_ > plan().duration() / 2; }
     bool late() const noexcept { return late_; }  // a plan was not ready at a dead point
@@ -113,7 +114,6 @@ public:
 private:
     using Kind = OscillationLeg::Kind;
 
-    const StrokePlan& plan() const noexcept { return plans_[running_]; }
     const OscillationLeg& leg() const noexcept { return legs_[running_]; }
     const OscillationLeg& next() const noexcept { return legs_[1 - running_]; }
 
@@ -323,7 +323,7 @@ private:
     }
 
     void show() noexcept {
-        if (state_ == State::stroke)
+        if (state_ == State::stroke || state_ == State::braking)
             phase_ = plan().shape().phase(position_, plan().upward());
         else if (state_ == State::waiting && arrival_.happened)
             phase_ = arrival_.upper ? pi : 0;

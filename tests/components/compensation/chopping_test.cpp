@@ -105,6 +105,44 @@ TEST_F(Chopping, AtMaxOffsetItBrakesWithinTenTimesItsAcceleration) {
     }
 }
 
+// A position loop lags by atan(w / Kv), w = 2 F / S, and by its delay: 2 ms and a period.
+TEST_F(Chopping, MeasuredPhaseShowsTheLagInDegrees) {
+    for (const double gain : {20.0, 40.0}) {
+        SCOPED_TRACE(gain);
+        bench.set("axis.servo-gain", gain);
+        start();
+        bench.run(4);
+        const Table trace = bench.trace(2, {"chop.phase-lag", "chop.phase", "chop.measured-phase"});
+        const std::vector<double> lags = trace.column("chop.phase-lag"), phase = trace.column("chop.phase"),
+                                  measured = trace.column("chop.measured-phase");
+        const double w = 2 * 60.0 / 12, expected = (std::atan(w / gain) + 0.003 * w) * 180 / 3.14159265;
+        double sum = 0;
+        for (std::size_t i = 0; i < lags.size(); ++i) {
+            ASSERT_NEAR(lags[i], expected, 4);  // friction holds it for a moment where it turns
+            ASSERT_NEAR(std::remainder(phase[i] - measured[i] - lags[i], 360), 0, 1e-9);
+            sum += lags[i];
+        }
+        EXPECT_NEAR(sum / static_cast<double>(lags.size()), expected, 0.05 * expected);
+        set("run", 0);
+        bench.run(2);
+        EXPECT_NEAR(get("phase-lag"), 0, 1) << "at rest";
+    }
+}
+
+TEST_F(Chopping, WithoutAValidFeedbackTheMeasuredPhaseStands) {
+    start();
+    bench.run(2);
+    bench.command("unlinkp chop.joint-feedback");
+    bench.set("chop.joint-feedback", std::nan(""));
+    bench.run(0.001);
+    const double phase = get("measured-phase");
+    for (int i = 0; i < 100; ++i) {
+        bench.run(0.005);
+        ASSERT_EQ(get("measured-phase"), phase);
+    }
+    EXPECT_EQ(get("active"), 1);
+}
+
 TEST_F(Chopping, EntersTheStrokeInEachWay) {
     set("by-centre", 1);
     set("centre", -10);
