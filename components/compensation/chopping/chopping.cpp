@@ -414,7 +414,8 @@ private:
             clock_.arrive(arrival.upper, arrival.infeed ? usable(pulse_time, 3600, 0) : 0);
             if (!arrival.upper) fit_cycle_time();
         }
-        if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held()) {
+        if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held() ||
+            oscillation_.closing()) {  // which leaves the dead point with more acceleration than a stroke
             watch_.pause();
             return;
         }

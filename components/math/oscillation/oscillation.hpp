@@ -102,6 +102,8 @@ public:
     std::int32_t strokes() const noexcept { return strokes_; }
     bool sparking_out() const noexcept { return state_ != State::rest && leg().sparks; }
     bool held() const noexcept { return held_; }
+    // On the way to the end position.
+    bool closing() const noexcept { return state_ == State::stroke && leg().kind == Kind::closing; }
     // A section or the stroke does not reach its speed.
     bool limited() const noexcept { return limited_[0] || limited_[1]; }
     bool clipped() const noexcept { return leg().clipped; }                       // by the soft limits
@@ -198,6 +200,7 @@ private:
                            ? OscillationLeg::to_position(from, end(), now)
                            : leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned),
                        plans_[1 - running_]);
+        leg.arrival.first = this->leg().kind == Kind::first;
     }
 
     // Takes up the planned leg. `late` is the time by which the dead point has passed already.

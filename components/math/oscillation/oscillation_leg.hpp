@@ -21,6 +21,7 @@ struct OscillationLeg {
         bool happened = false, upper = false;
         bool infeed = false;      // no spark-out
         bool regular = false;     // it ends a stroke from one dead point to the other of the same region
+        bool first = false;       // its stroke began where no correction is in force: shorter than the next
         double bound = 0;         // the dead point
         double offset = 0;        // outward, of the commanded end
         double acceleration = 0;  // of the reversal
@@ -79,9 +80,13 @@ struct OscillationLeg {
 
         clipped = request.to != end;
         dwell = upward ? now.upper_dwell : now.lower_dwell;
-        arrival = {false,        upward,   false,
-                   regular,      bound,    upward ? request.to - bound : bound - request.to,
-                   acceleration, now.speed};
+        arrival = {};
+        arrival.upper = upward;
+        arrival.regular = regular;
+        arrival.bound = bound;
+        arrival.offset = upward ? request.to - bound : bound - request.to;
+        arrival.acceleration = acceleration;
+        arrival.speed = now.speed;
         return request;
     }
 

@@ -526,6 +526,30 @@ TEST_F(Learned, AnAxisThatGoesBeyondStartsLearningAgain) {
     EXPECT_EQ(get("learned"), 1);
 }
 
+// The way to R leaves the dead point with max-acceleration, and a stroke with less: the axis turns elsewhere.
+TEST_F(Learned, AnEndAtRSpoilsNoDeadPoint) {
+    ASSERT_EQ(get("learned"), 1);
+    const double lower = get("row-lower-offset"), error = get("lower-error");
+    bench.expect("z >= -20.005", {{"z", "axis.truth-position"}});
+    for (int i = 0; i < 6; ++i) {
+        SCOPED_TRACE(i);
+        while (get("velocity") > -50) bench.run(0.002);
+        set(i % 2 == 0 ? "run" : "go-to-end", i % 2);
+        bench.run(2);
+        EXPECT_EQ(get("at-end"), 1);
+        EXPECT_NEAR(get("row-lower-offset"), lower, 2 * um);
+        EXPECT_NEAR(get("lower-error"), error, 2 * um);
+        set("run", 0);
+        set("go-to-end", 0);
+        bench.run(0.01);
+        start();
+        bench.run(3);
+        EXPECT_EQ(get("fault-code"), 0);
+        EXPECT_EQ(get("speed-factor"), 1);
+        EXPECT_LE(bench.get("axis.truth-upper"), -7.995);
+    }
+}
+
 TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
     ASSERT_EQ(get("learned"), 1);
     EXPECT_LT(get("drift"), 0.001);
