@@ -111,7 +111,8 @@ and takes them up as far as the slow strokes confirm them.
 within it. At max-offset the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
-- Not homed: The stroke stops at once, and the offset returns to 0.)"},
+- Not homed: The stroke stops at once. An extra joint stays where it is; its command returns to R only when homing moves
+the joint. With a stage, which releases the offset, it returns to 0 after 1 s. A homed that returns moves nothing.)"},
         hal::Limits{R"(
 A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
 
@@ -221,6 +222,8 @@ private:
     static constexpr double nothing = 1e-9;                         // mu
     static constexpr std::size_t nodes = 64;                        // to plan in a period
     static constexpr int most_cycles = 30;                          // of learning
+    static constexpr double patience = 1;                           // s, with a joint that is not homed
+    static constexpr double standing = 0.01;                        // mu, of an axis that nothing moves
 
     // The inputs of judge(). It takes longer than all else, so it runs only when one of them changes.
     struct Judged {
@@ -240,6 +243,7 @@ private:
         position_ = usable(place, farthest, position_);
         measurable_ = std::abs(joint) <= farthest && std::abs(applied) <= farthest;
         measured_ = joint + applied;
+        applied_ = applied;
     }
 
     // The commands of this period.
@@ -394,9 +398,24 @@ private:
         } else {
             command_.rest();
         }
-        if (!is_homed) rest_ = 0;
+        watch_homed(is_homed, dt);
         const double target = running_ ? command_.position() - position_ : rest_;
         offset_.step(target, !on && is_homed, dt);
+    }
+
+    // A joint that is not homed for a moment stays where it is. A stage releases the offset meanwhile; an
+    // extra joint stands, unless it is moved: homed. Then nothing is to be there when it is homed again.
+    void watch_homed(bool is_homed, double dt) noexcept {
+        const double lag = std::abs(measured_ - (position_ + offset_.value()));
+        if (is_homed) {
+            if (unhomed_ > 0) rest_ = offset_.value();
+            unhomed_ = 0;
+            return;
+        }
+        if (unhomed_ == 0) lag_ = lag;
+        unhomed_ = std::min(unhomed_ + dt, 2 * patience);
+        const bool stage = std::abs(applied_) > nothing;
+        if (stage ? unhomed_ > patience : measurable_ && lag > lag_ + standing) rest_ = 0;
     }
 
     // Looks at the measured motion: following, dead points, learning.
@@ -512,11 +531,12 @@ private:
     CycleClock clock_;
     Crossing crossing_;
     Edge run_edge_, end_edge_, shift_edge_;
-    double position_ = 0, measured_ = 0;  // last good inputs
-    double lower_ = 0, upper_ = 0;        // the region in force
-    double stretch_ = 1;                  // of the speed, for a cycle time with sections
-    double rest_ = 0;                     // offset at rest
+    double position_ = 0, measured_ = 0, applied_ = 0;
+    double lower_ = 0, upper_ = 0;  // the region in force
+    double stretch_ = 1;            // of the speed, for a cycle time with sections
+    double rest_ = 0;               // offset at rest
     double last_commanded_ = 0;
+    double unhomed_ = 0, lag_ = 0;  // s since homed was lost; mu, of the axis then
     Fault event_ = Fault::none, refused_ = Fault::none;
     bool known_ = true, measurable_ = true, running_ = false, was_refused_ = false, late_ = false;
 };

@@ -185,6 +185,44 @@ TEST_F(Chopping, MachineOffFreezesAndOnMovesNothingUntilStartedAgain) {
     EXPECT_EQ(get("active"), 0);
 }
 
+// An extra joint: LinuxCNC follows its command again as soon as it is homed.
+TEST_F(Chopping, AHomedThatIsLostForAMomentMovesNoExtraJoint) {
+    for (const double moment : {0.008, 0.3, 3.0}) {
+        SCOPED_TRACE(moment);
+        start();
+        bench.run(1.123);
+        EXPECT_GT(std::abs(get("velocity")), 20);
+        const double place = get("command");
+        set("homed", 0);
+        std::vector<double> z = commands(moment);
+        set("homed", 1);
+        const std::vector<double> later = commands(2);
+        z.insert(z.end(), later.begin(), later.end());
+        for (const double its : z) ASSERT_NEAR(its, place, 60 * 60 / (2 * 10 * 1000.0) + 0.06);
+        EXPECT_EQ(get("active"), 0);
+        set("run", 0);
+        set("go-to-end", 1);
+        bench.run(2);
+        EXPECT_EQ(get("at-end"), 1);
+        set("go-to-end", 0);
+    }
+}
+
+TEST_F(Chopping, AnExtraJointThatIsHomedAgainIsCommandedToR) {
+    start();
+    bench.run(1.123);
+    set("motion-enabled", 0);
+    bench.run(0.5);
+    set("homed", 0);
+    bench.run(0.5);
+    EXPECT_LT(get("command"), -7);
+    bench.command("unlinkp chop.joint-feedback");
+    set("joint-feedback", 0);
+    bench.run(0.5);
+    set("homed", 1);
+    for (const double z : commands(1)) ASSERT_EQ(z, 0);
+}
+
 TEST_F(Chopping, StartsAgainFromWhereItStands) {
     start();
     bench.run(1.123);
