@@ -99,6 +99,7 @@ error (fault 10) and a wrong scale (fault 12).
 - Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
 axis is.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
+- Lead, jerk-time: Changes come with the next start.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
 correction in force they come one stroke later.
@@ -300,8 +301,8 @@ private:
     }
 
     void return_to_end(const Values& given, double dt) noexcept {
-        if (given.possible(dt)) values_ = given;
-        if (!values_.possible(dt) || !known_) return;
+        if (given.possible(dt) && ChoppingSettings::leads(given)) values_ = given;
+        if (!values_.possible(dt) || !ChoppingSettings::leads(values_) || !known_) return;
         lower_ = upper_ = position_;
         prepare_to_move(position_ + rest_, dt);
         oscillation_.go_to_end(wanted(), position_ + rest_);
@@ -314,6 +315,8 @@ private:
         clock_.begin();
         if (measurable_) measured_phase_.begin(measured_);
         command_.begin(place, values_.jerk_samples(dt));
+        lead_ = values_.lead;
+        jerk_time_ = values_.jerk_time;
     }
 
     void take_over(const Values& given, double dt) noexcept {
@@ -337,8 +340,9 @@ private:
     }
 
     void guard(const Values& given, double dt) noexcept {
-        offset_.allow({given.max_offset, given.max_rate, guard_factor * values_.stroke.acceleration},
-                      farthest, dt);
+        const double planned = running_ ? oscillation_.planned_acceleration() : 0;
+        const double acceleration = std::max(values_.stroke.acceleration, planned);
+        offset_.allow({given.max_offset, given.max_rate, guard_factor * acceleration}, farthest, dt);
     }
 
     // The settings for the present region; the last good ones, as a whole, if these are not.
@@ -349,9 +353,12 @@ private:
         const bool possible = given.possible(dt);
         refused_ = possible ? Fault::none : Fault::settings;
         if (!running_) {
-            if (possible) values_ = given;
+            if (possible && !ChoppingSettings::leads(given)) refused_ = Fault::lead;
+            if (refused_ == Fault::none) values_ = given;
         } else if (upper_ > lower_) {
             refused_ = ChoppingSettings::refusal(given, lower_, upper_, position_, dt);
+            if (refused_ == Fault::none && !ChoppingSettings::leads(given, lead_, jerk_time_))
+                refused_ = Fault::lead;
             if (refused_ != Fault::none) return;
             values_ = given;
             select();
@@ -389,7 +396,7 @@ private:
             oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
                 return values_.learn ? watch_.learning().offset(upper, reversal, speed) : 0;
             });
-            command_.step(oscillation_.position(), values_.lead, dt);
+            command_.step(oscillation_.position(), lead_, dt);
             if (oscillation_.state() == State::rest && command_.settled()) {
                 running_ = false;
                 rest_ = command_.mean() - position_;
@@ -536,7 +543,8 @@ private:
     double stretch_ = 1;            // of the speed, for a cycle time with sections
     double rest_ = 0;               // offset at rest
     double last_commanded_ = 0;
-    double unhomed_ = 0, lag_ = 0;  // s since homed was lost; mu, of the axis then
+    double lead_ = 0, jerk_time_ = 0;  // s, of the command since its start
+    double unhomed_ = 0, lag_ = 0;     // s since homed was lost; mu, of the axis then
     Fault event_ = Fault::none, refused_ = Fault::none;
     bool known_ = true, measurable_ = true, running_ = false, was_refused_ = false, late_ = false;
 };

@@ -30,6 +30,7 @@ public:
         settings_ = settings;
         changed_ = stops_ = held_ = false;
         legs_[running_] = {};
+        last_acceleration_ = 0;
         late_ = limited_[0] = limited_[1] = false;
         position_ = position;
         velocity_ = acceleration_ = 0;
@@ -102,6 +103,8 @@ public:
     std::int32_t strokes() const noexcept { return strokes_; }
     bool sparking_out() const noexcept { return state_ != State::rest && leg().sparks; }
     bool held() const noexcept { return held_; }
+    // Mu/s2, the largest of the leg that runs and of the last one, whatever the settings are now.
+    double planned_acceleration() const noexcept { return std::max(leg().acceleration, last_acceleration_); }
     // On the way to the end position.
     bool closing() const noexcept { return state_ == State::stroke && leg().kind == Kind::closing; }
     // A section or the stroke does not reach its speed.
@@ -196,6 +199,7 @@ private:
             now.lower = lower_;
             now.upper = upper_;
         }
+        leg.acceleration = now.acceleration;
         planner_.begin(leg.kind == Kind::closing
                            ? OscillationLeg::to_position(from, end(), now)
                            : leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned),
@@ -205,6 +209,7 @@ private:
 
     // Takes up the planned leg. `late` is the time by which the dead point has passed already.
     void take_up(double late) noexcept {
+        last_acceleration_ = leg().acceleration;
         running_ = 1 - running_;
         state_ = State::stroke;
         time_ = late;
@@ -223,7 +228,7 @@ private:
             const StrokePlan::Moment now = plan().at(time_);
             move_to(now);
             if (hold || stop_ == Stop::at_once)
-                brake(now, settings_.acceleration, hold && stop_ != Stop::at_once);
+                brake(now, leg().acceleration, hold && stop_ != Stop::at_once);
             else if (next().kind == Kind::none && !due_ && leg().ends_outside())
                 brake_to_bound(now, dt);
             return;
@@ -257,14 +262,13 @@ private:
 
     // In this period, to which time_ has not advanced yet.
     bool can_stop_at_bound() const noexcept {
-        return needed(plan().at(time_ + period_)) <= settings_.acceleration;
+        return needed(plan().at(time_ + period_)) <= leg().acceleration;
     }
 
     // At the last moment at which it can stop at the dead point, where the stroke itself ends beyond.
     void brake_to_bound(const StrokePlan::Moment& now, double dt) noexcept {
         const double deceleration = needed(now);
-        if (deceleration > settings_.acceleration || needed(plan().at(time_ + dt)) <= settings_.acceleration)
-            return;
+        if (deceleration > leg().acceleration || needed(plan().at(time_ + dt)) <= leg().acceleration) return;
         begin_braking({now, deceleration}, false);
         strokes_ += leg().kind == Kind::regular;
     }
@@ -350,6 +354,7 @@ private:
     double position_ = 0, velocity_ = 0, acceleration_ = 0, phase_ = 0;
     double lower_ = 0, upper_ = 0;  // dead points in force
     double duration_[2] = {0, 0};
+    double last_acceleration_ = 0;
     bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;
     bool restart_upward_ = false, holding_ = false, held_ = false, late_ = false;

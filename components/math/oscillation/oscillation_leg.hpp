@@ -34,6 +34,7 @@ struct OscillationLeg {
     bool sparks = false;           // without infeed
     bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
     bool clipped = false;          // by the soft limits
+    double acceleration = 0;       // mu/s2, the largest by which it was planned
     OscillationSettings settings;  // when it was planned
 
     // Beyond the dead point.

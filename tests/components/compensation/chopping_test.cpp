@@ -325,6 +325,41 @@ TEST_F(Chopping, InvalidSettingsLeaveTheLastGoodSetInForce) {
     EXPECT_NEAR(get("actual-cycle-time"), 1.257, 0.002);
 }
 
+// Each stroke runs as it was planned, whatever is set meanwhile.
+TEST_F(Chopping, AnAccelerationALeadOrAJerkTimeThatChangesAtAnyPhaseBreaksNoLimit) {
+    Random random(7);
+    set("jerk-time", 0.02);
+    set("lead", 0.004);
+    start();
+    bench.run(1.5);
+    bench.expect("z >= -20.05 && z <= -7.95", {{"z", "chop.command"}});
+    const double accelerations[] = {1000, 10, 300, 1500, 50, 1000}, leads[] = {0, 0.01, 0.004},
+                 times[] = {0.004, 0.02, 0.1};
+    for (int i = 0; i < rounds(60, 12); ++i) {
+        SCOPED_TRACE(i);
+        switch (random.index(3)) {
+            case 0: set("max-acceleration", accelerations[random.index(6)]); break;
+            case 1: set("lead", leads[random.index(3)]); break;
+            default: set("jerk-time", times[random.index(3)]); break;
+        }
+        EXPECT_LE(hardest(commands(random.uniform(0.05, 2))), 1500 * (1 + 2 * 0.004 / 0.02) * 1.01);
+    }
+}
+
+TEST_F(Chopping, GoToEndKeepsTheRuleOfTheLead) {
+    set("stop-kind", 1);
+    start();
+    bench.run(1);
+    set("run", 0);
+    bench.run(1);
+    set("lead", 0.02);
+    bench.run(0.01);
+    EXPECT_EQ(get("fault-code"), 8);
+    set("go-to-end", 1);
+    EXPECT_LE(hardest(commands(2)), 1000 * 1.01);
+    EXPECT_EQ(get("at-end"), 1);
+}
+
 TEST_F(Chopping, ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay) {
     start();
     bench.run(1);
