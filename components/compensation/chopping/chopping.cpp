@@ -99,6 +99,7 @@ error (fault 10) and a wrong scale (fault 12).
 - Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
 axis is.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
+- Frequency, cycle-time: Kept in the mean where learned ends make the stroke longer, if max-acceleration permits it.
 - Lead, jerk-time: Changes come with the next start.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a

@@ -199,6 +199,7 @@ struct ChoppingSettings final : hal::Group {
         now.speed_value = now.speed_kind == 2   ? given_frequency
                           : now.speed_kind >= 3 ? given_time
                                                 : given_feed;
+        now.stroke.timed = now.speed_kind >= 2;
         now.override_value = setting(override_);
         now.stroke.lower_dwell = setting(lower_dwell);
         now.stroke.upper_dwell = setting(upper_dwell);

@@ -77,6 +77,9 @@ struct OscillationLeg {
                               : upward ? std::min(from, latest.lower)
                                        : std::max(from, latest.upper);
         request.shape = {std::min(behind, request.to), std::max(behind, request.to), now.speed};
+        if (now.timed && regular)
+            request.shape.speed *=
+                request.shape.stroke() / (upward ? bound - begin.lower : begin.upper - bound);
         request.spans = SpeedSections::spans(now.sections, request.shape, upward);
 
         clipped = request.to != end;

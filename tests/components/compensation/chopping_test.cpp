@@ -480,6 +480,27 @@ TEST_F(Chopping, ASectionInHeightsSlowsTheStrokeThere) {
     EXPECT_EQ(get("limited"), 0);
 }
 
+// Learned ends make the stroke longer, and no cycle.
+TEST_F(Chopping, ASetCycleTimeIsKeptToAMicrosecondInTheMean) {
+    for (const char* line : {"setp chop.learn 1", "setp axis.servo-gain 20", "setp chop.jerk-time 0.01",
+                             "setp chop.speed-kind 3", "setp chop.cycle-time 0.6283"})
+        bench.command(line);
+    start();
+    bench.run(40);
+    ASSERT_EQ(get("learned"), 1);
+    EXPECT_GT(get("upper-correction"), 0.1);
+    const auto next_lower = [this] {  // s, exact to less than a period by the speed at the middle
+        while (get("velocity") > -10 || get("command") < -14) bench.run(0.001);
+        double before = get("command");
+        while (get("command") >= -14) before = get("command"), bench.run(0.001);
+        return bench.time() - 0.001 * (-14 - get("command")) / (before - get("command"));
+    };
+    const double begin = next_lower(), strokes = get("stroke-count");
+    bench.run(rounds(1200, 300));
+    const double end = next_lower(), cycles = (get("stroke-count") - strokes) / 2;
+    EXPECT_NEAR((end - begin) / cycles, 0.6283, 1e-6);
+}
+
 TEST_F(Chopping, ACycleTimeWithSectionsAndDwellsIsThatOfTheWholeCycle) {
     set("speed-kind", 4);
     set("cycle-time", 2);
