@@ -168,6 +168,11 @@ class Shift(Recorded):
         z = self.shift["grinder.truth-position"][self.strokes("learn")]
         self.assertGreater(z.min(), LOWER - 5 * um)
 
+    def test_after_an_end_at_r_it_is_learned_still(self):
+        self.assertEqual(self.facts["learned_again"], [1, 0])
+        z = self.shift["grinder.truth-position"][self.strokes("learned_again")]
+        self.assertGreater(z.min(), LOWER - 5 * um)
+
     def test_without_task_or_io_the_stroke_ends_at_r_and_the_feed_is_held(self):
         for scene in ("task_stopped", "io_stopped", "both_dead"):
             x, z = self.of("joint.0.pos-cmd", scene), self.of("chop.command", scene)

@@ -51,6 +51,7 @@ class Shift(Scenario):
             self.with_a_tool,
             self.in_inches,
             self.learn,
+            self.learned_again,
             self.impatient,
             self.task_stops,
             self.task_returns,
@@ -198,6 +199,15 @@ class Shift(Scenario):
         names = ("upper", "lower")
         self.facts["dead_points"] = [self.host.get("grinder.truth-" + name) for name in names]
         self.facts["codes"] = [self.host.get("chop.fault-code"), self.host.get("z-stage.limited")]
+        self.await_condition(lambda: self.host.get("chop.velocity") < -50, "a downward stroke")
+        self.machine.mdi("G80.1")
+
+    def learned_again(self):
+        """The end of the last strokes at R has spoilt nothing."""
+        self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+        self.await_strokes()
+        self.strokes(4)
+        self.facts["learned_again"] = [self.host.get("chop." + name) for name in ("speed-factor", "fault-code")]
         self.machine.mdi("G80.1")
 
     def impatient(self):

@@ -11,6 +11,7 @@
 #include "components/compensation/chopping/learned_row.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
+#include "components/math/oscillation/measured_phase.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
@@ -76,7 +77,8 @@ max-limit and max-following-error.)"},
 set its max-offset and max-rate at least to those here, its offset-acceleration to eight times max-acceleration and twice
 its joint-acceleration, at least, and taper to 3: over three times its length it takes an offset away before a limit.
 2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
-3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones.
+3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones. phase-lag shows
+how late the axis is.
 4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.
 Set max-correction above the lag at a dead point, about the acceleration there / (2 Kv^2).
 5. Set sections: kind 2, from, to and ratio for a window of heights.
@@ -97,6 +99,8 @@ error (fault 10) and a wrong scale (fault 12).
 - Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
 axis is.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
+- Frequency, cycle-time: Kept in the mean where learned ends make the stroke longer, if max-acceleration permits it.
+- Lead, jerk-time: Changes come with the next start.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
 correction in force they come one stroke later.
@@ -108,8 +112,9 @@ and takes them up as far as the slow strokes confirm them.
 - max-offset below the present offset: It is refused, and nothing moves. It comes into force when the offset can stop
 within it. At max-offset the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
-- Invalid position, feedback: The last good position stays; dead points are not learned.
-- Not homed: The stroke stops at once, and the offset returns to 0.)"},
+- Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
+- Not homed: The stroke stops at once. An extra joint stays where it is; its command returns to R only when homing moves
+the joint. With a stage, which releases the offset, it returns to 0 after 1 s. A homed that returns moves nothing.)"},
         hal::Limits{R"(
 A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
 
@@ -155,6 +160,11 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Out<double> velocity{this, "velocity", "mu/s", "Velocity of the stroke, for a feed-forward."};
     hal::Out<double> acceleration{this, "acceleration", "mu/s2", "Acceleration of the stroke."};
     hal::Out<double> phase{this, "phase", "deg", "Phase: 0 at the lower, 180 at the upper dead point."};
+    hal::Out<double> measured_phase{
+        this, "measured-phase", "deg",
+        "Phase by the measured position: 0 and 180 where the axis itself turns, or is expected to."};
+    hal::Out<double> phase_lag{this, "phase-lag", "deg",
+                               "Phase minus measured-phase, -180 to 180: how late the axis is."};
     hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
     hal::Out<bool> withdrawing{this, "withdrawing",
@@ -214,6 +224,8 @@ private:
     static constexpr double nothing = 1e-9;                         // mu
     static constexpr std::size_t nodes = 64;                        // to plan in a period
     static constexpr int most_cycles = 30;                          // of learning
+    static constexpr double patience = 1;                           // s, with a joint that is not homed
+    static constexpr double standing = 0.01;                        // mu, of an axis that nothing moves
 
     // The inputs of judge(). It takes longer than all else, so it runs only when one of them changes.
     struct Judged {
@@ -233,6 +245,7 @@ private:
         position_ = usable(place, farthest, position_);
         measurable_ = std::abs(joint) <= farthest && std::abs(applied) <= farthest;
         measured_ = joint + applied;
+        applied_ = applied;
     }
 
     // The commands of this period.
@@ -289,8 +302,8 @@ private:
     }
 
     void return_to_end(const Values& given, double dt) noexcept {
-        if (given.possible(dt)) values_ = given;
-        if (!values_.possible(dt) || !known_) return;
+        if (given.possible(dt) && ChoppingSettings::leads(given)) values_ = given;
+        if (!values_.possible(dt) || !ChoppingSettings::leads(values_) || !known_) return;
         lower_ = upper_ = position_;
         prepare_to_move(position_ + rest_, dt);
         oscillation_.go_to_end(wanted(), position_ + rest_);
@@ -301,7 +314,10 @@ private:
         ending_.begin();
         watch_.begin();
         clock_.begin();
+        if (measurable_) measured_phase_.begin(measured_);
         command_.begin(place, values_.jerk_samples(dt));
+        lead_ = values_.lead;
+        jerk_time_ = values_.jerk_time;
     }
 
     void take_over(const Values& given, double dt) noexcept {
@@ -325,8 +341,9 @@ private:
     }
 
     void guard(const Values& given, double dt) noexcept {
-        offset_.allow({given.max_offset, given.max_rate, guard_factor * values_.stroke.acceleration},
-                      farthest, dt);
+        const double planned = running_ ? oscillation_.planned_acceleration() : 0;
+        const double acceleration = std::max(values_.stroke.acceleration, planned);
+        offset_.allow({given.max_offset, given.max_rate, guard_factor * acceleration}, farthest, dt);
     }
 
     // The settings for the present region; the last good ones, as a whole, if these are not.
@@ -337,9 +354,12 @@ private:
         const bool possible = given.possible(dt);
         refused_ = possible ? Fault::none : Fault::settings;
         if (!running_) {
-            if (possible) values_ = given;
+            if (possible && !ChoppingSettings::leads(given)) refused_ = Fault::lead;
+            if (refused_ == Fault::none) values_ = given;
         } else if (upper_ > lower_) {
             refused_ = ChoppingSettings::refusal(given, lower_, upper_, position_, dt);
+            if (refused_ == Fault::none && !ChoppingSettings::leads(given, lead_, jerk_time_))
+                refused_ = Fault::lead;
             if (refused_ != Fault::none) return;
             values_ = given;
             select();
@@ -377,7 +397,7 @@ private:
             oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
                 return values_.learn ? watch_.learning().offset(upper, reversal, speed) : 0;
             });
-            command_.step(oscillation_.position(), values_.lead, dt);
+            command_.step(oscillation_.position(), lead_, dt);
             if (oscillation_.state() == State::rest && command_.settled()) {
                 running_ = false;
                 rest_ = command_.mean() - position_;
@@ -386,9 +406,24 @@ private:
         } else {
             command_.rest();
         }
-        if (!is_homed) rest_ = 0;
+        watch_homed(is_homed, dt);
         const double target = running_ ? command_.position() - position_ : rest_;
         offset_.step(target, !on && is_homed, dt);
+    }
+
+    // A joint that is not homed for a moment stays where it is. A stage releases the offset meanwhile; an
+    // extra joint stands, unless it is moved: homed. Then nothing is to be there when it is homed again.
+    void watch_homed(bool is_homed, double dt) noexcept {
+        const double lag = std::abs(measured_ - (position_ + offset_.value()));
+        if (is_homed) {
+            if (unhomed_ > 0) rest_ = offset_.value();
+            unhomed_ = 0;
+            return;
+        }
+        if (unhomed_ == 0) lag_ = lag;
+        unhomed_ = std::min(unhomed_ + dt, 2 * patience);
+        const bool stage = std::abs(applied_) > nothing;
+        if (stage ? unhomed_ > patience : measurable_ && lag > lag_ + standing) rest_ = 0;
     }
 
     // Looks at the measured motion: following, dead points, learning.
@@ -397,6 +432,7 @@ private:
             std::abs(measured_ - last_commanded_) > values_.max_following_error)
             stop_for(Fault::following);
         last_commanded_ = position_ + offset_.value();
+        if (measurable_) measured_phase_.step(measured_, oscillation_.plan());
 
         clock_.step(dt);
         const Oscillation::Arrival& arrival = oscillation_.arrival();
@@ -405,7 +441,8 @@ private:
             clock_.arrive(arrival.upper, arrival.infeed ? usable(pulse_time, 3600, 0) : 0);
             if (!arrival.upper) fit_cycle_time();
         }
-        if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held()) {
+        if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held() ||
+            oscillation_.closing()) {  // which leaves the dead point with more acceleration than a stroke
             watch_.pause();
             return;
         }
@@ -442,6 +479,8 @@ private:
         velocity = command_.velocity();
         acceleration = command_.acceleration();
         phase = oscillation_.phase() * (180 / pi);
+        measured_phase = measured_phase_.phase() * (180 / pi);
+        phase_lag = std::remainder(oscillation_.phase() - measured_phase_.phase(), 2 * pi) * (180 / pi);
         active = running_;
         at_end = !running_ && offset_.value() == 0;
         withdrawing = running_ && ending_.withdraws();
@@ -496,14 +535,17 @@ private:
     LeadingCommand command_;
     GuardedOffset offset_;
     DeadPointWatch watch_;
+    MeasuredPhase measured_phase_;
     CycleClock clock_;
     Crossing crossing_;
     Edge run_edge_, end_edge_, shift_edge_;
-    double position_ = 0, measured_ = 0;  // last good inputs
-    double lower_ = 0, upper_ = 0;        // the region in force
-    double stretch_ = 1;                  // of the speed, for a cycle time with sections
-    double rest_ = 0;                     // offset at rest
+    double position_ = 0, measured_ = 0, applied_ = 0;
+    double lower_ = 0, upper_ = 0;  // the region in force
+    double stretch_ = 1;            // of the speed, for a cycle time with sections
+    double rest_ = 0;               // offset at rest
     double last_commanded_ = 0;
+    double lead_ = 0, jerk_time_ = 0;  // s, of the command since its start
+    double unhomed_ = 0, lag_ = 0;     // s since homed was lost; mu, of the axis then
     Fault event_ = Fault::none, refused_ = Fault::none;
     bool known_ = true, measurable_ = true, running_ = false, was_refused_ = false, late_ = false;
 };

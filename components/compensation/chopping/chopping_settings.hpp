@@ -199,6 +199,7 @@ struct ChoppingSettings final : hal::Group {
         now.speed_value = now.speed_kind == 2   ? given_frequency
                           : now.speed_kind >= 3 ? given_time
                                                 : given_feed;
+        now.stroke.timed = now.speed_kind >= 2;
         now.override_value = setting(override_);
         now.stroke.lower_dwell = setting(lower_dwell);
         now.stroke.upper_dwell = setting(upper_dwell);
@@ -252,15 +253,18 @@ struct ChoppingSettings final : hal::Group {
         return fits(values, low, high, position) ? Fault::none : Fault::soft_limit;
     }
 
-private:
     // The lead adds its time, times the jerk 2 a / jerk-time, to the acceleration a.
     static bool leads(const Values& values) noexcept {
-        if (values.lead == 0) return true;
-        return values.lead <= values.max_lead && values.jerk_time > 0 &&
-               values.stroke.acceleration * (1 + 2 * values.lead / values.jerk_time) <=
-                   values.max_output_acceleration;
+        return values.lead == 0 ||
+               (values.lead <= values.max_lead && leads(values, values.lead, values.jerk_time));
+    }
+    // With the lead and the jerk-time of the command that runs.
+    static bool leads(const Values& values, double lead, double jerk_time) noexcept {
+        return lead == 0 || (jerk_time > 0 && values.stroke.acceleration * (1 + 2 * lead / jerk_time) <=
+                                                  values.max_output_acceleration);
     }
 
+private:
     static bool fits(const Values& values, double low, double high, double position) noexcept {
         const double overlead = values.stroke.acceleration * values.lead * values.lead / 2;
         const double more = (values.learn ? values.learning.most : 0) + overlead;

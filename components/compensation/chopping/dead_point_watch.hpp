@@ -60,7 +60,7 @@ private:
         if (!meter_.found() || !its.happened) return Event::none;
         position_[upper] = meter_.position();
         error_[upper] = upper ? position_[1] - its.bound : its.bound - position_[0];
-        if (!present.learns || !its.regular) return Event::none;
+        if (!present.learns || !its.regular || its.first) return Event::none;
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;

@@ -30,6 +30,7 @@ public:
         settings_ = settings;
         changed_ = stops_ = held_ = false;
         legs_[running_] = {};
+        last_acceleration_ = 0;
         late_ = limited_[0] = limited_[1] = false;
         position_ = position;
         velocity_ = acceleration_ = 0;
@@ -102,10 +103,15 @@ public:
     std::int32_t strokes() const noexcept { return strokes_; }
     bool sparking_out() const noexcept { return state_ != State::rest && leg().sparks; }
     bool held() const noexcept { return held_; }
+    // Mu/s2, the largest of the leg that runs and of the last one, whatever the settings are now.
+    double planned_acceleration() const noexcept { return std::max(leg().acceleration, last_acceleration_); }
+    // On the way to the end position.
+    bool closing() const noexcept { return state_ == State::stroke && leg().kind == Kind::closing; }
     // A section or the stroke does not reach its speed.
     bool limited() const noexcept { return limited_[0] || limited_[1]; }
     bool clipped() const noexcept { return leg().clipped; }                       // by the soft limits
     double stroke_time(bool upward) const noexcept { return duration_[upward]; }  // s, of the last plan
+    const StrokePlan& plan() const noexcept { return plans_[running_]; }          // that runs, or ran last
     bool upward() const noexcept { return plan().upward(); }
     bool second_half() const noexcept { return state_ == State::stroke && time_ > plan().duration() / 2; }
     bool late() const noexcept { return late_; }  // a plan was not ready at a dead point
@@ -113,7 +119,6 @@ public:
 private:
     using Kind = OscillationLeg::Kind;
 
-    const StrokePlan& plan() const noexcept { return plans_[running_]; }
     const OscillationLeg& leg() const noexcept { return legs_[running_]; }
     const OscillationLeg& next() const noexcept { return legs_[1 - running_]; }
 
@@ -194,14 +199,17 @@ private:
             now.lower = lower_;
             now.upper = upper_;
         }
+        leg.acceleration = now.acceleration;
         planner_.begin(leg.kind == Kind::closing
                            ? OscillationLeg::to_position(from, end(), now)
                            : leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned),
                        plans_[1 - running_]);
+        leg.arrival.first = this->leg().kind == Kind::first;
     }
 
     // Takes up the planned leg. `late` is the time by which the dead point has passed already.
     void take_up(double late) noexcept {
+        last_acceleration_ = leg().acceleration;
         running_ = 1 - running_;
         state_ = State::stroke;
         time_ = late;
@@ -220,7 +228,7 @@ private:
             const StrokePlan::Moment now = plan().at(time_);
             move_to(now);
             if (hold || stop_ == Stop::at_once)
-                brake(now, settings_.acceleration, hold && stop_ != Stop::at_once);
+                brake(now, leg().acceleration, hold && stop_ != Stop::at_once);
             else if (next().kind == Kind::none && !due_ && leg().ends_outside())
                 brake_to_bound(now, dt);
             return;
@@ -254,14 +262,13 @@ private:
 
     // In this period, to which time_ has not advanced yet.
     bool can_stop_at_bound() const noexcept {
-        return needed(plan().at(time_ + period_)) <= settings_.acceleration;
+        return needed(plan().at(time_ + period_)) <= leg().acceleration;
     }
 
     // At the last moment at which it can stop at the dead point, where the stroke itself ends beyond.
     void brake_to_bound(const StrokePlan::Moment& now, double dt) noexcept {
         const double deceleration = needed(now);
-        if (deceleration > settings_.acceleration || needed(plan().at(time_ + dt)) <= settings_.acceleration)
-            return;
+        if (deceleration > leg().acceleration || needed(plan().at(time_ + dt)) <= leg().acceleration) return;
         begin_braking({now, deceleration}, false);
         strokes_ += leg().kind == Kind::regular;
     }
@@ -323,7 +330,7 @@ private:
     }
 
     void show() noexcept {
-        if (state_ == State::stroke)
+        if (state_ == State::stroke || state_ == State::braking)
             phase_ = plan().shape().phase(position_, plan().upward());
         else if (state_ == State::waiting && arrival_.happened)
             phase_ = arrival_.upper ? pi : 0;
@@ -347,6 +354,7 @@ private:
     double position_ = 0, velocity_ = 0, acceleration_ = 0, phase_ = 0;
     double lower_ = 0, upper_ = 0;  // dead points in force
     double duration_[2] = {0, 0};
+    double last_acceleration_ = 0;
     bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;
     bool restart_upward_ = false, holding_ = false, held_ = false, late_ = false;

@@ -21,6 +21,7 @@ struct OscillationLeg {
         bool happened = false, upper = false;
         bool infeed = false;      // no spark-out
         bool regular = false;     // it ends a stroke from one dead point to the other of the same region
+        bool first = false;       // its stroke began where no correction is in force: shorter than the next
         double bound = 0;         // the dead point
         double offset = 0;        // outward, of the commanded end
         double acceleration = 0;  // of the reversal
@@ -33,6 +34,7 @@ struct OscillationLeg {
     bool sparks = false;           // without infeed
     bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
     bool clipped = false;          // by the soft limits
+    double acceleration = 0;       // mu/s2, the largest by which it was planned
     OscillationSettings settings;  // when it was planned
 
     // Beyond the dead point.
@@ -75,13 +77,20 @@ struct OscillationLeg {
                               : upward ? std::min(from, latest.lower)
                                        : std::max(from, latest.upper);
         request.shape = {std::min(behind, request.to), std::max(behind, request.to), now.speed};
+        if (now.timed && regular)
+            request.shape.speed *=
+                request.shape.stroke() / (upward ? bound - begin.lower : begin.upper - bound);
         request.spans = SpeedSections::spans(now.sections, request.shape, upward);
 
         clipped = request.to != end;
         dwell = upward ? now.upper_dwell : now.lower_dwell;
-        arrival = {false,        upward,   false,
-                   regular,      bound,    upward ? request.to - bound : bound - request.to,
-                   acceleration, now.speed};
+        arrival = {};
+        arrival.upper = upward;
+        arrival.regular = regular;
+        arrival.bound = bound;
+        arrival.offset = upward ? request.to - bound : bound - request.to;
+        arrival.acceleration = acceleration;
+        arrival.speed = now.speed;
         return request;
     }
 

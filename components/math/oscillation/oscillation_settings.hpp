@@ -23,6 +23,7 @@ struct OscillationSettings {
     std::int32_t strokes = 0;    // 0: until stopped
     std::int32_t spark_out = 0;  // strokes after that
     bool upward_first = false;
+    bool timed = false;                // a stroke keeps its time where its ends are learned, not its speed
     Stop ending = Stop::end_position;  // after the last stroke; dead_point or end_position
     SpeedSections::Table sections{};
 
@@ -30,7 +31,8 @@ struct OscillationSettings {
         const auto all = [](const OscillationSettings& its) {
             return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.largest_speed,
                             its.lower_dwell, its.upper_dwell, its.lowest, its.highest, its.end_position,
-                            its.strokes, its.spark_out, its.upward_first, its.ending, its.sections);
+                            its.strokes, its.spark_out, its.upward_first, its.timed, its.ending,
+                            its.sections);
         };
         return all(*this) == all(other);
     }

@@ -105,6 +105,44 @@ TEST_F(Chopping, AtMaxOffsetItBrakesWithinTenTimesItsAcceleration) {
     }
 }
 
+// A position loop lags by atan(w / Kv), w = 2 F / S, and by its delay: 2 ms and a period.
+TEST_F(Chopping, MeasuredPhaseShowsTheLagInDegrees) {
+    for (const double gain : {20.0, 40.0}) {
+        SCOPED_TRACE(gain);
+        bench.set("axis.servo-gain", gain);
+        start();
+        bench.run(4);
+        const Table trace = bench.trace(2, {"chop.phase-lag", "chop.phase", "chop.measured-phase"});
+        const std::vector<double> lags = trace.column("chop.phase-lag"), phase = trace.column("chop.phase"),
+                                  measured = trace.column("chop.measured-phase");
+        const double w = 2 * 60.0 / 12, expected = (std::atan(w / gain) + 0.003 * w) * 180 / 3.14159265;
+        double sum = 0;
+        for (std::size_t i = 0; i < lags.size(); ++i) {
+            ASSERT_NEAR(lags[i], expected, 4);  // friction holds it for a moment where it turns
+            ASSERT_NEAR(std::remainder(phase[i] - measured[i] - lags[i], 360), 0, 1e-9);
+            sum += lags[i];
+        }
+        EXPECT_NEAR(sum / static_cast<double>(lags.size()), expected, 0.05 * expected);
+        set("run", 0);
+        bench.run(2);
+        EXPECT_NEAR(get("phase-lag"), 0, 1) << "at rest";
+    }
+}
+
+TEST_F(Chopping, WithoutAValidFeedbackTheMeasuredPhaseStands) {
+    start();
+    bench.run(2);
+    bench.command("unlinkp chop.joint-feedback");
+    bench.set("chop.joint-feedback", std::nan(""));
+    bench.run(0.001);
+    const double phase = get("measured-phase");
+    for (int i = 0; i < 100; ++i) {
+        bench.run(0.005);
+        ASSERT_EQ(get("measured-phase"), phase);
+    }
+    EXPECT_EQ(get("active"), 1);
+}
+
 TEST_F(Chopping, EntersTheStrokeInEachWay) {
     set("by-centre", 1);
     set("centre", -10);
@@ -145,6 +183,44 @@ TEST_F(Chopping, MachineOffFreezesAndOnMovesNothingUntilStartedAgain) {
     bench.run(1);
     EXPECT_EQ(get("offset"), frozen);
     EXPECT_EQ(get("active"), 0);
+}
+
+// An extra joint: LinuxCNC follows its command again as soon as it is homed.
+TEST_F(Chopping, AHomedThatIsLostForAMomentMovesNoExtraJoint) {
+    for (const double moment : {0.008, 0.3, 3.0}) {
+        SCOPED_TRACE(moment);
+        start();
+        bench.run(1.123);
+        EXPECT_GT(std::abs(get("velocity")), 20);
+        const double place = get("command");
+        set("homed", 0);
+        std::vector<double> z = commands(moment);
+        set("homed", 1);
+        const std::vector<double> later = commands(2);
+        z.insert(z.end(), later.begin(), later.end());
+        for (const double its : z) ASSERT_NEAR(its, place, 60 * 60 / (2 * 10 * 1000.0) + 0.06);
+        EXPECT_EQ(get("active"), 0);
+        set("run", 0);
+        set("go-to-end", 1);
+        bench.run(2);
+        EXPECT_EQ(get("at-end"), 1);
+        set("go-to-end", 0);
+    }
+}
+
+TEST_F(Chopping, AnExtraJointThatIsHomedAgainIsCommandedToR) {
+    start();
+    bench.run(1.123);
+    set("motion-enabled", 0);
+    bench.run(0.5);
+    set("homed", 0);
+    bench.run(0.5);
+    EXPECT_LT(get("command"), -7);
+    bench.command("unlinkp chop.joint-feedback");
+    set("joint-feedback", 0);
+    bench.run(0.5);
+    set("homed", 1);
+    for (const double z : commands(1)) ASSERT_EQ(z, 0);
 }
 
 TEST_F(Chopping, StartsAgainFromWhereItStands) {
@@ -247,6 +323,41 @@ TEST_F(Chopping, InvalidSettingsLeaveTheLastGoodSetInForce) {
     bench.run(4);
     EXPECT_EQ(get("fault-code"), 0);
     EXPECT_NEAR(get("actual-cycle-time"), 1.257, 0.002);
+}
+
+// Each stroke runs as it was planned, whatever is set meanwhile.
+TEST_F(Chopping, AnAccelerationALeadOrAJerkTimeThatChangesAtAnyPhaseBreaksNoLimit) {
+    Random random(7);
+    set("jerk-time", 0.02);
+    set("lead", 0.004);
+    start();
+    bench.run(1.5);
+    bench.expect("z >= -20.05 && z <= -7.95", {{"z", "chop.command"}});
+    const double accelerations[] = {1000, 10, 300, 1500, 50, 1000}, leads[] = {0, 0.01, 0.004},
+                 times[] = {0.004, 0.02, 0.1};
+    for (int i = 0; i < rounds(60, 12); ++i) {
+        SCOPED_TRACE(i);
+        switch (random.index(3)) {
+            case 0: set("max-acceleration", accelerations[random.index(6)]); break;
+            case 1: set("lead", leads[random.index(3)]); break;
+            default: set("jerk-time", times[random.index(3)]); break;
+        }
+        EXPECT_LE(hardest(commands(random.uniform(0.05, 2))), 1500 * (1 + 2 * 0.004 / 0.02) * 1.01);
+    }
+}
+
+TEST_F(Chopping, GoToEndKeepsTheRuleOfTheLead) {
+    set("stop-kind", 1);
+    start();
+    bench.run(1);
+    set("run", 0);
+    bench.run(1);
+    set("lead", 0.02);
+    bench.run(0.01);
+    EXPECT_EQ(get("fault-code"), 8);
+    set("go-to-end", 1);
+    EXPECT_LE(hardest(commands(2)), 1000 * 1.01);
+    EXPECT_EQ(get("at-end"), 1);
 }
 
 TEST_F(Chopping, ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay) {
@@ -369,6 +480,27 @@ TEST_F(Chopping, ASectionInHeightsSlowsTheStrokeThere) {
     EXPECT_EQ(get("limited"), 0);
 }
 
+// Learned ends make the stroke longer, and no cycle.
+TEST_F(Chopping, ASetCycleTimeIsKeptToAMicrosecondInTheMean) {
+    for (const char* line : {"setp chop.learn 1", "setp axis.servo-gain 20", "setp chop.jerk-time 0.01",
+                             "setp chop.speed-kind 3", "setp chop.cycle-time 0.6283"})
+        bench.command(line);
+    start();
+    bench.run(40);
+    ASSERT_EQ(get("learned"), 1);
+    EXPECT_GT(get("upper-correction"), 0.1);
+    const auto next_lower = [this] {  // s, exact to less than a period by the speed at the middle
+        while (get("velocity") > -10 || get("command") < -14) bench.run(0.001);
+        double before = get("command");
+        while (get("command") >= -14) before = get("command"), bench.run(0.001);
+        return bench.time() - 0.001 * (-14 - get("command")) / (before - get("command"));
+    };
+    const double begin = next_lower(), strokes = get("stroke-count");
+    bench.run(rounds(1200, 300));
+    const double end = next_lower(), cycles = (get("stroke-count") - strokes) / 2;
+    EXPECT_NEAR((end - begin) / cycles, 0.6283, 1e-6);
+}
+
 TEST_F(Chopping, ACycleTimeWithSectionsAndDwellsIsThatOfTheWholeCycle) {
     set("speed-kind", 4);
     set("cycle-time", 2);
@@ -486,6 +618,30 @@ TEST_F(Learned, AnAxisThatGoesBeyondStartsLearningAgain) {
     bench.expect("u <= -7.999 && l >= -20.001", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
     bench.run(30);
     EXPECT_EQ(get("learned"), 1);
+}
+
+// The way to R leaves the dead point with max-acceleration, and a stroke with less: the axis turns elsewhere.
+TEST_F(Learned, AnEndAtRSpoilsNoDeadPoint) {
+    ASSERT_EQ(get("learned"), 1);
+    const double lower = get("row-lower-offset"), error = get("lower-error");
+    bench.expect("z >= -20.005", {{"z", "axis.truth-position"}});
+    for (int i = 0; i < 6; ++i) {
+        SCOPED_TRACE(i);
+        while (get("velocity") > -50) bench.run(0.002);
+        set(i % 2 == 0 ? "run" : "go-to-end", i % 2);
+        bench.run(2);
+        EXPECT_EQ(get("at-end"), 1);
+        EXPECT_NEAR(get("row-lower-offset"), lower, 2 * um);
+        EXPECT_NEAR(get("lower-error"), error, 2 * um);
+        set("run", 0);
+        set("go-to-end", 0);
+        bench.run(0.01);
+        start();
+        bench.run(3);
+        EXPECT_EQ(get("fault-code"), 0);
+        EXPECT_EQ(get("speed-factor"), 1);
+        EXPECT_LE(bench.get("axis.truth-upper"), -7.995);
+    }
 }
 
 TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
