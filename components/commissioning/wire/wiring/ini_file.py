@@ -103,14 +103,20 @@ class IniFile:
             self.add(section, name, value)
 
     def add(self, section, name, value):
-        """Adds a line behind the last one of this name, or behind the last one of the section."""
+        """Adds a line behind the last one of this name, or behind the last one of the section. LinuxCNC reads the lines of a
+        name up to the first without a value: it comes before that."""
         line = "%s = %s" % (name, value)
         inside = self._section(section)
         if not inside:
             self.texts[self.path] += ["", "[%s]" % section, line]
             return
         written = [place for place in inside if place.text.strip() and not place.text.strip().startswith(("#", ";"))]
-        after = (self._named(section, name) or written)[-1]
+        named = self._named(section, name)
+        empty = next((place for place in named if not place.text.split("=", 1)[1].strip()), None)
+        if empty:
+            self.texts[empty.path].insert(empty.line, line)
+            return
+        after = (named or written)[-1]
         self.texts[after.path].insert(after.line + 1, line)
 
     def include(self, name):
