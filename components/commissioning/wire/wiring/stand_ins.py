@@ -187,7 +187,7 @@ class StandIns:
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
         functions, described = [], []
         for module in self.drivers:
-            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=[a-z])" % PREFIXES.get(module, module)
+            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=\w)" % PREFIXES.get(module, module)
             heads = sorted(set(re.findall(prefix, self.all)))
             heads = [head for head in heads if head not in described]
             described += heads
