@@ -104,6 +104,13 @@ class Refusals(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("thermal_displacement needs the axis Z, and this machine has X Y", flat)
 
+    def test_a_code_that_the_user_remaps(self):
+        self.machine("XYZ")
+        write(self.ini, read(self.ini) + "[RS274NGC]\nREMAP = G81.1 modalgroup=1 ngc=peck\n")
+        status, _, flat = plumb_wire("chopping", "--ini", self.ini)
+        self.assertEqual(status, 1)
+        self.assertIn("G81.1 is in use: my.ini:9 remaps it by 'G81.1 modalgroup=1 ngc=peck', and chopping needs it.", flat)
+
     def test_folder_with_files_of_the_user(self):
         self.machine("XYZ")
         os.mkdir(os.path.join(self.home, "plumb"))

@@ -18,6 +18,8 @@ from wire_sample import plumb_wire, read, snapshot, write
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
 sys.path.insert(1, WIRING)
 import error_tables  # noqa: E402
+import hal_text  # noqa: E402
+import stand_ins  # noqa: E402
 import trial  # noqa: E402
 import writing  # noqa: E402
 from ini_file import IniFile  # noqa: E402
@@ -211,6 +213,62 @@ class Names(unittest.TestCase):
     def test_a_name_of_the_output_that_hal_would_read_otherwise(self):
         for name, words in (("my plumb", "a blank"), ("a:b", "the character ':'"), ("$(id)", r"the character '\$'"), ("[x]", "'\\['")):
             self.assertRegex(self.refusal("my.ini", output=name), "--output .* has .*%s in its name" % words)
+
+
+class Values(unittest.TestCase):
+    def test_a_halfile_comes_before_the_first_without_a_value(self):
+        """LinuxCNC reads no further."""
+        home = own_folder(self)
+        for name in ("first.hal", "last.hal"):
+            write(os.path.join(home, name), "# mine\n")
+        write(os.path.join(home, "my.ini"), "[HAL]\nHALFILE = first.hal\nHALFILE =\nHALFILE = last.hal\n[TRAJ]\n")
+        ini = IniFile(os.path.join(home, "my.ini"))
+        self.assertEqual(list(hal_text.halfiles(ini, home)), [os.path.join(home, "first.hal")])
+        ini.add("HAL", "HALFILE", "plumb/plumb.hal")
+        self.assertEqual(ini.texts[ini.path][1:4], ["HALFILE = first.hal", "HALFILE = plumb/plumb.hal", "HALFILE ="])
+
+
+class Pins(unittest.TestCase):
+    """The pins that stand in for a driver."""
+
+    def stand_ins(self, hal, learnt=None):
+        home = own_folder(self)
+        write(os.path.join(home, "my.ini"), "[HAL]\nHALFILE = my.hal\n")
+        write(os.path.join(home, "my.hal"), "loadrt hm2_eth\nloadrt lcec\n" + hal)
+        self.written = {}
+        ours = mock.Mock(read=set(), plumb="/nowhere/plumb")
+        ours.write = lambda name, text, *_: self.written.setdefault(name, text)
+        return stand_ins.StandIns(ours, IniFile(os.path.join(home, "my.ini")), [os.path.join(home, "my.hal")], learnt)
+
+    def true(self):
+        return {pin for name, text in self.written.items() if name.endswith(".json") for pin in json.loads(text)["true"]}
+
+    def test_a_pin_is_known_by_its_whole_name(self):
+        for pin, expected in (
+            ("hm2_7i76e.0.gpio.030.invert_output", ["bit", "IN"]),
+            ("hm2_7i76e.0.gpio.030.in_not", ["bit", "OUT"]),
+            ("hm2_7i76e.0.pwmgen.00.output-type", ["u32", "IN"]),
+            ("spindle.0.orient-angle", ["float", "OUT"]),
+            ("cia402.0.statusword", ["u32", "IN"]),
+        ):
+            self.assertEqual(stand_ins._known(pin), expected, pin)
+
+    def test_a_pin_takes_the_type_of_the_signal_that_linuxcnc_names(self):
+        for wanted in ("s32", "u32", "bit"):
+            learnt = {}
+            found = self.stand_ins("net torque lcec.0.2.torque mine.0.in\n", learnt)
+            words = "Signal 'torque' of type 'float' cannot add pin 'mine.0.in' of type '%s'" % wanted
+            self.assertTrue(found.learn(words))
+            self.assertEqual(learnt["lcec.0.2.torque"], wanted)
+            self.assertFalse(found.learn(words))  # it helps once
+
+    def test_an_input_and_its_inverse_contradict_each_other(self):
+        limits = "hm2_7i76e.0.7i76.0.0.input-0"
+        hal = "".join("net s%d %s%s\n" % (number, limits, name) for number, name in enumerate(("1", "1-not", "2", "2-not")))
+        self.stand_ins(hal)
+        self.assertEqual(self.true(), {limits + "1-not", limits + "2-not"})
+        self.stand_ins(hal, {"false": [limits + "1-not"], "true": [limits + "2"]})
+        self.assertEqual(self.true(), {limits + "1", limits + "2"})
 
 
 class Tables(unittest.TestCase):

@@ -125,6 +125,7 @@ class Wire:
         forbid_dos_lines(ini)
         joints = joints_of(ini, self.given_joints)
         self.check_axes(joints, ini)
+        self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
         with tempfile.TemporaryDirectory(prefix="plumb-wire-") as folder:
             trials = Trials(self.home, folder, plumb_program())
@@ -173,6 +174,20 @@ class Wire:
             example = ",".join("%s=%d" % (letter, "XYZ".find(letter)) for letter in function.axes)
             kinematics = ini.get("KINS", "KINEMATICS") or "none"
             raise Impossible(wrapped(sentence % (" and ".join(lacking), function.name, kinematics, example)))
+
+    def check_codes(self, ini):
+        """No code of a function has a REMAP of the user."""
+        for function in self.functions:
+            for place in ini.named("RS274NGC", "REMAP"):
+                theirs = place.text.split("=", 1)[1].split("#")[0].strip()
+                for value in function.remap:
+                    if theirs.split()[:1] == value.split()[:1] and theirs != value:
+                        sentence = (
+                            "%s is in use: %s:%d remaps it by %r, and %s needs it. LinuxCNC takes a code once: give yours "
+                            "another number, or remove this line."
+                        )
+                        which = (value.split()[0], os.path.basename(place.path), place.line + 1, theirs, function.name)
+                        raise Impossible(wrapped(sentence % which))
 
     def read(self, trials, joints):
         """The functions joined to the machine, if necessary with more outputs of motmod."""

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import traceback
 
 import linuxcnc
@@ -41,10 +42,11 @@ def look(task):
     started = show()
     said = ""
     for name in task["postgui"]:
-        done = subprocess.run(
-            ["halcmd", "-k", "-i", task["ini"], "-f", name], capture_output=True, text=True, check=False
-        )
-        said += done.stdout + done.stderr
+        with tempfile.TemporaryFile("w+") as words:  # not a pipe, which programs that the file loads keep open
+            command = ["halcmd", "-k", "-i", task["ini"], "-f", name]
+            subprocess.run(command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT, check=False)
+            words.seek(0)
+            said += words.read()
     return {"started": started, "postgui": show(), "said": said}
 
 

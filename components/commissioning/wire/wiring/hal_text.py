@@ -2,6 +2,7 @@
 """Files of HAL commands: loadrt, setp, net, addf."""
 
 import collections
+import itertools
 import os
 import re
 
@@ -42,7 +43,8 @@ def halfiles(ini, folder):
     """The HAL files that the INI file names, found as LinuxCNC finds them, each with those that it sources."""
     library = os.environ.get("HALLIB_DIR", "/usr/share/linuxcnc/hallib")
     seen = set()
-    for value in ini.all("HAL", "HALFILE") + ini.all("HAL", "POSTGUI_HALFILE"):
+    first = itertools.takewhile(str.strip, ini.all("HAL", "HALFILE"))  # LinuxCNC reads no further than an empty value
+    for value in [*first, *ini.all("HAL", "POSTGUI_HALFILE")]:
         name = os.path.expanduser((value.split() or [""])[0])
         places = [os.path.join(library, name[4:])] if name.startswith("LIB:") else [
             os.path.join(folder, name),

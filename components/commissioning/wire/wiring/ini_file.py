@@ -91,26 +91,33 @@ class IniFile:
                 found.append(place)
         return found
 
-    def _named(self, section, name):
+    def named(self, section, name):
+        """The places of the lines of this name."""
         return [place for place in self._section(section) if re.match(r"\s*%s\s*=" % re.escape(name), place.text)]
 
     def set(self, section, name, value):
         """Gives a value another text; adds it where there is none."""
-        found = self._named(section, name)
+        found = self.named(section, name)
         if found:
             self.texts[found[0].path][found[0].line] = "%s = %s" % (name, value)
         else:
             self.add(section, name, value)
 
     def add(self, section, name, value):
-        """Adds a line behind the last one of this name, or behind the last one of the section."""
+        """Adds a line behind the last one of this name, or behind the last one of the section. LinuxCNC reads the lines of a
+        name up to the first without a value: it comes before that."""
         line = "%s = %s" % (name, value)
         inside = self._section(section)
         if not inside:
             self.texts[self.path] += ["", "[%s]" % section, line]
             return
         written = [place for place in inside if place.text.strip() and not place.text.strip().startswith(("#", ";"))]
-        after = (self._named(section, name) or written)[-1]
+        named = self.named(section, name)
+        empty = next((place for place in named if not place.text.split("=", 1)[1].strip()), None)
+        if empty:
+            self.texts[empty.path].insert(empty.line, line)
+            return
+        after = (named or written)[-1]
         self.texts[after.path].insert(after.line + 1, line)
 
     def include(self, name):
@@ -118,7 +125,7 @@ class IniFile:
         self.texts[self.path] += ["#INCLUDE " + name]
 
     def drop(self, section, name, matches=lambda value: True):
-        for place in reversed(self._named(section, name)):
+        for place in reversed(self.named(section, name)):
             if matches(place.text.split("=", 1)[1].strip()):
                 del self.texts[place.path][place.line]
 

@@ -23,7 +23,7 @@ def main():
         else:
             tail = name
         pins[name] = component.newpin(tail, TYPES[kind], DIRECTIONS[direction])
-        if name in given["true"] or direction == "OUT" and kind == "bit" and name.endswith(("-not", "_not")):
+        if name in given["true"]:
             pins[name].set(True)
     component.ready()
     while True:

@@ -17,7 +17,7 @@ HERE = os.path.dirname(os.path.realpath(__file__))
 DRIVERS = re.compile(
     r"^(hal_parport|probe_parport|hm2_\w+|hostmot2|lcec|hal_pi_gpio|hal_bb_gpio|hal_gm|hal_motenc|hal_ppmc|hal_speaker|"
     r"hal_stg|hal_tiro|hal_vti|hal_ax5214h|hal_evoreg|pcl720|pluto_servo|pluto_step|serport|opto_ac5|mesa_7i65|"
-    r"mesa_uart|setsserial|uparport|sserial|hal_gpio)$"
+    r"mesa_uart|setsserial|uparport|sserial|hal_gpio|cia402|litexcnc\w*|remora\w*)$"
 )
 PREFIXES = {
     "hal_parport": "parport",
@@ -40,39 +40,55 @@ WINDOWS = re.compile(r"^\s*(from|import)\s+(tkinter|Tkinter|gi|gtk|PyQt5|vismach
 SCREENS = ("pyvcp", "gladevcp", "qtvcp", "halui_screen", "hal_manualtoolchange", "panelui")
 
 FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
-KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits
+KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits the whole name
     (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|free-.*)", FLOAT, "OUT"),
     (r"joint\.\d+\.(motor-pos-fb|jog-scale)", FLOAT, "IN"),
     (r"joint\.\d+\.jog-counts", S32, "IN"),
     (r"joint\.\d+\.(amp-enable-out|homed|homing|active|in-position)", BIT, "OUT"),
-    (r"joint\.\d+\.", BIT, "IN"),
+    (r"joint\.\d+\..*", BIT, "IN"),
     (r"axis\.\w\.jog-counts", S32, "IN"),
     (r"axis\.\w\.jog-scale", FLOAT, "IN"),
-    (r"axis\.\w\.jog-", BIT, "IN"),
+    (r"axis\.\w\.jog-.*", BIT, "IN"),
     (r"spindle\.\d+\.(speed-out.*|speed-cmd.*)", FLOAT, "OUT"),
     (r"spindle\.\d+\.(speed-in|revs)", FLOAT, "IN"),
+    (r"spindle\.\d+\.orient-angle", FLOAT, "OUT"),
+    (r"spindle\.\d+\.orient-mode", S32, "OUT"),
+    (r"spindle\.\d+\.orient-fault", S32, "IN"),
     (r"spindle\.\d+\.(on|forward|reverse|brake|orient|locked)", BIT, "OUT"),
-    (r"spindle\.\d+\.", BIT, "IN"),
+    (r"spindle\.\d+\..*", BIT, "IN"),
     (r"motion\.(analog-out-\d+|current-vel|distance-to-go|tooloffset\..*)", FLOAT, "OUT"),
     (r"motion\.(analog-in-\d+|adaptive-feed)", FLOAT, "IN"),
     (r"motion\.(digital-out-\d+|motion-enabled|in-position|coord-mode|is-all-homed)", BIT, "OUT"),
-    (r"motion\.", BIT, "IN"),
-    (r"iocontrol\.\d+\.(tool-number|tool-prep-number|tool-prep-pocket)", S32, "OUT"),
+    (r"motion\.(motion-type|program-line)", S32, "OUT"),
+    (r"motion\..*", BIT, "IN"),
+    (r"iocontrol\.\d+\.(tool-number|tool-prep-number|tool-prep-pocket|tool-prep-index)", S32, "OUT"),
     (r"iocontrol\.\d+\.(user-enable-out|user-request-enable|coolant-.*|lube|tool-change|tool-prepare)", BIT, "OUT"),
-    (r"iocontrol\.\d+\.", BIT, "IN"),
+    (r"iocontrol\.\d+\..*", BIT, "IN"),
     (r"pid\.\w+\.(enable|index-enable)|.*_pid\.enable", BIT, "IN"),
     (r"pid\.\w+\.output|.*pid.*\.output", FLOAT, "OUT"),
     (r"(stepgen|pwmgen)\.\d+\.(step|dir|pwm|up|down|phase-.)", BIT, "OUT"),
     (r"parport\.\d+\.pin-\d+-in(-not)?", BIT, "OUT"),
-    (r"parport\.\d+\.", BIT, "IN"),
-    (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)$", FLOAT, "OUT"),
+    (r"parport\.\d+\.reset-time", U32, "IN"),
+    (r"parport\.\d+\..*", BIT, "IN"),
+    (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)", FLOAT, "OUT"),
     (r"hm2_.*\.encoder\.\d+\.index-enable", BIT, "IO"),
-    (r"hm2_.*\.(encoder|resolver)\.\d+\.count$", S32, "OUT"),
+    (r"hm2_.*\.(encoder|resolver)\.\d+\.count", S32, "OUT"),
     (r"hm2_.*\.gpio\.\d+\.in(_not)?|hm2_.*\.input.*|hm2_.*\.(in|input)-\d+(-not)?", BIT, "OUT"),
     (r"hm2_.*\.(enable|is_output|is_opendrain|invert_output|index-invert|index-mask|index-mask-invert|counter-mode|filter|"
      r"has_bit|clear|reset|out|invert_.*|output-\d+|spinena|spindir|control-type|has_bitten)", BIT, "IN"),
     (r"hm2_.*\.(step_type|output-type|dirsetup|dirhold|steplen|stepspace|pwm_frequency|pdm_frequency|timeout_ns)", U32, "IN"),
+    (r"hm2_.*\.analogin\d+", FLOAT, "OUT"),
     (r"hm2_.*", FLOAT, "IN"),
+    (r"cia402\.\d+\.statusword", U32, "IN"),
+    (r"cia402\.\d+\.controlword", U32, "OUT"),
+    (r"cia402\.\d+\.(opmode-display|drv-actual-position|drv-actual-velocity)", S32, "IN"),
+    (r"cia402\.\d+\.(opmode|drv-target-position|drv-target-velocity)", S32, "OUT"),
+    (r"cia402\.\d+\.(pos-fb|velocity-fb)", FLOAT, "OUT"),
+    (r"cia402\.\d+\.(pos-cmd|velocity-cmd|pos-scale|velo-scale|auto-fault-reset-delay)", FLOAT, "IN"),
+    (r"cia402\.\d+\.(drv-fault|stat-.*)", BIT, "OUT"),
+    (r"cia402\.\d+\..*", BIT, "IN"),
+    (r"lcec\..*(controlword|control-word|cia-controlword)", U32, "IN"),
+    (r"lcec\..*(statusword|status-word|cia-statusword)", U32, "OUT"),
 ]
 LIKE_A_BIT = re.compile(
     r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|"
@@ -171,14 +187,15 @@ class StandIns:
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
         functions, described = [], []
         for module in self.drivers:
-            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=[a-z])" % PREFIXES.get(module, module)
+            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=\w)" % PREFIXES.get(module, module)
             heads = sorted(set(re.findall(prefix, self.all)))
             heads = [head for head in heads if head not in described]
             described += heads
             pins = {}
             for head in heads:
                 pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
-                functions += sorted(set(re.findall(r"^\s*addf\s+(%s\.\S+)" % re.escape(head), self.all, re.M)))
+                added = sorted(set(re.findall(r"^\s*addf\s+(%s\.\S+)" % re.escape(head), self.all, re.M)))
+                functions += [name for name in added if name not in functions]  # parport.0.read is one of parport, too
             self._describe(module, pins, {}, prefix=False)
         first = True
         for path, text in self.texts.items():
@@ -257,13 +274,32 @@ class StandIns:
 
     def _describe(self, name, pins, follow, prefix=True):
         self.described[name] = [name + "." + pin if prefix else pin for pin in pins]
-        values = [pin for pin in pins if pin in self.learnt.get("true", [])]
+        values = [pin for pin, kind in pins.items() if self._is_true(pin, kind)]
         described = {"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}
         self.trial.write("stand-in-%d.json" % self._number(name), json.dumps(described))
 
+    def _is_true(self, pin, kind):
+        """Whether an input of the hardware is true at first. It and its inverse contradict each other."""
+        for name, value in (("true", True), ("false", False)):
+            if pin in self.learnt.get(name, []):
+                return value
+            if _inverse(pin) & set(self.learnt.get(name, [])):
+                return not value
+        return kind == [BIT, "OUT"] and pin.endswith(("-not", "_not"))
+
     def learn(self, words):
         """Takes the type or direction of a pin from LinuxCNC's complaint. Returns whether there was one."""
+        found = re.search(r"Signal '([^']+)' of type '(\w+)' cannot add pin '([^']+)' of type '(\w+)'", words)
+        if found:
+            return self._take_type(*found.groups())
+        found = re.search(r"pin '([^']+)' is not writable", words)
+        if found and self._is_stand_in(found[1]) and self.learnt.get("direction of " + found[1]) != "IN":
+            self.learnt["direction of " + found[1]] = "IN"
+            return True
         found = re.search(r"type mismatch '([^']+)' <- '([^']+)'", words)
+        if found and not self._is_stand_in(found[1]):
+            others = [pin for pin in self.nets.get(found[2], ([],))[0] if not _known(pin)]
+            return any([self._try_next(pin) for pin in others])
         if found:
             return self._try_next(found[1])
         found = re.search(r"([\w./-]+\.hal):(\d+): value '\S+' invalid for (\w+)", words)
@@ -278,6 +314,18 @@ class StandIns:
                     self.learnt["direction of " + pin] = "IN"
                     return True
         return False
+
+    def _take_type(self, signal, kind, pin, wanted):
+        """Gives the pins that stand in on a signal the type of a pin that does not."""
+        kind, wanted = kind.lower(), wanted.lower()
+        others = [other for other in self.nets.get(signal, ([],))[0] if other != pin and self._is_stand_in(other)]
+        if self._is_stand_in(pin) and not (_known(pin) and others):
+            pins, wanted = [pin], kind
+        else:
+            pins = others
+        pins = [other for other in pins if self.learnt.get(other) != wanted]
+        self.learnt.update(dict.fromkeys(pins, wanted))
+        return bool(pins)
 
     def _is_stand_in(self, pin):
         return any(pin in pins for pins in self.described.values())
@@ -299,7 +347,12 @@ class StandIns:
 
 
 def _known(name):
-    return next(([kind, direction] for pattern, kind, direction in KNOWN if re.match(pattern, name)), None)
+    return next(([kind, direction] for pattern, kind, direction in KNOWN if re.fullmatch(pattern, name)), None)
+
+
+def _inverse(pin):
+    """The names that the inverse of a pin can have."""
+    return {pin[:-4]} if pin.endswith(("-not", "_not")) else {pin + "-not", pin + "_not"}
 
 
 def _program(words):

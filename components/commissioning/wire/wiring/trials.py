@@ -2,6 +2,7 @@
 """The starts of copies of a machine: to read its HAL, and to try the wiring."""
 
 import os
+import re
 
 import hal_text
 import writing
@@ -19,6 +20,23 @@ FOLLOWERS = (
     ("mult2", "in0", (("in1", 1),)),
     ("lowpass", "in", (("gain", 1),)),
 )
+# Inputs that hold a machine back, by the value with which it works.
+WANTED_TRUE = re.compile(r".*emc-enable-in|.*\.ok-in|.*\.at-speed|motion\.enable")
+WANTED_FALSE = re.compile(
+    r"joint\.\d+\.(neg-lim-sw-in|pos-lim-sw-in|amp-fault-in|home-sw-in)|.*\.fault-in|spindle\.\d+\.(inhibit|amp-fault-in)|"
+    r"motion\.(probe-input|feed-inhibit|feed-hold|homing-inhibit|jog-inhibit)|"
+    r"halui\.(abort|estop\.activate|machine\.off|program\.(stop|pause))"
+)
+LOGIC = {  # inputs of a module, and their values, that give its output a value
+    ("not", True): (("in", False),),
+    ("not", False): (("in", True),),
+    ("debounce", True): (("in", True),),
+    ("debounce", False): (("in", False),),
+    ("or2", True): (("in0", True),),
+    ("or2", False): (("in0", False), ("in1", False)),
+    ("and2", True): (("in0", True), ("in1", True)),
+    ("and2", False): (("in0", False),),
+}
 BASIC_STEPS = 3  # of a trial: on, home, program
 # A busy computer can stop LinuxCNC's programs for longer than a loss takes.
 PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
@@ -79,7 +97,7 @@ class Trials:
         for function in functions:
             if function.check_hal:
                 with open(function.check_hal, encoding="utf-8") as file:
-                    text = renamed(file.read(), wiring, machine)
+                    text = renamed(file.read(), wiring, machine, functions)
                 ini.add("HAL", "HALFILE", trial.write("%s.hal" % function.name, text))
         ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE))
         self.drive(trial, ini, machine, stand_ins)
@@ -106,12 +124,26 @@ class Trials:
 
     def release(self, machine):
         """Learns the inputs from the hardware without which the machine does not turn on or the spindle is not at speed."""
-        outputs = self.stand_ins.outputs()
-        wanted = [name for name in machine.complete.pins if name.endswith(("emc-enable-in", ".ok-in", ".at-speed"))]
-        for name in wanted:
-            signal = machine.complete.signals.get(machine.complete.signal_of(name))
-            if signal and signal.writer in outputs:
-                self.learnt.setdefault("true", []).append(signal.writer)
+        for name in machine.complete.pins:
+            if WANTED_TRUE.fullmatch(name):
+                self.demand(machine.complete, name, True, set())
+        for name in machine.complete.pins:
+            if WANTED_FALSE.fullmatch(name):
+                self.demand(machine.complete, name, False, set())
+
+    def demand(self, state, pin, value, passed):
+        """Learns the input from the hardware that gives a pin this value, straight or through logic."""
+        signal = state.signals.get(state.signal_of(pin))
+        writer = signal and signal.writer
+        if not writer or writer in passed:
+            return
+        if writer in self.stand_ins.outputs():
+            if not any(writer in self.learnt.get(name, []) for name in ("true", "false")):
+                self.learnt.setdefault("true" if value else "false", []).append(writer)
+            return
+        head, owner = writer.rpartition(".")[0], state.pins[writer].owner
+        for name, wanted in LOGIC.get((owner, value), ()):
+            self.demand(state, "%s.%s" % (head, name), wanted, passed | {writer})
 
     def drive(self, trial, ini, machine, stand_ins):
         """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
@@ -139,13 +171,23 @@ class Trials:
             ini.add("HAL", "HALFILE", trial.write("drives.hal", "\n".join(lines) + "\n"))
 
 
-def renamed(text, wiring, machine):
-    """The HAL of a check with the signals of this machine."""
+def renamed(text, wiring, machine, functions):
+    """The HAL of a check with the signals of this machine. A signal that functions take and the user writes has the check's
+    source in the trial; any other name of the user's is free for the user."""
     lines = []
+    state = machine.halfiles
+    taken = {words[0] for function in functions for words in function.nets(machine.axes)}
     for line in text.splitlines():
         words = line.split()
         if words and words[0] == "net":
-            line = " ".join(["net", wiring.names.get(words[1], words[1]), *words[2:]])
+            signal = wiring.names.get(words[1], words[1])
+            if signal == words[1] and signal in state.signals and signal not in taken:
+                signal = "plumb-check-" + signal
+            _, writer, _ = hal_text.pins_of_net(words[1:])
+            theirs = state.signals[signal].writer if writer and signal in state.signals else None
+            if theirs:
+                lines.append("unlinkp " + theirs)
+            line = " ".join(["net", signal, *words[2:]])
         if words and words[0] == "addf":
             line = "addf %s %s %d" % (words[1], machine.thread, wiring.files.thread_order.index("motion-controller") + 2)
         lines.append(line)
