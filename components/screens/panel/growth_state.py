@@ -18,6 +18,8 @@ def verdict(instance, values):
             return "bad", _("{pin} is not a number.").format(pin=instance.full(short))
     if get("fault"):
         return "bad", _("Not trusted: {why}").format(why=_(instance.sentence(values, "fault-code")))
+    if not get("load-valid", True):
+        return "bad", _("The load is lost: its sensor reports no valid value.")
     if get("learning"):
         return "good", _("Learning from this part. {count} contacts so far.").format(count=get("contacts"))
     if get("learn"):

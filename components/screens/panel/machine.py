@@ -120,11 +120,12 @@ def _channels(pins, declared):
     names = {pin.name: pin for pin in pins}
     found = []
     for pin in pins:
-        if not pin.name.endswith(".value") or pin.owner in declared:
+        if not pin.name.endswith(".value") or (pin.owner in declared and pin.owner not in SENSOR_PROGRAMS):
             continue
         stem = pin.name[: -len(".value")]
         if stem + ".age" in names and stem + ".valid" in names:
-            module = "can_sensor" if stem.split(".")[0].startswith("can") else "modbus_sensor"
+            guess = "can_sensor" if stem.startswith("can") else "modbus_sensor"
+            module = pin.owner if pin.owner in SENSOR_PROGRAMS else guess
             parts = ("value", "age", "valid", "fault", "fault-code", "error-count")
             found.append(Channel(stem, module, {part: stem + "." + part for part in parts if stem + "." + part in names}))
     return found

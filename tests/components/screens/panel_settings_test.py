@@ -148,6 +148,28 @@ class Discovery(WithHost):
         self.assertEqual(machine.Machine([], DECLARED).instances, [])
 
 
+class Channels(unittest.TestCase):
+    """The channels of sensor programs, whatever the program's component is called."""
+
+    PARTS = (("value", "float", 12.5), ("age", "float", 0.5), ("valid", "bit", True), ("fault-code", "s32", 0))
+
+    def channels(self, owner, stem):
+        pins = [Pin("%s.%s" % (stem, part), owner, kind, True, value, "") for part, kind, value in self.PARTS]
+        return [(each.name, each.module) for each in machine.Machine(pins, DECLARED).channels]
+
+    def test_those_of_each_sensor_program_are_found(self):
+        for owner, stem in (("can_sensor", "can-sensor.spindle-load"), ("modbus_sensor", "modbus-sensor.column-front"), ("modbus_sensor", "gauge.height")):
+            with self.subTest(owner, stem=stem):
+                self.assertEqual(self.channels(owner, stem), [(stem, owner)])
+
+    def test_those_under_another_name_of_the_component_are_found(self):
+        self.assertEqual(self.channels("can-sensor-2", "can-sensor-2.load"), [("can-sensor-2.load", "can_sensor")])
+        self.assertEqual(self.channels("gauges", "gauges.height"), [("gauges.height", "modbus_sensor")])
+
+    def test_pins_of_another_component_are_none(self):
+        self.assertEqual(self.channels("interlock", "interlock.0"), [])
+
+
 class Changing(WithHost):
     def test_a_change_is_written_and_logged(self):
         self.screen("anna").change(self.growth, "window", "0.125", seen=self.hal.get("growth.window"))
@@ -324,6 +346,9 @@ class Verdicts(WithHost):
             ({"dry_run": True}, "off", "Dry run"),
             ({"enable": False}, "off", "Switched off"),
             ({"growth_known": False}, "warn", "first contact"),
+            ({"load_valid": False}, "bad", "The load is lost: its sensor reports no valid value."),
+            ({"load_valid": False, "learning": True}, "bad", "The load is lost"),
+            ({"load_valid": False, "reference_valid": False}, "bad", "The load is lost"),
             ({"offset_sigma": math.nan}, "bad", "growth.offset-sigma is not a number"),
             ({"learning": True}, "good", "Learning"),
         ):
