@@ -131,6 +131,7 @@ COMMANDS = {
     "components/compensation/thermal_displacement/README.md": {
         "build/bin/plumb bench ...": HERE,
         "scripts/test -R mill_linuxcnc": chosen("mill_linuxcnc"),
+        "scripts/test -R mill_config": chosen("mill_config"),
     },
     "components/compensation/thermal_growth_test/README.md": {
         "build/bin/plumb bench ...": HERE,
