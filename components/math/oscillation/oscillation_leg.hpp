@@ -62,8 +62,8 @@ struct OscillationLeg {
                              now.speed == latest.speed && now.sections == latest.sections;
         const Reciprocation region{upward ? std::min(from, begin.lower) : bound,
                                    upward ? bound : std::max(from, begin.upper), now.speed};
-        const double acceleration = std::min(reversal(region, bound, now), reversal(region, bound, latest));
-        double offset = learned(upward, acceleration, now.speed);
+        const double at_turn = std::min(reversal(region, bound, now), reversal(region, bound, latest));
+        double offset = learned(upward, at_turn, now.speed);
         if (!regular) offset = std::min(offset, 0.0);  // not learned for this stroke
         const double end = upward ? bound + offset : bound - offset;
 
