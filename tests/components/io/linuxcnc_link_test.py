@@ -221,11 +221,15 @@ class Shipped(unittest.TestCase):
             for path in glob.glob(os.path.join(folder, "*.hal")):
                 with open(path) as file:
                     hal += file.read()
-            modules = dict(
-                (instance, module)
-                for module, instances in re.findall(r"^loadrt (\w+) +names=(\S+)", hal, re.M)
-                for instance in instances.split(",")
-            )
+            ini = ""
+            for path in glob.glob(os.path.join(folder, "*.in[ic]")):
+                with open(path) as file:
+                    ini += file.read()
+            modules = {}
+            for module, names in re.findall(r"^loadrt (\w+) +names=(\S+)", hal, re.M):
+                key = re.fullmatch(r"\[\w+\](\w+)", names)  # a value of the INI files
+                for instances in re.findall(rf"(?m)^{key[1]} *= *(\S+)", ini) if key else [names]:
+                    modules.update(dict.fromkeys(instances.split(","), module))
             self.assertTrue(messages, folder)
             for message in messages:
                 with self.subTest(config=os.path.basename(folder), pin=message["pin"]):
