@@ -89,7 +89,7 @@ struct OscillationLeg {
         arrival.regular = regular;
         arrival.bound = bound;
         arrival.offset = upward ? request.to - bound : bound - request.to;
-        arrival.acceleration = acceleration;
+        arrival.acceleration = at_turn;
         arrival.speed = now.speed;
         return request;
     }
