@@ -22,7 +22,7 @@ constexpr double size = 60;  // of a unit of the layout, in pixels
 constexpr std::array<std::array<int, 3>, 6> colours{
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {86, 180, 233}, {230, 159, 0}, {204, 121, 167}}};
 
-// Oblique: what is further back lies higher and to the right.
+// Oblique: a place further back lies higher and to the right.
 Vector2d seen(const Vector3d& place) {
     return size * Vector2d(place[0] + 0.45 * place[1], -place[2] - 0.32 * place[1]);
 }

@@ -102,7 +102,7 @@ each G38.2 onto a face that looks to +X.
 
 You need two points on each of two faces that are neither parallel nor at 45 deg to the axes, or five around a ring; more
 are better. You need not correct them for the ball of the probe. Probe the artifact again after turning it by 90 deg to separate
-its own error from that of the axes. own-u is an ANGLE, the direction of a face; of a ring it is a LENGTH, its ovality.
+its own error from that of the axes. own-u is the direction of a face, an ANGLE, or the ovality of a ring, a LENGTH.
 
 The file has no checksum. With more points than necessary, a damaged digit makes a point leave the shape, and the file is
 refused with its line, or the change is within the uncertainty.)"},

@@ -21,7 +21,7 @@ struct LeanState {
     TiltEffect effect;
     std::string useless;  // a sentence, if the lean alone corrects nothing on this chain
     std::optional<SquarenessQuantity> measured, in_force, settled;  // an uncertainty is standard
-    double before = 0;  // rad, of what is settled the part that the settings in force leave
+    double before = 0;  // rad, the part of `settled` that the settings in force leave
     std::string words;  // before and after; empty unless something is settled
 
     // To the end of X, Y or Z.
