@@ -23,7 +23,9 @@ import plumb  # noqa: E402
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts longer texts
-OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat")
+OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side")
+UNKNOWN_SIDE = 2
+SIDES = {400: 0, 410: 1, 411: 1, 420: -1, 421: -1}  # by G-code, times ten
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
@@ -107,6 +109,13 @@ def tool_set(status):
     """Identity of the tool table; its first row, the tool in the spindle, is a copy."""
     tools = sorted(tuple(tool)[:11] for tool in status.tool_table[1:] if tool.id > 0)  # id, nine offsets, diameter
     return identity(repr(tools).encode()) if tools else 0
+
+
+def compensation_side(status):
+    """1 for G41, -1 for G42, 0 for G40, of the move that runs; other modes than AUTO name the block that was read last."""
+    if status.task_mode != linuxcnc.MODE_AUTO:
+        return UNKNOWN_SIDE
+    return next((SIDES[code] for code in status.gcodes[1:] if code in SIDES), UNKNOWN_SIDE)
 
 
 def declared_codes(source):
@@ -233,6 +242,7 @@ class Link:
             self._tools_due = 0
         connected = self._connect()
         self._component["connected"] = connected
+        self._component["compensation-side"] = compensation_side(self._status) if connected else UNKNOWN_SIDE
         if not connected:
             return
         is_named = False
@@ -295,6 +305,8 @@ def main():
         component.newpin("identify", hal.HAL_BIT, hal.HAL_IN)
         component.newpin("identified", hal.HAL_BIT, hal.HAL_OUT)
         component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
+        component.newpin("compensation-side", hal.HAL_S32, hal.HAL_OUT)
+        component["compensation-side"] = UNKNOWN_SIDE
         for message in messages:
             message.make_pins(component)
         component.ready()
