@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/squareness/compensated_tip.hpp"
 #include "components/compensation/squareness/error_tables.hpp"
 #include "components/compensation/squareness/settling.hpp"
 #include "components/compensation/squareness/squareness_model.hpp"
@@ -95,7 +96,10 @@ refused. The lines in front are optional. The seal is the CRC-32, as in zip, of 
 line feed; with it, a changed or damaged file is refused. plumb squareness --table FILE checks a file, and with --seal writes
 the seal. Without a seal, write # end, 2 rows: the table is used, and the load names it. Tables add to the tilts: do not give
 one squareness in both. A rising edge of reload reads the tables again.
-8. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.)"},
+8. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.
+9. For a boring bar with its tip in one direction, set radial-offset and radial-direction. Set tip-on-contour true if the
+spindle turns a single-point tool to the contour, as in interpolation turning. The radius of G41 or G42 then takes the
+place of radial-offset. configs/portal/contour_tip.hal has the nets, and a program calls o<contour_tip>. See LIMITS.)"},
                                       hal::Behaviour{R"(
 - Start, not homed: No correction, and nothing moves.
 - All joints homed, enable, edited angle, new table: The correction changes at max-rate, at most. ramping is true meanwhile.
@@ -106,6 +110,11 @@ one squareness in both. A rising edge of reload reads the tables again.
 true until ramping and stages-ramping are false, and LinuxCNC waits with the next move. Jogs do not wait.
 - In a cut: settling is never true. A cut lasts from the first feed to the next rapid, or to the end of all motion.
 - Settling ends early: unsettled is true, and unsettled-code gives the cause.
+- tip-on-contour with G41 or G42: The radius points from the tool's axis to the contour, square to the commanded path.
+The correction follows an arc without lag, at most at max-rate. At a corner the direction jumps, and the correction
+changes at max-rate; 5 um take 50 ms. At rest the direction stays. G40 and jogs have no radius. settling stays false.
+- compensation-side is another one than the side of compensation-radius: After 2 s of motion the correction of the radius
+returns to 0 at max-rate, and fault is true until they agree.
 - Position faster than max-speed: A position that changes faster, by more than a tenth, did not move. The correction
 follows at max-rate.
 - Invalid position or tool offset: The last good value stays, and the velocity counts as 0.
@@ -119,6 +128,9 @@ its tilt turns both: let plumb-squareness(1) compute the setting.
 Net both pins of settling. LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0. After M53 P0
 together with one of the others, a cut begins early. LinuxCNC never holds threads and rigid taps: put a move before G33
 and G33.1.
+
+Never set tip-on-contour for a rotating cutter. A rotating cutter cuts a floor with its lowest point, on whichever side
+G41 has it: the correction would make an error of its own. The lathe tools of G18 with an orientation are not supported.
 
 Other ramps do not make settling true: enable, an edited angle, new tables, the machine turned on. Let a program wait
 for them with M66 on the signal ramping.
@@ -139,6 +151,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
     SquarenessSettings settings{this};
     hal::Axes<hal::In<double>, 3> tool_offset{this, "%-tool-offset", 0, "mu",
                                               "Offset of the tool in force, in %."};
+    CompensatedTip compensated{this};
     hal::In<bool> stages_ramping{this, "stages-ramping", false, "The stage of an axis is ramping."};
     hal::In<bool> coordinated{this, "coordinated", true,
                               "Programs and MDI move the axes, not jogs: motion.coord-mode."};
@@ -193,6 +206,8 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
     void update(double dt) noexcept {
         const bool jumped = read_motion(dt);
         const bool tool_known = read_tool();
+        const bool by_program = coordinated;
+        compensated.step(model_.velocity(motion_), by_program, dt);
         const bool edited = settings.judge(axes_);
         const bool reloaded = take_over_tables();
         const bool homed = all_homed, was_active = model_.active();
@@ -213,7 +228,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
         }
         ramping = is_ramping();
         report(tool_known, jumped && was_active);
-        settle(dt);
+        settle(by_program, dt);
     }
 
 private:
@@ -275,13 +290,19 @@ private:
     // The correction at the present position, with the former and with the new settings. Motion did not
     // cause their difference, so the ramp takes it.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
-        const Eigen::Vector3d tool = tool_ + settings.radial();
-        tool_changed_ = tool != model_.tool();
+        const Eigen::Vector3d mounted = tool_ + settings.radial();
+        const Eigen::Vector3d tool = compensated.in_use() ? tool_ + compensated.radial() : mounted;
+        tool_changed_ = mounted != mounted_;
+        mounted_ = mounted;
         const SquarenessModel::Result last = result_;
         SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
         result_ = before;
-        if (edited || reloaded || active != model_.active() || tool != model_.tool()) {
-            model_.set(settings.values(), tool, active);
+        const bool set_anew = edited || reloaded || active != model_.active();
+        if (set_anew || tool != model_.tool()) {
+            if (set_anew)
+                model_.set(settings.values(), tool, active);
+            else
+                model_.set_tool(tool);
             result_ = model_.at(motion_, tables_.in_use());
         }
         if (jumped || before.steady != last.steady) before = last;
@@ -304,7 +325,8 @@ private:
                                               {!tool_known, Fault::tool},
                                               {settings.fault() != Fault::none, settings.fault()},
                                               {tables_.refused(), Fault::tables},
-                                              {!result_.steady, Fault::steep}});
+                                              {!result_.steady, Fault::steep},
+                                              {compensated.fault() != Fault::none, compensated.fault()}});
         fault = code;
         has_fault_ = code != Fault::none;
         table_fault = tables_.refused();
@@ -314,10 +336,10 @@ private:
         serial = serial_;
     }
 
-    void settle(double dt) noexcept {
+    void settle(bool by_program, double dt) noexcept {
         const bool stages_ramp = stages_ramping;
         settling_.step({tool_changed_, is_ramping() || stages_ramp, model_.active(), has_fault_, is_limited_,
-                        coordinated, motion_type, path_velocity, settings.values().settling_time},
+                        by_program, motion_type, path_velocity, settings.values().settling_time},
                        dt);
         settling = settling_.holds();
         unsettled = settling_.ended();
@@ -329,6 +351,7 @@ private:
     SquarenessModel model_{AxisChain{}, 1};
     SquarenessModel::Motion motion_;                  // last good values
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu, from the gauge point to the tip; last good values
+    Eigen::Vector3d mounted_ = Eigen::Vector3d::Zero();  // mu, that tool with the radial offset
     bool motion_known_ = true;
     SquarenessModel::Result result_;
     RampedCorrection ramp_;

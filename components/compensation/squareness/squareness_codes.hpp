@@ -16,7 +16,9 @@ enum class Fault : std::int32_t {
     direction,
     tables,
     steep,
-    speed
+    speed,
+    contour,
+    side
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -48,6 +50,13 @@ constexpr const char* sentence(Fault fault) {
             return "The max-speed is not set: set it to the speed of the fastest axis, "
                    "[TRAJ]MAX_LINEAR_VELOCITY; "
                    "the last good set of settings stays in force, and without one nothing is corrected.";
+        case Fault::contour:
+            return "A compensation-radius (to 1e4) or compensation-plane (17, 18 or 19) is invalid; its last "
+                   "good value is used.";
+        case Fault::side:
+            return "G40 or the other side is in force, not the side of compensation-radius; the radius is "
+                   "not "
+                   "corrected.";
         default: return nullptr;
     }
 }

@@ -38,6 +38,13 @@ public:
     const Eigen::Vector3d& tool() const noexcept { return tool_; }
     bool active() const noexcept { return active_; }
 
+    // Of the path in X, Y and Z, with the axis parallel to one of them; mu/s.
+    Eigen::Vector3d velocity(const Motion& motion) const noexcept {
+        return correction_.chain().ideal_slopes() * motion.velocity;
+    }
+
+    void set_tool(const Eigen::Vector3d& tool) noexcept { tool_ = tool; }
+
     // The tool in mu, from the gauge point to the tip. The correction is 0 if not active.
     void set(const SquarenessSettings::Values& settings, const Eigen::Vector3d& tool, bool active) noexcept {
         tool_ = tool;

@@ -26,6 +26,7 @@ public:
         : chain_(chain), origin_(chain.tool_displacement(reference_tool)) {}
 
     KinematicChain& chain() noexcept { return chain_; }
+    const KinematicChain& chain() const noexcept { return chain_; }
 
     struct Share {
         double offset;  // mu

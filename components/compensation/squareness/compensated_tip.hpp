@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/squareness/squareness_codes.hpp"
+#include "components/math/geometry/contour_tip.hpp"
+#include "hal/component.hpp"
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstdint>
+
+namespace plumb {
+
+// The tip that is held to the contour of G41 or G42. A radius that G40 or the other side contradicts for a
+// while in motion is not used.
+struct CompensatedTip final : hal::Group {
+    using Group::Group;
+
+    static constexpr double largest = 1e4;  // mu
+    static constexpr double patience = 2;   // s; linuxcnc_link sees the side of G41 later than motion does
+
+    hal::In<bool> on_contour{this, "tip-on-contour", false,
+                             "The tip is on the contour of G41 or G42; never set it for a rotating cutter."};
+    hal::In<double> compensation_radius{
+        this, "compensation-radius", 0, "mu",
+        "Radius of cutter compensation, positive with G41, negative with G42, 0 with G40."};
+    hal::In<double> compensation_plane{this, "compensation-plane", 17, "1",
+                                       "Plane of cutter compensation, 17, 18 or 19."};
+    hal::In<std::int32_t> compensation_side{
+        this, "compensation-side", 2,
+        "Side in the program: 1 for G41, -1 for G42, 0 for G40, 2 for unknown."};
+
+    // The inputs of one period; the velocity of the path is finite, in mu/s.
+    void step(const Eigen::Vector3d& velocity, bool coordinated, double dt) noexcept {
+        const bool wanted = on_contour;
+        const double given_radius = compensation_radius, given_plane = compensation_plane;
+        const std::int32_t side = compensation_side;
+        const bool radius_known = std::abs(given_radius) <= largest;
+        const bool plane_known = given_radius == 0 || ContourTip::is_plane(given_plane);
+        if (radius_known) radius_ = given_radius;
+        if (ContourTip::is_plane(given_plane)) plane_ = static_cast<int>(given_plane);
+        const double radius = wanted && coordinated ? radius_ : 0;
+
+        const bool contradicted = radius != 0 && side >= -1 && side <= 1 && side != (radius > 0 ? 1 : -1);
+        if (!contradicted)
+            contradicted_for_ = 0;
+        else if (!velocity.isZero(0))
+            contradicted_for_ += dt;
+        const bool doubtful = contradicted_for_ >= patience;
+
+        tip_.step(velocity, doubtful ? 0 : radius, plane_);
+        in_use_ = radius != 0 && !doubtful;
+        fault_ = !wanted                          ? Fault::none
+                 : !(radius_known && plane_known) ? Fault::contour
+                 : doubtful                       ? Fault::side
+                                                  : Fault::none;
+    }
+
+    bool in_use() const noexcept { return in_use_; }  // in the place of radial-offset
+    const Eigen::Vector3d& radial() const noexcept {
+        return tip_.vector();
+    }  // mu, from the tool's axis to the tip
+    Fault fault() const noexcept { return fault_; }
+
+private:
+    ContourTip tip_;
+    double radius_ = 0;            // mu, the last good one
+    int plane_ = 17;               // the last good one
+    double contradicted_for_ = 0;  // s, in motion
+    bool in_use_ = false;
+    Fault fault_ = Fault::none;
+};
+
+}  // namespace plumb
