@@ -16,7 +16,8 @@ for number, letter in enumerate("xyz"):
     COLUMNS += ["joint.%d.%s" % (number, pin) for pin in ("pos-cmd", "vel-cmd", "f-error")]
     COLUMNS += ["square.%s-%s" % (letter, pin) for pin in ("correction", "corrected-position", "corrected-velocity")]
     COLUMNS += ["%s-stage.%s" % (letter, pin) for pin in ("applied-offset", "drive-command", "limited", "fault-code")]
-    COLUMNS += ["portal.truth-%s-error" % letter]
+    COLUMNS += ["portal.truth-%s-error" % letter, "portal.%s-position" % letter]
+CONTOUR = ["square.compensation-radius", "square.compensation-side", "square.unsettled-code"]
 RAIL = ["joint.3.pos-cmd"]
 RAIL += ["square.e%s0%s-in-use" % (rotation, letter) for letter in "wz" for rotation in "ab"]
 
@@ -36,7 +37,7 @@ class Shift(Scenario):
     def __init__(self, machine):
         super().__init__(machine)
         self.has_rail = machine.status.joints == 4
-        self.columns = COLUMNS + (RAIL if self.has_rail else [])
+        self.columns = COLUMNS + (RAIL if self.has_rail else CONTOUR)
 
     def work(self):
         self.play(
@@ -63,6 +64,7 @@ class Shift(Scenario):
             self.resume,
             self.corrected_cube,
             self.corrected_box,
+            *(() if self.has_rail else (self.contour_without, self.contour, self.contour_aborted, self.contour_stopped, self.contour_forgotten)),
             self.unhome,
             self.home_again,
             self.home_too_early,
@@ -242,6 +244,49 @@ class Shift(Scenario):
 
     def corrected_box(self):
         self.machine.run("box.ngc")
+
+    def contour_without(self):
+        self.cut_contours()
+
+    def contour(self):
+        self.host.set("square.tip-on-contour", True)
+        self.cut_contours()
+
+    def cut_contours(self):
+        for program in ("bored.ngc", "turned.ngc"):
+            self.machine.run(program)
+        self.await_ramp()
+
+    def contour_aborted(self):
+        self.end_in_the_bore(self.machine.abort)
+        self.machine.mdi("G1 X0 Y0 F3000")
+        self.rest()
+        self.facts["after the abort"] = self.host.get(["joint.0.pos-cmd", "joint.1.pos-cmd"])
+        self.await_ramp()
+
+    def contour_stopped(self):
+        self.end_in_the_bore(self.machine.emergency_stop)
+        self.machine.turn_on()
+        self.await_stages()
+        self.machine.mdi("G0 X0 Y0")
+        self.await_ramp()
+
+    def end_in_the_bore(self, end):
+        self.machine.start("bored.ngc")
+        self.await_pin("square.compensation-radius", 25)
+        self.machine.wait(2)
+        end()
+        self.rest()
+        self.facts.setdefault("ended", []).append(self.host.get(["square.compensation-radius", "joint.0.pos-cmd", "joint.1.pos-cmd"]))
+
+    def contour_forgotten(self):
+        """G40 alone."""
+        with contextlib.suppress(OperatorError):
+            self.machine.run("portal_forgotten.ngc")
+        self.machine.wait_until_idle()
+        self.machine.mdi("M68 E2 Q0")
+        self.await_ramp()
+        self.host.set("square.tip-on-contour", False)
 
     def unhome(self):
         self.to_a_far_place()
