@@ -49,7 +49,7 @@ struct CompensatedTip final : hal::Group {
             contradicted_for_ += dt;
         const bool doubtful = contradicted_for_ >= patience;
 
-        tip_.step(velocity, doubtful ? 0 : radius, plane_);
+        tip_.step(velocity, radius, plane_);
         in_use_ = radius != 0 && !doubtful;
         fault_ = !wanted                          ? Fault::none
                  : !(radius_known && plane_known) ? Fault::contour
