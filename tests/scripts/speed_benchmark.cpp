@@ -331,6 +331,19 @@ void drifting_squareness_beside_pid(benchmark::State& state) {
     beside_pid(state, drifting(squareness()));
 }
 
+// The tip on a contour whose direction is another one in each period.
+Subject contouring(Subject subject) {
+    subject.settings.emplace_back("tip-on-contour", "1");
+    subject.settings.emplace_back("compensation-radius", "25");
+    for (auto& [pin, signal] : subject.inputs)
+        if (pin == "x-velocity") signal = "slow";
+    return subject;
+}
+
+void contouring_squareness_beside_pid(benchmark::State& state) {
+    beside_pid(state, contouring(squareness()));
+}
+
 // All six errors of all four axes, each at 101 places, beside the tilts.
 void with_tables_beside_pid(benchmark::State& state, Subject subject) {
     const auto path = std::filesystem::temp_directory_path() / "plumb_speed_benchmark_tables.csv";
@@ -359,6 +372,10 @@ void squareness_with_tables_beside_pid(benchmark::State& state) {
 
 void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
     with_tables_beside_pid(state, drifting(squareness()));
+}
+
+void contouring_squareness_with_tables_beside_pid(benchmark::State& state) {
+    with_tables_beside_pid(state, contouring(squareness()));
 }
 
 // A stroke with two sections, jerk limited. Without learning: no axis is measured here.
@@ -444,8 +461,10 @@ BENCHMARK(slowest_thermal_displacement_beside_pid)->UseManualTime()->Iterations(
 BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(contouring_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(contouring_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(planning_chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(centre_height_beside_pid)->UseManualTime()->Iterations(40);
