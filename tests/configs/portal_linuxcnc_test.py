@@ -284,7 +284,7 @@ class Shift:
     def test_operator_gets_messages_about_what_was_wrong_and_no_other(self):
         sentence = plumb.declarations("joint_offset")["codes"]["fault-code"][6]
         sentences = ["Correction of %s: %s" % (letter, sentence) for letter in "XYZ"]
-        self.assertEqual(sorted(self.errors), [*sentences, "Homing denied by motion.homing-inhibit joint=-1", *self.wrong])
+        self.assertEqual(sorted(self.errors), sorted([*self.wrong, *sentences, "Homing denied by motion.homing-inhibit joint=-1"]))
 
 
 def rotation(axis, angle):
@@ -349,6 +349,7 @@ class Column(Shift, unittest.TestCase):
     @classmethod
     def prepare(cls, machine):
         cls.wrong = ["Squareness: " + plumb.declarations("squareness")["codes"]["fault-code"][12]]
+        cls.wrong += ["contour_tip: the first number must be 40, 41 or 42", "contour_tip: the tool has no diameter"]
 
     def contour_error(self, scene, axis_radius):
         """Error of the tip outwards, along the path and in depth, around a circle: by the place of the tool's axis.
@@ -399,6 +400,13 @@ class Column(Shift, unittest.TestCase):
             self.assertAlmostEqual(np.hypot(x, y), 35, delta=0.01)
         np.testing.assert_allclose(self.facts["after the abort"], (0, 0), rtol=0, atol=nm)
         self.assertEqual(self.shift["square.compensation-side"][self.rows["contour_aborted"][-1]], 2, "in MDI")
+
+    def test_radius_is_that_of_the_call_in_each_unit_and_plane(self):
+        rows = self.rows["contour_by_hand"]
+        rows = rows[self.moved()[rows] > 0]
+        radius, plane = (self.shift["square.compensation-" + word][rows] for word in ("radius", "plane"))
+        self.assertEqual({(round(r, 6), p) for r, p in zip(radius, plane) if r}, {(-25.4, 17), (12.7, 18)})
+        self.assertGreater(np.count_nonzero(radius == 0), 100)
 
     def test_side_that_the_program_contradicts_is_said_and_not_corrected(self):
         rows = self.rows["contour_forgotten"]

@@ -17,7 +17,7 @@ for number, letter in enumerate("xyz"):
     COLUMNS += ["square.%s-%s" % (letter, pin) for pin in ("correction", "corrected-position", "corrected-velocity")]
     COLUMNS += ["%s-stage.%s" % (letter, pin) for pin in ("applied-offset", "drive-command", "limited", "fault-code")]
     COLUMNS += ["portal.truth-%s-error" % letter, "portal.%s-position" % letter]
-CONTOUR = ["square.compensation-radius", "square.compensation-side", "square.unsettled-code"]
+CONTOUR = ["square.compensation-radius", "square.compensation-plane", "square.compensation-side", "square.unsettled-code"]
 RAIL = ["joint.3.pos-cmd"]
 RAIL += ["square.e%s0%s-in-use" % (rotation, letter) for letter in "wz" for rotation in "ab"]
 
@@ -64,7 +64,7 @@ class Shift(Scenario):
             self.resume,
             self.corrected_cube,
             self.corrected_box,
-            *(() if self.has_rail else (self.contour_without, self.contour, self.contour_aborted, self.contour_stopped, self.contour_forgotten)),
+            *(() if self.has_rail else (self.contour_without, self.contour, self.contour_aborted, self.contour_stopped, self.contour_forgotten, self.contour_refused, self.contour_by_hand)),
             self.unhome,
             self.home_again,
             self.home_too_early,
@@ -285,6 +285,21 @@ class Shift(Scenario):
             self.machine.run("portal_forgotten.ngc")
         self.machine.wait_until_idle()
         self.machine.mdi("M68 E2 Q0")
+        self.await_ramp()
+
+    def contour_refused(self):
+        for words in ("T6 M6 G43", "o<contour_tip> call [43]", "T3 M6 G43", "o<contour_tip> call [42]"):
+            with contextlib.suppress(OperatorError):
+                self.machine.mdi(words)
+            self.rest()
+
+    def contour_by_hand(self):
+        """In inches, and in another plane. LinuxCNC compensates a move when it knows the next one."""
+        for side, plane, inches in ((42, 17, 2), (41, 18, 1)):
+            self.machine.mdi("G20 G%d T6 M6 G43" % plane)
+            for words in ("G0 X0 Y0", "o<contour_tip> call [%d] [%g]" % (side, inches), "G1 X2 F100", "o<contour_tip> call [40]", "G1 X0 F100"):
+                self.machine.mdi(words)
+        self.machine.mdi("G21 G17")
         self.await_ramp()
         self.host.set("square.tip-on-contour", False)
 

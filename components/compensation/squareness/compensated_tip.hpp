@@ -21,7 +21,7 @@ struct CompensatedTip final : hal::Group {
     static constexpr double patience = 2;   // s; linuxcnc_link sees the side of G41 later than motion does
 
     hal::In<bool> on_contour{this, "tip-on-contour", false,
-                             "The tip is on the contour of G41 or G42; never set it for a rotating cutter."};
+                             "Correct compensation-radius: of a tip that is turned to the contour, never of a rotating cutter."};
     hal::In<double> compensation_radius{
         this, "compensation-radius", 0, "mu",
         "Radius of cutter compensation, positive with G41, negative with G42, 0 with G40."};

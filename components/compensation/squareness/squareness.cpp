@@ -97,9 +97,10 @@ line feed; with it, a changed or damaged file is refused. plumb squareness --tab
 the seal. Without a seal, write # end, 2 rows: the table is used, and the load names it. Tables add to the tilts: do not give
 one squareness in both. A rising edge of reload reads the tables again.
 8. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.
-9. For a boring bar with its tip in one direction, set radial-offset and radial-direction. Set tip-on-contour true if the
-spindle turns a single-point tool to the contour, as in interpolation turning. The radius of G41 or G42 then takes the
-place of radial-offset. configs/portal/contour_tip.hal has the nets, and a program calls o<contour_tip>. See LIMITS.)"},
+9. For a boring bar with its tip in one direction, set radial-offset and radial-direction. For a single-point tool that
+the spindle turns to the contour, as in interpolation turning, set tip-on-contour true, and let the program call
+o<contour_tip> instead of G41 or G42. configs/portal has the nets, contour_tip.hal, and the subroutine. The radius then
+takes the place of radial-offset. See LIMITS.)"},
                                       hal::Behaviour{R"(
 - Start, not homed: No correction, and nothing moves.
 - All joints homed, enable, edited angle, new table: The correction changes at max-rate, at most. ramping is true meanwhile.
@@ -129,8 +130,9 @@ Net both pins of settling. LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0
 together with one of the others, a cut begins early. LinuxCNC never holds threads and rigid taps: put a move before G33
 and G33.1.
 
-Never set tip-on-contour for a rotating cutter. A rotating cutter cuts a floor with its lowest point, on whichever side
-G41 has it: the correction would make an error of its own. The lathe tools of G18 with an orientation are not supported.
+Never let o<contour_tip> give the radius of a rotating cutter. A rotating cutter cuts a floor with its lowest point, on
+whichever side G41 has it: the correction would make an error of its own. G41 and G42 alone give no radius. The lathe
+tools of G18 with an orientation are not supported.
 
 Other ramps do not make settling true: enable, an edited angle, new tables, the machine turned on. Let a program wait
 for them with M66 on the signal ramping.
