@@ -20,8 +20,9 @@ struct CompensatedTip final : hal::Group {
     static constexpr double largest = 1e4;  // mu
     static constexpr double patience = 2;   // s; linuxcnc_link sees the side of G41 later than motion does
 
-    hal::In<bool> on_contour{this, "tip-on-contour", false,
-                             "Correct compensation-radius: of a tip that is turned to the contour, never of a rotating cutter."};
+    hal::In<bool> on_contour{
+        this, "tip-on-contour", false,
+        "Correct compensation-radius: of a tip that is turned to the contour, never of a rotating cutter."};
     hal::In<double> compensation_radius{
         this, "compensation-radius", 0, "mu",
         "Radius of cutter compensation, positive with G41, negative with G42, 0 with G40."};

@@ -114,8 +114,8 @@ true until ramping and stages-ramping are false, and LinuxCNC waits with the nex
 - tip-on-contour with G41 or G42: The radius points from the tool's axis to the contour, square to the commanded path.
 The correction follows an arc without lag, at most at max-rate. At a corner the direction jumps, and the correction
 changes at max-rate; 5 um take 50 ms. At rest the direction stays. G40 and jogs have no radius. settling stays false.
-- compensation-side is another one than the side of compensation-radius: After 2 s of motion the correction of the radius
-returns to 0 at max-rate, and fault is true until they agree.
+- compensation-side contradicts the sign of compensation-radius: After 2 s of motion the correction of the radius returns
+to 0 at max-rate, and fault is true until they agree.
 - Position faster than max-speed: A position that changes faster, by more than a tenth, did not move. The correction
 follows at max-rate.
 - Invalid position or tool offset: The last good value stays, and the velocity counts as 0.
