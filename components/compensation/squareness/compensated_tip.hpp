@@ -7,18 +7,19 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 namespace plumb {
 
 // The tip that is held to the contour of G41 or G42. A radius that G40 or the other side contradicts for a
-// while in motion is not used.
+// while in motion is not used. Looks are counted, not seconds: a program that is late contradicts nothing.
 struct CompensatedTip final : hal::Group {
     using Group::Group;
 
     static constexpr double largest = 1e4;  // mu
-    static constexpr double patience = 2;   // s; linuxcnc_link sees the side of G41 later than motion does
+    static constexpr int patience = 50;     // looks, 1 s: linuxcnc_link sees the side later than motion does
 
     hal::In<bool> on_contour{
         this, "tip-on-contour", false,
@@ -32,11 +33,17 @@ struct CompensatedTip final : hal::Group {
         this, "compensation-side", 2,
         "Side in the program: 1 for G41, -1 for G42, 0 for G40, 2 for unknown."};
 
+    hal::In<bool> compensation_heartbeat{
+        this, "compensation-heartbeat", false,
+        "Changes with each look at compensation-side: linuxcnc-link.heartbeat."};
+
     // The inputs of one period; the velocity of the path is finite, in mu/s.
-    void step(const Eigen::Vector3d& velocity, bool coordinated, double dt) noexcept {
+    void step(const Eigen::Vector3d& velocity, bool coordinated) noexcept {
         const bool wanted = on_contour;
         const double given_radius = compensation_radius, given_plane = compensation_plane;
         const std::int32_t side = compensation_side;
+        const bool beat = compensation_heartbeat, looked = beat != beat_;
+        beat_ = beat;
         const bool radius_known = std::abs(given_radius) <= largest;
         const bool plane_known = given_radius == 0 || ContourTip::is_plane(given_plane);
         if (radius_known) radius_ = given_radius;
@@ -45,10 +52,10 @@ struct CompensatedTip final : hal::Group {
 
         const bool contradicted = radius != 0 && side >= -1 && side <= 1 && side != (radius > 0 ? 1 : -1);
         if (!contradicted)
-            contradicted_for_ = 0;
-        else if (!velocity.isZero(0))
-            contradicted_for_ += dt;
-        const bool doubtful = contradicted_for_ >= patience;
+            contradictions_ = 0;
+        else if (looked && !velocity.isZero(0))
+            contradictions_ = std::min(contradictions_ + 1, patience);
+        const bool doubtful = contradictions_ == patience;
 
         tip_.step(velocity, radius, plane_);
         in_use_ = radius != 0 && !doubtful;
@@ -66,9 +73,10 @@ struct CompensatedTip final : hal::Group {
 
 private:
     ContourTip tip_;
-    double radius_ = 0;            // mu, the last good one
-    int plane_ = 17;               // the last good one
-    double contradicted_for_ = 0;  // s, in motion
+    double radius_ = 0;  // mu, the last good one
+    int plane_ = 17;     // the last good one
+    bool beat_ = false;
+    int contradictions_ = 0;  // one after the other, in motion
     bool in_use_ = false;
     Fault fault_ = Fault::none;
 };

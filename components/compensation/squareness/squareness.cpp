@@ -114,7 +114,7 @@ true until ramping and stages-ramping are false, and LinuxCNC waits with the nex
 - tip-on-contour with G41 or G42: The radius points from the tool's axis to the contour, square to the commanded path.
 The correction follows an arc without lag, at most at max-rate. At a corner the direction jumps, and the correction
 changes at max-rate; 5 um take 50 ms. At rest the direction stays. G40 and jogs have no radius. settling stays false.
-- compensation-side contradicts the sign of compensation-radius: After 2 s of motion the correction of the radius returns
+- compensation-side contradicts the sign of compensation-radius: After 1 s of motion the correction of the radius returns
 to 0 at max-rate, and fault is true until they agree.
 - Position faster than max-speed: A position that changes faster, by more than a tenth, did not move. The correction
 follows at max-rate.
@@ -209,7 +209,7 @@ A tilt is valid for the travel over which you measured it. Drift since the measu
         const bool jumped = read_motion(dt);
         const bool tool_known = read_tool();
         const bool by_program = coordinated;
-        compensated.step(model_.velocity(motion_), by_program, dt);
+        compensated.step(model_.velocity(motion_), by_program);
         const bool edited = settings.judge(axes_);
         const bool reloaded = take_over_tables();
         const bool homed = all_homed, was_active = model_.active();
