@@ -699,7 +699,8 @@ TEST_F(PlumbRun, WithoutATerminalTheOutputOfLinuxcncStaysHere) {
     std::ofstream(script) << "#!/bin/sh\necho given: \"$@\"\n";
     std::filesystem::permissions(script, static_cast<std::filesystem::perms>(0755));
     EXPECT_THAT(run({script, "grinder.ini"}).output, HasSubstr("given: -r grinder.ini"));
-    EXPECT_THAT(run({"--speed", "10", "--", script, "-v", "my.ini"}).output, HasSubstr("given: -r -v my.ini"));
+    EXPECT_THAT(run({"--speed", "10", "--", script, "-v", "my.ini"}).output,
+                HasSubstr("given: -r -v my.ini"));
     EXPECT_THAT(run({"echo", "grinder.ini"}).output, HasSubstr("grinder.ini"));
     EXPECT_THAT(run({"echo", "grinder.ini"}).output, Not(HasSubstr("-r")));
 
