@@ -11,6 +11,7 @@
 #include "components/compensation/chopping/stroke_orders.hpp"
 #include "components/compensation/chopping/stroke_pins.hpp"
 #include "components/compensation/chopping/stroke_supervision.hpp"
+#include "components/compensation/chopping/stroke_words.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
@@ -154,11 +155,19 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
                                    "extra joint."};
     hal::In<bool> stage_limited{this, "stage-limited", false, "The stage does not apply the whole offset."};
     hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
+    hal::In<double> program_word{this, "program-word", 0, "1",
+                                 "Number of a word of the program, whose value is program-value; each change "
+                                 "takes it. g811.ngc has the numbers."};
+    hal::In<double> program_value{this, "program-value", 0, "1",
+                                  "Value of this word, in machine units or s."};
     ChoppingSettings settings{this};
 
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
     hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
+    hal::Out<bool> program_refused{this, "program-refused",
+                                   "The last word of the program is invalid, or the stroke that it checks."};
+    hal::Out<std::int32_t> program_sections{this, "program-sections", "Sections that the program gave."};
     StrokePins stroke{this};
     DeadPointPins dead_points{this};
     hal::Records records{this};
@@ -181,8 +190,8 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     }
 
     void update(double dt) noexcept {
-        const StrokeValues given = settings.read();
         const Now now = read();
+        const StrokeValues given = words_.over(settings.read());
         obey(now, given, dt);
         judge(given, dt);
         generate(now, dt);
@@ -208,6 +217,7 @@ private:
     };
 
     Now read() noexcept {
+        words_.step(program_word, program_value, motion_.moves());
         const double place = position, joint = joint_feedback, applied = applied_offset;
         position_ = usable(place, farthest, position_);
         const StrokeOrders::Given given{
@@ -225,6 +235,7 @@ private:
     void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
         const StrokeOrders::Now& orders = now.orders;
         faults_.step(orders.run);
+        faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
         if (motion_.moves() && !now.ready()) freeze();
         if (records.wants_forget()) supervision_.learning().forget();
         if (records.wants_restore()) records.restored(supervision_.learning().restore(row.given()));
@@ -245,6 +256,12 @@ private:
         supervision_.select(in_force_);
         supervision_.begin(seen(now));
         motion_.start(wanted(), position_ + rest_, command_in_force(dt));
+    }
+
+    // Of a stroke that is to begin at an end, mu.
+    static Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) noexcept {
+        if (!now.ready() || !now.orders.permitted) return Fault::not_ready;
+        return given.refusal(given.lower, given.upper, end, dt);
     }
 
     void return_to_end(const Now& now, const StrokeValues& given, double dt) noexcept {
@@ -295,6 +312,8 @@ private:
     void generate(const Now& now, double dt) noexcept {
         const StrokeValues& values = in_force_.values();
         const bool moved = motion_.moves();
+        motion_.oscillation().see_axis(
+            now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
         motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns,
                       feed_hold || values.override_value == 0, values.stop()},
                      wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
@@ -329,6 +348,8 @@ private:
         command = position_ + offset_.value();
         stroke.show(motion_, supervision_, in_force_.values());
         at_end = !motion_.moves() && offset_.value() == 0;
+        program_refused = words_.refused() || faults_.checked() != Fault::none;
+        program_sections = static_cast<std::int32_t>(words_.sections());
         dead_points.show(supervision_, in_force_.values());
         const LearnedStrokes& strokes = supervision_.learning().strokes();
         records.show(strokes.size(), [&](std::int32_t i) noexcept { row.show(strokes[i]); });
@@ -338,7 +359,8 @@ private:
     void report(const Now& now) noexcept {
         const Oscillation& oscillation = motion_.oscillation();
         const bool runs = motion_.moves();
-        const Fault happened = faults_.happened(), settings_fault = in_force_.refused(),
+        const Fault checked = faults_.checked(), happened = faults_.happened(),
+                    settings_fault = in_force_.refused(),
                     supervised = supervision_.fault(in_force_.values(), runs && !now.measurable);
         late_ = runs && (late_ || oscillation.late());
         limited = hal::first<Bound>({{offset_.kept_back(), Bound::offset},
@@ -346,8 +368,10 @@ private:
                                      {runs && oscillation.clipped(), Bound::soft_limit},
                                      {runs && supervision_.part(in_force_.values()) < 1, Bound::learning},
                                      {runs && oscillation.limited(), Bound::speed},
-                                     {late_, Bound::plan}});
-        fault = hal::first<Fault>({{happened != Fault::none, happened},
+                                     {late_, Bound::plan},
+                                     {runs && oscillation.impatient(), Bound::arrival}});
+        fault = hal::first<Fault>({{checked != Fault::none, checked},
+                                   {happened != Fault::none, happened},
                                    {!now.known, Fault::position},
                                    {settings_fault != Fault::none, settings_fault},
                                    {offset_.refused(), Fault::bound},
@@ -355,6 +379,7 @@ private:
     }
 
     StrokeOrders orders_;
+    StrokeWords words_;
     StrokeInForce in_force_;
     StrokeMotion motion_;
     StrokeSupervision supervision_;

@@ -41,8 +41,9 @@ struct ChoppingSettings final : hal::Group {
     static constexpr double farthest = StrokeValues::farthest;  // mu
     static constexpr hal::Range places{-farthest, farthest}, lengths{0, farthest},
         speeds{StrokeValues::slowest, 1e6};
-    static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, lead_times{0, 1}, gains{0.01, 0.95};
-    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 2}, tapers{0, 100};
+    static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, wait_times{0.001, 10},
+        lead_times{0, 1}, gains{0.01, 0.95};
+    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, tapers{0, 100};
     static constexpr hal::Range counts{0};
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
@@ -61,6 +62,16 @@ struct ChoppingSettings final : hal::Group {
                               overrides};
     hal::In<double> lower_dwell{this, "lower-dwell", 0, "s", "Rest at the lower dead point.", times};
     hal::In<double> upper_dwell{this, "upper-dwell", 0, "s", "Rest at the upper dead point.", times};
+    hal::In<double> exact_stop{
+        this,
+        "exact-stop",
+        0,
+        "mu",
+        "The dwell begins when the measured axis is as near to its dead point; 0 does not wait for it.",
+        lengths};
+    hal::In<double> exact_stop_time{
+        this,      "exact-stop-time", 0.2, "s", "Longest time for which a dead point waits for the axis.",
+        wait_times};
     hal::In<std::int32_t> strokes{this, "strokes", 0, "Strokes to make; 0 until run is false.", counts};
     hal::In<std::int32_t> spark_out{
         this, "spark-out", 0, "Strokes without infeed before the stop, unless that is at once.", counts};
@@ -68,7 +79,9 @@ struct ChoppingSettings final : hal::Group {
                                "The first stroke is upward, where the axis starts between the dead points."};
     hal::In<std::int32_t> stop_kind{
         this, "stop-kind", 0,
-        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once.", stop_kinds};
+        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once; 3 at the "
+        "lower, 4 at the upper dead point.",
+        stop_kinds};
     hal::In<bool> refuse_slower{this, "refuse-slower", false,
                                 "Refuse a stroke that max-acceleration makes slower, and do not limit it."};
     hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
@@ -138,9 +151,9 @@ struct ChoppingSettings final : hal::Group {
         now.stroke.strokes = setting(strokes);
         now.stroke.spark_out = setting(spark_out);
         now.stroke.upward_first = upward_first;
-        now.stop_kind = setting(stop_kind);
-        now.stroke.ending =
-            now.stop_kind == 0 ? Oscillation::Stop::end_position : Oscillation::Stop::dead_point;
+        now.set_stop_kind(setting(stop_kind));
+        now.exact_stop = setting(exact_stop);
+        now.stroke.exact_stop = setting(exact_stop_time);
         now.refuse_slower = refuse_slower;
         for (std::size_t i = 0; i < SpeedSections::most; ++i) now.stroke.sections[i] = section[i].read();
         const double rate = setting(max_rate), feed_limit = max_feed;

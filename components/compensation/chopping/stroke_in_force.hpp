@@ -90,6 +90,7 @@ public:
         its.lower = lower_;
         its.upper = upper_;
         its.end_position = end;
+        if (!(values_.exact_stop > 0)) its.exact_stop = 0;
         its.speed = speed(part);
         return its;
     }

@@ -20,6 +20,8 @@ struct StrokeValues {
     static constexpr double farthest = 1e6;           // mu
     static constexpr double slowest = 1e-3;           // mu/s, of max-feed
     static constexpr std::int32_t with_sections = 4;  // of speed_kind
+    // Of stop_kind.
+    enum StopKind : std::int32_t { at_end, at_dead_point, at_once, at_lower, at_upper };
 
     Oscillation::Settings stroke;  // without the region, which is taken over by commands
     double lower = 0, upper = 0;   // as given now
@@ -28,7 +30,7 @@ struct StrokeValues {
     bool refuse_slower = false, learn = false, in_range = false;
     double jerk_time = 0, lead = 0, max_lead = 0, max_output_acceleration = 0;
     double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
-    double inset = 0;
+    double inset = 0, exact_stop = 0;
     DeadPointLearning::Settings learning;
 
     bool operator==(const StrokeValues& other) const noexcept {
@@ -36,7 +38,8 @@ struct StrokeValues {
             return std::tie(its.stroke, its.lower, its.upper, its.speed_value, its.override_value,
                             its.speed_kind, its.stop_kind, its.refuse_slower, its.learn, its.jerk_time,
                             its.lead, its.max_lead, its.max_output_acceleration, its.taper, its.max_offset,
-                            its.max_rate, its.max_drift, its.max_following_error, its.inset, its.learning);
+                            its.max_rate, its.max_drift, its.max_following_error, its.inset, its.exact_stop,
+                            its.learning);
         };
         return all(*this) == all(other);
     }
@@ -52,23 +55,32 @@ struct StrokeValues {
         }
     }
     Oscillation::Stop stop() const noexcept {
-        return stop_kind == 2   ? Oscillation::Stop::at_once
-               : stop_kind == 1 ? Oscillation::Stop::dead_point
-                                : Oscillation::Stop::end_position;
+        switch (stop_kind) {
+            case at_dead_point: return Oscillation::Stop::dead_point;
+            case at_once: return Oscillation::Stop::at_once;
+            case at_lower: return Oscillation::Stop::lower;
+            case at_upper: return Oscillation::Stop::upper;
+            default: return Oscillation::Stop::end_position;
+        }
+    }
+    // Also of the end after a number of strokes, which is never at once.
+    void set_stop_kind(std::int32_t kind) noexcept {
+        stop_kind = kind;
+        stroke.ending = kind == at_once ? Oscillation::Stop::dead_point : stop();
     }
     std::size_t jerk_samples(double dt) const noexcept {
         return static_cast<std::size_t>(std::max(std::ceil(jerk_time / dt - 1e-9), 1.0));
     }
     double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
 
-    // As it is learned between these dead points: one number stands for its sections and dwells.
+    // As it is learned between these dead points: one number stands for its sections, dwells and exact stop.
     LearnedStrokes::Stroke learned_stroke(double low, double high) const noexcept {
         std::uint32_t number = 0;
         for (const SpeedSection& each : stroke.sections)
             for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
                                        stroke.lower_dwell, stroke.upper_dwell})
-                number = number * 31 + static_cast<std::uint32_t>(
-                                           static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
+                number = number * 31 + whole(value);
+        if (exact_stop > 0) number = number * 31 + whole(exact_stop);
         return {low, high, peak_speed(high - low), stroke.acceleration, static_cast<int>(number >> 1)};
     }
 
@@ -105,6 +117,10 @@ struct StrokeValues {
     }
 
 private:
+    static std::uint32_t whole(double value) noexcept {
+        return static_cast<std::uint32_t>(static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
+    }
+
     bool fits(double low, double high, double position) const noexcept {
         const double overlead = stroke.acceleration * lead * lead / 2;
         const double more = (learn ? learning.most : 0) + overlead;
