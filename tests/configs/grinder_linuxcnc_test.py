@@ -139,13 +139,35 @@ class Shift(Recorded):
             "fast": "max-feed",
             "far": "soft limits",
             "deep": "soft limits",
-            "flat": "Q must not be 0",
+            "flat": "Q0.000000 must not be 0",
             "no_q": "missing: Q",
-            "negative": "P must be above 0",
+            "negative": "P-5.000000 must be above 0",
+            "F20": "F20.000000 would stay",
+            "X40.5": "X40.500000 has no meaning",
+            "L1": "H, L, U",
+            "I-1": "I-1.000000 must be 0 to 3600",
+            "J3601": "J3601.000000 must be 0 to 3600",
+            "K1.5": "K1.500000 must be a number",
+            "D2": "D2.000000 must be 0 or 1",
+            "E-0.1": "E-0.100000 must not be below 0",
+            "Q3": "Q3.000000 must be 0, 1 or 2",
+            "M481 I5 J5 P1": "I5.000000 and J5.000000 must differ",
+            "M481 I0 J1 P0": "P0.000000 must be 0.001",
+            "G80.1 P3": "P3.000000 must be 0, 1 or 2",
+            "G80.1 K0.5": "K0.500000 must be a number",
+            "overlap": "Z5.000000 Q-30.000000 R25.000000 P3600.000000 was refused",
         }
+        self.assertEqual(sorted(self.facts["refused"]), sorted(reasons))
         for name, reason in reasons.items():
             self.assertIn(reason, self.facts["refused"][name], name)
+        self.assertIn("two overlap", self.facts["refused"]["overlap"])
+        self.assertIn("soft limits", self.facts["refused"]["deep"])
+
+    def test_a_refused_word_moves_nothing_and_leaves_no_word_behind(self):
         self.assertEqual(abs(self.of("chop.offset", "refusals")).max(), 0)
+        for joint in (0, 2):
+            self.assertEqual(np.ptp(self.of("joint.%d.pos-cmd" % joint, "refusals")), 0)
+        self.assertEqual(self.facts["words_left"], 0)
 
     def test_words_are_in_work_coordinates_with_any_origin_and_tool(self):
         r = self.facts["joint"]
@@ -154,6 +176,38 @@ class Shift(Recorded):
 
     def test_words_in_inches_are_those_lengths(self):
         np.testing.assert_allclose(self.facts["in_inches"], [5.08, -20.32, 25.4 * 100 / 60], rtol=1e-9)
+
+    def test_words_of_the_program_slow_a_section_and_dwell_where_the_axis_is(self):
+        self.assertEqual(self.facts["sections"], 1)
+        rows = self.strokes("by_words")
+        z, axis = self.shift["chop.command"][rows], self.shift["grinder.truth-position"][rows]
+        speed = abs(np.diff(z)) / PERIOD
+        self.assertAlmostEqual(speed.max(), 60, delta=0.5)  # the override of 0.5 does not act
+        inside = (z[1:] > LOWER + 0.1) & (z[1:] < LOWER + 9.5)  # without the change of speed, which jerk-time spreads
+        self.assertLess(speed[inside].max(), 0.5 * 60)
+        self.assertLess(z.max(), UPPER + nm)
+        upper = self.visits(abs(axis - UPPER) < 0.05)
+        lower = self.visits(abs(axis - LOWER) < 0.05)
+        self.assertGreater(min(upper[1:-1]), 200)
+        self.assertGreater(min(lower[1:3]), 100)
+        self.assertLess(min(lower), 100)  # after J0
+
+    @staticmethod
+    def visits(there):
+        """The lengths of the runs of true."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
+        return [end - begin for begin, end in zip(edges[::2], edges[1::2])]
+
+    def test_strokes_end_at_a_dead_point_that_the_program_names(self):
+        self.assertEqual(self.facts["at_lower"][1:], [0, 0])
+        self.assertAlmostEqual(self.facts["at_lower"][0], LOWER, delta=nm)
+        z, count = self.of("chop.command", "at_the_lower_dead_point"), self.of("chop.stroke-count", "at_the_lower_dead_point")
+        self.assertEqual(np.ptp(z[-150:]), 0)
+        self.assertGreaterEqual(count[-1] - count[0], 2)  # spark-out
+        self.assertEqual(abs(self.of("chop.offset", "learn")[0]), 0)
+
+    def test_words_end_with_their_strokes(self):
+        self.assertAlmostEqual(self.facts["cycle_without_words"], 2 * np.pi * 30 / 60, delta=0.01)
 
     def test_what_was_learned_is_kept_over_a_restart(self):
         with open(os.path.join(self.machine, "grinder.retained")) as kept:

@@ -50,6 +50,9 @@ class Shift(Scenario):
             self.refusals,
             self.with_a_tool,
             self.in_inches,
+            self.by_words,
+            self.at_the_lower_dead_point,
+            self.without_words,
             self.learn,
             self.learned_again,
             self.impatient,
@@ -148,10 +151,12 @@ class Shift(Scenario):
         self.host.set("chop.stop-kind", 0)
         self.machine.mdi("G80.1")
 
-    def refuse(self, block):
-        """All that the operator reads until the block has ended."""
+    def refuse(self, *blocks):
+        """All that the operator reads until the last block has ended; those before it are carried out."""
         texts = []
-        carry_out, words = self.machine.mdi, (block,)
+        for block in blocks[:-1]:
+            self.machine.mdi(block)
+        carry_out, words = self.machine.mdi, blocks[-1:]
         while carry_out:
             try:
                 carry_out(*words)
@@ -166,8 +171,13 @@ class Shift(Scenario):
         fast, far, deep = "G81.1 Z5 Q-30 R5 P60000", "G81.1 Z-200 Q-110 R5 P600", "G81.1 Z-250 Q-20 R200 P600"
         flat, no_q, negative = "G81.1 Z5 Q0 R5 P600", "G81.1 Z5 R5 P600", "G81.1 Z5 Q-30 P-5"
         blocks = {"fast": fast, "far": far, "deep": deep, "flat": flat, "no_q": no_q, "negative": negative}
-        self.facts["refused"] = {name: self.refuse(block) for name, block in blocks.items()}
-        self.machine.mdi("G0 Z10")
+        stroke = "G81.1 Z5 Q-30 R25 P3600 "  # R is 20 mm above the present Z
+        blocks.update({word: stroke + word for word in ("F20", "X40.5", "L1", "I-1", "J3601", "K1.5", "D2", "E-0.1")})
+        blocks.update({word: "M481 I0 J-10 P0.5 " + word for word in ("Q3",)})
+        blocks.update({word: word for word in ("M481 I5 J5 P1", "M481 I0 J1 P0", "G80.1 P3", "G80.1 K0.5")})
+        blocks["overlap"] = "M481 I0 J-10 P0.5", "M481 I-5 J-15 P0.5", stroke
+        self.facts["refused"] = {name: self.refuse(*[block] if isinstance(block, str) else block) for name, block in blocks.items()}
+        self.facts["words_left"] = self.host.get("chop.program-sections")
 
     def with_a_tool(self):
         """The words are of the work, whatever its origin and the tool."""
@@ -190,6 +200,35 @@ class Shift(Scenario):
         self.facts["in_inches"] = [self.host.get("chop." + name) for name in ("upper", "lower", "feed")]
         self.machine.mdi("G80.1")
         self.machine.mdi("G21")
+
+    def by_words(self):
+        """A section, dwell, exact stop, an override that does not act, and in G91 a Z that is a position still."""
+        self.host.set("chop.override", 0.5)
+        self.machine.mdi("M480")
+        self.machine.mdi("M481 I-25 J-15 P0.5")
+        self.machine.mdi("G91 G81.1 Z5 Q-30 R5 P3600 I0.2 J0.1 E0.05 D0")
+        self.await_strokes()
+        self.strokes(4)
+        self.facts["sections"] = self.host.get("chop.program-sections")
+        self.machine.mdi("G81.1 Z5 Q-30 J0")  # while it strokes: J alone changes
+        self.machine.mdi("X1 F600")
+        self.strokes(3)
+        self.machine.mdi("G90")
+
+    def at_the_lower_dead_point(self):
+        self.machine.mdi("G80.1 P1 K2")
+        get = self.host.get
+        self.facts["at_lower"] = [get("chop.command"), get("chop.active"), get("chop.program-sections")]
+        self.machine.wait(0.2)
+
+    def without_words(self):
+        """The words have ended with their strokes: the settings hold, and the override of the panel."""
+        self.machine.mdi("G81.1 Z5 Q-30 R5")
+        self.await_strokes()
+        self.strokes(2)
+        self.facts["cycle_without_words"] = self.host.get("chop.planned-cycle-time")
+        self.machine.mdi("G80.1")
+        self.host.set("chop.override", 1)
 
     def learn(self):
         self.host.set("chop.learn", 1)
