@@ -277,9 +277,27 @@ class ExtraJoint(Recorded):
         self.assertEqual(self.of("chop.active", "cross_feed")[-1], 0)
 
     def test_a_stroke_beyond_a_soft_limit_is_refused(self):
-        self.assertEqual(self.facts["beyond_a_limit"], 9)
         self.assertEqual(self.of("chop.active", "beyond_a_limit").max(), 0)
-        self.assertIn("soft limits", self.facts["message"])
+        self.assertIn("Z270.000000 is outside of the soft limits", self.facts["message"])
+        self.assertIn("R10.000000 has no meaning on an extra joint", self.facts["with_r"])
+
+    def test_words_are_positions_of_the_joint(self):
+        z, active = self.of("joint.3.motor-pos-cmd", "by_words"), self.of("chop.active", "by_words") == 1
+        self.assertAlmostEqual(z.min(), -40, delta=0.2)
+        self.assertAlmostEqual(z.max(), 60, delta=0.2)
+        self.assertEqual(self.facts["z"], 10)
+        speed = np.diff(z)[active[1:]] / PERIOD
+        inside = abs(z[1:][active[1:]]) < 17
+        count = self.of("chop.stroke-count", "by_words")[1:][active[1:]]
+        whole = inside & (count > 1) & (count < 4)
+        self.assertLess(speed[whole].max(), 51)  # upward
+        self.assertLess(speed[whole].min(), -90)
+
+    def test_learned_corrections_outlive_a_restart(self):
+        self.assertRegex(self.facts["kept"], r"upper = 40\..*upper-offset = -?0\.[0-9]+")
+        self.assertIn("was refused", self.facts["before"])
+        self.assertIn("enable is false", self.facts["before"])
+        self.assertEqual(self.facts["restored"], 1)
 
     def test_emergency_stop_freezes_and_turning_on_moves_nothing(self):
         z = self.of("chop.command", "on_again")
