@@ -310,10 +310,48 @@ class ExtraJoint(Recorded):
         self.assertLessEqual(abs(self.of("chop.command", "lag")).max(), 200)
 
 
+class Inch(Recorded):
+    """A machine in inches: its simulated axis is in millimetres."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.work("inch.ini", "grinder_inch_scenario.py")
+
+    def test_strokes_of_the_contour_stay_in_their_regions_and_fill_them(self):
+        rows = self.rows["contour"]
+        rows = rows[(self.shift["chop.active"][rows] == 1) & (self.shift["chop.stroke-count"][rows] >= 1)]
+        z, axis = self.shift["chop.command"][rows], self.shift["grinder.truth-position"][rows]
+        self.assertAlmostEqual(z.min(), -1, delta=0.001)
+        self.assertAlmostEqual(z.max(), 0.6, delta=0.001)
+        self.assertEqual(self.of("z-stage.limited", "contour").max(), 0)
+        first = np.flatnonzero(z > 0.21)[0]
+        inside = (z[1:first] < -0.21) & (z[1:first] > -0.79)
+        self.assertLess(abs(np.diff(z[:first]))[inside].max() / PERIOD, 0.51 * 140 / 60)
+        there = np.flatnonzero(abs(axis[:first] / 25.4 - 0.2) < 0.0021)
+        self.assertGreater(np.sum(there < there[0] + 300), 100)  # the dwell, within the first visit
+
+    def test_words_are_lengths_of_their_program(self):
+        for name in ("in_millimetres", "in_inches"):
+            np.testing.assert_allclose(self.facts[name], [0.2, -1, 60 / 25.4], rtol=1e-9, err_msg=name)
+
+    def test_refusals_are_in_the_unit_of_the_program(self):
+        fast, deep, metric = self.facts["refused"]
+        self.assertIn("P481.000000 is above max-feed, which is 480.000000", fast)
+        self.assertIn("Q-14.000000 has a dead point outside of the soft limits", deep)
+        self.assertIn("P12193.000000 is above max-feed, which is 12192.000000", metric)
+        self.assertEqual(np.ptp(self.of("joint.2.pos-cmd", "refusals")), 0)
+
+    def test_learns_the_dead_points(self):
+        upper, lower = self.facts["dead_points"]
+        self.assertAlmostEqual(upper, 0.2 * 25.4, delta=2.5 * um)  # tolerance is 0.002 mm, in inches
+        self.assertAlmostEqual(lower, -25.4, delta=2.5 * um)
+        self.assertEqual(self.facts["code"], 0)
+
+
 del Recorded  # its tests are those of the machines
 
 
-tearDownModule = starts("grinder/grinder.ini", "grinder/extra.ini")
+tearDownModule = starts("grinder/grinder.ini", "grinder/extra.ini", "grinder/inch.ini")
 
 
 if __name__ == "__main__":
