@@ -220,6 +220,8 @@ class Shift(Scenario):
         get = self.host.get
         self.facts["at_lower"] = [get("chop.command"), get("chop.active"), get("chop.program-sections")]
         self.machine.wait(0.2)
+        self.machine.mdi("G80.1")
+        self.facts["from_lower_to_r"] = [get("chop.offset"), get("chop.at-end")]
 
     def without_words(self):
         """The words have ended with their strokes: the settings hold, and the override of the panel."""

@@ -101,6 +101,10 @@ error (fault 10) and a wrong scale (fault 12).
 - Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
 axis is.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
+- exact-stop: The dwell begins when the measured axis is as near to its dead point, at the latest after exact-stop-time.
+- program-word: A word of a program goes before its setting until the axis rests. An invalid word is refused and changes
+nothing. Word 12 asks whether a stroke from program-value is possible: program-refused and the fault answer, and nothing
+moves.
 - Frequency, cycle-time: Kept in the mean where learned ends make the stroke longer, if max-acceleration permits it.
 - Lead, jerk-time: Changes come with the next start.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
@@ -222,7 +226,9 @@ private:
         position_ = usable(place, farthest, position_);
         const StrokeOrders::Given given{
             run, stop, enable, go_to_end, shift, shift_at_crossing, crossing_position, crossing_at, farthest};
-        return {orders_.step(given),
+        StrokeOrders::Now orders = orders_.step(given);
+        orders.returns |= words_.returns();
+        return {orders,
                 motion_enabled,
                 homed,
                 std::abs(place) <= farthest,

@@ -27,13 +27,15 @@ public:
         section,           // adds this section: its SpeedSection::Kind
         without_sections,  // removes all, also those of settings
         check,             // whether a stroke is possible that begins and ends at this position, mu
-        forget             // all words
+        forget,            // all words
+        go_to_end          // from where the axis rests
     };
 
     // A number that changes gives its word. Words are forgotten when the axis rests.
     void step(double number, double value, bool moves) noexcept {
         if (moved_ && !moves) forgets_ = true;
         moved_ = moves;
+        returns_ = false;
         if (number != number_) {
             number_ = number;
             refused_ = !give(number, value);
@@ -63,6 +65,7 @@ public:
     bool checks() const noexcept { return number_ == check; }
     double checked() const noexcept { return checked_; }
 
+    bool returns() const noexcept { return returns_; }  // to the end position, ordered in this period
     bool refused() const noexcept { return refused_; }  // the last word
     std::size_t sections() const noexcept { return words_.count; }
 
@@ -84,7 +87,7 @@ private:
                                                   StrokeValues::at_upper};
 
     bool give(double number, double value) noexcept {
-        if (!(number >= none && number <= forget && number == std::floor(number))) return false;
+        if (!(number >= none && number <= go_to_end && number == std::floor(number))) return false;
         switch (static_cast<Number>(static_cast<std::int32_t>(number))) {
             case none: return true;
             case upper_dwell: return take(words_.upper_dwell, value, 3600);
@@ -104,6 +107,7 @@ private:
                 return true;
             case check: return take_place(checked_, value);
             case forget: forgets_ = true; return true;
+            case go_to_end: returns_ = true; return true;
         }
         return false;
     }
@@ -138,7 +142,7 @@ private:
 
     Words words_;
     double number_ = 0, checked_ = 0;
-    bool refused_ = false, forgets_ = false, moved_ = false;
+    bool refused_ = false, forgets_ = false, moved_ = false, returns_ = false;
 };
 
 }  // namespace plumb

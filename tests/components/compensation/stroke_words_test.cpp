@@ -92,7 +92,7 @@ TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
     for (const double value : {-1.0, nan, inf}) EXPECT_FALSE(give(StrokeWords::exact_stop, value)) << value;
     for (const double value : {nan, inf, 1e308})
         EXPECT_FALSE(give(StrokeWords::section_from, value)) << value;
-    for (const double number : {-1.0, 0.5, 14.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
+    for (const double number : {-1.0, 0.5, 15.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
     EXPECT_FALSE(give(nan, 1));
     EXPECT_FALSE(give(StrokeWords::section, 2)) << "from 0 to 0";
     EXPECT_EQ(it.over(settings), none);
@@ -154,6 +154,16 @@ TEST_F(ChoppingWords, AStopAtTheLowerDeadPointStaysThereAndTheNextStrokesReturnT
     start();
     bench.run(2);
     set("run", 0);
+    bench.run(2);
+    EXPECT_EQ(get("at-end"), 1);
+
+    start();
+    bench.run(1.3);
+    give(StrokeWords::stop_place, 2);
+    set("run", 0);
+    bench.run(2);
+    EXPECT_NEAR(get("command"), -8, 1e-9);
+    give(StrokeWords::go_to_end, 0);
     bench.run(2);
     EXPECT_EQ(get("at-end"), 1);
 }
