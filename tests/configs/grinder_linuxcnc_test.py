@@ -105,12 +105,51 @@ class Shift(Recorded):
 
     def test_emergency_stop_and_off_freeze_and_turning_on_moves_nothing(self):
         for scene in ("on_again", "off_and_on"):
-            command, offset = self.of("z-stage.drive-command", scene), self.of("chop.offset", scene)
-            self.assertGreater(abs(offset[-1]), 0.1, scene)
-            begin = 0 if scene == "on_again" else np.flatnonzero(self.of("chop.active", scene) == 0)[0] + 200
+            begin = 0 if scene == "on_again" else np.flatnonzero(self.of("motion.motion-enabled", scene) == 0)[0] + 200
             self.assertLess(np.ptp(self.of("grinder.truth-position", scene)[begin:]), 2 * um, scene)
-            self.assertLess(np.ptp(offset[begin:]), STILL, scene)
-            self.assertLess(np.ptp(command[begin + 1 :]), 10 * um, scene)
+            self.assertLess(np.ptp(self.of("z-stage.drive-command", scene)[begin + 1 :]), 10 * um, scene)
+
+    PLACES = ("z-stage.drive-command", "z-stage.applied-offset", "joint.2.pos-cmd")
+
+    def test_machine_off_makes_the_stroke_part_of_the_position(self):
+        on = self.shift["motion.motion-enabled"]
+        falls = np.flatnonzero(np.diff(on) < 0) + 1
+        falls = falls[abs(self.shift["chop.offset"][falls]) > 0.1]
+        self.assertEqual(len(falls), 4)
+        for at in falls:
+            drive = self.shift["z-stage.drive-command"][at - 2 : at + 200]
+            self.assertLess(abs(np.diff(drive))[:2].max(), 1.5)  # a stroke, then the feedback: no farther than the lag
+            self.assertLess(abs(np.diff(drive))[2:].max(), 0.2)  # at most 100 mm/s, by the drive
+            command, applied, position = (self.shift[pin][at - 5 : at + 200] for pin in self.PLACES)
+            origin = command[0] - applied[0] - position[0]  # of the joint, where it was homed
+            np.testing.assert_allclose(position[6:] + origin, command[6:], rtol=0, atol=nm)
+            for pin in ("chop.offset", "z-stage.applied-offset", "motion.homing-inhibit"):
+                self.assertEqual(abs(self.shift[pin][at + 2 : at + 200]).max(), 0, pin)
+
+    def test_linuxcnc_shows_the_true_place_and_mdi_starts_there(self):
+        for name in ("emergency_stop", "off"):
+            shown, measured, truth, after_relative, offset = self.facts[name]
+            self.assertLess(truth, 5, name)  # below R: the wheel is in its stroke
+            self.assertAlmostEqual(shown, truth, delta=2 * um, msg=name)
+            self.assertAlmostEqual(measured, truth, delta=2 * um, msg=name)
+            self.assertAlmostEqual(after_relative, truth + 1, delta=2 * um, msg=name)
+            self.assertEqual(offset, 0, name)
+        self.assertEqual(self.facts["stands"][0], 0)  # no fault, and no message
+        self.assertEqual(self.facts["stands"][1], 0)
+
+    def test_unhoming_after_a_stop_moves_nothing_and_linuxcnc_homes(self):
+        rows = self.rows["unhomed"]
+        off = rows[self.shift["joint.2.homed"][rows] == 0]
+        self.assertGreater(len(off), 100)
+        self.assertLess(np.ptp(self.shift["grinder.truth-position"][off]), 2 * um)
+        self.assertEqual(self.facts["homed_again"], 1)
+
+    def test_a_homed_that_is_lost_amid_a_stroke_holds_the_axis(self):
+        rows = self.rows["lost_homed"]
+        off = rows[self.shift["joint.2.homed"][rows] == 0]
+        self.assertGreater(len(off), 1000)
+        self.assertLess(np.ptp(self.shift["grinder.truth-position"][off[300:]]), 2 * um)
+        self.assertRegex("\n".join(self.errors), "not homed while a stroke is out")
 
     def test_stroke_after_a_stop_is_where_it_was_commanded(self):
         z = self.shift["chop.command"][self.strokes("start_again")][1000:]

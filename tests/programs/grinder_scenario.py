@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of grinder_linuxcnc_test: strokes of Z beside a contour, stopped in every way that there is."""
 
+import contextlib
 import os
 import signal
 import sys
@@ -21,6 +22,9 @@ class Shift(Scenario):
         "joint.2.f-error",
         "motion.current-vel",
         "motion.program-line",
+        "motion.motion-enabled",
+        "motion.homing-inhibit",
+        "joint.2.homed",
         "chop.active",
         "chop.command",
         "chop.offset",
@@ -55,6 +59,8 @@ class Shift(Scenario):
             self.without_words,
             self.learn,
             self.learned_again,
+            self.unhomed,
+            self.lost_homed,
             self.impatient,
             self.task_stops,
             self.task_returns,
@@ -104,27 +110,79 @@ class Shift(Scenario):
         """No stroke comes back with the next block."""
         self.machine.mdi("G0 X0 Y0 Z10")
 
+    def await_depth(self):
+        """In the work: 20 mm below R and more."""
+        self.await_condition(lambda: self.host.get("chop.offset") < -20, "a wheel in the work")
+
     def emergency_stop(self):
         self.start()
+        self.await_depth()
         self.machine.emergency_stop()
 
+    def note_place(self, name):
+        """Where LinuxCNC shows Z, where it is, and where a relative move in MDI takes it."""
+        self.machine.wait(0.2)
+        status = self.machine.poll()
+        shown, measured, truth = status.position[2], status.actual_position[2], self.host.get("grinder.truth-position")
+        self.machine.command.mdi("G91 G0 Z1")  # in MDI still, as the operator left it
+        self.await_condition(lambda: abs(self.host.get("joint.2.pos-cmd") - truth - 1) < 0.01, "a relative move")
+        self.machine.wait_until_idle()
+        self.facts[name] = [shown, measured, truth, self.host.get("joint.2.pos-cmd"), self.host.get("chop.offset")]
+        self.machine.mdi("G90")
+
     def on_again(self):
+        self.facts["stands"] = [self.host.get("z-stage.fault-code"), self.host.get("chop.fault-code")]
         self.machine.turn_on()
-        self.machine.wait(0.5)
-        self.machine.mode(linuxcnc.MODE_MDI)
         self.machine.wait(0.5)
 
     def start_again(self):
+        self.note_place("emergency_stop")
         self.start()
         self.strokes(2)
 
     def off_and_on(self):
+        self.await_depth()
         self.machine.turn_off()
         self.machine.wait(0.3)
         self.machine.turn_on()
         self.machine.wait(0.5)
 
+    def unhomed(self):
+        """The joint loses its homed state where machine off has ended the stroke, and is homed again: there, so that all places
+        are other ones from here on."""
+        self.start()
+        self.await_depth()
+        self.machine.turn_off()
+        self.machine.wait(0.3)
+        self.machine.turn_on()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.joint_mode()
+        self.machine.command.unhome(2)
+        self.await_pin("joint.2.homed", 0)
+        self.machine.wait(0.5)
+        self.machine.home()
+        self.facts["homed_again"] = self.host.get("joint.2.homed")
+        self.machine.mdi("G0 Z10")
+
+    def lost_homed(self):
+        """Unhomed amid a stroke, by mistake: the wheel stands. Machine off makes its place true."""
+        self.start()
+        self.await_depth()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.joint_mode()
+        self.machine.command.unhome(2)
+        self.await_pin("joint.2.homed", 0)
+        with contextlib.suppress(OperatorError):
+            self.machine.wait_for(lambda _: False, "the message")
+        self.machine.wait(1.5)
+        self.machine.turn_off()
+        self.machine.wait(0.3)
+        self.machine.turn_on()
+        self.machine.home()
+        self.machine.mdi("G0 Z10")
+
     def back_at_r(self):
+        self.note_place("off")
         self.start()
         self.machine.mdi("G80.1")
         self.facts["at_r"] = [self.host.get("chop.offset"), self.host.get("z-stage.applied-offset")]

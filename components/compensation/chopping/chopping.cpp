@@ -52,12 +52,14 @@ For Z. joint_offset(9) has the other lines of the stage.
   setp chop.feed     200
   setp z-stage.max-offset 500
   setp z-stage.max-rate   500
+  setp z-stage.release-at-off-0 true
 
   net motion-enabled motion.motion-enabled  => chop.motion-enabled
   net z-homed        joint.2.homed          => chop.homed
   net z-position     joint.2.pos-cmd        => chop.position
   net z-fb           joint.2.pos-fb         => chop.joint-feedback
   net z-limited      z-stage.limited        => chop.stage-limited
+  net z-released     z-stage.released       => chop.stage-released
   net chop-run       motion.digital-out-01  => chop.run
   net z-chop         chop.offset            => z-stage.offset-0
   net z-chop                                => chop.applied-offset
@@ -98,8 +100,9 @@ starts the next strokes; one before that is refused. Only these end it before R:
 error (fault 10) and a wrong scale (fault 12).
 - feed-hold, override 0: The axis brakes within its region, and stands. It goes on in its direction.
 - Abort of a program: Let it set run false. The axis returns to R.
-- Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
-axis is.
+- Machine off, emergency stop: The axis stands, and turning on moves nothing. With stage-released the offset becomes part
+of position in that period: LinuxCNC shows and limits the true place of the axis, offset is 0, and point R is there. An
+extra joint keeps its offset. The next rising edge of run starts where the axis is.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
 - exact-stop: The dwell begins when the measured axis is as near to its dead point, at the latest after exact-stop-time.
 - program-word: A word of a program goes before its setting until the axis rests. An invalid word is refused and changes
@@ -119,8 +122,9 @@ and takes them up as far as the slow strokes confirm them.
 within it. At max-offset the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
-- Not homed: The stroke stops at once. An extra joint stays where it is; its command returns to R only when homing moves
-the joint. With a stage, which releases the offset, it returns to 0 after 1 s. A homed that returns moves nothing.)"},
+- Not homed: The stroke stops at once. With stage-released the offset holds until the machine is off. A stage without
+release-at-off ramps it down, and offset returns to 0 after 1 s. An extra joint stays where it is; its command returns to
+R only when homing moves the joint. A homed that returns moves nothing.)"},
         hal::Limits{R"(
 A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
 
@@ -158,6 +162,10 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
                                    "Offset that joint-feedback lacks: offset, with joint_offset; 0 for an "
                                    "extra joint."};
     hal::In<bool> stage_limited{this, "stage-limited", false, "The stage does not apply the whole offset."};
+    hal::In<std::int32_t> stage_released{
+        this, "stage-released", -1,
+        "Net released of joint_offset: with 1, machine off has made the offset "
+        "part of position; -1 without such a stage."};
     hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
     hal::In<double> program_word{this, "program-word", 0, "1",
                                  "Number of a word of the program, whose value is program-value; each change "
@@ -212,6 +220,8 @@ private:
     struct Now {
         StrokeOrders::Now orders;
         bool on, homed;
+        bool releasable;           // the offset, by its stage
+        bool released;             // it has become part of the position
         bool known;                // the position
         bool measurable;           // the joint-feedback and the applied-offset
         double measured, applied;  // mu
@@ -222,15 +232,19 @@ private:
 
     Now read() noexcept {
         words_.step(program_word, program_value, motion_.moves());
-        const double place = position, joint = joint_feedback, applied = applied_offset;
+        const std::int32_t stage = stage_released;
+        const bool is_on = motion_enabled, released = stage == 1 && !is_on;
+        const double place = position, joint = joint_feedback, applied = released ? 0.0 : applied_offset;
         position_ = usable(place, farthest, position_);
         const StrokeOrders::Given given{
             run, stop, enable, go_to_end, shift, shift_at_crossing, crossing_position, crossing_at, farthest};
         StrokeOrders::Now orders = orders_.step(given);
         orders.returns |= words_.returns();
         return {orders,
-                motion_enabled,
+                is_on,
                 homed,
+                stage >= 0,
+                released,
                 std::abs(place) <= farthest,
                 std::abs(joint) <= farthest && std::abs(applied) <= farthest,
                 joint + applied,
@@ -243,6 +257,7 @@ private:
         faults_.step(orders.run);
         faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
         if (motion_.moves() && !now.ready()) freeze();
+        if (now.released) release();
         if (records.wants_forget()) supervision_.learning().forget();
         if (records.wants_restore()) records.restored(supervision_.learning().restore(row.given()));
         if (orders.starts && motion_.state() == StrokeMotion::State::returning)
@@ -287,6 +302,13 @@ private:
     void freeze() noexcept {
         rest_ = offset_.value();
         motion_.freeze(position_ + rest_);
+    }
+
+    // Motion has taken over the place of the axis.
+    void release() noexcept {
+        rest_ = 0;
+        offset_.release();
+        motion_.freeze(position_);
     }
 
     void judge(const StrokeValues& given, double dt) noexcept {
@@ -335,7 +357,8 @@ private:
 
     void watch_homed(const Now& now, double dt) noexcept {
         const double lag = std::abs(now.measured - (position_ + offset_.value()));
-        switch (homed_watch_.step({now.homed, std::abs(now.applied) > nothing, now.measurable, lag}, dt)) {
+        switch (homed_watch_.step(
+            {now.homed, now.releasable, std::abs(now.applied) > nothing, now.measurable, lag}, dt)) {
             case HomedWatch::Offset::as_applied: rest_ = offset_.value(); break;
             case HomedWatch::Offset::none: rest_ = 0; break;
             case HomedWatch::Offset::stays: break;

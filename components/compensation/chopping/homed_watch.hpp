@@ -6,8 +6,8 @@
 namespace plumb {
 
 // What becomes of an offset at rest while its joint is not homed. A joint that is not homed for a moment
-// stays where it is. A stage releases the offset meanwhile; an extra joint stands, unless it is moved: homed.
-// Then nothing is to be there when it is homed again.
+// stays where it is. A stage that does not hold the offset ramps it down meanwhile; an extra joint stands,
+// unless it is moved: homed. Then nothing is to be there when it is homed again.
 class HomedWatch {
 public:
     enum class Offset { stays, as_applied, none };
@@ -15,7 +15,8 @@ public:
     // Of a period.
     struct Now {
         bool homed = false;
-        bool stage = false;  // the joint has the offset by a stage
+        bool releasable = false;  // a stage holds the offset until machine off makes it part of the position
+        bool stage = false;       // the joint has the offset by a stage
         bool measurable = false;
         double lag = 0;  // mu, of the axis behind its command
     };
@@ -28,6 +29,7 @@ public:
         }
         if (unhomed_ == 0) lag_ = now.lag;
         unhomed_ = std::min(unhomed_ + dt, 2 * patience);
+        if (now.releasable) return Offset::stays;
         const bool gone = now.stage ? unhomed_ > patience : now.measurable && now.lag > lag_ + standing;
         return gone ? Offset::none : Offset::stays;
     }
