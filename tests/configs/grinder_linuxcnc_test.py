@@ -333,6 +333,10 @@ class ExtraJoint(Recorded):
         self.assertLess(speed[whole].max(), 51)  # upward
         self.assertLess(speed[whole].min(), -90)
 
+    def test_all_codes_work_while_the_feed_is_inhibited(self):
+        self.assertEqual(self.facts["inhibited"], [40, 1])
+        self.assertEqual(self.facts["inhibited_end"], [0, 1, 1])
+
     def test_learned_corrections_outlive_a_restart(self):
         self.assertRegex(self.facts["kept"], r"upper = 40\..*upper-offset = -?0\.[0-9]+")
         self.assertIn("was refused", self.facts["before"])

@@ -23,6 +23,7 @@ class Shift(Scenario):
             self.cross_feed,
             self.beyond_a_limit,
             self.by_words,
+            self.under_inhibit,
             self.learn,
             self.retain_again,
             self.emergency_stop,
@@ -61,6 +62,20 @@ class Shift(Scenario):
         self.machine.mdi("G80.1")
         self.machine.mdi("G10 L2 P1 Z0")
         self.facts["z"] = self.host.get("joint.2.pos-cmd")
+
+    def under_inhibit(self):
+        """No code needs a move that waits."""
+        get = self.host.get
+        self.host.set("motion.feed-inhibit", 1)
+        self.machine.mdi("M481 I-20 J20 P0.5")
+        self.machine.mdi("G81.1 Z40 Q-80 P6000")
+        self.await_condition(lambda: get("chop.stroke-count") >= 2, "strokes")
+        self.machine.mdi("M480")
+        self.machine.mdi("G80.1 P2")
+        self.facts["inhibited"] = [get("chop.command"), get("motion.feed-inhibit")]
+        self.machine.mdi("G80.1")
+        self.facts["inhibited_end"] = [get("chop.command"), get("chop.at-end"), get("motion.feed-inhibit")]
+        self.host.set("motion.feed-inhibit", 0)
 
     def learn(self):
         """What retain keeps."""
