@@ -15,7 +15,15 @@ def halcmd(line):
 
 
 class Shift(Scenario):
-    columns = ["scene", "joint.3.motor-pos-cmd", "motion.current-vel", "chop.active", "chop.command", "chop.fault-code", "chop.stroke-count"]
+    columns = [
+        "scene",
+        "joint.3.motor-pos-cmd",
+        "motion.current-vel",
+        "chop.active",
+        "chop.command",
+        "chop.fault-code",
+        "chop.stroke-count",
+    ]
 
     def work(self):
         self.play(
