@@ -21,7 +21,7 @@ class Chopping(Sample):
         for word in ("G20", "G21"):
             self.assertTrue(any(word + " G81.1: Z strokes by" in text for text in seen), output)
         self.assertTrue(all(seen.values()), output)
-        self.assertIn("num_dio=18 num_aio=21", flat)
+        self.assertIn("num_dio=19 num_aio=21", flat)
         self.assertRegex(flat, "REMAP = G81.1 modalgroup=1 .*REMAP = G80.1 .*Still missing.*FERROR.*chopping_settings.hal")
         patch = read(os.path.join(self.folder(INCH), "ini.patch"))
         for line in FORMER:

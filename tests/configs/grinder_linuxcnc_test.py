@@ -103,6 +103,31 @@ class Shift(Recorded):
         self.assertEqual(self.of("chop.offset", "abort")[-1], 0)
         self.assertEqual(self.of("chop.active", "after_abort").max(), 0)
 
+    def test_moves_after_an_abort_wait_until_the_wheel_is_at_r(self):
+        self.assertEqual(self.facts["output"], [1, 1])  # an output at once, while it returns
+        self.assertRegex(self.facts["told"], "wheel returns to point R")
+        for scene in ("waiting", "next_program"):
+            x, active = self.of("joint.0.pos-cmd", scene), self.of("chop.active", scene) == 1
+            returning = active & (self.of("interlock.feed-inhibit", scene) == 1)
+            self.assertGreater(np.count_nonzero(returning), 100, scene)
+            self.assertEqual(np.ptp(x[returning][: 100]), 0, scene)
+            first = np.flatnonzero(np.diff(x) != 0)[0]
+            self.assertEqual(self.of("chop.at-end", scene)[first], 1, scene)
+        self.assertAlmostEqual(self.of("joint.0.pos-cmd", "waiting")[-1], 30, delta=nm)
+
+    def test_jogs_are_free_while_the_wheel_returns(self):
+        self.assertEqual(self.facts["jogged"], 1)
+
+    def test_a_move_that_no_hold_stops_is_aborted(self):
+        self.assertLess(self.facts["defeated"], 1)  # mm of 40
+        self.assertRegex("\n".join(self.errors), "M49, M51 P0 and M53 P0")
+
+    def test_strokes_end_with_their_program_unless_it_says_otherwise(self):
+        self.assertEqual(self.facts["after_m2"], [1, 1])  # on the way to R, though the output stays
+        self.assertEqual(self.facts["next_program"], [1, 0])
+        self.assertGreater(self.of("chop.stroking", "next_program").max(), 0)
+        self.assertEqual([self.facts["outlasting"], self.facts["of_mdi"]], [1, 1])
+
     def test_emergency_stop_and_off_freeze_and_turning_on_moves_nothing(self):
         for scene in ("on_again", "off_and_on"):
             begin = 0 if scene == "on_again" else np.flatnonzero(self.of("motion.motion-enabled", scene) == 0)[0] + 200

@@ -33,6 +33,9 @@ class Shift(Scenario):
         "z-stage.drive-command",
         "grinder.truth-position",
         "interlock.feed-service-lost",
+        "interlock.feed-inhibit",
+        "chop.at-end",
+        "chop.stroking",
         "interlock.function-enable-0",
     ]
 
@@ -43,6 +46,12 @@ class Shift(Scenario):
             self.pause,
             self.abort,
             self.after_abort,
+            self.waiting,
+            self.jogging,
+            self.defeated,
+            self.program_ends,
+            self.next_program,
+            self.outlasting,
             self.emergency_stop,
             self.on_again,
             self.start_again,
@@ -92,6 +101,8 @@ class Shift(Scenario):
         self.await_condition(lambda: get("chop.active") == 1 and get("chop.stroke-count") >= 2, "the strokes")
 
     def start(self):
+        """In MDI: the end of a program must have been seen before."""
+        self.await_pin("linuxcnc-alive.part-program-running", 0)
         self.machine.mdi(STROKE)
         self.await_strokes()
 
@@ -109,6 +120,78 @@ class Shift(Scenario):
     def after_abort(self):
         """No stroke comes back with the next block."""
         self.machine.mdi("G0 X0 Y0 Z10")
+
+    def abort_in_the_work(self):
+        self.start()
+        self.await_depth()
+        self.machine.abort()
+
+    def waiting(self):
+        """MDI after an abort: outputs at once, moves when the wheel is at R."""
+        self.abort_in_the_work()
+        self.machine.mdi("M64 P30")
+        self.facts["output"] = [self.host.get("motion.digital-out-30"), self.host.get("chop.active")]
+        self.machine.mdi("M65 P30")
+        self.machine.mdi("G0 X30")
+        self.facts["told"] = "\n".join(self.machine.messages)
+
+    def jogging(self):
+        """The way out is X."""
+        self.abort_in_the_work()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.axis_mode()
+        self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, 0, 20, 5)
+        self.await_condition(lambda: abs(self.host.get("joint.0.pos-cmd") - 35) < 0.001, "the jog")
+        self.facts["jogged"] = self.host.get("chop.active")
+        self.await_pin("chop.at-end", 1)
+        self.machine.mdi("G0 X0")
+
+    def defeated(self):
+        """No hold of LinuxCNC acts: interlock aborts the move."""
+        self.machine.mdi("M49")
+        self.machine.mdi("M53 P0")
+        self.abort_in_the_work()
+        with contextlib.suppress(OperatorError):
+            self.machine.mdi("G1 X40 F600")
+            self.machine.wait_for(lambda _: False, "the message")
+        self.facts["defeated"] = self.host.get("joint.0.pos-cmd")
+        self.await_pin("chop.at-end", 1)
+        self.machine.mdi("M48")
+        self.machine.mdi("M53 P1")
+        self.machine.mdi("G0 X0")
+
+    def program(self, *lines):
+        with open("strokes.ngc", "w") as file:
+            file.write("\n".join(("G90", *lines, "M2", "")))
+        self.machine.start("strokes.ngc")
+
+    def program_ends(self):
+        """Without its G80.1."""
+        self.program(STROKE, "G1 X20 F1200")
+        self.await_pin("chop.stroking", 1)
+        self.await_pin("chop.stroking", 0)
+        self.facts["after_m2"] = [self.host.get("chop.active"), self.host.get("chop.run")]
+
+    def next_program(self):
+        """Its first move waits for R, and its strokes begin."""
+        self.program("G1 X0 F1200", STROKE, "G1 X20", "G80.1")
+        self.await_pin("chop.stroking", 1)
+        self.machine.wait_until_idle()
+        self.facts["next_program"] = [self.host.get("chop.at-end"), self.host.get("chop.fault-code")]
+
+    def outlasting(self):
+        """M64 P18 lets strokes outlast their program; those of MDI do anyway."""
+        for own in (["M64 P18", STROKE], []):
+            if not own:
+                self.start()
+            self.program(*own, "G1 X0 F1200", "G1 X20")
+            self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
+            self.machine.wait_until_idle()
+            self.strokes(2)
+            self.facts["outlasting" if own else "of_mdi"] = self.host.get("chop.stroking")
+            self.machine.mdi("M65 P18")
+            self.machine.mdi("G80.1")
+            self.machine.mdi("G0 X20")
 
     def await_depth(self):
         """In the work: 20 mm below R and more."""

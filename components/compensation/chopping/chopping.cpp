@@ -99,7 +99,9 @@ where enable is false. It goes before run and before a hold that is there; a lat
 starts the next strokes; one before that is refused. Only these end it before R: machine off, not homed, a following
 error (fault 10) and a wrong scale (fault 12).
 - feed-hold, override 0: The axis brakes within its region, and stands. It goes on in its direction.
-- Abort of a program: Let it set run false. The axis returns to R.
+- Abort of a program: Let it set run false. The axis returns to R. Net feed-wait to a function-settling of interlock(9):
+moves wait until then. HAL cannot hold a jog: jog another axis out of the work.
+- End of a program: It ends the strokes that the program began, unless outlast is true. Those of MDI go on.
 - Machine off, emergency stop: The axis stands, and turning on moves nothing. With stage-released the offset becomes part
 of position in that period: LinuxCNC shows and limits the true place of the axis, offset is 0, and point R is there. An
 extra joint keeps its offset. The next rising edge of run starts where the axis is.
@@ -154,6 +156,10 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
                                     "A crossing of crossing-at takes over the dead points, too."};
     hal::In<double> crossing_position{this, "crossing-position", 0, "mu", "Position of the crossing axis."};
     hal::In<double> crossing_at{this, "crossing-at", 0, "mu", "Coordinate that it crosses, either way."};
+    hal::In<bool> program_running{this, "program-running", false,
+                                  "A part program runs, not an MDI command. Strokes that it began end "
+                                  "when it becomes false."};
+    hal::In<bool> outlast{this, "outlast", false, "Strokes go on when the program that began them ends."};
     hal::In<double> position{this, "position", 0, "mu",
                              "Commanded position of the joint, point R: joint.N.pos-cmd."};
     hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
@@ -180,6 +186,15 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Out<bool> program_refused{this, "program-refused",
                                    "The last word of the program is invalid, or the stroke that it checks."};
     hal::Out<std::int32_t> program_sections{this, "program-sections", "Sections that the program gave."};
+    hal::Out<bool> feed_wait{
+        this, "feed-wait",
+        "Moves of a program have to wait: strokes end that no program orders any more, or "
+        "a fault has stopped the axis away from position."};
+    hal::Out<double> end_position{
+        this, "end-position", "mu",
+        "Point R, where strokes end, for a display: position at its last good value."};
+    hal::Out<double> measured_position{this, "measured-position", "mu",
+                                       "Measured position of the axis, with the offset, for a display."};
     StrokePins stroke{this};
     DeadPointPins dead_points{this};
     hal::Records records{this};
@@ -202,7 +217,7 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     }
 
     void update(double dt) noexcept {
-        const Now now = read();
+        const Now now = read(dt);
         const StrokeValues given = words_.over(settings.read());
         obey(now, given, dt);
         judge(given, dt);
@@ -230,15 +245,24 @@ private:
         bool ready() const noexcept { return on && homed; }
     };
 
-    Now read() noexcept {
+    Now read(double dt) noexcept {
         words_.step(program_word, program_value, motion_.moves());
         const std::int32_t stage = stage_released;
         const bool is_on = motion_enabled, released = stage == 1 && !is_on;
         const double place = position, joint = joint_feedback, applied = released ? 0.0 : applied_offset;
         position_ = usable(place, farthest, position_);
-        const StrokeOrders::Given given{
-            run, stop, enable, go_to_end, shift, shift_at_crossing, crossing_position, crossing_at, farthest};
-        StrokeOrders::Now orders = orders_.step(given);
+        const StrokeOrders::Given given{run,
+                                        stop,
+                                        enable,
+                                        go_to_end,
+                                        shift,
+                                        shift_at_crossing,
+                                        program_running,
+                                        outlast,
+                                        crossing_position,
+                                        crossing_at,
+                                        farthest};
+        StrokeOrders::Now orders = orders_.step(given, dt);
         orders.returns |= words_.returns();
         return {orders,
                 is_on,
@@ -375,6 +399,9 @@ private:
     void show(const Now& now) noexcept {
         offset = offset_.value();
         command = position_ + offset_.value();
+        feed_wait = motion_.moves() ? !now.orders.ordered : motion_.failed() && offset_.value() != 0;
+        end_position = position_;
+        if (now.measurable) measured_position = now.measured;
         stroke.show(motion_, supervision_, in_force_.values());
         at_end = !motion_.moves() && offset_.value() == 0;
         program_refused = words_.refused() || faults_.checked() != Fault::none;

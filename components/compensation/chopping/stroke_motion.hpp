@@ -68,6 +68,7 @@ public:
     }
 
     State state() const noexcept { return state_; }
+    bool failed() const noexcept { return failed_; }  // since the last start
     bool moves() const noexcept { return state_ != State::rest; }
     const Command& command() const noexcept { return its_; }
     const LeadingCommand& leading() const noexcept { return command_; }

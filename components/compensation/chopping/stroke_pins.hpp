@@ -25,6 +25,7 @@ struct StrokePins : hal::Group {
     hal::Out<double> phase_lag{this, "phase-lag", "deg",
                                "Phase minus measured-phase, -180 to 180: how late the axis is."};
     hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
+    hal::Out<bool> stroking{this, "stroking", "The axis strokes, and nothing has ended its strokes."};
     hal::Out<bool> withdrawing{this, "withdrawing",
                                "The axis is on its way to position, by enable or go-to-end."};
     hal::Out<bool> held{this, "held", "The axis stands for a hold."};
@@ -45,6 +46,7 @@ struct StrokePins : hal::Group {
         measured_phase = seen_phase * (180 / pi);
         phase_lag = std::remainder(its_phase - seen_phase, 2 * pi) * (180 / pi);
         active = motion.moves();
+        stroking = motion.state() == StrokeMotion::State::stroking;
         withdrawing = motion.state() == StrokeMotion::State::returning;
         held = motion.moves() && oscillation.held();
         sparking_out = motion.moves() && oscillation.sparking_out();

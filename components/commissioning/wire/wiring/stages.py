@@ -146,6 +146,7 @@ def alive():
         ["task-heartbeat", "linuxcnc-alive.task-heartbeat", "=>", "interlock.service-heartbeat-4"],
         ["io-heartbeat", "linuxcnc-alive.io-heartbeat", "=>", "interlock.service-heartbeat-5"],
         ["program-running", "linuxcnc-alive.program-running", "=>", "interlock.program-running"],
+        ["part-program-running", "linuxcnc-alive.part-program-running"],
         ["io-lost", "interlock.service-lost-5", "=>", "linuxcnc-link.io-lost"],
     ]
     sentence = "LinuxCNC's io does not answer: the feed is held. Press the emergency stop, and start LinuxCNC again."
