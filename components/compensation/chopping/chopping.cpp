@@ -246,22 +246,17 @@ private:
     };
 
     Now read(double dt) noexcept {
+        const bool program = program_running;
+        words_.watch_program(program, dt);
         words_.step(program_word, program_value, motion_.moves());
         const std::int32_t stage = stage_released;
         const bool is_on = motion_enabled, released = stage == 1 && !is_on;
         const double place = position, joint = joint_feedback, applied = released ? 0.0 : applied_offset;
         position_ = usable(place, farthest, position_);
-        const StrokeOrders::Given given{run,
-                                        stop,
-                                        enable,
-                                        go_to_end,
-                                        shift,
-                                        shift_at_crossing,
-                                        program_running,
-                                        outlast,
-                                        crossing_position,
-                                        crossing_at,
-                                        farthest};
+        const StrokeOrders::Given given{run,         stop,    enable,
+                                        go_to_end,   shift,   shift_at_crossing,
+                                        program,     outlast, crossing_position,
+                                        crossing_at, farthest};
         StrokeOrders::Now orders = orders_.step(given, dt);
         orders.returns |= words_.returns();
         return {orders,

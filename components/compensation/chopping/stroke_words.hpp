@@ -3,6 +3,7 @@
 
 #include "components/compensation/chopping/stroke_values.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,14 @@ public:
         if (!forgets_ || moves) return;
         forgets_ = false;
         words_ = {};
+    }
+
+    // The end of a program is the end of its words. It is seen some time later, so that words which are as
+    // new stay.
+    void watch_program(bool runs, double dt) noexcept {
+        since_word_ = number_ != none ? 0 : std::min(since_word_ + dt, 2 * newest);
+        if (program_ && !runs && since_word_ > newest) forgets_ = true;
+        program_ = runs;
     }
 
     // The settings with the words in their place.
@@ -140,7 +149,11 @@ private:
         return true;
     }
 
+    static constexpr double newest = 0.5;  // s
+
     Words words_;
+    double since_word_ = 0;  // s
+    bool program_ = false;
     double number_ = 0, checked_ = 0;
     bool refused_ = false, forgets_ = false, moved_ = false, returns_ = false;
 };

@@ -112,6 +112,30 @@ TEST_F(Words, AreForgottenWhenTheAxisRestsOrByOrderButNeverWhileItMoves) {
     EXPECT_EQ(it.over(settings), none);
 }
 
+TEST_F(Words, EndWithTheirProgramUnlessTheyAreNewer) {
+    const StrokeValues settings, none = it.over(settings);
+    const auto program = [&](bool runs, double seconds) {
+        for (int i = 0; i < seconds / 0.001; ++i) {
+            it.watch_program(runs, 0.001);
+            it.step(0, 0, false);
+        }
+    };
+    program(true, 0.1);
+    give(StrokeWords::upper_dwell, 0.25);
+    program(true, 1);
+    EXPECT_FALSE(it.over(settings) == none);
+    program(false, 0.01);
+    EXPECT_EQ(it.over(settings), none);
+
+    program(true, 1);
+    it.step(StrokeWords::upper_dwell, 0.25, false);
+    it.watch_program(true, 0.001);
+    it.step(0, 0, false);
+    program(true, 0.1);
+    program(false, 2);
+    EXPECT_FALSE(it.over(settings) == none) << "given in MDI, after the end";
+}
+
 struct ChoppingWords : ChoppingAxis {
     void give(StrokeWords::Number number, double value) {
         set("program-value", value);
