@@ -2,6 +2,7 @@
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/live_counter.hpp"
+#include "components/math/blocks/offset_release.hpp"
 #include "components/math/blocks/soft_limits.hpp"
 #include "components/math/blocks/source_sum.hpp"
 #include "components/math/blocks/usable.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace plumb {
@@ -23,7 +25,9 @@ enum class Fault : std::int32_t {
     limits,
     origin,
     interlock,
-    bound
+    bound,
+    unhomed,
+    unreleased
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -50,6 +54,13 @@ constexpr const char* sentence(Fault fault) {
         case Fault::bound:
             return "The max-offset is below the present offset; the last good one stays in force until the "
                    "offset is within the new one.";
+        case Fault::unhomed:
+            return "The joint is not homed while a stroke is out; the offset is held. Turn the machine off "
+                   "and "
+                   "on, and home the joint.";
+        case Fault::unreleased:
+            return "A source with release-at-off is not 0 although the machine was off: net released to its "
+                   "component; the source has no effect until it is 0.";
         default: return nullptr;
     }
 }
@@ -64,7 +75,10 @@ works in every mode and costs no speed of the axis. LinuxCNC does not see the of
     drive-command  = joint-command  + applied-offset
     joint-feedback = drive-feedback - applied-offset (of the last period)
 
-Use one instance for each joint. The two joints of a gantry get a stage each, with the same offsets.)",
+Use one instance for each joint. The two joints of a gantry get a stage each, with the same offsets.
+
+A small correction, as of squareness(9), remains in drive-command while the machine is off. The offset of a stroke, as of
+chopping(9), is millimetres: set release-at-off of its source, and net released to the component.)",
                                       hal::Wiring{R"(
   loadrt joint_offset names=x-stage unit=[TRAJ]LINEAR_UNITS
 
@@ -110,6 +124,11 @@ the offset times the lag of the drive.
 within it. A smaller offset-acceleration waits in the same way.
 - Machine off, emergency stop: The offset holds, and turning on moves nothing. Later changes of the sources follow at
 ramp-rate after the machine is on.
+- Machine off with release-at-off: That source becomes part of the position of the joint. In the next period
+joint-feedback contains it, motion copies joint-feedback into its command, and drive-command stays. LinuxCNC then shows
+and limits the true position, and homing is permitted. released is 1 until the machine is on. If the machine is on again
+within one period, nothing is released.
+- Not homed while the machine is on, with a source of release-at-off in force: The offset holds until the machine is off.
 - Abort: The offset stays.
 - Homing: LinuxCNC refuses to home while inhibit-homing is true. Unhome the joint, wait until its offset is 0, and home.
 If the origin moves with an offset in force, the offset is released until the joint is unhomed and homed again.
@@ -137,6 +156,9 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
                                     "Of interlock, which permits changes of the offset; -1 without one."};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
+    hal::Row<hal::In<bool>, 4> release_at_off{
+        this, "release-at-off", false,
+        "Machine off makes the offset of this source part of the position of the joint: for a stroke."};
     hal::In<double> position{this, "position", 0, "mu", "Commanded position of the joint: joint.N.pos-cmd."};
     hal::In<double> joint_command{this, "joint-command", 0, "mu", "From motion: joint.N.motor-pos-cmd."};
     hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu", "From the drive, offset included."};
@@ -162,6 +184,10 @@ A joint that is itself beyond a soft limit is not taken back.)"},
     hal::Out<bool> limited{
         this, "limited", "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
     hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
+    hal::Out<std::int32_t> released{
+        this, "released",
+        "1 from the release of the sources with release-at-off until the machine is "
+        "on, else 0; -1 without such a source."};
     hal::Codes<Fault> fault{this, "fault"};
 
     hal::Offset moves{this, hal::MovingPin(applied_offset)
@@ -182,7 +208,8 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         const double given = drive_feedback;
         feedback_ = usable(given, farthest, feedback_);
         good_feedback_ = within(given, farthest);
-        joint_feedback = feedback_ - applied_.value();
+        joint_feedback = feedback_ - release_.in_feedback(applied_.value());
+        show_release();
     }
 
     void update(double dt) noexcept {
@@ -200,11 +227,14 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         watch_origin(is_homed, knows_place_ && within(command, farthest));
         interlock_.step(heartbeat);
         const bool permitted = interlock_.alive();
-        const bool active = enable && is_homed && !shifted_ && limits_.valid();
-        const double wanted = !permitted ? source_.value() : active ? sources_.value() : 0;
+        const bool active = enable && is_homed && !shifted_ && limits_.valid(), on = motion_enabled;
+        const auto sums = release_.sum(sources_, read_release());
+        const double wanted = !permitted ? source_.value() : active ? sums.all : 0;
         const double possible = bounded(wanted, settings_.max_offset);
 
-        const bool holding = is_homed && !motion_enabled;
+        if (release_.step(on)) move_to(release_.stays(), dt);
+        const bool stranded = on && release_.out() && (!is_homed || shifted_);
+        const bool holding = (is_homed && !on) || release_.pending() || stranded;
         if (active != active_ || (holding_ && !holding) || (!permitted_ && permitted)) ramping_ = true;
         active_ = active;
         permitted_ = permitted;
@@ -213,12 +243,16 @@ A joint that is itself beyond a soft limit is not taken back.)"},
             hold();
         else
             follow(possible, is_homed && limits_.valid(), jumped ? 0 : moved, dt);
+        const bool follows = permitted && active && !ramping_ && applied_.value() == sums.all;
+        if (!holding) release_.note(applied_.value(), bounded(sums.others, settings_.max_offset), follows);
 
         drive_command = command_ + applied_.value();
         applied_offset = applied_.value();
         ramping = ramping_;
         inhibit_homing = std::abs(applied_.value()) > slack;
-        limited = !holding && (wanted != possible || tapered_ || (!ramping_ && lag(possible) > slack));
+        show_release();
+        limited = !holding && (release_.ignores() || wanted != possible || tapered_ ||
+                               (!ramping_ && lag(possible) > slack));
         fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
@@ -226,7 +260,9 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                                    {!setting.good(), Fault::settings},
                                    {refused, Fault::bound},
                                    {!limits.valid(), Fault::limits},
-                                   {shifted_, Fault::origin}});
+                                   {shifted_, Fault::origin},
+                                   {stranded, Fault::unhomed},
+                                   {on && release_.ignores(), Fault::unreleased}});
     }
 
 private:
@@ -285,6 +321,21 @@ private:
             shifted_ = true;
         origin_ = origin;
         homed_ = is_homed;
+    }
+
+    OffsetRelease<4>::Which read_release() noexcept {
+        OffsetRelease<4>::Which which{};
+        for (std::size_t i = 0; i < which.size(); ++i) which[i] = release_at_off[i];
+        return which;
+    }
+
+    void show_release() noexcept { released = !release_.any() ? -1 : release_.released() ? 1 : 0; }
+
+    // In drive-command motion has the rest of it.
+    void move_to(double place, double dt) noexcept {
+        source_.move_to(place, acceleration(), dt);
+        applied_.move_to(place, acceleration(), dt);
+        hold();
     }
 
     void hold() noexcept {
@@ -355,6 +406,7 @@ private:
     double last_position_ = 0;
     AccelerationLimit source_;   // the sum, bounded and ramped
     AccelerationLimit applied_;  // source_ within the soft limits; the last command contains it
+    OffsetRelease<4> release_;
     LiveCounter interlock_;
     bool active_ = false, holding_ = false, ramping_ = false, permitted_ = true;
     bool guarded_ = false, tapered_ = false;  // by the soft limits

@@ -74,6 +74,12 @@ void show_what_is_built(const std::filesystem::path& host) {
     append_to_list("PATH", programs);
 }
 
+// Without a terminal the linuxcnc script writes all output into files in HOME, unless it gets -r.
+void keep_output_of_linuxcnc(std::vector<std::string>& program) {
+    const bool is_linuxcnc = std::filesystem::path(program.front()).filename() == "linuxcnc";
+    if (is_linuxcnc && isatty(STDIN_FILENO) == 0) program.insert(program.begin() + 1, "-r");
+}
+
 // The program and its arguments are no options of the command, and so CLI11 does not know of them.
 struct RunFormatter : CLI::Formatter {
     std::string make_usage(const CLI::App*, std::string) const override {
@@ -179,8 +185,10 @@ A HAL configuration at twenty times the clock, with its user-space programs:
           R"(The status of the program; 128 + N if signal N killed it, 127 if there is no such program, 126 if it cannot be
 executed. 1 if the host cannot run, has lost milltask, or could not bring all new files to /tmp; 2 for a wrong command line.
 
-The linuxcnc script ends with 0 when a signal asks it to end. Without a terminal it puts its errors into files, or into a
-window on DISPLAY that waits for an answer. In CI start linuxcnc -r without DISPLAY, under timeout(1).)"},
+The linuxcnc script ends with 0 when a signal asks it to end. Without a terminal it writes its output into files in HOME
+and prints nothing; plumb run then starts it with its option -r, and the output stays here. A script that starts linuxcnc
+itself has to give -r. On an error linuxcnc opens a window on DISPLAY that waits for an answer. In CI start it without
+DISPLAY, under timeout(1).)"},
          {"SIGNALS",
           "Ctrl-C and Ctrl-Z reach the program as usual; time continues while it is stopped. SIGTERM and "
           "SIGHUP ask it to "
@@ -194,11 +202,12 @@ window on DISPLAY that waits for an answer. In CI start linuxcnc -r without DISP
 
 // Becomes the host that runs the program. Returns only by std::runtime_error, or the exit status 2 after a
 // message about the command line.
-int run(const RunOptions& options, const std::vector<std::string>& program) {
+int run(const RunOptions& options, std::vector<std::string> program) {
     if (program.empty()) {
         std::cerr << "plumb run: no program is given. Run with --help for more information.\n";
         return 2;
     }
+    keep_output_of_linuxcnc(program);
     warn_of_remote_display(options);
     take_off_faked_clock();
     std::vector<std::string> words{find_host()};

@@ -693,6 +693,23 @@ TEST(PlumbRunBesideLinuxCnc, NeitherSeesTheOther) {
         options);
 }
 
+// The linuxcnc script writes into files in HOME where its input is no terminal, and prints nothing.
+TEST_F(PlumbRun, WithoutATerminalTheOutputOfLinuxcncStaysHere) {
+    const std::filesystem::path script = folder.path() / "linuxcnc";
+    std::ofstream(script) << "#!/bin/sh\necho given: \"$@\"\n";
+    std::filesystem::permissions(script, static_cast<std::filesystem::perms>(0755));
+    EXPECT_THAT(run({script, "grinder.ini"}).output, HasSubstr("given: -r grinder.ini"));
+    EXPECT_THAT(run({"--speed", "10", "--", script, "-v", "my.ini"}).output,
+                HasSubstr("given: -r -v my.ini"));
+    EXPECT_THAT(run({"echo", "grinder.ini"}).output, HasSubstr("grinder.ini"));
+    EXPECT_THAT(run({"echo", "grinder.ini"}).output, Not(HasSubstr("-r")));
+
+    std::vector<std::string> words{BUILD_DIR "/bin/plumb", "run"};
+    if (!namespaces()) words.push_back("--no-namespaces");
+    words.insert(words.end(), {script, "grinder.ini"});
+    EXPECT_THAT(run_on_terminal(words, folder.path()).output, HasSubstr("given: grinder.ini"));
+}
+
 // A LinuxCNC outside that starts or ends sends SIGTERM to all that pidof calls milltask.
 TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndReportsIt) {
     MachineOptions options;

@@ -5,21 +5,28 @@
 import os
 import unittest
 
-from wire_sample import Sample, read
+from wire_sample import Sample, read, write
 
 INCH = "sim/axis/axis.ini"
+FORMER = ("REMAP = G81.1 modalgroup=1 argspec=ZQrp ngc=g811", "REMAP = G80.1 modalgroup=1 ngc=g801")
 
 
 class Chopping(Sample):
     def test_it_strokes_through_a_stage_with_room_and_the_limits_of_the_joint(self):
+        text = read(self.ini(INCH))  # wired by an earlier version
+        write(self.ini(INCH), text.replace("[RS274NGC]\n", "[RS274NGC]\n%s\n%s\n" % FORMER, 1))
         status, output, flat = self.wire(INCH, "chopping")
         self.assertEqual(status, 0, output)
         seen = self.seen(output, "chopping")
         for word in ("G20", "G21"):
             self.assertTrue(any(word + " G81.1: Z strokes by" in text for text in seen), output)
         self.assertTrue(all(seen.values()), output)
-        self.assertIn("num_dio=18 num_aio=19", flat)
+        self.assertIn("num_dio=19 num_aio=21", flat)
         self.assertRegex(flat, "REMAP = G81.1 modalgroup=1 .*REMAP = G80.1 .*Still missing.*FERROR.*chopping_settings.hal")
+        patch = read(os.path.join(self.folder(INCH), "ini.patch"))
+        for line in FORMER:
+            self.assertIn("-%s\n" % line, patch)
+        self.assertIn("+REMAP = G81.1 modalgroup=1 argspec=ZQrpij", patch)
         self.assertIn('records = ["chop"]', read(os.path.join(self.folder(INCH), "retain.toml")))
         stages = read(os.path.join(self.folder(INCH), "stages.hal"))
         self.assertIn("setp z-stage.max-offset 19.685\n", stages)

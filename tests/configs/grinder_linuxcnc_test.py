@@ -103,14 +103,78 @@ class Shift(Recorded):
         self.assertEqual(self.of("chop.offset", "abort")[-1], 0)
         self.assertEqual(self.of("chop.active", "after_abort").max(), 0)
 
+    def test_moves_after_an_abort_wait_until_the_wheel_is_at_r(self):
+        self.assertEqual(self.facts["output"], [1, 1])  # an output at once, while it returns
+        self.assertRegex(self.facts["told"], "wheel returns to point R")
+        for scene in ("waiting", "next_program"):
+            x, active = self.of("joint.0.pos-cmd", scene), self.of("chop.active", scene) == 1
+            returning = active & (self.of("interlock.feed-inhibit", scene) == 1)
+            self.assertGreater(np.count_nonzero(returning), 100, scene)
+            self.assertEqual(np.ptp(x[returning][: 100]), 0, scene)
+            first = np.flatnonzero(np.diff(x) != 0)[0]
+            self.assertEqual(self.of("chop.at-end", scene)[first], 1, scene)
+        self.assertAlmostEqual(self.of("joint.0.pos-cmd", "waiting")[-1], 30, delta=nm)
+
+    def test_jogs_are_free_while_the_wheel_returns(self):
+        self.assertEqual(self.facts["jogged"], 1)
+
+    def test_a_move_that_no_hold_stops_is_aborted(self):
+        self.assertLess(self.facts["defeated"], 1)  # mm of 40
+        self.assertRegex("\n".join(self.errors), "M49, M51 P0 and M53 P0")
+
+    def test_strokes_end_with_their_program_unless_it_says_otherwise(self):
+        self.assertEqual(self.facts["after_m2"], [1, 1])  # on the way to R, though the output stays
+        self.assertEqual(self.facts["next_program"], [1, 0])
+        self.assertGreater(self.of("chop.stroking", "next_program").max(), 0)
+        self.assertEqual([self.facts["outlasting"], self.facts["of_mdi"]], [1, 1])
+
     def test_emergency_stop_and_off_freeze_and_turning_on_moves_nothing(self):
         for scene in ("on_again", "off_and_on"):
-            command, offset = self.of("z-stage.drive-command", scene), self.of("chop.offset", scene)
-            self.assertGreater(abs(offset[-1]), 0.1, scene)
-            begin = 0 if scene == "on_again" else np.flatnonzero(self.of("chop.active", scene) == 0)[0] + 200
+            begin = 0 if scene == "on_again" else np.flatnonzero(self.of("motion.motion-enabled", scene) == 0)[0] + 200
             self.assertLess(np.ptp(self.of("grinder.truth-position", scene)[begin:]), 2 * um, scene)
-            self.assertLess(np.ptp(offset[begin:]), STILL, scene)
-            self.assertLess(np.ptp(command[begin + 1 :]), 10 * um, scene)
+            self.assertLess(np.ptp(self.of("z-stage.drive-command", scene)[begin + 1 :]), 10 * um, scene)
+
+    PLACES = ("z-stage.drive-command", "z-stage.applied-offset", "joint.2.pos-cmd")
+
+    def test_machine_off_makes_the_stroke_part_of_the_position(self):
+        on = self.shift["motion.motion-enabled"]
+        falls = np.flatnonzero(np.diff(on) < 0) + 1
+        falls = falls[abs(self.shift["chop.offset"][falls]) > 0.1]
+        self.assertEqual(len(falls), 4)
+        for at in falls:
+            drive = self.shift["z-stage.drive-command"][at - 2 : at + 200]
+            self.assertLess(abs(np.diff(drive))[:2].max(), 1.5)  # a stroke, then the feedback: no farther than the lag
+            self.assertLess(abs(np.diff(drive))[2:].max(), 0.2)  # at most 100 mm/s, by the drive
+            command, applied, position = (self.shift[pin][at - 5 : at + 200] for pin in self.PLACES)
+            origin = command[0] - applied[0] - position[0]  # of the joint, where it was homed
+            np.testing.assert_allclose(position[6:] + origin, command[6:], rtol=0, atol=nm)
+            for pin in ("chop.offset", "z-stage.applied-offset", "motion.homing-inhibit"):
+                self.assertEqual(abs(self.shift[pin][at + 2 : at + 200]).max(), 0, pin)
+
+    def test_linuxcnc_shows_the_true_place_and_mdi_starts_there(self):
+        for name in ("emergency_stop", "off"):
+            shown, measured, truth, after_relative, offset = self.facts[name]
+            self.assertLess(truth, 5, name)  # below R: the wheel is in its stroke
+            self.assertAlmostEqual(shown, truth, delta=2 * um, msg=name)
+            self.assertAlmostEqual(measured, truth, delta=2 * um, msg=name)
+            self.assertAlmostEqual(after_relative, truth + 1, delta=2 * um, msg=name)
+            self.assertEqual(offset, 0, name)
+        self.assertEqual(self.facts["stands"][0], 0)  # no fault, and no message
+        self.assertEqual(self.facts["stands"][1], 0)
+
+    def test_unhoming_after_a_stop_moves_nothing_and_linuxcnc_homes(self):
+        rows = self.rows["unhomed"]
+        off = rows[self.shift["joint.2.homed"][rows] == 0]
+        self.assertGreater(len(off), 100)
+        self.assertLess(np.ptp(self.shift["grinder.truth-position"][off]), 2 * um)
+        self.assertEqual(self.facts["homed_again"], 1)
+
+    def test_a_homed_that_is_lost_amid_a_stroke_holds_the_axis(self):
+        rows = self.rows["lost_homed"]
+        off = rows[self.shift["joint.2.homed"][rows] == 0]
+        self.assertGreater(len(off), 1000)
+        self.assertLess(np.ptp(self.shift["grinder.truth-position"][off[300:]]), 2 * um)
+        self.assertRegex("\n".join(self.errors), "not homed while a stroke is out")
 
     def test_stroke_after_a_stop_is_where_it_was_commanded(self):
         z = self.shift["chop.command"][self.strokes("start_again")][1000:]
@@ -139,13 +203,35 @@ class Shift(Recorded):
             "fast": "max-feed",
             "far": "soft limits",
             "deep": "soft limits",
-            "flat": "Q must not be 0",
+            "flat": "Q0.000000 must not be 0",
             "no_q": "missing: Q",
-            "negative": "P must be above 0",
+            "negative": "P-5.000000 must be above 0",
+            "F20": "F20.000000 would stay",
+            "X40.5": "X40.500000 has no meaning",
+            "L1": "H, L, U",
+            "I-1": "I-1.000000 must be 0 to 3600",
+            "J3601": "J3601.000000 must be 0 to 3600",
+            "K1.5": "K1.500000 must be a number",
+            "D2": "D2.000000 must be 0 or 1",
+            "E-0.1": "E-0.100000 must not be below 0",
+            "Q3": "Q3.000000 must be 0, 1 or 2",
+            "M481 I5 J5 P1": "I5.000000 and J5.000000 must differ",
+            "M481 I0 J1 P0": "P0.000000 must be 0.001",
+            "G80.1 P3": "P3.000000 must be 0, 1 or 2",
+            "G80.1 K0.5": "K0.500000 must be a number",
+            "overlap": "Z5.000000 Q-30.000000 R25.000000 P3600.000000 was refused",
         }
+        self.assertEqual(sorted(self.facts["refused"]), sorted(reasons))
         for name, reason in reasons.items():
             self.assertIn(reason, self.facts["refused"][name], name)
+        self.assertIn("two overlap", self.facts["refused"]["overlap"])
+        self.assertIn("soft limits", self.facts["refused"]["deep"])
+
+    def test_a_refused_word_moves_nothing_and_leaves_no_word_behind(self):
         self.assertEqual(abs(self.of("chop.offset", "refusals")).max(), 0)
+        for joint in (0, 2):
+            self.assertEqual(np.ptp(self.of("joint.%d.pos-cmd" % joint, "refusals")), 0)
+        self.assertEqual(self.facts["words_left"], 0)
 
     def test_words_are_in_work_coordinates_with_any_origin_and_tool(self):
         r = self.facts["joint"]
@@ -154,6 +240,39 @@ class Shift(Recorded):
 
     def test_words_in_inches_are_those_lengths(self):
         np.testing.assert_allclose(self.facts["in_inches"], [5.08, -20.32, 25.4 * 100 / 60], rtol=1e-9)
+
+    def test_words_of_the_program_slow_a_section_and_dwell_where_the_axis_is(self):
+        self.assertEqual(self.facts["sections"], 1)
+        rows = self.strokes("by_words")
+        z, axis = self.shift["chop.command"][rows], self.shift["grinder.truth-position"][rows]
+        speed = abs(np.diff(z)) / PERIOD
+        self.assertAlmostEqual(speed.max(), 60, delta=0.5)  # the override of 0.5 does not act
+        inside = (z[1:] > LOWER + 0.1) & (z[1:] < LOWER + 9.5)  # without the change of speed, which jerk-time spreads
+        self.assertLess(speed[inside].max(), 0.5 * 60)
+        self.assertLess(z.max(), UPPER + nm)
+        upper = self.visits(abs(axis - UPPER) < 0.05)
+        lower = self.visits(abs(axis - LOWER) < 0.05)
+        self.assertGreater(min(upper[1:-1]), 200)
+        self.assertGreater(min(lower[1:3]), 100)
+        self.assertLess(min(lower), 100)  # after J0
+
+    @staticmethod
+    def visits(there):
+        """The lengths of the runs of true."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
+        return [end - begin for begin, end in zip(edges[::2], edges[1::2])]
+
+    def test_strokes_end_at_a_dead_point_that_the_program_names(self):
+        self.assertEqual(self.facts["at_lower"][1:], [0, 0])
+        self.assertAlmostEqual(self.facts["at_lower"][0], LOWER, delta=nm)
+        z, count = self.of("chop.command", "at_the_lower_dead_point"), self.of("chop.stroke-count", "at_the_lower_dead_point")
+        self.assertGreaterEqual(np.sum(z == z.min()), 150)
+        self.assertEqual(self.facts["from_lower_to_r"], [0, 1])
+        self.assertGreaterEqual(count.max() - count[0], 2)  # spark-out
+        self.assertEqual(abs(self.of("chop.offset", "learn")[0]), 0)
+
+    def test_words_end_with_their_strokes(self):
+        self.assertAlmostEqual(self.facts["cycle_without_words"], 2 * np.pi * 30 / 60, delta=0.01)
 
     def test_what_was_learned_is_kept_over_a_restart(self):
         with open(os.path.join(self.machine, "grinder.retained")) as kept:
@@ -223,9 +342,31 @@ class ExtraJoint(Recorded):
         self.assertEqual(self.of("chop.active", "cross_feed")[-1], 0)
 
     def test_a_stroke_beyond_a_soft_limit_is_refused(self):
-        self.assertEqual(self.facts["beyond_a_limit"], 9)
         self.assertEqual(self.of("chop.active", "beyond_a_limit").max(), 0)
-        self.assertIn("soft limits", self.facts["message"])
+        self.assertIn("Z270.000000 is outside of the soft limits", self.facts["message"])
+        self.assertIn("R10.000000 has no meaning on an extra joint", self.facts["with_r"])
+
+    def test_words_are_positions_of_the_joint(self):
+        z, active = self.of("joint.3.motor-pos-cmd", "by_words"), self.of("chop.active", "by_words") == 1
+        self.assertAlmostEqual(z.min(), -40, delta=0.2)
+        self.assertAlmostEqual(z.max(), 60, delta=0.2)
+        self.assertEqual(self.facts["z"], 10)
+        speed = np.diff(z)[active[1:]] / PERIOD
+        inside = abs(z[1:][active[1:]]) < 17
+        count = self.of("chop.stroke-count", "by_words")[1:][active[1:]]
+        whole = inside & (count > 1) & (count < 4)
+        self.assertLess(speed[whole].max(), 51)  # upward
+        self.assertLess(speed[whole].min(), -90)
+
+    def test_all_codes_work_while_the_feed_is_inhibited(self):
+        self.assertEqual(self.facts["inhibited"], [40, 1])
+        self.assertEqual(self.facts["inhibited_end"], [0, 1, 1])
+
+    def test_learned_corrections_outlive_a_restart(self):
+        self.assertRegex(self.facts["kept"], r"upper = 40\..*upper-offset = -?0\.[0-9]+")
+        self.assertIn("was refused", self.facts["before"])
+        self.assertIn("enable is false", self.facts["before"])
+        self.assertEqual(self.facts["restored"], 1)
 
     def test_emergency_stop_freezes_and_turning_on_moves_nothing(self):
         z = self.of("chop.command", "on_again")
@@ -238,10 +379,48 @@ class ExtraJoint(Recorded):
         self.assertLessEqual(abs(self.of("chop.command", "lag")).max(), 200)
 
 
+class Inch(Recorded):
+    """A machine in inches: its simulated axis is in millimetres."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.work("inch.ini", "grinder_inch_scenario.py")
+
+    def test_strokes_of_the_contour_stay_in_their_regions_and_fill_them(self):
+        rows = self.rows["contour"]
+        rows = rows[(self.shift["chop.active"][rows] == 1) & (self.shift["chop.stroke-count"][rows] >= 1)]
+        z, axis = self.shift["chop.command"][rows], self.shift["grinder.truth-position"][rows]
+        self.assertAlmostEqual(z.min(), -1, delta=0.001)
+        self.assertAlmostEqual(z.max(), 0.6, delta=0.001)
+        self.assertEqual(self.of("z-stage.limited", "contour").max(), 0)
+        first = np.flatnonzero(z > 0.21)[0]
+        inside = (z[1:first] < -0.21) & (z[1:first] > -0.79)
+        self.assertLess(abs(np.diff(z[:first]))[inside].max() / PERIOD, 0.51 * 140 / 60)
+        there = np.flatnonzero(abs(axis[:first] / 25.4 - 0.2) < 0.0021)
+        self.assertGreater(np.sum(there < there[0] + 300), 100)  # the dwell, within the first visit
+
+    def test_words_are_lengths_of_their_program(self):
+        for name in ("in_millimetres", "in_inches"):
+            np.testing.assert_allclose(self.facts[name], [0.2, -1, 60 / 25.4], rtol=1e-9, err_msg=name)
+
+    def test_refusals_are_in_the_unit_of_the_program(self):
+        fast, deep, metric = self.facts["refused"]
+        self.assertIn("P481.000000 is above max-feed, which is 480.000000", fast)
+        self.assertIn("Q-14.000000 has a dead point outside of the soft limits", deep)
+        self.assertIn("P12193.000000 is above max-feed, which is 12192.000000", metric)
+        self.assertEqual(np.ptp(self.of("joint.2.pos-cmd", "refusals")), 0)
+
+    def test_learns_the_dead_points(self):
+        upper, lower = self.facts["dead_points"]
+        self.assertAlmostEqual(upper, 0.2 * 25.4, delta=2.5 * um)  # tolerance is 0.002 mm, in inches
+        self.assertAlmostEqual(lower, -25.4, delta=2.5 * um)
+        self.assertEqual(self.facts["code"], 0)
+
+
 del Recorded  # its tests are those of the machines
 
 
-tearDownModule = starts("grinder/grinder.ini", "grinder/extra.ini")
+tearDownModule = starts("grinder/grinder.ini", "grinder/extra.ini", "grinder/inch.ini")
 
 
 if __name__ == "__main__":

@@ -2,17 +2,42 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of grinder_linuxcnc_test: strokes of an extra joint, which LinuxCNC does not watch."""
 
+import os
+import subprocess
 import sys
 
 from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
 
 
+def halcmd(line):
+    subprocess.run(["halcmd", *line.split()], check=True)
+
+
 class Shift(Scenario):
-    columns = ["scene", "joint.3.motor-pos-cmd", "motion.current-vel", "chop.active", "chop.command", "chop.fault-code"]
+    columns = [
+        "scene",
+        "joint.3.motor-pos-cmd",
+        "motion.current-vel",
+        "chop.active",
+        "chop.command",
+        "chop.fault-code",
+        "chop.stroke-count",
+    ]
 
     def work(self):
-        self.play(self.turn_on, self.cross_feed, self.beyond_a_limit, self.emergency_stop, self.on_again, self.lag)
+        self.play(
+            self.turn_on,
+            self.cross_feed,
+            self.beyond_a_limit,
+            self.by_words,
+            self.under_inhibit,
+            self.learn,
+            self.retain_again,
+            self.emergency_stop,
+            self.on_again,
+            self.lag,
+        )
 
     def turn_on(self):
         self.machine.turn_on()
@@ -30,14 +55,61 @@ class Shift(Scenario):
             return str(error)
 
     def beyond_a_limit(self):
-        self.host.set("chop.upper", 270)
-        self.facts["message"] = self.message_of(lambda: self.machine.mdi("M64 P16"))
-        self.facts["beyond_a_limit"] = self.host.get("chop.fault-code")
-        self.host.set("chop.upper", 200)
-        self.machine.mdi("M65 P16")
+        self.facts["message"] = self.message_of(lambda: self.machine.mdi("G81.1 Z270 Q-470 P24000"))
+        self.facts["with_r"] = self.message_of(lambda: self.machine.mdi("G81.1 Z200 Q-400 R10 P24000"))
+
+    def by_words(self):
+        """Positions of the joint, whatever the work and the tool of Z; and the shift while it strokes."""
+        self.machine.mdi("G10 L2 P1 Z-3")
+        self.machine.mdi("M481 I-20 J20 P0.5 Q1")
+        self.machine.mdi("G81.1 Z40 Q-80 P6000 I0.1")
+        self.await_condition(lambda: self.host.get("chop.stroke-count") >= 4, "strokes")
+        self.machine.mdi("G81.1 Z60 Q-80")
+        self.machine.mdi("G1 Y1 F600")
+        self.await_condition(lambda: self.host.get("chop.stroke-count") >= 9, "strokes")
+        self.machine.mdi("G80.1")
+        self.machine.mdi("G10 L2 P1 Z0")
+        self.facts["z"] = self.host.get("joint.2.pos-cmd")
+
+    def under_inhibit(self):
+        """No code needs a move that waits."""
+        get = self.host.get
+        self.host.set("motion.feed-inhibit", 1)
+        self.machine.mdi("M481 I-20 J20 P0.5")
+        self.machine.mdi("G81.1 Z40 Q-80 P6000")
+        self.await_condition(lambda: get("chop.stroke-count") >= 2, "strokes")
+        self.machine.mdi("M480")
+        self.machine.mdi("G80.1 P2")
+        self.facts["inhibited"] = [get("chop.command"), get("motion.feed-inhibit")]
+        self.machine.mdi("G80.1")
+        self.facts["inhibited_end"] = [get("chop.command"), get("chop.at-end"), get("motion.feed-inhibit")]
+        self.host.set("motion.feed-inhibit", 0)
+
+    def learn(self):
+        """What retain keeps."""
+        self.host.set("chop.learn", 1)
+        self.machine.mdi("G81.1 Z40 Q-80 P6000")
+        self.await_pin("chop.learned", 1)
+        self.machine.mdi("G80.1")
+        self.host.set("chop.learn", 0)
+
+    def retain_again(self):
+        """As after a restart: chopping has forgotten all. Until it is restored no stroke begins."""
+        halcmd("unloadusr retain")
+        self.host.set("chop.forget", 1)
+        self.await_pin("chop.rows", 0)
+        self.host.set("chop.forget", 0)
+        self.facts["kept"] = open("extra.retained").read()
+        halcmd("unlinkp chop.enable")
+        self.host.set("chop.enable", 0)
+        self.facts["before"] = self.message_of(lambda: self.machine.mdi("G81.1 Z200 Q-400 P24000"))
+        halcmd("loadusr -Wn retain retain --file %s" % os.path.abspath("extra.toml"))
+        halcmd("net restored retain.restored chop.enable")
+        self.await_pin("retain.restored", 1)
+        self.facts["restored"] = self.host.get("chop.rows")
 
     def start(self):
-        self.machine.mdi("M64 P16")
+        self.machine.mdi("G81.1 Z200 Q-400 P24000")
         self.await_condition(lambda: self.host.get("chop.command") < -100, "the stroke")
 
     def emergency_stop(self):
@@ -49,7 +121,6 @@ class Shift(Scenario):
         self.machine.wait(0.5)
 
     def lag(self):
-        self.machine.mdi("M65 P16")
         self.start()
         self.facts["lags"] = self.message_of(lambda: self.host.set("table.servo-gain", 4))
         self.await_pin("chop.active", 0)

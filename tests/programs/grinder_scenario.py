@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of grinder_linuxcnc_test: strokes of Z beside a contour, stopped in every way that there is."""
 
+import contextlib
 import os
 import signal
 import sys
@@ -21,6 +22,9 @@ class Shift(Scenario):
         "joint.2.f-error",
         "motion.current-vel",
         "motion.program-line",
+        "motion.motion-enabled",
+        "motion.homing-inhibit",
+        "joint.2.homed",
         "chop.active",
         "chop.command",
         "chop.offset",
@@ -29,6 +33,9 @@ class Shift(Scenario):
         "z-stage.drive-command",
         "grinder.truth-position",
         "interlock.feed-service-lost",
+        "interlock.feed-inhibit",
+        "chop.at-end",
+        "chop.stroking",
         "interlock.function-enable-0",
     ]
 
@@ -39,6 +46,12 @@ class Shift(Scenario):
             self.pause,
             self.abort,
             self.after_abort,
+            self.waiting,
+            self.jogging,
+            self.defeated,
+            self.program_ends,
+            self.next_program,
+            self.outlasting,
             self.emergency_stop,
             self.on_again,
             self.start_again,
@@ -50,8 +63,13 @@ class Shift(Scenario):
             self.refusals,
             self.with_a_tool,
             self.in_inches,
+            self.by_words,
+            self.at_the_lower_dead_point,
+            self.without_words,
             self.learn,
             self.learned_again,
+            self.unhomed,
+            self.lost_homed,
             self.impatient,
             self.task_stops,
             self.task_returns,
@@ -83,6 +101,8 @@ class Shift(Scenario):
         self.await_condition(lambda: get("chop.active") == 1 and get("chop.stroke-count") >= 2, "the strokes")
 
     def start(self):
+        """In MDI: the end of a program must have been seen before."""
+        self.await_pin("linuxcnc-alive.part-program-running", 0)
         self.machine.mdi(STROKE)
         self.await_strokes()
 
@@ -101,27 +121,151 @@ class Shift(Scenario):
         """No stroke comes back with the next block."""
         self.machine.mdi("G0 X0 Y0 Z10")
 
+    def abort_in_the_work(self):
+        self.start()
+        self.await_depth()
+        self.machine.abort()
+
+    def waiting(self):
+        """MDI after an abort: outputs at once, moves when the wheel is at R."""
+        self.abort_in_the_work()
+        self.machine.mdi("M64 P30")
+        self.facts["output"] = [self.host.get("motion.digital-out-30"), self.host.get("chop.active")]
+        self.machine.mdi("M65 P30")
+        self.machine.mdi("G0 X30")
+        self.facts["told"] = "\n".join(self.machine.messages)
+
+    def jogging(self):
+        """The way out is X."""
+        self.abort_in_the_work()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.axis_mode()
+        self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, 0, 20, 5)
+        self.await_condition(lambda: abs(self.host.get("joint.0.pos-cmd") - 35) < 0.001, "the jog")
+        self.facts["jogged"] = self.host.get("chop.active")
+        self.await_pin("chop.at-end", 1)
+        self.machine.mdi("G0 X0")
+
+    def defeated(self):
+        """No hold of LinuxCNC acts: interlock aborts the move."""
+        self.machine.mdi("M49")
+        self.machine.mdi("M53 P0")
+        self.abort_in_the_work()
+        with contextlib.suppress(OperatorError):
+            self.machine.mdi("G1 X40 F600")
+            self.machine.wait_for(lambda _: False, "the message")
+        self.facts["defeated"] = self.host.get("joint.0.pos-cmd")
+        self.await_pin("chop.at-end", 1)
+        self.machine.mdi("M48")
+        self.machine.mdi("M53 P1")
+        self.machine.mdi("G0 X0")
+
+    def program(self, *lines):
+        with open("strokes.ngc", "w") as file:
+            file.write("\n".join(("G90", *lines, "M2", "")))
+        self.machine.start("strokes.ngc")
+
+    def program_ends(self):
+        """Without its G80.1."""
+        self.program(STROKE, "G1 X20 F1200")
+        self.await_pin("chop.stroking", 1)
+        self.await_pin("chop.stroking", 0)
+        self.facts["after_m2"] = [self.host.get("chop.active"), self.host.get("chop.run")]
+
+    def next_program(self):
+        """Its first move waits for R, and its strokes begin."""
+        self.program("G1 X0 F1200", STROKE, "G1 X20", "G80.1")
+        self.await_pin("chop.stroking", 1)
+        self.machine.wait_until_idle()
+        self.facts["next_program"] = [self.host.get("chop.at-end"), self.host.get("chop.fault-code")]
+
+    def outlasting(self):
+        """M64 P18 lets strokes outlast their program; those of MDI do anyway."""
+        for own in (["M64 P18", STROKE], []):
+            if not own:
+                self.start()
+            self.program(*own, "G1 X0 F1200", "G1 X20")
+            self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
+            self.machine.wait_until_idle()
+            self.strokes(2)
+            self.facts["outlasting" if own else "of_mdi"] = self.host.get("chop.stroking")
+            self.machine.mdi("M65 P18")
+            self.machine.mdi("G80.1")
+            self.machine.mdi("G0 X20")
+
+    def await_depth(self):
+        """In the work: 20 mm below R and more."""
+        self.await_condition(lambda: self.host.get("chop.offset") < -20, "a wheel in the work")
+
     def emergency_stop(self):
         self.start()
+        self.await_depth()
         self.machine.emergency_stop()
 
+    def note_place(self, name):
+        """Where LinuxCNC shows Z, where it is, and where a relative move in MDI takes it."""
+        self.machine.wait(0.2)
+        status = self.machine.poll()
+        shown, measured, truth = status.position[2], status.actual_position[2], self.host.get("grinder.truth-position")
+        self.machine.command.mdi("G91 G0 Z1")  # in MDI still, as the operator left it
+        self.await_condition(lambda: abs(self.host.get("joint.2.pos-cmd") - truth - 1) < 0.01, "a relative move")
+        self.machine.wait_until_idle()
+        self.facts[name] = [shown, measured, truth, self.host.get("joint.2.pos-cmd"), self.host.get("chop.offset")]
+        self.machine.mdi("G90")
+
     def on_again(self):
+        self.facts["stands"] = [self.host.get("z-stage.fault-code"), self.host.get("chop.fault-code")]
         self.machine.turn_on()
-        self.machine.wait(0.5)
-        self.machine.mode(linuxcnc.MODE_MDI)
         self.machine.wait(0.5)
 
     def start_again(self):
+        self.note_place("emergency_stop")
         self.start()
         self.strokes(2)
 
     def off_and_on(self):
+        self.await_depth()
         self.machine.turn_off()
         self.machine.wait(0.3)
         self.machine.turn_on()
         self.machine.wait(0.5)
 
+    def unhomed(self):
+        """The joint loses its homed state where machine off has ended the stroke, and is homed again: there, so that all places
+        are other ones from here on."""
+        self.start()
+        self.await_depth()
+        self.machine.turn_off()
+        self.machine.wait(0.3)
+        self.machine.turn_on()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.joint_mode()
+        self.machine.command.unhome(2)
+        self.await_pin("joint.2.homed", 0)
+        self.machine.wait(0.5)
+        self.machine.home()
+        self.facts["homed_again"] = self.host.get("joint.2.homed")
+        self.machine.mdi("G0 Z10")
+
+    def lost_homed(self):
+        """Unhomed amid a stroke, by mistake: the wheel stands. Machine off makes its place true."""
+        self.start()
+        self.await_depth()
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.joint_mode()
+        self.machine.command.unhome(2)
+        self.await_pin("joint.2.homed", 0)
+        with contextlib.suppress(OperatorError):
+            self.machine.wait_for(lambda _: False, "the message")
+        self.machine.wait(1.5)
+        self.machine.turn_off()
+        self.machine.wait(0.3)
+        self.machine.turn_on()
+        self.machine.home()
+        self.machine.mdi("G0 Z10")
+
     def back_at_r(self):
+        self.note_place("off")
         self.start()
         self.machine.mdi("G80.1")
         self.facts["at_r"] = [self.host.get("chop.offset"), self.host.get("z-stage.applied-offset")]
@@ -148,10 +292,12 @@ class Shift(Scenario):
         self.host.set("chop.stop-kind", 0)
         self.machine.mdi("G80.1")
 
-    def refuse(self, block):
-        """All that the operator reads until the block has ended."""
+    def refuse(self, *blocks):
+        """All that the operator reads until the last block has ended; those before it are carried out."""
         texts = []
-        carry_out, words = self.machine.mdi, (block,)
+        for block in blocks[:-1]:
+            self.machine.mdi(block)
+        carry_out, words = self.machine.mdi, blocks[-1:]
         while carry_out:
             try:
                 carry_out(*words)
@@ -166,8 +312,13 @@ class Shift(Scenario):
         fast, far, deep = "G81.1 Z5 Q-30 R5 P60000", "G81.1 Z-200 Q-110 R5 P600", "G81.1 Z-250 Q-20 R200 P600"
         flat, no_q, negative = "G81.1 Z5 Q0 R5 P600", "G81.1 Z5 R5 P600", "G81.1 Z5 Q-30 P-5"
         blocks = {"fast": fast, "far": far, "deep": deep, "flat": flat, "no_q": no_q, "negative": negative}
-        self.facts["refused"] = {name: self.refuse(block) for name, block in blocks.items()}
-        self.machine.mdi("G0 Z10")
+        stroke = "G81.1 Z5 Q-30 R25 P3600 "  # R is 20 mm above the present Z
+        blocks.update({word: stroke + word for word in ("F20", "X40.5", "L1", "I-1", "J3601", "K1.5", "D2", "E-0.1")})
+        blocks.update({word: "M481 I0 J-10 P0.5 " + word for word in ("Q3",)})
+        blocks.update({word: word for word in ("M481 I5 J5 P1", "M481 I0 J1 P0", "G80.1 P3", "G80.1 K0.5")})
+        blocks["overlap"] = "M481 I0 J-10 P0.5", "M481 I-5 J-15 P0.5", stroke
+        self.facts["refused"] = {name: self.refuse(*[block] if isinstance(block, str) else block) for name, block in blocks.items()}
+        self.facts["words_left"] = self.host.get("chop.program-sections")
 
     def with_a_tool(self):
         """The words are of the work, whatever its origin and the tool."""
@@ -190,6 +341,37 @@ class Shift(Scenario):
         self.facts["in_inches"] = [self.host.get("chop." + name) for name in ("upper", "lower", "feed")]
         self.machine.mdi("G80.1")
         self.machine.mdi("G21")
+
+    def by_words(self):
+        """A section, dwell, exact stop, an override that does not act, and in G91 a Z that is a position still."""
+        self.host.set("chop.override", 0.5)
+        self.machine.mdi("M480")
+        self.machine.mdi("M481 I-25 J-15 P0.5")
+        self.machine.mdi("G91 G81.1 Z5 Q-30 R5 P3600 I0.2 J0.1 E0.05 D0")
+        self.await_strokes()
+        self.strokes(4)
+        self.facts["sections"] = self.host.get("chop.program-sections")
+        self.machine.mdi("G81.1 Z5 Q-30 J0")  # while it strokes: J alone changes
+        self.machine.mdi("X1 F600")
+        self.strokes(3)
+        self.machine.mdi("G90")
+
+    def at_the_lower_dead_point(self):
+        self.machine.mdi("G80.1 P1 K2")
+        get = self.host.get
+        self.facts["at_lower"] = [get("chop.command"), get("chop.active"), get("chop.program-sections")]
+        self.machine.wait(0.2)
+        self.machine.mdi("G80.1")
+        self.facts["from_lower_to_r"] = [get("chop.offset"), get("chop.at-end")]
+
+    def without_words(self):
+        """The words have ended with their strokes: the settings hold, and the override of the panel."""
+        self.machine.mdi("G81.1 Z5 Q-30 R5")
+        self.await_strokes()
+        self.strokes(2)
+        self.facts["cycle_without_words"] = self.host.get("chop.planned-cycle-time")
+        self.machine.mdi("G80.1")
+        self.host.set("chop.override", 1)
 
     def learn(self):
         self.host.set("chop.learn", 1)

@@ -144,7 +144,7 @@ COMMANDS = {
     },
     "configs/grinder/README.md": {
         "cp -rL ...": COPY,
-        "plumb run --speed 10 -- linuxcnc -r grinder.ini": Run(),
+        "plumb run --speed 10 -- linuxcnc grinder.ini": Run(),
         "plumb bench bench.hal ...": Run(then="test -s grinder.csv"),
     },
     "configs/growth/README.md": {

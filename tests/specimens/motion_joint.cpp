@@ -36,7 +36,7 @@ move.)"};
         const double following = position_.value() - feedback;
         const bool runs = on && !tripped_;
         if (runs && was_on_ && !(std::abs(following) <= max_error)) tripped_ = true;
-        if (!runs || !was_on_)
+        if (!runs)
             stand_at(feedback, dt);
         else
             position_.step(program, {speed, speed, acceleration}, dt);

@@ -156,7 +156,7 @@ def start(folder, ini, *arguments, prefix=(), options=(), at=None):
     """Starts LinuxCNC at so many times the clock; options are further ones of plumb run."""
     plumb = plumb_run(BUILD, "--speed", "%g" % (at or speed), *options)
     return subprocess.Popen(
-        [*prefix, *plumb, "linuxcnc", "-r", ini, *arguments],
+        [*prefix, *plumb, "linuxcnc", ini, *arguments],
         env=environment(folder, ROOT=ROOT, BUILD=BUILD, FOLDER=folder),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

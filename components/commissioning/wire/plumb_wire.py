@@ -155,7 +155,14 @@ class Wire:
         ini = IniFile(self.ini_path)
         ini.drop("HAL", "HALFILE", lambda value: value.split()[:1] in ([self.halfile], ["./" + self.halfile]))
         ini.drop_include(self.include)
+        ini.drop("RS274NGC", "REMAP", self.is_former)
         return ini
+
+    def is_former(self, remap):
+        """Whether an earlier version of ours has written this value of REMAP: our code and our subroutine, with other words."""
+        code, *options = remap.split() or [""]
+        ours = [value for function in self.functions for value in function.remap]
+        return remap not in ours and any(value.split()[0] == code and value.split()[-1] in options for value in ours)
 
     def check_axes(self, joints, ini):
         letters = (ini.get("TRAJ", "COORDINATES") or "").replace(" ", "").upper()

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/chopping_settings.hpp"
-#include "components/compensation/chopping/crossing.hpp"
-#include "components/compensation/chopping/cycle_clock.hpp"
-#include "components/compensation/chopping/dead_point_watch.hpp"
-#include "components/compensation/chopping/edge.hpp"
-#include "components/compensation/chopping/ending.hpp"
+#include "components/compensation/chopping/dead_point_pins.hpp"
 #include "components/compensation/chopping/guarded_offset.hpp"
-#include "components/compensation/chopping/leading_command.hpp"
+#include "components/compensation/chopping/homed_watch.hpp"
 #include "components/compensation/chopping/learned_row.hpp"
-#include "components/math/blocks/pi.hpp"
+#include "components/compensation/chopping/stroke_faults.hpp"
+#include "components/compensation/chopping/stroke_in_force.hpp"
+#include "components/compensation/chopping/stroke_motion.hpp"
+#include "components/compensation/chopping/stroke_orders.hpp"
+#include "components/compensation/chopping/stroke_pins.hpp"
+#include "components/compensation/chopping/stroke_supervision.hpp"
+#include "components/compensation/chopping/stroke_words.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/math/oscillation/measured_phase.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
@@ -19,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace plumb {
@@ -50,12 +52,14 @@ For Z. joint_offset(9) has the other lines of the stage.
   setp chop.feed     200
   setp z-stage.max-offset 500
   setp z-stage.max-rate   500
+  setp z-stage.release-at-off-0 true
 
   net motion-enabled motion.motion-enabled  => chop.motion-enabled
   net z-homed        joint.2.homed          => chop.homed
   net z-position     joint.2.pos-cmd        => chop.position
   net z-fb           joint.2.pos-fb         => chop.joint-feedback
   net z-limited      z-stage.limited        => chop.stage-limited
+  net z-released     z-stage.released       => chop.stage-released
   net chop-run       motion.digital-out-01  => chop.run
   net z-chop         chop.offset            => z-stage.offset-0
   net z-chop                                => chop.applied-offset
@@ -95,10 +99,17 @@ where enable is false. It goes before run and before a hold that is there; a lat
 starts the next strokes; one before that is refused. Only these end it before R: machine off, not homed, a following
 error (fault 10) and a wrong scale (fault 12).
 - feed-hold, override 0: The axis brakes within its region, and stands. It goes on in its direction.
-- Abort of a program: Let it set run false. The axis returns to R.
-- Machine off, emergency stop: The offset holds. Turning on moves nothing; the next rising edge of run starts where the
-axis is.
+- Abort of a program: Let it set run false. The axis returns to R. Net feed-wait to a function-settling of interlock(9):
+moves wait until then. HAL cannot hold a jog: jog another axis out of the work.
+- End of a program: It ends the strokes that the program began, unless outlast is true. Those of MDI go on.
+- Machine off, emergency stop: The axis stands, and turning on moves nothing. With stage-released the offset becomes part
+of position in that period: LinuxCNC shows and limits the true place of the axis, offset is 0, and point R is there. An
+extra joint keeps its offset. The next rising edge of run starts where the axis is.
 - Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
+- exact-stop: The dwell begins when the measured axis is as near to its dead point, at the latest after exact-stop-time.
+- program-word: A word of a program goes before its setting until the axis rests. An invalid word is refused and changes
+nothing. Word 12 asks whether a stroke from program-value is possible: program-refused and the fault answer, and nothing
+moves.
 - Frequency, cycle-time: Kept in the mean where learned ends make the stroke longer, if max-acceleration permits it.
 - Lead, jerk-time: Changes come with the next start.
 - Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
@@ -113,8 +124,9 @@ and takes them up as far as the slow strokes confirm them.
 within it. At max-offset the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
-- Not homed: The stroke stops at once. An extra joint stays where it is; its command returns to R only when homing moves
-the joint. With a stage, which releases the offset, it returns to 0 after 1 s. A homed that returns moves nothing.)"},
+- Not homed: The stroke stops at once. With stage-released the offset holds until the machine is off. A stage without
+release-at-off ramps it down, and offset returns to 0 after 1 s. An extra joint stays where it is; its command returns to
+R only when homing moves the joint. A homed that returns moves nothing.)"},
         hal::Limits{R"(
 A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
 
@@ -144,6 +156,10 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
                                     "A crossing of crossing-at takes over the dead points, too."};
     hal::In<double> crossing_position{this, "crossing-position", 0, "mu", "Position of the crossing axis."};
     hal::In<double> crossing_at{this, "crossing-at", 0, "mu", "Coordinate that it crosses, either way."};
+    hal::In<bool> program_running{this, "program-running", false,
+                                  "A part program runs, not an MDI command. Strokes that it began end "
+                                  "when it becomes false."};
+    hal::In<bool> outlast{this, "outlast", false, "Strokes go on when the program that began them ends."};
     hal::In<double> position{this, "position", 0, "mu",
                              "Commanded position of the joint, point R: joint.N.pos-cmd."};
     hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
@@ -152,39 +168,35 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
                                    "Offset that joint-feedback lacks: offset, with joint_offset; 0 for an "
                                    "extra joint."};
     hal::In<bool> stage_limited{this, "stage-limited", false, "The stage does not apply the whole offset."};
+    hal::In<std::int32_t> stage_released{
+        this, "stage-released", -1,
+        "Net released of joint_offset: with 1, machine off has made the offset "
+        "part of position; -1 without such a stage."};
     hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
+    hal::In<double> program_word{this, "program-word", 0, "1",
+                                 "Number of a word of the program, whose value is program-value; each change "
+                                 "takes it. chop_word.ngc has the numbers."};
+    hal::In<double> program_value{this, "program-value", 0, "1",
+                                  "Value of this word, in machine units or s."};
     ChoppingSettings settings{this};
 
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
     hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
-    hal::Out<double> velocity{this, "velocity", "mu/s", "Velocity of the stroke, for a feed-forward."};
-    hal::Out<double> acceleration{this, "acceleration", "mu/s2", "Acceleration of the stroke."};
-    hal::Out<double> phase{this, "phase", "deg", "Phase: 0 at the lower, 180 at the upper dead point."};
-    hal::Out<double> measured_phase{
-        this, "measured-phase", "deg",
-        "Phase by the measured position: 0 and 180 where the axis itself turns, or is expected to."};
-    hal::Out<double> phase_lag{this, "phase-lag", "deg",
-                               "Phase minus measured-phase, -180 to 180: how late the axis is."};
-    hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
-    hal::Out<bool> withdrawing{this, "withdrawing",
-                               "The axis is on its way to position, by enable or go-to-end."};
-    hal::Out<bool> held{this, "held", "The axis stands for a hold."};
-    hal::Out<bool> sparking_out{this, "sparking-out", "Spark-out strokes are under way."};
-    hal::Out<bool> upper_pulse{this, "upper-pulse", "Infeed pulse at the upper dead point."};
-    hal::Out<bool> lower_pulse{this, "lower-pulse", "Infeed pulse at the lower dead point."};
-    hal::Out<std::int32_t> stroke_count{this, "stroke-count", "Strokes since the start; two are a cycle."};
-    hal::Out<double> planned_cycle_time{this, "planned-cycle-time", "s", "Both strokes with their dwells."};
-    hal::Out<double> actual_cycle_time{this, "actual-cycle-time", "s", "Time of the last cycle."};
-    hal::Out<double> measured_upper{this, "measured-upper", "mu", "Upper dead point of the last stroke."};
-    hal::Out<double> measured_lower{this, "measured-lower", "mu", "Lower dead point of the last stroke."};
-    hal::Out<double> upper_error{this, "upper-error", "mu", "Of it, positive outside the stroke."};
-    hal::Out<double> lower_error{this, "lower-error", "mu", "Of it, positive outside the stroke."};
-    hal::Out<double> upper_correction{this, "upper-correction", "mu", "Of the command, positive outside."};
-    hal::Out<double> lower_correction{this, "lower-correction", "mu", "Of the command, positive outside."};
-    hal::Out<double> speed_factor{this, "speed-factor", "1", "Part of the speed that learning permits."};
-    hal::Out<bool> learned{this, "learned", "Both dead points were within tolerance twice."};
-    hal::Out<double> drift{this, "drift", "mu", "Change of a correction since it was first learned."};
+    hal::Out<bool> program_refused{this, "program-refused",
+                                   "The last word of the program is invalid, or the stroke that it checks."};
+    hal::Out<std::int32_t> program_sections{this, "program-sections", "Sections that the program gave."};
+    hal::Out<bool> feed_wait{
+        this, "feed-wait",
+        "Moves of a program have to wait: strokes end that no program orders any more, or "
+        "a fault has stopped the axis away from position."};
+    hal::Out<double> end_position{
+        this, "end-position", "mu",
+        "Point R, where strokes end, for a display: position at its last good value."};
+    hal::Out<double> measured_position{this, "measured-position", "mu",
+                                       "Measured position of the axis, with the offset, for a display."};
+    StrokePins stroke{this};
+    DeadPointPins dead_points{this};
     hal::Records records{this};
     LearnedRow row{this};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
@@ -200,354 +212,234 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
     hal::Function update_function{this, "update", &Chopping::update, hal::Place::source};
 
     void prepare() override {
-        values_ = settings.read();
-        guard(values_, 1);
+        in_force_.begin(settings.read());
+        guard(in_force_.values(), 1);
     }
 
     void update(double dt) noexcept {
-        const Values given = settings.read();
-        const bool on = motion_enabled, is_homed = homed;
-        read_position();
-        obey(given, on && is_homed, dt);
+        const Now now = read(dt);
+        const StrokeValues given = words_.over(settings.read());
+        obey(now, given, dt);
         judge(given, dt);
-        guard(given, dt);
-        generate(on, is_homed, dt);
-        learn(dt);
-        show();
+        generate(now, dt);
+        supervise(now, dt);
+        show(now);
     }
 
 private:
-    using Values = ChoppingSettings::Values;
-    using State = Oscillation::State;
+    static constexpr double farthest = StrokeValues::farthest;  // mu
+    static constexpr double nothing = 1e-9;                     // mu
+    static constexpr std::size_t nodes = 64;                    // to plan in a period
 
-    static constexpr double farthest = ChoppingSettings::farthest;  // mu
-    static constexpr double nothing = 1e-9;                         // mu
-    static constexpr std::size_t nodes = 64;                        // to plan in a period
-    static constexpr int most_cycles = 30;                          // of learning
-    static constexpr double patience = 1;                           // s, with a joint that is not homed
-    static constexpr double standing = 0.01;                        // mu, of an axis that nothing moves
+    // The inputs of a period.
+    struct Now {
+        StrokeOrders::Now orders;
+        bool on, homed;
+        bool releasable;           // the offset, by its stage
+        bool released;             // it has become part of the position
+        bool known;                // the position
+        bool measurable;           // the joint-feedback and the applied-offset
+        double measured, applied;  // mu
+        double pulse;              // s
 
-    // The inputs of judge(). It takes longer than all else, so it runs only when one of them changes.
-    struct Judged {
-        Values given;
-        double lower = 0, upper = 0, position = 0;
-        bool running = false;
-
-        bool operator==(const Judged& other) const noexcept {
-            return lower == other.lower && upper == other.upper && position == other.position &&
-                   running == other.running && given == other.given;
-        }
+        bool ready() const noexcept { return on && homed; }
     };
 
-    void read_position() noexcept {
-        const double place = position, joint = joint_feedback, applied = applied_offset;
-        known_ = std::abs(place) <= farthest;
+    Now read(double dt) noexcept {
+        const bool program = program_running;
+        words_.watch_program(program, dt);
+        words_.step(program_word, program_value, motion_.moves());
+        const std::int32_t stage = stage_released;
+        const bool is_on = motion_enabled, released = stage == 1 && !is_on;
+        const double place = position, joint = joint_feedback, applied = released ? 0.0 : applied_offset;
         position_ = usable(place, farthest, position_);
-        measurable_ = std::abs(joint) <= farthest && std::abs(applied) <= farthest;
-        measured_ = joint + applied;
-        applied_ = applied;
+        const StrokeOrders::Given given{run,         stop,    enable,
+                                        go_to_end,   shift,   shift_at_crossing,
+                                        program,     outlast, crossing_position,
+                                        crossing_at, farthest};
+        StrokeOrders::Now orders = orders_.step(given, dt);
+        orders.returns |= words_.returns();
+        return {orders,
+                is_on,
+                homed,
+                stage >= 0,
+                released,
+                std::abs(place) <= farthest,
+                std::abs(joint) <= farthest && std::abs(applied) <= farthest,
+                joint + applied,
+                applied,
+                usable(pulse_time, 3600, 0)};
     }
 
-    // The commands of this period.
-    void obey(const Values& given, bool ready, double dt) noexcept {
-        const bool runs = run, stops = stop, permitted = enable, withdraws = end_edge_.rises(go_to_end);
-        const bool starts = run_edge_.rises(runs) && !withdraws;
-        if (!runs && was_refused_) event_ = Fault::none;
-        was_refused_ = was_refused_ && runs;
-        const bool shifts = shift_edge_.changes(shift) | crosses();
-        if (running_ && !ready) freeze();
-        if (records.wants_forget()) watch_.learning().forget();
-        if (records.wants_restore()) records.restored(watch_.learning().restore(row.given()));
-        if (starts && running_ && ending_.withdraws()) refuse(Fault::withdrawing);
-        if (starts && !running_) start(given, ready && permitted && !stops, dt);
-        if (withdraws && !running_ && ready) return_to_end(given, dt);
-        if (shifts && running_) take_over(given, dt);
-        if (running_) end({runs && !stops, permitted, withdraws, values_.stop()});
+    void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
+        const StrokeOrders::Now& orders = now.orders;
+        faults_.step(orders.run);
+        faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
+        if (motion_.moves() && !now.ready()) freeze();
+        if (now.released) release();
+        if (records.wants_forget()) supervision_.learning().forget();
+        if (records.wants_restore()) records.restored(supervision_.learning().restore(row.given()));
+        if (orders.starts && motion_.state() == StrokeMotion::State::returning)
+            faults_.start(Fault::withdrawing);
+        if (orders.starts && !motion_.moves()) start(now, given, dt);
+        if (orders.returns && !motion_.moves() && now.ready() && now.known) return_to_end(now, given, dt);
+        if (orders.shifts && motion_.moves()) take_over(given, dt);
     }
 
-    void end(const Ending::Orders& orders) noexcept {
-        const Oscillation::Stop kind = ending_.step(orders);
-        const double place = oscillation_.position();
-        const bool stands = oscillation_.state() == State::rest;  // the command has yet to follow
-        if (kind == Oscillation::Stop::withdraw && stands && std::abs(place - position_) > nothing)
-            oscillation_.go_to_end(wanted(), place);
-        else if (kind != Oscillation::Stop::none)
-            oscillation_.stop(kind);
+    void start(const Now& now, const StrokeValues& given, double dt) noexcept {
+        const bool ready = now.ready() && now.orders.permitted && now.orders.runs;
+        faults_.start(!ready       ? Fault::not_ready
+                      : !now.known ? Fault::position
+                                   : in_force_.take(given, position_, dt));
+        if (faults_.refused()) return;
+        in_force_.begin_cycles();
+        supervision_.select(in_force_);
+        supervision_.begin(seen(now));
+        motion_.start(wanted(), position_ + rest_, command_in_force(dt));
     }
 
-    bool crosses() noexcept {
-        const double place = crossing_position, at = crossing_at;
-        return crossing_.step(place, at, farthest) && shift_at_crossing;
+    // Of a stroke that is to begin at an end, mu.
+    static Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) noexcept {
+        if (!now.ready() || !now.orders.permitted) return Fault::not_ready;
+        return given.refusal(given.lower, given.upper, end, dt);
     }
 
-    void start(const Values& given, bool ready, double dt) noexcept {
-        const double place = position_ + rest_;
-        refuse(!ready    ? Fault::not_ready
-               : !known_ ? Fault::position
-                         : ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt));
-        if (was_refused_) return;
-        values_ = given;
-        lower_ = given.lower;
-        upper_ = given.upper;
-        stretch_ = 1;
-        select();
-        prepare_to_move(place, dt);
-        oscillation_.start(wanted(), place);
+    void return_to_end(const Now& now, const StrokeValues& given, double dt) noexcept {
+        if (!in_force_.take_end(given, position_, dt)) return;
+        supervision_.begin(seen(now));
+        motion_.return_to_end(wanted(), position_ + rest_, command_in_force(dt));
     }
 
-    // A start, unless it is Fault::none.
-    void refuse(Fault reason) noexcept {
-        event_ = reason;
-        was_refused_ = reason != Fault::none;
-    }
-
-    void return_to_end(const Values& given, double dt) noexcept {
-        if (given.possible(dt) && ChoppingSettings::leads(given)) values_ = given;
-        if (!values_.possible(dt) || !ChoppingSettings::leads(values_) || !known_) return;
-        lower_ = upper_ = position_;
-        prepare_to_move(position_ + rest_, dt);
-        oscillation_.go_to_end(wanted(), position_ + rest_);
-    }
-
-    void prepare_to_move(double place, double dt) noexcept {
-        running_ = true;
-        ending_.begin();
-        watch_.begin();
-        clock_.begin();
-        if (measurable_) measured_phase_.begin(measured_);
-        command_.begin(place, values_.jerk_samples(dt));
-        lead_ = values_.lead;
-        jerk_time_ = values_.jerk_time;
-    }
-
-    void take_over(const Values& given, double dt) noexcept {
-        const Fault reason = ChoppingSettings::refusal(given, given.lower, given.upper, position_, dt);
-        if (reason != Fault::none) {
-            event_ = reason;
-            return;
-        }
-        lower_ = given.lower;
-        upper_ = given.upper;
-        values_ = given;
-        select();
-        watch_.pause();
+    void take_over(const StrokeValues& given, double dt) noexcept {
+        const Fault reason = in_force_.take(given, position_, dt);
+        if (reason != Fault::none) return faults_.happen(reason);
+        supervision_.select(in_force_);
+        supervision_.pause();
     }
 
     // The drive is off: nothing moves, and nothing will by itself.
     void freeze() noexcept {
-        running_ = false;
         rest_ = offset_.value();
-        oscillation_.freeze(position_ + rest_);
+        motion_.freeze(position_ + rest_);
     }
 
-    void guard(const Values& given, double dt) noexcept {
-        const double planned = running_ ? oscillation_.planned_acceleration() : 0;
-        const double acceleration = std::max(values_.stroke.acceleration, planned);
-        offset_.allow({given.max_offset, given.max_rate, guard_factor * acceleration}, farthest, dt);
+    // Motion has taken over the place of the axis.
+    void release() noexcept {
+        rest_ = 0;
+        offset_.release();
+        motion_.freeze(position_);
     }
 
-    // The settings for the present region; the last good ones, as a whole, if these are not.
-    void judge(const Values& given, double dt) noexcept {
-        const Judged now{given, lower_, upper_, position_, running_};
-        if (now == judged_) return;
-        judged_ = now;
-        const bool possible = given.possible(dt);
-        refused_ = possible ? Fault::none : Fault::settings;
-        if (!running_) {
-            if (possible && !ChoppingSettings::leads(given)) refused_ = Fault::lead;
-            if (refused_ == Fault::none) values_ = given;
-        } else if (upper_ > lower_) {
-            refused_ = ChoppingSettings::refusal(given, lower_, upper_, position_, dt);
-            if (refused_ == Fault::none && !ChoppingSettings::leads(given, lead_, jerk_time_))
-                refused_ = Fault::lead;
-            if (refused_ != Fault::none) return;
-            values_ = given;
-            select();
-        }
+    void judge(const StrokeValues& given, double dt) noexcept {
+        const StrokeMotion::Command& its = motion_.command();
+        if (in_force_.judge(given, {position_, motion_.moves(), its.lead, its.jerk_time}, dt))
+            supervision_.select(in_force_);
+        guard(given, dt);
     }
 
-    // The stroke that learning learns.
-    void select() noexcept {
-        values_.learning.inset = values_.inset_of(upper_ - lower_);
-        if (values_.learn) watch_.learning().select(values_.learned_stroke(lower_, upper_), values_.learning);
+    void guard(const StrokeValues& given, double dt) noexcept {
+        const double planned = motion_.moves() ? motion_.oscillation().planned_acceleration() : 0;
+        const double hardest = std::max(in_force_.values().stroke.acceleration, planned);
+        offset_.allow({given.max_offset, given.max_rate, guard_factor * hardest}, farthest, dt);
     }
 
-    // Of the next stroke, mu/s.
-    double next_speed() const noexcept {
-        const double whole =
-            upper_ > lower_ ? values_.peak_speed(upper_ - lower_) : values_.stroke.largest_speed;
-        return whole * stretch_ * (values_.override_value > 0 ? values_.override_value : 1) *
-               (values_.learn ? watch_.learning().speed_factor() : 1);
+    StrokeMotion::Command command_in_force(double dt) const noexcept {
+        const StrokeValues& values = in_force_.values();
+        return {values.lead, values.jerk_time, values.jerk_samples(dt)};
     }
 
-    // What the oscillation is to do now.
     Oscillation::Settings wanted() const noexcept {
-        Oscillation::Settings its = values_.stroke;
-        its.lower = lower_;
-        its.upper = upper_;
-        its.end_position = position_;
-        its.speed = next_speed();
-        return its;
+        return in_force_.stroke(supervision_.part(in_force_.values()), position_);
     }
 
-    void generate(bool on, bool is_homed, double dt) noexcept {
-        if (running_) {
-            oscillation_.set(wanted());
-            const bool hold = ending_.holds(feed_hold || values_.override_value == 0);
-            oscillation_.step(dt, hold, nodes, [this](bool upper, double reversal, double speed) {
-                return values_.learn ? watch_.learning().offset(upper, reversal, speed) : 0;
-            });
-            command_.step(oscillation_.position(), lead_, dt);
-            if (oscillation_.state() == State::rest && command_.settled()) {
-                running_ = false;
-                rest_ = command_.mean() - position_;
-                if (std::abs(rest_) <= nothing) rest_ = 0;
-            }
-        } else {
-            command_.rest();
-        }
-        watch_homed(is_homed, dt);
-        const double target = running_ ? command_.position() - position_ : rest_;
-        offset_.step(target, !on && is_homed, dt);
+    StrokeSupervision::Seen seen(const Now& now) noexcept {
+        return {now.measurable, now.measured, position_ + offset_.value(), now.pulse};
     }
 
-    // A joint that is not homed for a moment stays where it is. A stage releases the offset meanwhile; an
-    // extra joint stands, unless it is moved: homed. Then nothing is to be there when it is homed again.
-    void watch_homed(bool is_homed, double dt) noexcept {
-        const double lag = std::abs(measured_ - (position_ + offset_.value()));
-        if (is_homed) {
-            if (unhomed_ > 0) rest_ = offset_.value();
-            unhomed_ = 0;
-            return;
-        }
-        if (unhomed_ == 0) lag_ = lag;
-        unhomed_ = std::min(unhomed_ + dt, 2 * patience);
-        const bool stage = std::abs(applied_) > nothing;
-        if (stage ? unhomed_ > patience : measurable_ && lag > lag_ + standing) rest_ = 0;
+    void generate(const Now& now, double dt) noexcept {
+        const StrokeValues& values = in_force_.values();
+        const bool moved = motion_.moves();
+        motion_.oscillation().see_axis(
+            now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
+        motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns,
+                      feed_hold || values.override_value == 0, values.stop()},
+                     wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
+                         return values.learn ? supervision_.learning().offset(upper, reversal, speed) : 0;
+                     });
+        if (moved && !motion_.moves()) rest_at(motion_.leading().mean() - position_);
+        watch_homed(now, dt);
+        const double target = motion_.moves() ? motion_.leading().position() - position_ : rest_;
+        offset_.step(target, !now.on && now.homed, dt);
     }
 
-    // Looks at the measured motion: following, dead points, learning.
-    void learn(double dt) noexcept {
-        if (running_ && measurable_ && values_.max_following_error > 0 &&
-            std::abs(measured_ - last_commanded_) > values_.max_following_error)
-            stop_for(Fault::following);
-        last_commanded_ = position_ + offset_.value();
-        if (measurable_) measured_phase_.step(measured_, oscillation_.plan());
+    void rest_at(double place) noexcept { rest_ = std::abs(place) <= nothing ? 0 : place; }
 
-        clock_.step(dt);
-        const Oscillation::Arrival& arrival = oscillation_.arrival();
-        if (running_ && arrival.happened) {
-            watch_.arrive(arrival);
-            clock_.arrive(arrival.upper, arrival.infeed ? usable(pulse_time, 3600, 0) : 0);
-            if (!arrival.upper) fit_cycle_time();
-        }
-        if (!running_ || !measurable_ || oscillation_.state() == State::braking || oscillation_.held() ||
-            oscillation_.closing()) {  // which leaves the dead point with more acceleration than a stroke
-            watch_.pause();
-            return;
-        }
-        switch (watch_.step(measured_, oscillation_.second_half(), oscillation_.upward(),
-                            {values_.learn, values_.override_value == 1, next_speed()})) {
-            case DeadPointWatch::Event::wrong_scale: stop_for(Fault::scale); break;
-            case DeadPointWatch::Event::beyond: event_ = Fault::beyond; [[fallthrough]];
-            case DeadPointWatch::Event::corrected: oscillation_.refresh(); break;
-            case DeadPointWatch::Event::none: break;
+    void watch_homed(const Now& now, double dt) noexcept {
+        const double lag = std::abs(now.measured - (position_ + offset_.value()));
+        switch (homed_watch_.step(
+            {now.homed, now.releasable, std::abs(now.applied) > nothing, now.measurable, lag}, dt)) {
+            case HomedWatch::Offset::as_applied: rest_ = offset_.value(); break;
+            case HomedWatch::Offset::none: rest_ = 0; break;
+            case HomedWatch::Offset::stays: break;
         }
     }
 
-    // Changes the speed so that a cycle with its sections and dwells takes the set time: in proportion, as
-    // far as the acceleration permits, once both strokes have had the present speed.
-    void fit_cycle_time() noexcept {
-        const double speed = next_speed(), dwells = values_.stroke.lower_dwell + values_.stroke.upper_dwell;
-        const double target = values_.speed_value - dwells;
-        if (values_.speed_kind != ChoppingSettings::with_sections || values_.override_value != 1 ||
-            (values_.learn && watch_.learning().speed_factor() != 1) ||
-            watch_.arrival(false).speed != speed || watch_.arrival(true).speed != speed || !(target > 0))
-            return;
-        const double ratio = (oscillation_.stroke_time(true) + oscillation_.stroke_time(false)) / target;
-        if (std::abs(ratio - 1) > 1e-3) stretch_ = std::clamp(stretch_ * ratio, 0.1, 10.0);
+    void supervise(const Now& now, double dt) noexcept {
+        const StrokeSupervision::Findings found = supervision_.step(seen(now), motion_, in_force_, dt);
+        if (found.fault != Fault::none) faults_.happen(found.fault);
+        if (found.stops) motion_.fail();
+        if (found.corrected) motion_.oscillation().refresh();
     }
 
-    void stop_for(Fault reason) noexcept {
-        event_ = reason;
-        ending_.fail();
-    }
-
-    void show() noexcept {
+    void show(const Now& now) noexcept {
         offset = offset_.value();
         command = position_ + offset_.value();
-        velocity = command_.velocity();
-        acceleration = command_.acceleration();
-        phase = oscillation_.phase() * (180 / pi);
-        measured_phase = measured_phase_.phase() * (180 / pi);
-        phase_lag = std::remainder(oscillation_.phase() - measured_phase_.phase(), 2 * pi) * (180 / pi);
-        active = running_;
-        at_end = !running_ && offset_.value() == 0;
-        withdrawing = running_ && ending_.withdraws();
-        held = running_ && oscillation_.held();
-        sparking_out = running_ && oscillation_.sparking_out();
-        upper_pulse = clock_.pulse(true);
-        lower_pulse = clock_.pulse(false);
-        stroke_count = oscillation_.strokes();
-        planned_cycle_time = oscillation_.stroke_time(true) + oscillation_.stroke_time(false) +
-                             values_.stroke.lower_dwell + values_.stroke.upper_dwell;
-        actual_cycle_time = clock_.time();
-        measured_upper = watch_.position(true);
-        measured_lower = watch_.position(false);
-        upper_error = watch_.error(true);
-        lower_error = watch_.error(false);
-        const DeadPointLearning& learning = watch_.learning();
-        const bool learns = values_.learn;
-        upper_correction = learns ? watch_.arrival(true).offset : 0;
-        lower_correction = learns ? watch_.arrival(false).offset : 0;
-        speed_factor = learns ? learning.speed_factor() : 1;
-        learned = learns && learning.learned();
-        drift = learns ? learning.drift() : 0;
-        const LearnedStrokes& strokes = learning.strokes();
+        feed_wait = motion_.moves() ? !now.orders.ordered : motion_.failed() && offset_.value() != 0;
+        end_position = position_;
+        if (now.measurable) measured_position = now.measured;
+        stroke.show(motion_, supervision_, in_force_.values());
+        at_end = !motion_.moves() && offset_.value() == 0;
+        program_refused = words_.refused() || faults_.checked() != Fault::none;
+        program_sections = static_cast<std::int32_t>(words_.sections());
+        dead_points.show(supervision_, in_force_.values());
+        const LearnedStrokes& strokes = supervision_.learning().strokes();
         records.show(strokes.size(), [&](std::int32_t i) noexcept { row.show(strokes[i]); });
-        report(learns);
+        report(now);
     }
 
-    void report(bool learns) noexcept {
-        const DeadPointLearning& learning = watch_.learning();
-        late_ = running_ && (late_ || oscillation_.late());
+    void report(const Now& now) noexcept {
+        const Oscillation& oscillation = motion_.oscillation();
+        const bool runs = motion_.moves();
+        const Fault checked = faults_.checked(), happened = faults_.happened(),
+                    settings_fault = in_force_.refused(),
+                    supervised = supervision_.fault(in_force_.values(), runs && !now.measurable);
+        late_ = runs && (late_ || oscillation.late());
         limited = hal::first<Bound>({{offset_.kept_back(), Bound::offset},
-                                     {running_ && stage_limited, Bound::stage},
-                                     {running_ && oscillation_.clipped(), Bound::soft_limit},
-                                     {running_ && learns && learning.speed_factor() < 1, Bound::learning},
-                                     {running_ && oscillation_.limited(), Bound::speed},
-                                     {late_, Bound::plan}});
-        fault = hal::first<Fault>(
-            {{event_ != Fault::none, event_},
-             {!known_, Fault::position},
-             {refused_ != Fault::none, refused_},
-             {offset_.refused(), Fault::bound},
-             {learns && running_ && !measurable_, Fault::feedback},
-             {learns && learning.weak(), Fault::weak},
-             {learns && !learning.learned() && learning.cycles() >= most_cycles, Fault::not_learned},
-             {learns && learning.drift() > values_.max_drift, Fault::drift}});
+                                     {runs && stage_limited, Bound::stage},
+                                     {runs && oscillation.clipped(), Bound::soft_limit},
+                                     {runs && supervision_.part(in_force_.values()) < 1, Bound::learning},
+                                     {runs && oscillation.limited(), Bound::speed},
+                                     {late_, Bound::plan},
+                                     {runs && oscillation.impatient(), Bound::arrival}});
+        fault = hal::first<Fault>({{checked != Fault::none, checked},
+                                   {happened != Fault::none, happened},
+                                   {!now.known, Fault::position},
+                                   {settings_fault != Fault::none, settings_fault},
+                                   {offset_.refused(), Fault::bound},
+                                   {supervised != Fault::none, supervised}});
     }
 
-    Values values_{};  // the last good ones
-    Judged judged_;
-    Oscillation oscillation_;
-    Ending ending_;
-    LeadingCommand command_;
+    StrokeOrders orders_;
+    StrokeWords words_;
+    StrokeInForce in_force_;
+    StrokeMotion motion_;
+    StrokeSupervision supervision_;
+    StrokeFaults faults_;
+    HomedWatch homed_watch_;
     GuardedOffset offset_;
-    DeadPointWatch watch_;
-    MeasuredPhase measured_phase_;
-    CycleClock clock_;
-    Crossing crossing_;
-    Edge run_edge_, end_edge_, shift_edge_;
-    double position_ = 0, measured_ = 0, applied_ = 0;
-    double lower_ = 0, upper_ = 0;  // the region in force
-    double stretch_ = 1;            // of the speed, for a cycle time with sections
-    double rest_ = 0;               // offset at rest
-    double last_commanded_ = 0;
-    double lead_ = 0, jerk_time_ = 0;  // s, of the command since its start
-    double unhomed_ = 0, lag_ = 0;     // s since homed was lost; mu, of the axis then
-    Fault event_ = Fault::none, refused_ = Fault::none;
-    bool known_ = true, measurable_ = true, running_ = false, was_refused_ = false, late_ = false;
+    double position_ = 0;  // mu, point R: the last good one
+    double rest_ = 0;      // mu, the offset at rest
+    bool late_ = false;
 };
 
 hal::Model hal::model() {

@@ -82,7 +82,7 @@ constexpr const char* sentence(Fault fault) {
     }
 }
 
-enum class Bound : std::int32_t { none, speed, learning, soft_limit, stage, offset, plan };
+enum class Bound : std::int32_t { none, speed, learning, soft_limit, stage, offset, plan, arrival };
 constexpr const char* sentence(Bound bound) {
     switch (bound) {
         case Bound::speed:
@@ -91,6 +91,9 @@ constexpr const char* sentence(Bound bound) {
         case Bound::soft_limit: return "A soft limit keeps a correction from the end of the stroke.";
         case Bound::stage: return "The stage does not apply the whole offset.";
         case Bound::offset: return "The max-offset or the max-rate keeps the axis from its stroke.";
+        case Bound::arrival:
+            return "The axis was not within exact-stop of a dead point in exact-stop-time; its dwell began "
+                   "all the same.";
         case Bound::plan: return "A stroke began late, because it was changed in its last moment.";
         default: return nullptr;
     }

@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/chopping/chopping_codes.hpp"
+#include "components/compensation/chopping/stroke_values.hpp"
 #include "components/math/blocks/pi.hpp"
-#include "components/math/oscillation/dead_point_learning.hpp"
-#include "components/math/oscillation/jerk_limit.hpp"
-#include "components/math/oscillation/learned_strokes.hpp"
-#include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <tuple>
 
 namespace plumb {
 
@@ -40,15 +34,16 @@ struct SectionPins final : hal::Group {
     hal::In<double> from, to, ratio;
 };
 
-// The settings of a stroke, and those in force: the last set that did not contradict itself.
+// The settings of a stroke.
 struct ChoppingSettings final : hal::Group {
     using Group::Group;
 
-    static constexpr double farthest = 1e6;           // mu
-    static constexpr std::int32_t with_sections = 4;  // of speed_kind
-    static constexpr hal::Range places{-farthest, farthest}, lengths{0, farthest}, speeds{1e-3, 1e6};
-    static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, lead_times{0, 1}, gains{0.01, 0.95};
-    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 2}, tapers{0, 100};
+    static constexpr double farthest = StrokeValues::farthest;  // mu
+    static constexpr hal::Range places{-farthest, farthest}, lengths{0, farthest},
+        speeds{StrokeValues::slowest, 1e6};
+    static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, wait_times{0.001, 10},
+        lead_times{0, 1}, gains{0.01, 0.95};
+    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, tapers{0, 100};
     static constexpr hal::Range counts{0};
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
@@ -67,6 +62,16 @@ struct ChoppingSettings final : hal::Group {
                               overrides};
     hal::In<double> lower_dwell{this, "lower-dwell", 0, "s", "Rest at the lower dead point.", times};
     hal::In<double> upper_dwell{this, "upper-dwell", 0, "s", "Rest at the upper dead point.", times};
+    hal::In<double> exact_stop{
+        this,
+        "exact-stop",
+        0,
+        "mu",
+        "The dwell begins when the measured axis is as near to its dead point; 0 does not wait for it.",
+        lengths};
+    hal::In<double> exact_stop_time{
+        this,      "exact-stop-time", 0.2, "s", "Longest time for which a dead point waits for the axis.",
+        wait_times};
     hal::In<std::int32_t> strokes{this, "strokes", 0, "Strokes to make; 0 until run is false.", counts};
     hal::In<std::int32_t> spark_out{
         this, "spark-out", 0, "Strokes without infeed before the stop, unless that is at once.", counts};
@@ -74,7 +79,9 @@ struct ChoppingSettings final : hal::Group {
                                "The first stroke is upward, where the axis starts between the dead points."};
     hal::In<std::int32_t> stop_kind{
         this, "stop-kind", 0,
-        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once.", stop_kinds};
+        "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once; 3 at the "
+        "lower, 4 at the upper dead point.",
+        stop_kinds};
     hal::In<bool> refuse_slower{this, "refuse-slower", false,
                                 "Refuse a stroke that max-acceleration makes slower, and do not limit it."};
     hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
@@ -125,70 +132,8 @@ struct ChoppingSettings final : hal::Group {
                                         "Largest distance of the axis from its command; 0 does not watch it.",
                                         lengths};
 
-    // All of it, read once.
-    struct Values {
-        Oscillation::Settings stroke;  // without the region, which is taken over by commands
-        double lower = 0, upper = 0;   // as given now
-        double speed_value = 0, override_value = 1;
-        std::int32_t speed_kind = 0, stop_kind = 0;
-        bool refuse_slower = false, learn = false, in_range = false;
-        double jerk_time = 0, lead = 0, max_lead = 0, max_output_acceleration = 0;
-        double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
-        double inset = 0;
-        DeadPointLearning::Settings learning;
-
-        bool operator==(const Values& other) const noexcept {
-            const auto all = [](const Values& its) {
-                return std::tie(its.stroke, its.lower, its.upper, its.speed_value, its.override_value,
-                                its.speed_kind, its.stop_kind, its.refuse_slower, its.learn, its.jerk_time,
-                                its.lead, its.max_lead, its.max_output_acceleration, its.taper,
-                                its.max_offset, its.max_rate, its.max_drift, its.max_following_error,
-                                its.inset, its.learning);
-            };
-            return all(*this) == all(other);
-        }
-
-        // Of a region, without override; mu/s.
-        double peak_speed(double length) const noexcept {
-            switch (speed_kind) {
-                case 1: return Reciprocation::speed_of_mean(speed_value);
-                case 2: return Reciprocation::speed_of_cycle(1 / speed_value, length);
-                case 3:
-                case 4: return Reciprocation::speed_of_cycle(speed_value, length);
-                default: return speed_value;
-            }
-        }
-        Oscillation::Stop stop() const noexcept {
-            return stop_kind == 2   ? Oscillation::Stop::at_once
-                   : stop_kind == 1 ? Oscillation::Stop::dead_point
-                                    : Oscillation::Stop::end_position;
-        }
-        std::size_t jerk_samples(double dt) const noexcept {
-            return static_cast<std::size_t>(std::max(std::ceil(jerk_time / dt - 1e-9), 1.0));
-        }
-        double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
-
-        // As it is learned between these dead points: one number stands for its sections and dwells.
-        LearnedStrokes::Stroke learned_stroke(double low, double high) const noexcept {
-            std::uint32_t number = 0;
-            for (const SpeedSection& each : stroke.sections)
-                for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
-                                           stroke.lower_dwell, stroke.upper_dwell})
-                    number = number * 31 + static_cast<std::uint32_t>(
-                                               static_cast<std::int64_t>(std::clamp(value, -1e6, 1e6) * 1e6));
-            return {low, high, peak_speed(high - low), stroke.acceleration, static_cast<int>(number >> 1)};
-        }
-
-        // Whether each value alone is possible. False for NaN.
-        bool possible(double dt) const noexcept {
-            return in_range && jerk_time <= dt * static_cast<double>(JerkLimit::most) &&
-                   stroke.largest_speed >= speeds.least && stroke.lowest < stroke.highest &&
-                   (override_value == 0 || override_value >= 0.01);
-        }
-    };
-
-    Values read() noexcept {
-        Values now;
+    StrokeValues read() noexcept {
+        StrokeValues now;
         hal::SettingsReader setting;
         const bool centred = by_centre;
         const double middle = centre, length = stroke, low = lower, high = upper;
@@ -206,9 +151,9 @@ struct ChoppingSettings final : hal::Group {
         now.stroke.strokes = setting(strokes);
         now.stroke.spark_out = setting(spark_out);
         now.stroke.upward_first = upward_first;
-        now.stop_kind = setting(stop_kind);
-        now.stroke.ending =
-            now.stop_kind == 0 ? Oscillation::Stop::end_position : Oscillation::Stop::dead_point;
+        now.set_stop_kind(setting(stop_kind));
+        now.exact_stop = setting(exact_stop);
+        now.stroke.exact_stop = setting(exact_stop_time);
         now.refuse_slower = refuse_slower;
         for (std::size_t i = 0; i < SpeedSections::most; ++i) now.stroke.sections[i] = section[i].read();
         const double rate = setting(max_rate), feed_limit = max_feed;
@@ -233,46 +178,6 @@ struct ChoppingSettings final : hal::Group {
         now.max_following_error = setting(max_following_error);
         now.in_range = setting.good();
         return now;
-    }
-
-    // Why a stroke with these values between these dead points, from a position, is not possible.
-    static Fault refusal(const Values& values, double low, double high, double position, double dt) noexcept {
-        if (!values.possible(dt)) return Fault::settings;
-        if (!(high - low > 1e-6 && low >= -farthest && high <= farthest)) return Fault::region;
-        const double speed = values.peak_speed(high - low);
-        if (!(values.speed_kind >= 0 && values.speed_kind <= with_sections && speed > 1e-6 &&
-              speed <= values.stroke.largest_speed * (1 + 1e-9)))
-            return Fault::speed;
-        const Reciprocation base{low, high, speed};
-        if (!SpeedSections::valid(values.stroke.sections) ||
-            SpeedSections::overlap(values.stroke.sections, base))
-            return Fault::sections;
-        if (values.refuse_slower && base.peak_acceleration() > values.stroke.acceleration)
-            return Fault::acceleration;
-        if (!leads(values)) return Fault::lead;
-        return fits(values, low, high, position) ? Fault::none : Fault::soft_limit;
-    }
-
-    // The lead adds its time, times the jerk 2 a / jerk-time, to the acceleration a.
-    static bool leads(const Values& values) noexcept {
-        return values.lead == 0 ||
-               (values.lead <= values.max_lead && leads(values, values.lead, values.jerk_time));
-    }
-    // With the lead and the jerk-time of the command that runs.
-    static bool leads(const Values& values, double lead, double jerk_time) noexcept {
-        return lead == 0 || (jerk_time > 0 && values.stroke.acceleration * (1 + 2 * lead / jerk_time) <=
-                                                  values.max_output_acceleration);
-    }
-
-private:
-    static bool fits(const Values& values, double low, double high, double position) noexcept {
-        const double overlead = values.stroke.acceleration * values.lead * values.lead / 2;
-        const double more = (values.learn ? values.learning.most : 0) + overlead;
-        const double up = std::max(high + more - position, 0.0), down = std::max(position - low + more, 0.0);
-        return high + more <= values.stroke.highest && low - more >= values.stroke.lowest &&
-               std::max(up, down) <= values.max_offset &&
-               position + values.taper * up <= values.stroke.highest &&
-               position - values.taper * down >= values.stroke.lowest;
     }
 };
 

@@ -38,6 +38,9 @@ public:
         kept_back_ = std::abs(value() - target) > 1e-6;
     }
 
+    // The offset has become a part of the position: it is 0, and nothing moves.
+    void release() noexcept { guard_ = {}; }
+
     double value() const noexcept { return guard_.value(); }
     bool kept_back() const noexcept { return kept_back_; }  // from its target
     bool refused() const noexcept { return refused_; }      // a bound below the present offset

@@ -67,6 +67,8 @@ An [EMCIO]EMCIO that is not LinuxCNC's io or iov2 needs a component iocontrol in
     hal::Out<bool> io_heartbeat{this, "io-heartbeat", "Changes as long as the loop of io runs."};
     hal::Out<bool> program_running{this, "program-running",
                                    "A program or an MDI command runs or is paused, for interlock."};
+    hal::Out<bool> part_program_running{
+        this, "part-program-running", "A part program runs or is paused, not an MDI command; for chopping."};
     hal::Out<double> longest_task_pause{this, "longest-task-pause", "s",
                                         "Longest time between two cycles of task since its first one."};
     hal::Out<double> longest_io_pause{this, "longest-io-pause", "s",
@@ -84,6 +86,7 @@ An [EMCIO]EMCIO that is not LinuxCNC's io or iov2 needs a component iocontrol in
         if (const auto report = status_->read()) {
             cycles_ = report->cycles;
             program_running = report->program_runs;
+            part_program_running = report->part_program_runs;
         }
         if (!io_) look_for_io(now);
         task_.see(cycles_, now);

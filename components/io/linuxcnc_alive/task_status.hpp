@@ -30,7 +30,8 @@ struct TaskCounter<Task, std::void_t<decltype(std::declval<Task>().taskbeat)>> {
 // What LinuxCNC's task reports of itself, once in each of its cycles.
 struct TaskReport {
     std::uint64_t cycles;
-    bool program_runs;  // or is paused
+    bool program_runs;       // or an MDI command; or is paused
+    bool part_program_runs;  // or is paused
 };
 
 class TaskStatus {
@@ -55,8 +56,9 @@ public:
         if (type != EMC_STAT_TYPE) return std::nullopt;
         const auto& status = *static_cast<const EMC_STAT*>(channel_->get_address());
         if (status.size != sizeof(EMC_STAT)) return std::nullopt;  // of another version of LinuxCNC
-        return TaskReport{TaskCounter<EMC_TASK_STAT>::of(status.task),
-                          status.task.interpState != EMC_TASK_INTERP_IDLE};
+        const bool runs = status.task.interpState != EMC_TASK_INTERP_IDLE;
+        return TaskReport{TaskCounter<EMC_TASK_STAT>::of(status.task), runs,
+                          runs && status.task.mode == EMC_TASK_MODE_AUTO};
     }
 
 private:

@@ -25,6 +25,7 @@ public:
         return good;
     }
 
+    double operator[](std::size_t i) const noexcept { return sources_[i]; }
     double value() const noexcept { return std::accumulate(sources_.begin(), sources_.end(), 0.0); }
 
 private:

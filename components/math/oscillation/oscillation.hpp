@@ -28,7 +28,7 @@ public:
     // From rest at a position. Settings are valid: lower < upper, speeds and accelerations above 0.
     void start(const Settings& settings, double position) noexcept {
         settings_ = settings;
-        changed_ = stops_ = held_ = false;
+        changed_ = stops_ = held_ = settles_ = impatient_ = false;
         legs_[running_] = {};
         last_acceleration_ = 0;
         late_ = limited_[0] = limited_[1] = false;
@@ -61,8 +61,13 @@ public:
         if (stop_ == Stop::withdraw && kind != Stop::at_once) return;
         stop_ = kind;
         changed_ = stops_ = true;
-        if (stop_ == Stop::withdraw) wait_ = std::min(wait_, time_);  // no dwell
+        if (stop_ != Stop::withdraw) return;
+        wait_ = std::min(wait_, time_);  // no dwell
+        settles_ = false;
     }
+
+    // Whether the axis itself is where the command is, for an exact stop.
+    void see_axis(bool there) noexcept { there_ = there; }
 
     // To the end position from rest.
     void go_to_end(const Settings& settings, double position) noexcept {
@@ -115,6 +120,8 @@ public:
     bool upward() const noexcept { return plan().upward(); }
     bool second_half() const noexcept { return state_ == State::stroke && time_ > plan().duration() / 2; }
     bool late() const noexcept { return late_; }  // a plan was not ready at a dead point
+    // The axis was not at the last dead point within the time of the exact stop.
+    bool impatient() const noexcept { return impatient_; }
 
 private:
     using Kind = OscillationLeg::Kind;
@@ -123,6 +130,13 @@ private:
     const OscillationLeg& next() const noexcept { return legs_[1 - running_]; }
 
     Stop ending() const noexcept { return stop_ == Stop::none ? settings_.ending : stop_; }
+
+    static bool is_chosen(Stop stop) noexcept { return stop == Stop::lower || stop == Stop::upper; }
+
+    // Whether the strokes may end where the leg that runs ends, or that ran last.
+    bool may_end() const noexcept {
+        return !is_chosen(ending()) || leg().arrival.upper == (ending() == Stop::upper);
+    }
 
     double end() const noexcept {
         return std::clamp(settings_.end_position, settings_.lowest, settings_.highest);
@@ -179,12 +193,17 @@ private:
             upward = near_is_upper();
         } else if (leg.kind == Kind::first) {
             upward = from <= settings_.lower || (from < settings_.upper && restart_upward_);
-            if (stop_ != Stop::none) leg.kind = stop_ == Stop::end_position ? Kind::closing : Kind::none;
+            if (is_chosen(stop_)) {
+                upward = stop_ == Stop::upper;
+                if (upward ? from >= upper_ - nothing : from <= lower_ + nothing) leg.kind = Kind::none;
+            } else if (stop_ != Stop::none) {
+                leg.kind = stop_ == Stop::end_position ? Kind::closing : Kind::none;
+            }
         } else if (leg.kind == Kind::regular && stop_ != Stop::at_once) {
             const std::int32_t strokes = strokes_ + (runs && this->leg().kind == Kind::regular);
             const std::int32_t sparks = sparks_ + (runs && this->leg().sparks);
             if (stop_ != Stop::none || (settings_.strokes > 0 && strokes >= settings_.strokes)) {
-                leg.sparks = sparks < settings_.spark_out;
+                leg.sparks = sparks < settings_.spark_out || !may_end();
                 if (!leg.sparks) leg.kind = ending() == Stop::end_position ? Kind::closing : Kind::none;
             }
         }
@@ -237,6 +256,7 @@ private:
         position_ = plan().to();
         state_ = State::waiting;
         wait_ = wait_after();
+        settles_ = stop_ != Stop::withdraw && leg().exact_stop > 0;
         if (leg().kind == Kind::closing) return;
         if (leg().kind == Kind::regular) ++strokes_;
         if (leg().sparks) ++sparks_;
@@ -302,16 +322,25 @@ private:
             state_ = State::rest;
             return;
         }
+        settle();
         held_ = hold && (inside || next_ != Kind::regular);
         if (held_) {
             time_ = std::min(time_, wait_);
             return;
         }
-        late_ = time_ >= wait_ && next_ == Kind::regular && (due_ || planner_.busy());
+        late_ = !settles_ && time_ >= wait_ && next_ == Kind::regular && (due_ || planner_.busy());
         if (due_ || planner_.busy()) wait_ = std::max(wait_, time_);
-        if (due_ || planner_.busy() || time_ < wait_) return;
+        if (settles_ || due_ || planner_.busy() || time_ < wait_) return;
         take_up(time_ - wait_);
         move_to(plan().at(time_));
+    }
+
+    // The dwell begins when the axis is there, or when the time of the exact stop has passed.
+    void settle() noexcept {
+        if (!settles_) return;
+        settles_ = !there_ && time_ < leg().exact_stop;
+        if (!settles_) impatient_ = !there_;
+        wait_ = time_ + leg().dwell;
     }
 
     // Whether the next leg is one of a withdrawal, which may have come too late for it. At an end that lies
@@ -358,6 +387,7 @@ private:
     bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;
     bool restart_upward_ = false, holding_ = false, held_ = false, late_ = false;
+    bool there_ = true, settles_ = false, impatient_ = false;  // the axis, at an exact stop
 };
 
 }  // namespace plumb

@@ -31,6 +31,7 @@ struct OscillationLeg {
     Kind kind = Kind::none;
     Arrival arrival;               // at its end
     double dwell = 0;              // s, after it
+    double exact_stop = 0;         // s, the longest wait for the axis before the dwell
     bool sparks = false;           // without infeed
     bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
     bool clipped = false;          // by the soft limits
@@ -84,6 +85,7 @@ struct OscillationLeg {
 
         clipped = request.to != end;
         dwell = upward ? now.upper_dwell : now.lower_dwell;
+        exact_stop = now.exact_stop;
         arrival = {};
         arrival.upper = upward;
         arrival.regular = regular;

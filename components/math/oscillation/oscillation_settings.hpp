@@ -10,29 +10,31 @@ namespace plumb {
 
 // What an oscillation is to do. All positions are in mu.
 struct OscillationSettings {
-    // withdraw: at the dead point nearest the end position, then to the end position, without spark-out.
-    enum class Stop { none, dead_point, end_position, at_once, withdraw };
+    // dead_point: the next one. withdraw: at the dead point nearest the end position, then to the end
+    // position, without spark-out.
+    enum class Stop { none, dead_point, end_position, at_once, withdraw, lower, upper };
 
     double lower = 0, upper = 0;              // dead points, lower < upper
     double speed = 0;                         // mu/s, peak, with the override
     double acceleration = 0;                  // mu/s2, the largest
     double largest_speed = 0;                 // mu/s
     double lower_dwell = 0, upper_dwell = 0;  // s
-    double lowest = 0, highest = 0;           // soft limits
+    double exact_stop = 0;           // s, the longest wait for the axis at a dead point, before its dwell
+    double lowest = 0, highest = 0;  // soft limits
     double end_position = 0;
     std::int32_t strokes = 0;    // 0: until stopped
     std::int32_t spark_out = 0;  // strokes after that
     bool upward_first = false;
     bool timed = false;                // a stroke keeps its time where its ends are learned, not its speed
-    Stop ending = Stop::end_position;  // after the last stroke; dead_point or end_position
+    Stop ending = Stop::end_position;  // after the last stroke; a dead point or end_position
     SpeedSections::Table sections{};
 
     bool operator==(const OscillationSettings& other) const noexcept {
         const auto all = [](const OscillationSettings& its) {
             return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.largest_speed,
-                            its.lower_dwell, its.upper_dwell, its.lowest, its.highest, its.end_position,
-                            its.strokes, its.spark_out, its.upward_first, its.timed, its.ending,
-                            its.sections);
+                            its.lower_dwell, its.upper_dwell, its.exact_stop, its.lowest, its.highest,
+                            its.end_position, its.strokes, its.spark_out, its.upward_first, its.timed,
+                            its.ending, its.sections);
         };
         return all(*this) == all(other);
     }

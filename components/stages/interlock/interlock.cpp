@@ -94,7 +94,8 @@ Service 0 is retain. Function 0 is growth, with stage 0, z-stage. Function 1 is 
 
 Add interlock to the thread of the stages, after all functions and stages: LinuxCNC must see a request before it begins
 the next move. Net heartbeat to each stage: without it a stage does not notice that interlock has gone. Net both pins of
-the feed: LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0.)"},
+the feed: LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0. Where a program may use
+both, net motion.current-vel to path-speed.)"},
         hal::SettingUp{R"(
 1. Set service-timeout-N to three times the longest pause of the heartbeat, at least. 30 s suit retain: it waits for
 the disk.
@@ -232,6 +233,7 @@ refuses it, it is held and aborted.
 - abort: True for 0.1 s at least; halui looks 50 times a second.
 - uncompensated: After uncompensated-delay without a break. uncompensated-stage is the first such stage.
 - probing-refused: At once, and for probing-refused-time afterwards.
+- hold-defeated: At once, and for probing-refused-time afterwards.
 - feed-held: After feed-held-delay of feed-inhibit: why the machine stands.
 - feed-service-lost: At once, with loss of the table.
 - operation: operation-key rounded to a whole number, 0 if it is invalid.
@@ -251,6 +253,9 @@ A stage or function that was unloaded is not noticed. Its offset stays, because 
 Functions of other components, except motion-controller, have no place in the order. Add the functions that write to the
 drives after the stages yourself.
 
+LinuxCNC begins a move in spite of both pins of the feed after M49 or M51 P0 together with M53 P0. With path-speed
+interlock aborts it, after some milliseconds of motion. A move that runs already when feed-inhibit comes goes on to its end.
+
 A dead interlock does not stop the program. The message of the stage's fault tells the operator. joint_offset stops a
 stroke then, because it holds the offset.
 
@@ -269,6 +274,10 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "As in LinuxCNC: 5 is probing."};
+    hal::In<double> path_speed{
+        this, "path-speed", 0, "mu/s",
+        "Speed of the path: motion.current-vel. A move that begins in spite of feed-inhibit "
+        "is aborted."};
     hal::In<bool> program_running{this, "program-running", false, "A program runs or is paused."};
     hal::In<std::int32_t> feed_services{
         this, "feed-services", 0, "Services whose loss holds the feed, as a sum like function-services."};
@@ -296,6 +305,10 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
     hal::Out<std::int32_t> uncompensated_stage{
         this, "uncompensated-stage", "Number of the first stage whose axis lacks its offset, or -1."};
     hal::Out<bool> probing_refused{this, "probing-refused", "Probing was refused a moment ago."};
+    hal::Out<bool> hold_defeated{
+        this, "hold-defeated",
+        "A move began a moment ago in spite of feed-inhibit, and was aborted: M49, M51 P0 "
+        "and M53 P0 disable the holds of LinuxCNC."};
     hal::Out<bool> feed_held{this, "feed-held", "The feed is held for some time."};
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation as a whole number."};
     hal::Codes<Fault> fault{this, "fault"};
@@ -307,7 +320,9 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
     void update(double dt) noexcept {
         const bool in_order = threads_.step(dt);
         const bool on = motion_enabled, homed = all_homed, cycle = cycle_running;
-        const bool probing = motion_type == probe;
+        const std::int32_t type = motion_type;
+        const bool probing = type == probe;
+        const double speed = path_speed;
         const Delays delays{uncompensated_delay, probing_refused_time, feed_held_delay};
         if (delays.valid()) delays_ = delays;
         const double key = operation_key;
@@ -324,7 +339,7 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
                           (running && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
-        request(probing, homed, loss, dt);
+        request({probing, homed, loss, type != 0 && speed > 0}, dt);
 
         if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = beats_;
@@ -350,7 +365,12 @@ private:
         }
     };
 
-    void request(bool probing, bool homed, bool loss, double dt) noexcept {
+    struct State {
+        bool probing, homed, loss, moving;
+    };
+
+    void request(const State& state, double dt) noexcept {
+        const auto& [probing, homed, loss, moving] = state;
         const bool settles = any(functions.settling), refused = any(stages.probing_refused);
         const bool stage_ramps = any(stages.ramping), function_ramps = any(functions.ramping);
         const bool ramps = stage_ramps || function_ramps;
@@ -363,8 +383,12 @@ private:
         if (announced_ > 0) --announced_;
         homing_inhibit = any(stages.in_force);
         feed_inhibit = waits;
+        // From rest: a path that is held brakes first.
+        const bool defeats = waits && stood_ && moving;
+        stood_ = waits && (stood_ || !moving);
         feed_service_lost = loss;
-        abort = abort_.step(refused, 0, abort_time, dt);
+        abort = abort_.step(refused || defeats, 0, abort_time, dt);
+        hold_defeated = defeated_.step(defeats, 0, delays_.probing_refused, dt);
         compensated = functions.all_enabled() && homed && lacking < 0 && !any(stages.fault) && !holds_;
         uncompensated = uncompensated_.step(lacking >= 0, delays_.uncompensated, 0, dt);
         uncompensated_stage = lacking;
@@ -373,8 +397,9 @@ private:
     }
 
     Delays delays_{2, 5, 5};  // the last good ones
-    DelayedBit abort_, uncompensated_, refused_, held_;
+    DelayedBit abort_, defeated_, uncompensated_, refused_, held_;
     hal::ThreadWatch threads_;
+    bool stood_ = false;  // the path, since feed-inhibit
     bool holds_ = false;  // all offsets, because the order is wrong
     std::int32_t beats_ = 0;
     bool cycle_ = true;  // a cycle that runs already does not start

@@ -40,8 +40,10 @@ const Live live{
     3.6,
     1,
     {{},
-     {"run", "stop", "enable", "feed-hold", "go-to-end", "shift", "upper", "lower", "position", "feed",
-      "override", "max-offset", "max-rate", "lead", "jerk-time", "stop-kind", "joint-feedback", "learn"},
+     {"run",          "stop",          "enable",     "feed-hold",      "go-to-end",      "shift",
+      "upper",        "lower",         "position",   "feed",           "override",       "max-offset",
+      "max-rate",     "lead",          "jerk-time",  "stop-kind",      "joint-feedback", "learn",
+      "program-word", "program-value", "exact-stop", "exact-stop-time"},
      {}},
     stroke_beyond};
 
@@ -285,7 +287,7 @@ TEST_F(Chopping, RefusesWhatIsImpossibleAndSaysWhy) {
     try_it({{"motion-enabled", 0, 1}});
     try_it({{"homed", 0, 1}});
     try_it({{"enable", 0, 1}});
-    try_it({{"stop-kind", 3, 3}});
+    try_it({{"stop-kind", 5, 3}});
     try_it({{"upper-dwell", -1, 3}});
     try_it({{"jerk-time", 1, 3}});
     try_it({{"max-limit", -200, 3}});

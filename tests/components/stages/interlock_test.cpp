@@ -703,6 +703,41 @@ TEST(Interlock, ServiceHasItsTimeoutByTheComputersClock) {
 }
 
 // As M68 sets it, for functions that want a whole number.
+// M49, M51 P0 and M53 P0 disable both holds of LinuxCNC. A path that brakes for a hold is none that begins.
+TEST(Interlock, AMoveThatBeginsInSpiteOfTheHoldIsAborted) {
+    Machine it;
+    it.load({{"probing-refused-time", 0.5}});
+    const auto move = [&](double type, double speed) {
+        it.set("motion-type", type);
+        it.set("path-speed", speed);
+        it.step();
+    };
+    move(2, 20);
+    it.set("function-settling-0", 1);
+    it.step();
+    for (const double speed : {20.0, 10.0, 1.0}) {
+        move(2, speed);
+        EXPECT_EQ(it.get("abort"), 0) << "it brakes";
+    }
+    move(2, 0);
+    EXPECT_EQ(it.get("abort"), 0);
+    move(0, 20);
+    EXPECT_EQ(it.get("abort"), 0) << "a jog";
+    move(2, 0.1);
+    EXPECT_EQ(it.get("abort"), 1);
+    EXPECT_EQ(it.get("hold-defeated"), 1);
+    move(0, 0);
+    it.step(99);
+    EXPECT_EQ(it.get("abort"), 0);
+    EXPECT_EQ(it.get("hold-defeated"), 1);
+    it.set("function-settling-0", 0);
+    it.step();
+    move(2, 20);
+    EXPECT_EQ(it.get("abort"), 0) << "nothing is held";
+    it.step(500);
+    EXPECT_EQ(it.get("hold-defeated"), 0);
+}
+
 TEST(Interlock, OperationIsItsKeyRoundedOrNone) {
     Machine machine;
     machine.load();

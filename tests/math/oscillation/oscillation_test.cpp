@@ -82,6 +82,85 @@ TEST(Oscillation, DwellsAtEachDeadPointForItsTime) {
     EXPECT_NEAR(low / static_cast<double>(strokes), 250, 60);
 }
 
+// An axis that comes to a dead point 30 ms after its command.
+TEST(Oscillation, AnExactStopCountsTheDwellFromWhenTheAxisIsThere) {
+    for (const double dwell : {0.0, 0.02, 0.25}) {
+        Oscillation::Settings settings = usual();
+        settings.lower_dwell = settings.upper_dwell = dwell;
+        settings.exact_stop = 0.2;
+        Watched watched(settings, 25);
+        int standing = 0, longest = 0;
+        watched.there = [&] { return standing >= 30; };
+        for (int i = 0; i < 4000; ++i) {
+            watched.step();
+            standing = watched.it.state() == State::waiting ? standing + 1 : 0;
+            longest = std::max(longest, standing);
+        }
+        EXPECT_NEAR(longest, 31 + dwell / dt, 2) << dwell;
+        EXPECT_GT(watched.arrivals.size(), 4u);
+        EXPECT_FALSE(watched.late || watched.it.impatient());
+        EXPECT_LE(watched.hardest, 1000 * 1.01);
+    }
+}
+
+TEST(Oscillation, AnExactStopWaitsNoLongerThanItsTimeForAnAxisThatDoesNotCome) {
+    Oscillation::Settings settings = usual();
+    settings.lower_dwell = settings.upper_dwell = 0.1;
+    settings.exact_stop = 0.2;
+    Watched watched(settings, 25);
+    watched.there = [] { return false; };
+    int standing = 0, longest = 0;
+    for (int i = 0; i < 5000; ++i) {
+        watched.step();
+        standing = watched.it.state() == State::waiting ? standing + 1 : 0;
+        longest = std::max(longest, standing);
+    }
+    EXPECT_NEAR(longest, 300, 2);
+    EXPECT_TRUE(watched.it.impatient());
+    EXPECT_GT(watched.arrivals.size(), 4u);
+
+    watched.until([&] { return watched.it.state() == State::waiting; });
+    watched.stop(Stop::withdraw);
+    watched.until([&] { return watched.it.state() != State::waiting; });
+    const auto left = static_cast<double>(watched.samples.size());
+    watched.until([&] { return watched.it.state() == State::rest; });
+    EXPECT_LT((static_cast<double>(watched.samples.size()) - left) * dt, 2) << "a withdrawal waits nowhere";
+    EXPECT_EQ(watched.it.position(), 50);
+}
+
+// Whatever the moment, and also as the end after a number of strokes.
+TEST(Oscillation, AStopAtTheUpperOrTheLowerDeadPointRestsThere) {
+    for (const auto& [stop, place] : {std::pair{Stop::upper, 40.0}, std::pair{Stop::lower, 10.0}})
+        for (const int sparks : {0, 1, 2})
+            for (double when = 0; when < 2; when += 0.0377) {
+                Oscillation::Settings settings = usual();
+                settings.spark_out = sparks;
+                Watched watched(settings);
+                watched.run(when);
+                watched.hold = when > 1.5;
+                if (watched.hold) watched.run(0.3);
+                const int before = watched.it.strokes();
+                watched.stop(stop);
+                watched.hold = false;
+                watched.until([&] { return watched.it.state() == State::rest; });
+                if (watched.it.position() == 50)  // it had not left R, which is beyond
+                    EXPECT_EQ(when, 0);
+                else
+                    EXPECT_EQ(watched.it.position(), place) << when;
+                EXPECT_LE(watched.it.strokes() - before, sparks + 3) << "one more in the last moment of one";
+                EXPECT_LE(watched.hardest, 1000 * 1.01);
+            }
+    for (const int strokes : {3, 4}) {
+        Oscillation::Settings settings = usual();
+        settings.strokes = strokes;
+        settings.ending = Stop::lower;
+        Watched watched(settings);
+        watched.until([&] { return watched.it.state() == State::rest; });
+        EXPECT_EQ(watched.it.position(), 10);
+        EXPECT_EQ(watched.it.strokes(), 4);
+    }
+}
+
 TEST(Oscillation, StopsAfterItsStrokesAndSparkOutAtTheEndPosition) {
     Oscillation::Settings settings = usual();
     settings.strokes = 6;
@@ -352,7 +431,7 @@ TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
         };
         widen();
         for (int i = 0; i < 40; ++i) {
-            switch (random.index(7)) {
+            switch (random.index(8)) {
                 case 0: watched.hold = true; break;
                 case 1: watched.hold = false; break;
                 case 2: watched.settings.speed = random.uniform(10, 300); break;
@@ -364,10 +443,17 @@ TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
                 case 5: watched.settings.sections[0].ratio = random.uniform(0.2, 3); break;
                 case 6:
                     if (random.uniform() < 0.3) {
-                        const Stop kinds[] = {Stop::at_once, Stop::dead_point, Stop::withdraw};
-                        watched.stop(kinds[random.index(3)]);
+                        const Stop kinds[] = {Stop::at_once, Stop::dead_point, Stop::withdraw, Stop::lower,
+                                              Stop::upper};
+                        watched.stop(kinds[random.index(5)]);
                     }
                     break;
+                case 7: {
+                    const double share = random.uniform();
+                    watched.settings.exact_stop = random.uniform(0, 0.1);
+                    watched.there = [&random, share] { return random.uniform() < share; };
+                    break;
+                }
             }
             widen();
             if (watched.it.state() == State::rest) watched.it.start(watched.settings, watched.it.position());

@@ -42,6 +42,7 @@ struct Watched {
 
     void step() {
         it.set(settings);
+        it.see_axis(there());
         it.step(dt, hold, nodes, [this](bool upper, double, double) { return offset[upper]; });
         const std::size_t n = samples.size();
         samples.push_back(it.position());
@@ -64,6 +65,7 @@ struct Watched {
 
     Oscillation::Settings settings;
     Oscillation it;
+    std::function<bool()> there = [] { return true; };  // of the axis, at an exact stop
     bool hold = false, late = false;
     double offset[2] = {0, 0};
     std::vector<double> samples;

@@ -85,14 +85,25 @@ def _stroke(part, number):
     part.nets.append(["strokes-lost", "interlock.function-lost-%d" % number, "=>", "linuxcnc-link.strokes-lost"])
     sentence = "A program that strokes need did not answer. No other stroke starts before you turn the switch of strokes off and on."
     part.messages += message("strokes-lost", sentence, kind="error")
+    for net in (
+        ["path-velocity", "motion.current-vel", "=>", "interlock.path-speed"],
+        ["abort", "interlock.abort", "=>", "halui.abort"],
+        ["hold-defeated", "interlock.hold-defeated", "=>", "linuxcnc-link.hold-defeated"],
+    ):
+        if net not in part.nets:
+            part.nets.append(net)
+    sentence = "A move began while strokes end, and was aborted: M49, M51 P0 and M53 P0 disable the holds of LinuxCNC."
+    if sentence not in part.messages:
+        part.messages += message("hold-defeated", sentence, kind="error")
 
 
 def _arm(part, axes):
     """The lines for offsets of LinuxCNC's axes: a cycle arms them, and a probing move is refused."""
+    abort = ["abort", "interlock.abort", "=>", "halui.abort"]
+    part.nets += [] if abort in part.nets else [abort]
     part.nets += [
         ["cycle-running", "motion.digital-out-00", "=>", "interlock.cycle-running"],
         ["arm", "interlock.arm"],
-        ["abort", "interlock.abort", "=>", "halui.abort"],
         ["lacks-offset", "interlock.uncompensated", "=>", "linuxcnc-link.uncompensated"],
         ["probing-told", "interlock.probing-refused", "=>", "linuxcnc-link.probing-refused"],
     ]

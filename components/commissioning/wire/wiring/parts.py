@@ -39,13 +39,15 @@ class Parts:
         found = []
         for letter in "XYZABCUVW":
             joints = self.machine.joints.get(letter, [])
-            sources = [function.joint_offset[letter] for function in self.functions if letter in function.joint_offset]
+            offsetters = [function for function in self.functions if letter in function.joint_offset]
+            sources = [function.joint_offset[letter] for function in offsetters]
+            strokes = [index for index, function in enumerate(offsetters) if letter in function.stroke]
             for prefix, joint in prefixes(letter, joints):
                 if sources and self._free(prefix, joint):
                     limits, acceleration = self.machine.limits(joint), self.machine.acceleration(joint)
                     stage = stages.joint_stage(prefix, joint, sources, limits, acceleration)
-                    if any(letter in function.stroke for function in self.functions):
-                        stages.let_strokes_through(stage, prefix, joint, acceleration, self.machine.unit)
+                    if strokes:
+                        stages.let_strokes_through(stage, prefix, joint, acceleration, self.machine.unit, strokes)
                     found.append(stage)
             offsetting = [function for function in self.functions if letter in function.axis_offset]
             if len(offsetting) > 1:

@@ -52,13 +52,16 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     return part
 
 
-def let_strokes_through(part, prefix, joint, acceleration, unit):
-    """Makes the stage of a joint one that passes a stroke without a limit of its own; the function has the limits."""
+def let_strokes_through(part, prefix, joint, acceleration, unit, strokes):
+    """Makes the stage of a joint one that passes a stroke without a limit of its own; the function has the limits. Machine off
+    makes these sources, by their numbers, part of the position."""
     stage = prefix + "-stage"
     part.setp = [pair for pair in part.setp if pair[0] != stage + ".offset-acceleration"]
     part.setp.append((stage + ".offset-acceleration", "%g" % (10 * acceleration)))
     part.setp += [(stage + ".max-offset", "%g" % (500 * unit)), (stage + ".max-rate", "%g" % (1000 * unit))]
+    part.setp += [("%s.release-at-off-%d" % (stage, index), "1") for index in strokes]
     part.nets.append([prefix + "-measured", "joint.%d.pos-fb" % joint])
+    part.nets.append([prefix + "-released", stage + ".released"])
 
 
 def axis_stage(letter, source, clear):
@@ -143,6 +146,7 @@ def alive():
         ["task-heartbeat", "linuxcnc-alive.task-heartbeat", "=>", "interlock.service-heartbeat-4"],
         ["io-heartbeat", "linuxcnc-alive.io-heartbeat", "=>", "interlock.service-heartbeat-5"],
         ["program-running", "linuxcnc-alive.program-running", "=>", "interlock.program-running"],
+        ["part-program-running", "linuxcnc-alive.part-program-running"],
         ["io-lost", "interlock.service-lost-5", "=>", "linuxcnc-link.io-lost"],
     ]
     sentence = "LinuxCNC's io does not answer: the feed is held. Press the emergency stop, and start LinuxCNC again."

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/chopping/chopping_codes.hpp"
+#include "components/compensation/chopping/cycle_clock.hpp"
+#include "components/compensation/chopping/dead_point_watch.hpp"
+#include "components/compensation/chopping/stroke_in_force.hpp"
+#include "components/compensation/chopping/stroke_motion.hpp"
+#include "components/math/oscillation/measured_phase.hpp"
+
+#include <cmath>
+
+namespace plumb {
+
+// Watches the measured motion: the following error, the dead points, which learning corrects, the phase and
+// the time of a cycle.
+class StrokeSupervision {
+public:
+    // Of a period.
+    struct Seen {
+        bool measurable = false;
+        double measured = 0, commanded = 0;  // mu
+        double pulse = 0;                    // s, of the infeed at a dead point
+    };
+
+    struct Findings {
+        Fault fault = Fault::none;
+        bool stops = false;      // the stroke, at once
+        bool corrected = false;  // the ends of the strokes to come
+    };
+
+    // A motion begins.
+    void begin(const Seen& seen) noexcept {
+        watch_.begin();
+        clock_.begin();
+        if (seen.measurable) phase_.begin(seen.measured);
+    }
+
+    // A stroke begins, or has other settings.
+    void select(const StrokeInForce& in_force) noexcept {
+        if (in_force.values().learn) learning().select(in_force.learned_stroke(), in_force.learning());
+    }
+    void pause() noexcept { watch_.pause(); }
+
+    Findings step(const Seen& seen, const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
+        Findings found;
+        const StrokeValues& values = in_force.values();
+        if (motion.moves() && seen.measurable && values.max_following_error > 0 &&
+            std::abs(seen.measured - last_commanded_) > values.max_following_error)
+            found = {Fault::following, true, false};
+        last_commanded_ = seen.commanded;
+        if (seen.measurable) phase_.step(seen.measured, motion.oscillation().plan());
+        arrive(seen, motion, in_force, dt);
+        look(seen, motion, in_force, found);
+        return found;
+    }
+
+    // The part of the speed that learning permits.
+    double part(const StrokeValues& values) const noexcept {
+        return values.learn ? learning().speed_factor() : 1;
+    }
+
+    // One that lasts. `blind` if it moves and cannot be measured.
+    Fault fault(const StrokeValues& values, bool blind) const noexcept {
+        if (!values.learn) return Fault::none;
+        const DeadPointLearning& its = learning();
+        return blind                                           ? Fault::feedback
+               : its.weak()                                    ? Fault::weak
+               : !its.learned() && its.cycles() >= most_cycles ? Fault::not_learned
+               : its.drift() > values.max_drift                ? Fault::drift
+                                                               : Fault::none;
+    }
+
+    DeadPointLearning& learning() noexcept { return watch_.learning(); }
+    const DeadPointLearning& learning() const noexcept { return watch_.learning(); }
+    const DeadPointWatch& dead_points() const noexcept { return watch_; }
+    const MeasuredPhase& phase() const noexcept { return phase_; }
+    const CycleClock& clock() const noexcept { return clock_; }
+
+private:
+    static constexpr int most_cycles = 30;  // of learning
+
+    void arrive(const Seen& seen, const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
+        clock_.step(dt);
+        const Oscillation::Arrival& arrival = motion.oscillation().arrival();
+        if (!motion.moves() || !arrival.happened) return;
+        watch_.arrive(arrival);
+        clock_.arrive(arrival.upper, arrival.infeed ? seen.pulse : 0);
+        if (!arrival.upper) fit_cycle_time(motion.oscillation(), in_force);
+    }
+
+    void look(const Seen& seen, const StrokeMotion& motion, const StrokeInForce& in_force,
+              Findings& found) noexcept {
+        const Oscillation& oscillation = motion.oscillation();
+        if (!motion.moves() || !seen.measurable || oscillation.state() == Oscillation::State::braking ||
+            oscillation.held() ||
+            oscillation.closing()) {  // which leaves the dead point with more acceleration than a stroke
+            watch_.pause();
+            return;
+        }
+        const StrokeValues& values = in_force.values();
+        switch (watch_.step(seen.measured, oscillation.second_half(), oscillation.upward(),
+                            {values.learn, values.override_value == 1, in_force.speed(part(values))})) {
+            case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true, found.corrected}; break;
+            case DeadPointWatch::Event::beyond: found.fault = Fault::beyond; [[fallthrough]];
+            case DeadPointWatch::Event::corrected: found.corrected = true; break;
+            case DeadPointWatch::Event::none: break;
+        }
+    }
+
+    // Changes the speed so that a cycle with its sections and dwells takes the set time: in proportion, as
+    // far as the acceleration permits, once both strokes have had the present speed.
+    void fit_cycle_time(const Oscillation& oscillation, StrokeInForce& in_force) noexcept {
+        const StrokeValues& values = in_force.values();
+        const double speed = in_force.speed(part(values));
+        const double target = values.speed_value - (values.stroke.lower_dwell + values.stroke.upper_dwell);
+        if (values.speed_kind != StrokeValues::with_sections || values.override_value != 1 ||
+            part(values) != 1 || watch_.arrival(false).speed != speed ||
+            watch_.arrival(true).speed != speed || !(target > 0))
+            return;
+        in_force.stretch((oscillation.stroke_time(true) + oscillation.stroke_time(false)) / target);
+    }
+
+    DeadPointWatch watch_;
+    MeasuredPhase phase_;
+    CycleClock clock_;
+    double last_commanded_ = 0;  // mu
+};
+
+}  // namespace plumb

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/chopping/stroke_orders.hpp"
+#include "components/compensation/chopping/homed_watch.hpp"
+#include "components/compensation/chopping/stroke_faults.hpp"
+
+#include <gtest/gtest.h>
+
+namespace plumb {
+namespace {
+
+constexpr double dt = 0.001;  // s
+
+StrokeOrders::Given usual() {
+    StrokeOrders::Given its;
+    its.farthest = 1e6;
+    return its;
+}
+
+TEST(StrokeOrders, AStartIsARisingEdgeAndALongStopIsAState) {
+    StrokeOrders it;
+    StrokeOrders::Given given = usual();
+    EXPECT_FALSE(it.step(given, dt).starts);
+    given.run = true;
+    EXPECT_TRUE(it.step(given, dt).starts);
+    EXPECT_FALSE(it.step(given, dt).starts);
+    given.stop = true;
+    const StrokeOrders::Now now = it.step(given, dt);
+    EXPECT_FALSE(now.starts || now.runs);
+    EXPECT_TRUE(now.run);
+}
+
+TEST(StrokeOrders, AnOrderToTheEndGoesBeforeAStart) {
+    StrokeOrders it;
+    StrokeOrders::Given given = usual();
+    given.run = given.go_to_end = true;
+    const StrokeOrders::Now now = it.step(given, dt);
+    EXPECT_TRUE(now.returns);
+    EXPECT_FALSE(now.starts);
+    EXPECT_FALSE(it.step(given, dt).starts) << "nor later";
+}
+
+TEST(StrokeOrders, AShiftIsEachChangeOrACrossingWhereItCounts) {
+    StrokeOrders it;
+    StrokeOrders::Given given = usual();
+    given.crossing_position = -1;
+    it.step(given, dt);
+    for (const bool shift : {true, false}) {
+        given.shift = shift;
+        EXPECT_TRUE(it.step(given, dt).shifts);
+        EXPECT_FALSE(it.step(given, dt).shifts);
+    }
+    given.crossing_position = 1;
+    EXPECT_FALSE(it.step(given, dt).shifts) << "a crossing that does not count";
+    given.shift_at_crossing = true;
+    EXPECT_FALSE(it.step(given, dt).shifts) << "and does not count later";
+    given.crossing_position = -1;
+    EXPECT_TRUE(it.step(given, dt).shifts);
+}
+
+TEST(StrokeOrders, StrokesEndWithTheProgramThatBeganThem) {
+    for (const bool seen_late : {false, true})
+        for (const bool outlasts : {false, true}) {
+            StrokeOrders it;
+            StrokeOrders::Given given = usual();
+            given.outlasts = outlasts;
+            given.program_running = !seen_late;
+            it.step(given, dt);
+            given.run = true;
+            EXPECT_TRUE(it.step(given, dt).starts);
+            for (int i = 0; i < 100; ++i) it.step(given, dt);
+            given.program_running = true;
+            EXPECT_TRUE(it.step(given, dt).runs);
+            given.program_running = false;
+            EXPECT_EQ(it.step(given, dt).runs, outlasts);
+            given.program_running = true;  // the next program
+            EXPECT_EQ(it.step(given, dt).ordered, outlasts);
+            given.program_running = false;
+            EXPECT_EQ(it.step(given, dt).ordered, outlasts);
+            given.run = false;
+            it.step(given, dt);
+            given.run = true;
+            EXPECT_TRUE(it.step(given, dt).runs) << "another start";
+        }
+}
+
+TEST(StrokeOrders, StrokesOfMdiOutlastEachProgram) {
+    StrokeOrders it;
+    StrokeOrders::Given given = usual();
+    given.run = true;
+    for (int i = 0; i < 1000; ++i) it.step(given, dt);
+    for (const bool running : {true, false, true, false}) {
+        given.program_running = running;
+        EXPECT_TRUE(it.step(given, dt).runs);
+    }
+}
+
+TEST(StrokeFaults, ARefusalLastsUntilRunFallsAndAnotherFaultUntilTheNextStart) {
+    StrokeFaults it;
+    it.start(Fault::region);
+    it.step(true);
+    EXPECT_EQ(it.happened(), Fault::region);
+    EXPECT_TRUE(it.refused());
+    it.step(false);
+    EXPECT_EQ(it.happened(), Fault::none);
+    it.start(Fault::none);
+    it.happen(Fault::following);
+    it.step(false);
+    EXPECT_EQ(it.happened(), Fault::following);
+    it.start(Fault::none);
+    EXPECT_EQ(it.happened(), Fault::none);
+}
+
+using Offset = HomedWatch::Offset;
+
+TEST(HomedWatch, AHomedThatIsLostForAMomentLeavesTheOffsetAsItIsApplied) {
+    HomedWatch it;
+    EXPECT_EQ(it.step({true, false, true, true, 0}, 0.001), Offset::stays);
+    for (int i = 0; i < 900; ++i) ASSERT_EQ(it.step({false, false, true, true, 0}, 0.001), Offset::stays);
+    EXPECT_EQ(it.step({true, false, true, true, 0}, 0.001), Offset::as_applied);
+}
+
+TEST(HomedWatch, AStageHasReleasedItAfterASecondAndAnExtraJointWhereItIsMoved) {
+    HomedWatch stage, joint;
+    for (int i = 0; i < 1000; ++i) {
+        stage.step({false, false, true, true, 0}, 0.001);
+        ASSERT_EQ(joint.step({false, false, false, true, 0.5}, 0.001), Offset::stays);
+    }
+    EXPECT_EQ(stage.step({false, false, true, true, 0}, 0.001), Offset::none);
+    EXPECT_EQ(joint.step({false, false, false, true, 0.52}, 0.001), Offset::none)
+        << "0.02 farther than it was";
+}
+
+TEST(HomedWatch, AStageThatHoldsTheOffsetKeepsIt) {
+    HomedWatch it;
+    for (int i = 0; i < 3000; ++i) ASSERT_EQ(it.step({false, true, true, true, 5}, 0.001), Offset::stays);
+    EXPECT_EQ(it.step({true, true, true, true, 5}, 0.001), Offset::as_applied);
+}
+
+}  // namespace
+}  // namespace plumb
