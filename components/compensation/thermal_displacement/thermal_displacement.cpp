@@ -6,6 +6,7 @@
 #include "components/compensation/thermal_displacement/reference_row.hpp"
 #include "components/compensation/thermal_displacement/trust_report.hpp"
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/contact/growth_by_contact.hpp"
 #include "hal/component.hpp"
@@ -336,12 +337,11 @@ private:
 
     // A load that was lost before the cycle began holds nothing up: its authority decides.
     void watch_cycle(bool running, bool load_lost, bool applying) noexcept {
-        if (running && !was_running_) {
+        if (cycle_.rises(running)) {
             load_gone_ = load_lost;
             step_ = verify && applying ? settings_.verify_step : 0;
         }
         if (!load_lost) load_gone_ = false;
-        was_running_ = running;
     }
 
     // The offset that is asked for, mu.
@@ -374,7 +374,7 @@ private:
     bool following_ = false;  // the offset is applied, and a contact was accepted since
     SlewLimit slew_;
     double step_ = 0;  // mu, in this cycle
-    bool was_running_ = false;
+    Edge cycle_;
     bool load_gone_ = false;  // it was lost before this cycle began, and still is
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/first_order_lag.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/contact/approach_clock.hpp"
@@ -136,8 +137,8 @@ private:
 
     void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
         if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
-        if (program_clock && complete_sample && in_cycle_ && s.clock_start && !was_marked_) clock_.start();
-        was_marked_ = s.clock_start;
+        const bool marked = mark_.rises(s.clock_start);
+        if (program_clock && complete_sample && in_cycle_ && marked) clock_.start();
         operation_ = s.operation;
         clock_.step(s.velocity, dt);
         if (complete_sample && !program_clock)
@@ -224,7 +225,7 @@ private:
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
-    bool was_marked_ = false;     // in the last period
+    Edge mark_;                   // of the program's clock
 
     ContactReference note_;   // the last rise
     double note_age_ = 0;     // s

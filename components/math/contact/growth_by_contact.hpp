@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/contact/contact_cycle.hpp"
 #include "components/math/contact/contact_finder.hpp"
 #include "components/math/contact/contact_rejection.hpp"
@@ -144,6 +145,7 @@ private:
 
     // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
     void follow_cycle(const Sample& s, const Settings& settings) noexcept {
+        const bool starts = running_.rises(s.cycle_running);
         if (cycle_.running() && !(s.enable && s.cycle_running)) {
             const bool learnt_from = cycle_.learning(), compared = refusal_.compares();
             const bool complete = s.enable && s.cycle_complete;
@@ -164,7 +166,7 @@ private:
             if (compared && !learnt_from && s.cycle_complete && counts_.rejected > rejected_before_)
                 ++barren_cycles_;
         }
-        if (s.enable && s.cycle_running && !was_running_) {
+        if (s.enable && starts) {
             cycle_.begin(s.learn, s.setup);
             refusal_.begin(cycle_.references(), s.setup, s.learn);
             finder_.begin(settings.finder.program_clock);
@@ -174,7 +176,6 @@ private:
             usual_growth_ = estimator_.usual_growth(settings.estimator());
             setup_ = s.setup;
         }
-        was_running_ = s.cycle_running;
     }
 
     // Accepts or rejects the noted contact, unless it is rejected already.
@@ -332,7 +333,7 @@ private:
     double reference_sigma_ = 0;
     double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
     std::int32_t accepted_before_ = 0;               // when this cycle began
-    bool was_running_ = false;
+    Edge running_;
     MachiningSetup setup_;  // as the cycle began
     ReferenceRefusal refusal_;
 
