@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/compensation/centre_height/height_procedure.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/turning/land_pair.hpp"
 #include "hal/component.hpp"
 
@@ -64,7 +65,7 @@ struct HeightOutputs final : hal::Group {
         sigma = if_valid(result.sigma);
         within = if_valid(result.within);
         tip_x = if_valid(result.x);
-        theta = if_valid(result.theta * (180 / 3.14159265358979323846));
+        theta = if_valid(result.theta * (180 / pi));
         by_diameter_1 = result.by_diameter_1;
         by_diameter_2 = result.by_diameter_2;
         by_travel = result.by_travel;

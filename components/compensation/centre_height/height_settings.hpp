@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/compensation/centre_height/height_codes.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/turning/height_sigma.hpp"
 #include "hal/component.hpp"
 
@@ -119,7 +120,7 @@ struct HeightSettings final : hal::Group {
     // `good` is false if one of them is out of range. A program has only numbers with a point; `post_word` is
     // one more than the post, or 0.
     Values values(double post_word) noexcept {
-        constexpr double degree = 0.017453292519943295;
+        constexpr double degree = pi / 180;
         Values now;
         hal::SettingsReader read;
         const std::int32_t its_method = read(method), own_post = read(post);
