@@ -134,7 +134,7 @@ At most 16 bores and 50000 records.)"},
     hal::Codes<Advice> advice{this, "advice", "The settings are unusual; advice-code gives how."};
     hal::Codes<Fault> fault{this, "fault"};
     hal::Records rows{this};
-    RecordRow row{this};
+    GrowthRow row{this};
 
     hal::Function run{this, "update", &ThermalGrowthTest::update, hal::Place::measurement};
 
