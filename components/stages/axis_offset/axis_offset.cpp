@@ -95,7 +95,19 @@ While the guest is at rest the own part is the one that is missing.
 takes the offset back. When interlock is called again, the next cycle start arms the stage.
 - Joint mode: The output waits until LinuxCNC applies offsets again.
 - Invalid source: The last good value stays.
-- Invalid guest-scale, or a guest beyond 1000: The guest's part holds. The change follows when the input is good again.)"},
+- Invalid guest-scale, or a guest beyond 1000: The guest's part holds. The change follows when the input is good again.
+
+The stage asks LinuxCNC for the sum of its own offset and the guest's. It is always in one of these states:
+
+  state        armed  own offset      guest's offset  begins when
+  off          false  holds           holds           the machine is off or not homed
+  disarmed     false  holds           moves           the machine is on and homed
+  armed        true   moves           moves           arm rises
+  taking back  false  returns to 0    moves           clear is true
+  lost         false  holds           holds           LinuxCNC does not take the counts (fault 4)
+
+The stage leaves armed when the machine goes off, and stays disarmed until arm rises. It leaves lost when it is armed, or when
+clear rises.)"},
         hal::Limits{R"(
 External offsets do not work in joint mode. They take a part of the speed and acceleration of the axis all the time.
 
