@@ -242,21 +242,20 @@ By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"}
     void prepare() override { settings_ = settings(); }
 
     void update(double dt) noexcept {
-        Sample now = sample();
-        const Lost lost = GrowthByContact::lost(now);
+        Sample now = GrowthByContact::judged(sample());
+        const Lost lost = now.lost;
         const Settings wanted = settings();
         if (wanted.valid()) settings_ = wanted;
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
         const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
-        const bool load_lost = lost == Lost::load || !now.load_valid;
-        watch_cycle(now.cycle_running, load_lost, applying);
+        watch_cycle(now.cycle_running, now.load_lost, applying);
         now.step = step_;
 
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
         if (conditions.acknowledges()) measured_.acknowledge();
         const double asked = ask(applying, event);
         const double offset = bounded(asked, settings_.max_offset);
-        const bool frozen = applying && (load_lost ? !load_gone_ : lost != Lost::nothing);
+        const bool frozen = applying && (now.load_lost ? !load_gone_ : lost != Lost::nothing);
         const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
         if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
@@ -268,7 +267,7 @@ By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"}
                                    {lost == Lost::offset, Fault::applied_offset},
                                    {lost == Lost::approach, Fault::approach},
                                    {!wanted.valid(), Fault::settings},
-                                   {measured_.lost_track(), Fault::lost_track}});
+                                   {measured_.tally().lost_track(), Fault::lost_track}});
         const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
         growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
         trust.show(measured_, grown, slew_.value(), applying);
