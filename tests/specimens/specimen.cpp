@@ -44,7 +44,7 @@ constexpr const char* sentence(Half half) {
 struct Limits final : hal::Group {
     using Group::Group;
 
-    hal::In<double> lowest{this, "%-lowest", -10, "mu", "Lowest position of %."};
+    hal::In<double> lowest{this, "%-lowest", -10, "mu", "Lowest %-position of %."};
     hal::In<double> highest{this, "%-highest", 10, "mu", "Highest position of %."};
 
     double bounded(double x) const noexcept { return std::clamp<double>(x, lowest, highest); }

@@ -174,7 +174,7 @@ struct Machine : hal::Group {
     hal::Axes<hal::In<double>, 3> position{this, "%-position", 0.0, "mu",
                                            "Position of % by its encoder, compensation included."};
     hal::Axes<hal::In<double>, 3> offset{this, "%-offset", 0.0, "mu",
-                                         "Compensation that %-position contains."};
+                                         "Compensation contained in %-position."};
     hal::Axes<hal::In<double>, 3> velocity{this, "%-velocity", 0.0, "mu/s", "Velocity of %."};
     hal::In<double> table_position{this, "table-position", 0, "deg", "Position of the table or trunnion."};
     hal::In<double> table_0{this, "table-0", 0, "deg", "Its position for the orientation 0."};

@@ -14,8 +14,10 @@ namespace plumb::growth_test {
 struct TestReport : hal::Group {
     using Group::Group;
 
-    hal::Codes<State> state{this, "state", "A test is not idle; state-code gives its state."};
-    hal::Codes<Stop> stop_reason{this, "stop-reason", "The test has stopped; stop-reason-code gives why."};
+    hal::Codes<State> state{this, "state", "A test is not idle; state-code gives its state.",
+                            "Number of the state; 0 for idle."};
+    hal::Codes<Stop> stop_reason{this, "stop-reason", "The test has stopped; stop-reason-code gives why.",
+                                 "Number of the reason for the stop; 0 before the test has stopped."};
     hal::Out<bool> done{this, "done", "The machine is warm, or the time is over."};
     hal::Out<std::int32_t> cycle_index{this, "cycle-index", "Number of cycles that ended."};
     hal::Out<std::int32_t> pass{this, "pass", "Number of the present or last pass."};
@@ -37,7 +39,8 @@ struct TestReport : hal::Group {
     hal::Out<bool> compensation_request{this, "compensation-request", "Compensation shall be on."};
     hal::Out<bool> cooling_request{this, "cooling-request", "Temperature control shall be on."};
     hal::Out<bool> confirmed{this, "confirmed", "The control confirms both wanted states."};
-    hal::Codes<Advice> advice{this, "advice", "The settings are unusual; advice-code gives how."};
+    hal::Codes<Advice> advice{this, "advice", "The settings are unusual; advice-code gives how.",
+                              "Number of the advice; 0 for none."};
     hal::Codes<Fault> fault{this, "fault"};
 
     void show(const GrowthTest& test, const GrowthTest::Settings& settings) noexcept {
