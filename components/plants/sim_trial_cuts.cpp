@@ -44,6 +44,7 @@ configs/lathe/bench.hal has all lines.)"},
                                       hal::Limits{"Use millimetres only."},
                                       hal::SeeAlso{"sim_lathe(9), centre_height(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<bool> start{this, "start", false, "A rising edge begins the trial cuts."};

@@ -91,6 +91,7 @@ Two cuts of a work of D 10 to 5 move Y for heights from 0.28 mm on with a laser 
 micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
                                       hal::SeeAlso{"motion(9), linuxcnc_link(1)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::LengthUnit unit{this};

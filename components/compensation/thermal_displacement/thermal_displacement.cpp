@@ -176,6 +176,7 @@ The reference holds at most 64 contacts.
 By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"},
         hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), plumb-contacts(1)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::LengthUnit unit{this};

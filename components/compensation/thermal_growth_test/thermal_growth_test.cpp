@@ -80,6 +80,7 @@ by the first bore, which is probed again at its end.
 At most 16 bores and 50000 records.)"},
         hal::SeeAlso{"growth_log(1), plumb-growth(1), thermal_displacement(9), axis_offset(9)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::LengthUnit unit{this};

@@ -49,6 +49,7 @@ a perfect probe would find without compensation.
         hal::Limits{"Use millimetres only. Temperatures and growth do not depend on the load of cutting."},
         hal::SeeAlso{"thermal_growth_test(9), growth_log(1), plumb-growth(1)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine."};

@@ -129,6 +129,7 @@ tool stands still the work springs back into it.
         hal::Limits{"Use millimetres only. The tip is a point, and the stock consists of discs of 0.1 mm."},
         hal::SeeAlso{"centre_height(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the lathe."};

@@ -49,6 +49,7 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
         hal::Limits{"The growth does not follow one exponential. Use millimetres only."},
         hal::SeeAlso{"sim_part_program(9), sim_drive_load(9), thermal_displacement(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 is the typical one."};

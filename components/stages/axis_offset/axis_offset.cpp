@@ -120,6 +120,7 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
         hal::SeeAlso{
             "thermal_displacement(9), interlock(9), joint_offset(9), eoffset_per_angle(9), motion(9)"}};
 
+    static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;
 
     hal::LengthUnit unit{this};
