@@ -52,18 +52,18 @@ protected:
     public:
         Field(RecordRow* its, T& value, const std::string& name, const std::string& unit,
               const std::string& doc)
-            : row_{its, "row-" + name, unit, doc},
-              restore_{its, "restore-" + name, T{}, unit, doc},
-              value_(value),
-              next_(std::exchange(std::get<Field*>(its->last_), this)) {}
+            : value_(value),
+              next_(std::exchange(std::get<Field*>(its->last_), this)),
+              row_{its, "row-" + name, unit, doc},
+              restore_{its, "restore-" + name, T{}, unit, doc} {}
 
     private:
         friend RecordRow;
 
-        Out<T> row_;
-        In<T> restore_;
         T& value_;
         Field* const next_;
+        Out<T> row_;
+        In<T> restore_;
     };
 
     Record record{};

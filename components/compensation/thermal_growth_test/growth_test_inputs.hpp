@@ -109,8 +109,9 @@ struct Temperatures : hal::Group {
     hal::In<double> artifact_low{this, "artifact-low", 10, "degC", "Lowest temperature of the artifact."};
     hal::In<double> artifact_high{this, "artifact-high", 35, "degC", "Highest temperature of the artifact."};
 
-    Warmth read() noexcept {
-        Warmth r;
+    void read(Warmth& r) noexcept {
+        r.good = r.artifact_good = true;
+        r.decides = 0;
         r.sample_time = sample_time;
         const std::int32_t wanted = sensors;
         r.count = wanted < 0 ? 0 : wanted > 8 ? 8 : wanted;
@@ -130,7 +131,6 @@ struct Temperatures : hal::Group {
             const double now = r.value[static_cast<std::size_t>(its)];
             r.artifact_good = !std::isfinite(now) || (now >= artifact_low && now <= artifact_high);
         }
-        return r;
     }
 };
 
@@ -183,8 +183,8 @@ struct Machine : hal::Group {
                                     "Largest error of the orientation."};
     hal::In<bool> table{this, "table", false, "The machine has a table or trunnion; check its position."};
 
-    Position read() noexcept {
-        Position r;
+    void read(Position& r) noexcept {
+        r.good = true;
         for (std::size_t i = 0; i < 3; ++i) {
             r.position[i] = position[i];
             r.offset[i] = offset[i];
@@ -192,7 +192,6 @@ struct Machine : hal::Group {
             for (const double value : {r.position[i], r.offset[i], r.velocity[i]})
                 if (!(std::abs(value) <= 1e6)) r.good = false;
         }
-        return r;
     }
 
     // Whether the table is where the program wants it.

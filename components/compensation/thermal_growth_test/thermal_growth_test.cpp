@@ -102,9 +102,9 @@ At most 16 bores and 50000 records.)"},
 
     void update(double dt) noexcept {
         Signals now = program.read(dt);
-        now.at = machine.read();
+        machine.read(now.at);
         now.oriented = machine.oriented(now.turned);
-        now.warmth = temperatures.read();
+        temperatures.read(now.warmth);
         GrowthTest::Settings wanted = stop_settings.read();
         const bool good_settings = wanted.valid();
         if (good_settings) settings_ = wanted;
