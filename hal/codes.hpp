@@ -16,6 +16,8 @@
 // there. If the pin is not called "fault", its bit has a sentence of its own:
 //
 //     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
+//
+// A code that is not a cause has a sentence of its own, too, after the one of its bit.
 #pragma once
 
 #include "hal/pin.hpp"
@@ -55,8 +57,9 @@ class Codes {
 public:
     Codes(Owner owner, const std::string& name)
         : Codes(owner, name, "A " + name + " is active; " + name + "-code gives the cause.") {}
-    Codes(Owner owner, const std::string& name, const std::string& doc)
-        : active_{owner, name, doc}, code_{owner, name + "-code", "Number of the cause; 0 for none."} {}
+    Codes(Owner owner, const std::string& name, const std::string& doc,
+          const std::string& doc_of_code = "Number of the cause; 0 for none.")
+        : active_{owner, name, doc}, code_{owner, name + "-code", doc_of_code} {}
 
     Codes& operator=(E value) noexcept {
         code_ = value;

@@ -3,6 +3,7 @@
 //
 //     struct Doubler final : hal::Component {
 //         static constexpr hal::About about{"doubler", "twice the input", "The output is twice the input."};
+//         static constexpr hal::Role role = hal::Role::compensation;
 //         using Component::Component;
 //
 //         hal::In<double> in{this, "in", 0, "mu", "Value to double."};
@@ -23,6 +24,7 @@
 #include "hal/option.hpp"
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"
+#include "hal/role.hpp"
 
 #include <memory>
 #include <string>
@@ -32,6 +34,8 @@ namespace plumb::hal {
 
 class Component {
 public:
+    static constexpr Role role = Role::none;  // unless the component declares its own
+
     explicit Component(Registrar& registrar) : registrar_(registrar) {}
     Component(const Component&) = delete;
     Component& operator=(const Component&) = delete;
@@ -106,12 +110,15 @@ struct Model {
     bool has_background;
     const WithoutHal* without_hal = nullptr;  // of a program
     double period = 0.1;  // s between two calls, of a program, unless the user gives another
+    Role role = Role::none;
 };
 
 template <class C>
 Model model_of() {
-    return {C::about, [](Registrar& r) -> std::unique_ptr<Component> { return std::make_unique<C>(r); },
-            !std::is_same_v<decltype(&C::background), void (Component::*)()>};
+    Model model{C::about, [](Registrar& r) -> std::unique_ptr<Component> { return std::make_unique<C>(r); },
+                !std::is_same_v<decltype(&C::background), void (Component::*)()>};
+    model.role = C::role;
+    return model;
 }
 
 Model model();  // defined by each component's .cpp, once per module

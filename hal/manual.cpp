@@ -200,6 +200,7 @@ std::string manual(const Model& model, int section) {
 std::string declarations(const Model& model) {
     const Declarations declared(model);
     nlohmann::ordered_json result{{"name", model.about.name}, {"summary", model.about.summary}};
+    if (model.role != Role::none) result["role"] = name(model.role);
     for (const auto& pin : declared.pins) {
         nlohmann::ordered_json& entry = result["pins"][pin.name];
         entry = {{"type", type_name(pin.type)},

@@ -4,6 +4,7 @@
 #include "hal/registrar.hpp"
 
 #include <cctype>
+#include <cstddef>
 #include <string>
 
 namespace plumb::hal {
@@ -21,19 +22,23 @@ public:
 
     Registrar& registrar() const { return *registrar_; }
 
-    // In names of pins % is the letter of the axis, in sentences its capital.
-    std::string name(const std::string& text) const { return with_axis(text, axis_); }
-    std::string sentence(const std::string& text) const {
-        return with_axis(text, static_cast<char>(std::toupper(static_cast<unsigned char>(axis_))));
-    }
-
-private:
-    static std::string with_axis(std::string text, char letter) {
+    // In names of pins % is the letter of the axis; in sentences it is the capital, but in %-position, a
+    // name.
+    std::string name(std::string text) const {
         for (char& c : text)
-            if (c == '%' && letter) c = letter;
+            if (c == '%' && axis_) c = axis_;
+        return text;
+    }
+    std::string sentence(std::string text) const {
+        for (std::size_t i = 0; i < text.size(); ++i)
+            if (text[i] == '%' && axis_)
+                text[i] = i + 1 < text.size() && text[i + 1] == '-'
+                              ? axis_
+                              : static_cast<char>(std::toupper(static_cast<unsigned char>(axis_)));
         return text;
     }
 
+private:
     Registrar* registrar_;
     char axis_ = 0;
 };

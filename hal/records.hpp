@@ -2,8 +2,13 @@
 // Many records, few pins: a program reads a component's records one by one through `row`, and gives them back
 // one by one through `restore`.
 //
+//     struct ContactRow final : hal::RecordRow<Contact> {
+//         using RecordRow::RecordRow;
+//         Field<std::int32_t> tool{this, record.tool, "tool", "", "Tool that made the contact."};
+//     };
+//
 //     hal::Records records{this};
-//     hal::Field<std::int32_t> tool{this, "tool", "", "Tool that made the contact."};
+//     ContactRow row{this};
 //
 // declares row, row-shown, rows, restore, forget, restores, restores-refused, kept, row-tool and
 // restore-tool.
@@ -17,17 +22,63 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace plumb::hal {
 
-// One value of a record, shown as row-NAME and given back as restore-NAME.
-template <class T>
-struct Field {
-    Field(Owner owner, const std::string& name, const std::string& unit, const std::string& doc)
-        : row{owner, "row-" + name, unit, doc}, restore{owner, "restore-" + name, T{}, unit, doc} {}
+// The pins of a record. Each field is declared once, with the place of its value in `record`.
+template <class Record>
+class RecordRow : public Group {
+public:
+    using Group::Group;
 
-    Out<T> row;
-    In<T> restore;
+    void show(const Record& shown) noexcept {
+        record = shown;
+        each([](auto& field) { field.row_ = field.value_; });
+    }
+
+    // The record in the restore-... pins.
+    Record given() noexcept {
+        record = Record{};
+        each([](auto& field) { field.value_ = field.restore_; });
+        return record;
+    }
+
+protected:
+    // Shown as row-NAME, and given back as restore-NAME.
+    template <class T>
+    class Field {
+    public:
+        Field(RecordRow* its, T& value, const std::string& name, const std::string& unit,
+              const std::string& doc)
+            : value_(value),
+              next_(std::exchange(std::get<Field*>(its->last_), this)),
+              row_{its, "row-" + name, unit, doc},
+              restore_{its, "restore-" + name, T{}, unit, doc} {}
+
+    private:
+        friend RecordRow;
+
+        T& value_;
+        Field* const next_;
+        Out<T> row_;
+        In<T> restore_;
+    };
+
+    Record record{};
+
+private:
+    template <class Do>
+    void each(const Do& act) noexcept {
+        std::apply([&](auto*... last) { (act_on(last, act), ...); }, last_);
+    }
+    template <class T, class Do>
+    static void act_on(Field<T>* field, const Do& act) noexcept {
+        for (; field; field = field->next_) act(*field);
+    }
+
+    std::tuple<Field<bool>*, Field<std::int32_t>*, Field<double>*> last_{};  // declared of each type
 };
 
 // The walk itself. The component keeps the records; each period it calls, in this order,

@@ -46,6 +46,7 @@ configs/mill/bench.hal has all lines.)"},
                                       hal::Limits{"Ripple is averaged over the period of the thread."},
                                       hal::SeeAlso{"sim_mill(9), thermal_displacement(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 is the typical one."};

@@ -49,6 +49,7 @@ configs/grinder/bench.hal has all lines.)"},
         hal::Limits{"Use millimetres only. The load does not act back on the motor."},
         hal::SeeAlso{"chopping(9), joint_offset(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the axis; 0 is the typical one."};

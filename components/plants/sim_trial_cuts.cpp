@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
 
@@ -43,6 +44,7 @@ configs/lathe/bench.hal has all lines.)"},
                                       hal::Limits{"Use millimetres only."},
                                       hal::SeeAlso{"sim_lathe(9), centre_height(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<bool> start{this, "start", false, "A rising edge begins the trial cuts."};
@@ -85,9 +87,7 @@ configs/lathe/bench.hal has all lines.)"},
     hal::Function run{this, "update", &SimTrialCuts::update, hal::Place::program};
 
     void update(double) noexcept {
-        const bool now = start;
-        if (now && !starting_) restart();
-        starting_ = now;
+        if (starting_.rises(start)) restart();
         if (s_.phase == Phase::measure && !s_.left) {
             s_.height_sum += lathe_effective - aim().y;
             s_.heights += 1;
@@ -235,7 +235,7 @@ private:
     };
 
     State s_;
-    bool starting_ = false;
+    Edge starting_;
 };
 
 hal::Model hal::model() {

@@ -146,6 +146,7 @@ offset was released.
 A joint that is itself beyond a soft limit is not taken back.)"},
                                       hal::SeeAlso{"squareness(9), interlock(9), axis_offset(9), motion(9)"}};
 
+    static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;
 
     hal::LengthUnit unit{this};

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -18,6 +20,7 @@
 #include "hal/command_line.hpp"
 #include "hal/program_end.hpp"
 #include "hal/spelling.hpp"
+#include "products.hpp"
 
 namespace plumb::host {
 
@@ -38,6 +41,19 @@ namespace {
 constexpr const char* prefix = "plumb-";
 constexpr const char* host_program = "plumb-host";  // the programs of LinuxCNC start it
 
+// The manual pages of all commands that are built, in the form of SEE ALSO.
+std::string pages_of_commands() {
+    std::set<std::string> names;
+    for (const auto& command : Command::all()) names.insert(command.first);
+    std::istringstream products(PLUMB_PROGRAMS);
+    for (std::string product; std::getline(products, product, ',');)
+        if (product.rfind(prefix, 0) == 0 && product != host_program)
+            names.insert(product.substr(std::strlen(prefix)));
+    std::string pages;
+    for (const std::string& name : names) pages += ".BR plumb\\-" + name + " (1),\n";
+    return pages;
+}
+
 hal::CommandPage page() {
     return {
         "plumb",
@@ -47,9 +63,7 @@ hal::CommandPage page() {
 time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND in the folder of this one. plumb --help
 lists them all.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
-        ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-panel "
-        "(1),\n.BR plumb\\-run (1),\n"
-        ".BR plumb\\-squareness (1),\n.BR plumb\\-wire (1),\n.BR halcmd (1)"};
+        pages_of_commands() + ".BR halcmd (1)"};
 }
 
 fs::path own_folder() {

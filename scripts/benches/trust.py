@@ -104,10 +104,6 @@ def chiller(host):
     replay(host, 0)
 
 
-def warm_by(height):
-    return lambda host, time: replay(host, height * (1 - np.exp(-time / 600)))
-
-
 ATTACKS = [
     Attack("none"),
     Attack("event of the program", program_event),

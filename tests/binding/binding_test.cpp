@@ -157,6 +157,7 @@ TEST_F(Binding, SentencesNameTheAxisByItsCapital) {
     for (const hal::PinInfo& pin : declared().pins) sentences[pin.name] = pin.doc;
     EXPECT_EQ(sentences["twice-y"], "Twice the offset of Y.");
     EXPECT_EQ(sentences["w-highest"], "Highest position of W.");
+    EXPECT_EQ(sentences["w-lowest"], "Lowest w-position of W.") << "the name of a pin";
     EXPECT_EQ(sentences["s-position"], "Position of S, within its limits.");
 }
 

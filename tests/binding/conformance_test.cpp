@@ -82,6 +82,7 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
         demand(!offset.acceleration.empty() || sentence(offset.accelerated_by),
                offset.value + ": what limits its acceleration is not one sentence: " + offset.accelerated_by);
     demand(!declared.functions.empty(), "no function");
+    demand(model.role != hal::Role::none, "no role");
     demand(*model.about.wiring.text != 0, "no wiring");
     demand(*model.about.behaviour.text != 0, "no behaviour");
     std::istringstream wiring(model.about.wiring.text);
@@ -361,7 +362,7 @@ TEST(ConformanceRules, CatchBadDeclarations) {
             "max-offset: its default is out of its range", "flag: a bit or a count has no unit, not 'mu'",
             "nameless: not one sentence: no period", "fault-code 1: not one sentence: something",
             "out: what limits its acceleration is not one sentence: nothing",
-            "update: its order is not a sentence: anywhere", "no wiring", "no behaviour"));
+            "update: its order is not a sentence: anywhere", "no role", "no wiring", "no behaviour"));
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {
@@ -547,14 +548,11 @@ protected:
         for (const std::string& name : built_modules()) {
             const Module module(BUILD_DIR "/modules/" + name + ".so");
             if (!hal::Declarations(module.model()).offsets.empty() ||
-                is_directory(compensation_folder / name))
+                module.model().role == hal::Role::compensation)
                 names.insert(name);
         }
         return names;
     }();
-
-private:
-    static inline const std::filesystem::path compensation_folder = SOURCE_DIR "/components/compensation";
 };
 
 TEST_P(Configuration, ScoresWithTruthButNeverCompensatesFromIt) {

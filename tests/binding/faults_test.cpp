@@ -5,6 +5,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "tests/support/attack.hpp"
 #include "tests/support/impossible.hpp"
+#include "tests/support/module.hpp"
 
 #include <rapidcheck.h>
 #include <rapidcheck/state.h>
@@ -206,25 +207,30 @@ constexpr int attacks = 2;
 constexpr int attacks = 8;
 #endif
 
-TEST(Faults, NoSequenceBreaksJointOffset) {
-    expect_to_survive(*Live::of("joint_offset"), attacks);
+// Every function that moves an axis, alone.
+std::vector<std::string> functions_that_move_an_axis() {
+    std::vector<std::string> result;
+    for (const std::string& name : built_modules()) {
+        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        const hal::Role role = module.model().role;
+        if ((role == hal::Role::compensation || role == hal::Role::stage) &&
+            !hal::Declarations(module.model()).offsets.empty())
+            result.push_back(name);
+    }
+    return result;
 }
 
-TEST(Faults, NoSequenceBreaksAxisOffset) {
-    expect_to_survive(*Live::of("axis_offset"), attacks);
+class Attacked : public testing::TestWithParam<std::string> {};
+
+TEST_P(Attacked, NoSequenceBreaksIt) {
+    const Live* const live = Live::of(GetParam());
+    ASSERT_TRUE(live) << "no Live fixture for " << GetParam() << ": see tests/support/live.hpp";
+    const bool takes_long = live->span + live->recovery > 10;
+    expect_to_survive(*live, takes_long ? attacks / 2 : attacks);
 }
 
-TEST(Faults, NoSequenceBreaksSquareness) {
-    expect_to_survive(*Live::of("squareness"), attacks);
-}
-
-TEST(Faults, NoSequenceBreaksAxisGrowth) {
-    expect_to_survive(*Live::of("axis_growth"), attacks / 2);
-}
-
-TEST(Faults, NoSequenceBreaksChopping) {
-    expect_to_survive(*Live::of("chopping"), attacks / 2);
-}
+INSTANTIATE_TEST_SUITE_P(Faults, Attacked, testing::ValuesIn(functions_that_move_an_axis()),
+                         [](const auto& each) { return each.param; });
 
 TEST(Faults, NoSequenceBreaksWhatIsLiveTogether) {
     expect_to_survive(*Live::together(), attacks / 5 + 1);

@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
+import panel_texts
 from support import simulations  # for the way to plumb.py
 from tree import BUILD, ROOT, own_folder
 
@@ -51,6 +52,13 @@ class Links(unittest.TestCase):
         self.assertEqual([name for name in table if name not in found], [])
         for command in commands:
             self.assertEqual(subprocess.run([PLUMB, command, "--help"], capture_output=True).returncode, 0, command)
+
+    def test_every_function_is_named(self):
+        page = read("README.md")
+        for role, least in (("compensation", 6), ("stage", 3)):
+            names = panel_texts.of_role(BUILD, role)
+            self.assertGreaterEqual(len(names), least, role)
+            self.assertEqual([name for name in names if "`%s`" % name not in page], [], role)
 
     def test_readme_is_read_in_a_few_minutes(self):
         self.assertLessEqual(len(read("README.md").split()), 700)

@@ -44,7 +44,7 @@ constexpr const char* sentence(Half half) {
 struct Limits final : hal::Group {
     using Group::Group;
 
-    hal::In<double> lowest{this, "%-lowest", -10, "mu", "Lowest position of %."};
+    hal::In<double> lowest{this, "%-lowest", -10, "mu", "Lowest %-position of %."};
     hal::In<double> highest{this, "%-highest", 10, "mu", "Highest position of %."};
 
     double bounded(double x) const noexcept { return std::clamp<double>(x, lowest, highest); }
@@ -56,6 +56,17 @@ struct Slide final : hal::Group {
     hal::In<double> wanted{this, "%-wanted", 0, "mu", "Position that % is to have."};
     Limits limits{this};
     hal::Out<double> position{this, "%-position", "mu", "Position of %, within its limits."};
+};
+
+struct MeasuredTool {
+    std::int32_t tool = 0;
+    double length = 0;
+};
+
+struct ToolRow final : hal::RecordRow<MeasuredTool> {
+    using RecordRow::RecordRow;
+    Field<std::int32_t> tool{this, record.tool, "tool", "", "Tool of the record."};
+    Field<double> length{this, record.length, "length", "mu", "Length of the record."};
 };
 
 struct Specimen final : hal::Component {
@@ -88,8 +99,7 @@ Two functions share a state; a table is chosen at load time; work that is not re
     hal::Codes<Fault> fault{this, "fault"};
     hal::Code<Half> half{this, "half", "Half that the order lies in."};
     hal::Records records{this};
-    hal::Field<std::int32_t> tool{this, "tool", "", "Tool of the record."};
-    hal::Field<double> length{this, "length", "mu", "Length of the record."};
+    ToolRow row{this};
     hal::Option<std::string> table{this, "table", "", "File, absolute path."};
     hal::Option<double> gain{this, "gain", 1, "Factor."};
     hal::Function run{this, "update", &Specimen::update, "First."};
@@ -126,24 +136,17 @@ Two functions share a state; a table is chosen at load time; work that is not re
         half = hal::first<Half>({{order > 0 && order < 50, Half::first}, {order >= 50, Half::second}});
         if (records.wants_forget()) kept_ = 0;
         if (records.wants_restore()) {
-            const bool fits = kept_ < static_cast<int>(list_.size()) && length.restore > 0;
-            if (fits) list_[kept_++] = {tool.restore, length.restore};
+            const MeasuredTool restored = row.given();
+            const bool fits = kept_ < static_cast<int>(list_.size()) && restored.length > 0;
+            if (fits) list_[kept_++] = restored;
             records.restored(fits);
         }
-        records.show(kept_, [&](int i) {
-            tool.row = list_[i].tool + renumber;
-            length.row = list_[i].length;
-        });
+        records.show(kept_, [&](int i) { row.show({list_[i].tool + renumber, list_[i].length}); });
     }
 
     void latch(double) noexcept { latched = sum_; }
 
 private:
-    struct Record {
-        std::int32_t tool;
-        double length;
-    };
-
     static void* escape(void* p) noexcept {
         asm volatile("" : "+r"(p));  // keeps the compiler from leaving the allocation out
         return p;
@@ -151,7 +154,7 @@ private:
 
     Filter filter_;
     double sum_ = 0;
-    std::array<Record, 3> list_{};
+    std::array<MeasuredTool, 3> list_{};
     int kept_ = 0;
     std::atomic<std::int32_t> wanted_{0};
     std::atomic<std::int32_t> result_{0};

@@ -3,7 +3,8 @@
 
     python3 tests/support/panel_texts.py BUILD
 
-prints those that a PO file lacks, as entries to be filled in.
+prints those that the PO file lacks, as entries to be filled in. With --count it prints only a warning, if it lacks any: the
+panel shows such a text in English.
 """
 
 import ast
@@ -28,18 +29,28 @@ def of_sources():
 
 
 def of_declarations(build):
-    """Summaries, codes and sentences of all components but simulated ones."""
+    """Summaries, codes and sentences of all components but plants."""
     found = {}
     for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
         name = os.path.basename(path)
-        if name.startswith("sim_"):
-            continue
         with open(path, encoding="utf-8") as file:
             declared = json.load(file)
+        if declared.get("role") == "plant":
+            continue
         texts = [text for codes in declared.get("codes", {}).values() for text in codes.values()] + [declared["summary"]]
         pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
         texts += [pin["sentence"] for pin in pins.values()]
         found.update({text: name for text in texts})
+    return found
+
+
+def of_role(build, role):
+    """The modules and programs of a role, by their declarations."""
+    found = []
+    for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
+        with open(path, encoding="utf-8") as file:
+            if json.load(file).get("role") == role:
+                found.append(os.path.basename(path)[:-len(".json")])
     return found
 
 
@@ -51,8 +62,19 @@ def translated(path=PO):
     return {ast.literal_eval("(%s)" % first): ast.literal_eval("(%s)" % second) for first, second in entries}
 
 
+def without_words(texts, path=PO):
+    """Those of the texts, with their places, that a PO file does not translate."""
+    there = translated(path) if os.path.exists(path) else {}
+    return {text: place for text, place in texts.items() if not there.get(text)}
+
+
 if __name__ == "__main__":
-    there = translated() if os.path.exists(PO) else {}
-    for text, place in {**of_sources(), **of_declarations(sys.argv[1])}.items():
-        if not there.get(text):
+    missing = without_words({**of_sources(), **of_declarations(sys.argv[1])})
+    if "--count" not in sys.argv:
+        for text, place in missing.items():
             print("#: %s\nmsgid %s\nmsgstr \"\"\n" % (place, json.dumps(text, ensure_ascii=False)))
+    elif missing:
+        print("warning: %d texts have no German words in components/screens/locale/de.po:" % len(missing))
+        for text, place in missing.items():
+            print("    %s: %s" % (place, text))
+        print("python3 tests/support/panel_texts.py %s prints them as entries to be filled in." % sys.argv[1])

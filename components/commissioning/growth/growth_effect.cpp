@@ -32,60 +32,77 @@ std::map<int, std::pair<double, double>> times_of_passes(const GrowthLog& log) {
     return times;
 }
 
-}  // namespace
-
-void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits) {
-    if (!analysis.has_off || !analysis.has_on) return;
-    const GrowthMeans off = means_of(analysis, false), on = means_of(analysis, true);
-    std::vector<std::pair<std::size_t, std::size_t>> both;
-    for (std::size_t i = 0; i < off.pass.size(); ++i)
-        for (std::size_t j = 0; j < on.pass.size(); ++j)
-            if (off.pass[i] == on.pass[j]) both.emplace_back(i, j);
-    const auto passes = static_cast<Eigen::Index>(both.size());
-    CompensationRecord record;
-    std::array<double, 3> sorted = analysis.uncertainties;
-    std::sort(sorted.begin(), sorted.end());
-    record.uncertainty = sorted[1];
-    record.drift.resize(passes, 3);
-    record.compensation.resize(passes, 3);
-    Eigen::MatrixX3d residual(passes, 3);
-    for (Eigen::Index k = 0; k < passes; ++k) {
-        const auto [i, j] = both[static_cast<std::size_t>(k)];
-        record.drift.row(k) = off.deviation[i].transpose();
-        residual.row(k) = on.deviation[j].transpose();
-        record.compensation.row(k) = on.compensation[j].transpose();
+// Passes that were probed without and with compensation, in one order.
+class PassesOfBoth {
+public:
+    explicit PassesOfBoth(const GrowthAnalysis& analysis)
+        : off_(means_of(analysis, false)), on_(means_of(analysis, true)) {
+        for (std::size_t i = 0; i < off_.pass.size(); ++i)
+            for (std::size_t j = 0; j < on_.pass.size(); ++j)
+                if (off_.pass[i] == on_.pass[j]) both_.emplace_back(i, j);
     }
-    for (int axis = 0; axis < 3; ++axis) {
-        if (!analysis.off[static_cast<std::size_t>(axis)].probed) {
+
+    Eigen::Index count() const { return static_cast<Eigen::Index>(both_.size()); }
+    int number(Eigen::Index k) const { return off_.pass[at(k).first]; }
+    const Eigen::Vector3d& off(Eigen::Index k) const { return off_.deviation[at(k).first]; }
+    const Eigen::Vector3d& on(Eigen::Index k) const { return on_.deviation[at(k).second]; }
+    const Eigen::Vector3d& compensation(Eigen::Index k) const { return on_.compensation[at(k).second]; }
+
+private:
+    const std::pair<std::size_t, std::size_t>& at(Eigen::Index k) const {
+        return both_[static_cast<std::size_t>(k)];
+    }
+
+    GrowthMeans off_, on_;
+    std::vector<std::pair<std::size_t, std::size_t>> both_;
+};
+
+void compare_axes(GrowthAnalysis& analysis, const PassesOfBoth& passes, CompensationRecord& record) {
+    record.drift.resize(passes.count(), 3);
+    record.compensation.resize(passes.count(), 3);
+    Eigen::MatrixX3d residual(passes.count(), 3);
+    for (Eigen::Index k = 0; k < passes.count(); ++k) {
+        record.drift.row(k) = passes.off(k).transpose();
+        residual.row(k) = passes.on(k).transpose();
+        record.compensation.row(k) = passes.compensation(k).transpose();
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto axis = static_cast<Eigen::Index>(i);
+        if (!analysis.off[i].probed) {
             record.drift.col(axis).setZero();
             record.compensation.col(axis).setZero();
             continue;
         }
-        CompensationGain& gain = analysis.gain[static_cast<std::size_t>(axis)];
-        gain = compensation_gain(record.drift.col(axis), residual.col(axis),
-                                 analysis.uncertainties[static_cast<std::size_t>(axis)]);
-        const double most = analysis.off[static_cast<std::size_t>(axis)].largest;
-        if (gain.determined)
-            gain.effectiveness = 1 - analysis.on[static_cast<std::size_t>(axis)].largest / most;
+        CompensationGain& gain = analysis.gain[i];
+        gain = compensation_gain(record.drift.col(axis), residual.col(axis), analysis.uncertainties[i]);
+        if (gain.determined) gain.effectiveness = 1 - analysis.on[i].largest / analysis.off[i].largest;
     }
-    std::vector<std::vector<double>> columns;
+}
+
+// The sensors that have a temperature in each pass.
+std::vector<int> add_temperatures(GrowthAnalysis& analysis, const PassesOfBoth& passes,
+                                  CompensationRecord& record) {
     std::vector<int> sensors;
     const auto times = times_of_passes(*analysis.log);
+    record.temperatures.resize(passes.count(), 0);
     for (const auto& [sensor, samples] : analysis.temperatures) {
-        std::vector<double> column;
-        for (const auto& [i, j] : both) column.push_back(temperature_in(samples, times.at(off.pass[i])));
-        if (std::any_of(column.begin(), column.end(), [](double value) { return !std::isfinite(value); }))
-            continue;
-        columns.push_back(column);
+        Eigen::VectorXd column(passes.count());
+        for (Eigen::Index k = 0; k < passes.count(); ++k)
+            column[k] = temperature_in(samples, times.at(passes.number(k)));
+        if (!column.allFinite()) continue;
+        record.temperatures.conservativeResize(Eigen::NoChange, record.temperatures.cols() + 1);
+        record.temperatures.rightCols(1) = column;
         sensors.push_back(sensor);
         const auto name = analysis.log->sensors.find(sensor);
         analysis.logged_sensors.push_back(
             name == analysis.log->sensors.end() ? "sensor " + std::to_string(sensor) : name->second);
     }
-    record.temperatures.resize(passes, static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t s = 0; s < columns.size(); ++s)
-        for (Eigen::Index k = 0; k < passes; ++k)
-            record.temperatures(k, static_cast<Eigen::Index>(s)) = columns[s][static_cast<std::size_t>(k)];
+    return sensors;
+}
+
+// Each visit with compensation, and the temperatures about it; none if one of these is unknown.
+void add_visits(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits,
+                const std::vector<int>& sensors, CompensationRecord& record) {
     std::vector<const GrowthVisit*> compensated;
     for (const GrowthVisit& visit : visits)
         if (visit.compensated) compensated.push_back(&visit);
@@ -101,6 +118,20 @@ void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>
     }
     if (!record.visit_temperatures.allFinite())
         record.visit_temperatures.resize(0, record.temperatures.cols());
+}
+
+}  // namespace
+
+void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits) {
+    if (!analysis.has_off || !analysis.has_on) return;
+    const PassesOfBoth passes(analysis);
+    CompensationRecord record;
+    std::array<double, 3> sorted = analysis.uncertainties;
+    std::sort(sorted.begin(), sorted.end());
+    record.uncertainty = sorted[1];
+    compare_axes(analysis, passes, record);
+    const std::vector<int> sensors = add_temperatures(analysis, passes, record);
+    add_visits(analysis, visits, sensors, record);
     analysis.finding = judged_compensation(record);
 }
 

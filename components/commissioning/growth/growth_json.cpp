@@ -46,6 +46,89 @@ nlohmann::json axis_json(const GrowthOfAxis& axis) {
             {"exponential", fit_json(axis.fit)}};
 }
 
+nlohmann::json gain_json(const CompensationGain& gain) {
+    return {{"determined", gain.determined},
+            {"value", gain.determined ? real(gain.gain) : nullptr},
+            {"uncertainty", gain.determined ? real(gain.uncertainty) : nullptr},
+            {"effectiveness", gain.determined ? real(gain.effectiveness) : nullptr}};
+}
+
+nlohmann::json axes_json(const GrowthAnalysis& test) {
+    nlohmann::json j;
+    for (std::size_t i = 0; i < 3; ++i)
+        j[std::string(1, letters[i])] = {{"tolerance_mm", test.log->tolerance[i]},
+                                         {"verdict", word(test.verdicts[i])},
+                                         {"uncertainty_mm", test.uncertainties[i]},
+                                         {"off", test.has_off ? axis_json(test.off[i]) : nullptr},
+                                         {"on", test.has_on ? axis_json(test.on[i]) : nullptr},
+                                         {"gain", gain_json(test.gain[i])}};
+    return j;
+}
+
+// By the axis of the compensation and the axis of the drift.
+nlohmann::json cross_gains_json(const GrowthAnalysis& test) {
+    const CrossGains& cross = test.finding.cross;
+    nlohmann::json j;
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 3; ++column) {
+            const auto r = static_cast<Eigen::Index>(row), c = static_cast<Eigen::Index>(column);
+            const bool drifts = cross.drifts[column];
+            const bool probed = test.off[row].probed && test.off[column].probed;
+            j[std::string(1, letters[row])][std::string(1, letters[column])] = {
+                {"value", drifts ? real(cross.gain(r, c)) : nullptr},
+                {"uncertainty", drifts ? real(cross.uncertainty(r, c)) : nullptr},
+                {"determined", cross.determined[column]},
+                {"difference_mm", probed ? real(cross.difference(r, c)) : nullptr}};
+        }
+    return j;
+}
+
+nlohmann::json compensation_json(const GrowthAnalysis& test) {
+    nlohmann::json j{{"name", test.log->compensation},
+                     {"fault", static_cast<int>(test.finding.fault)},
+                     {"sentence", compensation_sentence(test)},
+                     {"gain", test.finding.gain}};
+    const CrossGains& cross = test.finding.cross;
+    if (cross.drifts[0] || cross.drifts[1] || cross.drifts[2]) j["cross_gains"] = cross_gains_json(test);
+    return j;
+}
+
+nlohmann::json rigid_part_json(const GrowthAnalysis& test) {
+    const RigidPart& rigid = *test.rigid;
+    nlohmann::json j{{"rank", rigid.rank}, {"bores", test.rigid_bores}, {"rms_of_rest_mm", rigid.rms}};
+    for (std::size_t i = 0; i < RigidPart::names.size(); ++i) {
+        const auto at = static_cast<Eigen::Index>(i);
+        j["parameters"][RigidPart::names[i]] = {{"value", rigid.value[at]},
+                                                {"uncertainty", rigid.per_unit[at] * test.uncertainty},
+                                                {"determined", rigid.determined[i]}};
+    }
+    for (Eigen::Index i = 0; i < rigid.rest.rows(); ++i)
+        j["rest_mm"].push_back(reals(rigid.rest.row(i).transpose()));
+    return j;
+}
+
+nlohmann::json turned_json(const GrowthAnalysis::Turned& turned) {
+    return {{"bore", turned.bore},
+            {"half_sum_mm", reals(turned.table.half_sum)},
+            {"half_difference_mm", reals(turned.table.half_difference)},
+            {"tilt_about_x_rad", turned.tilt ? real(*turned.tilt) : nullptr}};
+}
+
+nlohmann::json series_json(const GrowthSeries& series) {
+    nlohmann::json points = nlohmann::json::array();
+    for (const GrowthPoint& point : series.points)
+        points.push_back({{"pass", point.pass},
+                          {"time_s", point.time},
+                          {"deviation_mm", reals(point.deviation)},
+                          {"compensation_mm", reals(point.compensation)},
+                          {"diameter_mm", point.diameter},
+                          {"scatter_mm", point.scatter}});
+    return {{"bore", series.bore},
+            {"turned", series.turned},
+            {"compensated", series.compensated},
+            {"points", points}};
+}
+
 nlohmann::json test_json(const GrowthAnalysis& test) {
     const GrowthLog& log = *test.log;
     nlohmann::json j;
@@ -61,76 +144,17 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     j["notes"] = test.notes;
     j["uncertainty_mm"] = test.uncertainty;
     j["touch_scatter_mm"] = test.touch_scatter;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto i = static_cast<std::size_t>(axis);
-        nlohmann::json& its = j["axes"][std::string(1, letters[axis])];
-        its["tolerance_mm"] = log.tolerance[i];
-        its["verdict"] = word(test.verdicts[i]);
-        its["uncertainty_mm"] = test.uncertainties[i];
-        its["off"] = test.has_off ? axis_json(test.off[i]) : nullptr;
-        its["on"] = test.has_on ? axis_json(test.on[i]) : nullptr;
-        const CompensationGain& gain = test.gain[i];
-        its["gain"] = {{"determined", gain.determined},
-                       {"value", gain.determined ? real(gain.gain) : nullptr},
-                       {"uncertainty", gain.determined ? real(gain.uncertainty) : nullptr},
-                       {"effectiveness", gain.determined ? real(gain.effectiveness) : nullptr}};
-    }
-    j["compensation"] = {{"name", log.compensation},
-                         {"fault", static_cast<int>(test.finding.fault)},
-                         {"sentence", compensation_sentence(test)},
-                         {"gain", test.finding.gain}};
-    const CrossGains& cross = test.finding.cross;
-    const bool any = cross.drifts[0] || cross.drifts[1] || cross.drifts[2];
-    for (int row = 0; any && row < 3; ++row)
-        for (int column = 0; column < 3; ++column) {
-            const bool known = cross.determined[static_cast<std::size_t>(column)];
-            const bool drifts = cross.drifts[static_cast<std::size_t>(column)];
-            const bool probed = test.off[static_cast<std::size_t>(row)].probed &&
-                                test.off[static_cast<std::size_t>(column)].probed;
-            j["compensation"]["cross_gains"][std::string(1, letters[row])][std::string(1, letters[column])] =
-                {{"value", drifts ? real(cross.gain(row, column)) : nullptr},
-                 {"uncertainty", drifts ? real(cross.uncertainty(row, column)) : nullptr},
-                 {"determined", known},
-                 {"difference_mm", probed ? real(cross.difference(row, column)) : nullptr}};
-        }
+    j["axes"] = axes_json(test);
+    j["compensation"] = compensation_json(test);
     if (test.identified)
         j["identified"] = growth_identified_json(*test.identified);
     else
         j["identified"] = nullptr, j["not_identified"] = test.not_identified;
-    if (test.rigid) {
-        nlohmann::json& its = j["rigid_part"];
-        its["rank"] = test.rigid->rank;
-        its["bores"] = test.rigid_bores;
-        its["rms_of_rest_mm"] = test.rigid->rms;
-        for (std::size_t i = 0; i < RigidPart::names.size(); ++i)
-            its["parameters"][RigidPart::names[i]] = {
-                {"value", test.rigid->value[static_cast<Eigen::Index>(i)]},
-                {"uncertainty", test.rigid->per_unit[static_cast<Eigen::Index>(i)] * test.uncertainty},
-                {"determined", test.rigid->determined[i]}};
-        for (Eigen::Index i = 0; i < test.rigid->rest.rows(); ++i)
-            its["rest_mm"].push_back(reals(test.rigid->rest.row(i).transpose()));
-    }
+    if (test.rigid) j["rigid_part"] = rigid_part_json(test);
     j["orientations"] = nlohmann::json::array();
-    for (const GrowthAnalysis::Turned& turned : test.turned)
-        j["orientations"].push_back({{"bore", turned.bore},
-                                     {"half_sum_mm", reals(turned.table.half_sum)},
-                                     {"half_difference_mm", reals(turned.table.half_difference)},
-                                     {"tilt_about_x_rad", turned.tilt ? real(*turned.tilt) : nullptr}});
+    for (const GrowthAnalysis::Turned& turned : test.turned) j["orientations"].push_back(turned_json(turned));
     j["series"] = nlohmann::json::array();
-    for (const GrowthSeries& series : test.series) {
-        nlohmann::json points = nlohmann::json::array();
-        for (const GrowthPoint& point : series.points)
-            points.push_back({{"pass", point.pass},
-                              {"time_s", point.time},
-                              {"deviation_mm", reals(point.deviation)},
-                              {"compensation_mm", reals(point.compensation)},
-                              {"diameter_mm", point.diameter},
-                              {"scatter_mm", point.scatter}});
-        j["series"].push_back({{"bore", series.bore},
-                               {"turned", series.turned},
-                               {"compensated", series.compensated},
-                               {"points", points}});
-    }
+    for (const GrowthSeries& series : test.series) j["series"].push_back(series_json(series));
     return j;
 }
 

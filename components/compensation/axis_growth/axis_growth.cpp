@@ -91,6 +91,7 @@ do not show. The artifact and the work expand themselves; axis_growth does not c
 There is no sensor of the growth itself. thermal_displacement(9) measures what remains in Z.)"},
         hal::SeeAlso{"plumb-growth(1), thermal_growth_test(9), joint_offset(9), thermal_displacement(9)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
     using Fault = axis_growth::Fault;
     using Doubt = axis_growth::Doubt;

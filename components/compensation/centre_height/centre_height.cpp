@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/centre_height/height_gauge.hpp"
+#include "components/compensation/centre_height/height_orders.hpp"
 #include "components/compensation/centre_height/height_outputs.hpp"
 #include "components/compensation/centre_height/height_procedure.hpp"
 #include "components/compensation/centre_height/height_settings.hpp"
 #include "hal/component.hpp"
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 
 namespace plumb {
 
@@ -94,27 +91,12 @@ Two cuts of a work of D 10 to 5 move Y for heights from 0.28 mm on with a laser 
 micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
                                       hal::SeeAlso{"motion(9), linuxcnc_link(1)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> start{this, "start", false, "A rising edge begins the procedure."};
-    hal::In<bool> resume{this, "resume", false, "A rising edge continues after an abort."};
-    hal::In<bool> abort{this, "abort", false, "A rising edge interrupts the procedure."};
-    hal::In<bool> stored{this, "stored", false,
-                         "A rising edge ends the procedure: the program has the height."};
-    hal::In<bool> cut_done{this, "cut-done", false, "A rising edge: the tool stands at the end of a cut."};
-    hal::In<bool> value_ready{this, "value-ready", false, "A rising edge: the diameter of the cut counts."};
-    hal::In<double> entered_diameter{this, "entered-diameter", 0, "mu",
-                                     "Diameter, or radius, that the operator or a program enters."};
-    hal::In<bool> entered{this, "entered", false, "A rising edge: entered-diameter of the cut counts."};
-    hal::In<double> program_method{this, "program-method", 0, "1",
-                                   "Method by a word of a program, plus 1; 0: the pin method."};
-    hal::In<double> program_cuts{this, "program-cuts", 0, "1",
-                                 "Number of cuts by a word of a program; 0: the pin cuts."};
-    hal::In<double> program_post{this, "program-post", 0, "1",
-                                 "Post by a word of a program, plus 1; 0: the pin post."};
-    hal::In<bool> compute{this, "compute", false, "A rising edge computes from the cuts that there are."};
+    HeightOrders orders{this};
     hal::Row<hal::In<double>, HeightSettings::posts> x_position{this, "x-position", 0, "mu",
                                                                 "Position of X, as a radius."};
     hal::Row<hal::In<double>, HeightSettings::posts> y_position{this, "y-position", 0, "mu",
@@ -132,29 +114,26 @@ micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
     hal::Function run{this, "update", &CentreHeight::update, hal::Place::measurement};
 
     void update(double) noexcept {
-        HeightSettings::Values now = settings.values(program_post);
-        take_words(now);
-        const bool began = start_.rises(start), aborted = abort_.rises(abort);
-        const bool resumed = resume_.rises(resume), ended = stored_.rises(stored);
-        const bool cut = cut_.rises(cut_done), computed = compute_.rises(compute);
-        const bool value = value_.rises(value_ready), typed = typed_.rises(entered);
+        const HeightSettings::Values now = settings.values(orders.program_post, orders.program_method);
+        const HeightOrders::Given given = orders.read();
 
-        if (began) procedure_.begin(now, y_position[now.post], x_zero[now.post]);
-        if (aborted) {
+        if (given.start) procedure_.begin(now, y_position[now.post], x_zero[now.post]);
+        if (given.abort)
             procedure_.interrupt();
-        } else if (ended) {
+        else if (given.stored)
             procedure_.end();
-        } else if (resumed) {
+        else if (given.resume)
             procedure_.go_on(now);
-        } else if (cut) {
+        else if (given.cut)
             cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post]);
-        } else if ((typed || value) && procedure_.state == State::measure) {
-            take_diameter(now, typed ? HeightGauge::Reading{typed_diameter(), false} : gauge.read());
-        } else if (computed) {
-            compute_now(now);
-        }
-        cut_taken_ = cut_taken_ && cut_done;
-        taken_ = taken_ && (value_ready || entered);
+        else if ((given.value || given.entry) && procedure_.state() == State::measure)
+            take_diameter(now, given);
+        else if (given.compute && keyed_cuts.keyed)
+            procedure_.compute(now, keyed_cuts.read(now, gauge.kind == 1));
+        else if (given.compute)
+            procedure_.compute(now, keyed_cuts.travel);
+        cut_taken_ &= given.cut_done;
+        taken_ &= given.value_ready || given.entered;
 
         outputs.show(procedure_, now);
         cut_taken = cut_taken_;
@@ -162,57 +141,21 @@ micrometer; of D 1 to 0.2 from 42 um on. Use two lands.)"},
     }
 
 private:
-    struct Edge {
-        bool was = false;
-        bool rises(bool now) noexcept {
-            const bool rose = now && !was;
-            was = now;
-            return rose;
+    void take_diameter(const HeightSettings::Values& now, const HeightOrders::Given& given) noexcept {
+        HeightProcedure::Entry entry;
+        if (given.entry) {
+            entry.diameter = gauge.as_diameter(orders.entered_diameter);
+        } else {
+            const HeightGauge::Reading reading = gauge.read();
+            entry.diameter = reading.diameter;
+            entry.by_beam = reading.by_beam;
         }
-    };
-
-    // A program has only numbers with a point.
-    void take_words(HeightSettings::Values& now) noexcept {
-        const double word = program_method;
-        if (word == 0) return;
-        now.good = now.good && word > 0.5 && word < 4.5;
-        if (now.good) now.method = static_cast<Method>(static_cast<int>(word - 0.5));
-    }
-
-    double typed_diameter() noexcept {
-        const double typed = entered_diameter;
-        return gauge.kind == 1 ? 2 * typed : typed;
-    }
-
-    void take_diameter(const HeightSettings::Values& now, const HeightGauge::Reading& reading) noexcept {
+        entry.wanted = given.cuts >= 1 ? given.cuts : keyed_cuts.count;
+        entry.travel = keyed_cuts.travel;
+        procedure_.take_diameter(now, entry);
         taken_ = true;
-        const double by_program = program_cuts;
-        procedure_.cuts.travel = keyed_cuts.travel;
-        if (reading.by_beam && !(reading.diameter > 0))
-            procedure_.fault = Fault::beam;  // measure again
-        else
-            procedure_.take_diameter(now, reading.diameter, by_program >= 1 ? by_program : keyed_cuts.count);
     }
 
-    void compute_now(const HeightSettings::Values& now) noexcept {
-        if (keyed_cuts.keyed) {
-            procedure_.end();
-            TurnedCuts& cuts = procedure_.cuts;
-            const std::int32_t count = keyed_cuts.count, kind = gauge.kind;
-            cuts.count = static_cast<std::size_t>(std::clamp<std::int32_t>(count, 0, KeyedCuts::most));
-            for (std::size_t i = 0; i < cuts.count; ++i) {
-                const double keyed = keyed_cuts.diameter[i];
-                cuts.cuts[i] = {keyed_cuts.x[i], keyed_cuts.y[i],
-                                now.radius_of(kind == 1 ? 2 * keyed : keyed)};
-            }
-        } else if (procedure_.state == State::aborted) {
-            return;
-        }
-        procedure_.cuts.travel = keyed_cuts.travel;
-        procedure_.evaluate(now);
-    }
-
-    Edge start_, abort_, resume_, stored_, cut_, value_, typed_, compute_;
     HeightProcedure procedure_;
     bool cut_taken_ = false, taken_ = false;
 };

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/centre_height/height_settings.hpp"
+#include "components/compensation/centre_height/turned_cuts.hpp"
 #include "components/math/turning/beam_area.hpp"
 #include "hal/component.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -30,6 +33,9 @@ struct HeightGauge final : hal::Group {
         if (its == 3) return {diameter_in_circle(emitted, received, size), true};
         return {its == 1 ? 2 * diameter : its == 0 ? diameter : no_diameter, false};
     }
+
+    // An entry is a diameter, or a radius if the gauge gives one.
+    double as_diameter(double entry) noexcept { return kind == 1 ? 2 * entry : entry; }
 };
 
 // Cuts that an operator enters, for a computation without motion.
@@ -45,6 +51,18 @@ struct KeyedCuts final : hal::Group {
     hal::Row<hal::In<double>, most> diameter{this, "cut-diameter", 0, "mu", "Diameter of this cut."};
     hal::Row<hal::In<double>, most> x{this, "cut-x", 0, "mu", "X of this cut, as a radius, outward."};
     hal::Row<hal::In<double>, most> y{this, "cut-y", 0, "mu", "Y of this cut, against the present one."};
+
+    TurnedCuts read(const HeightSettings::Values& now, bool by_radius) noexcept {
+        TurnedCuts cuts;
+        const std::int32_t wanted = count;
+        cuts.count = static_cast<std::size_t>(std::clamp<std::int32_t>(wanted, 0, most));
+        cuts.travel = travel;
+        for (std::size_t i = 0; i < cuts.count; ++i) {
+            const double entry = diameter[i];
+            cuts.cuts[i] = {x[i], y[i], now.radius_of(by_radius ? 2 * entry : entry)};
+        }
+        return cuts;
+    }
 };
 
 }  // namespace plumb

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/compensation/centre_height/height_procedure.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/turning/land_pair.hpp"
 #include "hal/component.hpp"
 
@@ -47,42 +48,42 @@ struct HeightOutputs final : hal::Group {
     hal::Out<double> bend_sigma{this, "bend-sigma", "mu", "Sigma of the bend."};
 
     void show(const HeightProcedure& procedure, const HeightSettings::Values& now) noexcept {
-        const TipHeight& result = procedure.result;
+        const TipHeight& result = procedure.result();
         const bool valid = result.valid;
         const auto if_valid = [valid](double x) { return valid ? x : 0; };
-        measure = procedure.state == State::measure;
-        cut_number = static_cast<std::int32_t>(procedure.cuts.count);
-        state = procedure.state;
-        fault = procedure.fault;
-        hold = valid ? procedure.hold : Hold::none;
+        measure = procedure.state() == State::measure;
+        cut_number = static_cast<std::int32_t>(procedure.cuts().count);
+        state = procedure.state();
+        fault = procedure.fault();
+        hold = valid ? procedure.hold() : Hold::none;
         value_valid = valid;
         sign_known = valid && result.signed_;
-        move_allowed = valid && procedure.hold == Hold::none && !procedure.on_centre;
-        on_centre = valid && procedure.on_centre;
+        move_allowed = valid && procedure.hold() == Hold::none && !procedure.on_centre();
+        on_centre = valid && procedure.on_centre();
         height = if_valid(result.height);
         size = if_valid(std::abs(result.height));
         sigma = if_valid(result.sigma);
         within = if_valid(result.within);
         tip_x = if_valid(result.x);
-        theta = if_valid(result.theta * (180 / 3.14159265358979323846));
+        theta = if_valid(result.theta * (180 / pi));
         by_diameter_1 = result.by_diameter_1;
         by_diameter_2 = result.by_diameter_2;
         by_travel = result.by_travel;
         predicted = result.predicted;
         disagreement = result.disagreement;
         smallest_diameter = if_valid(2 * std::abs(result.height));
-        y_move = valid && result.signed_ ? procedure.move : 0;
-        x_correction = valid && result.signed_ ? procedure.correction : 0;
-        bend_known = procedure.bend.known();
-        bend = procedure.bend.bend();
-        bend_sigma = procedure.bend.sigma();
+        y_move = valid && result.signed_ ? procedure.move() : 0;
+        x_correction = valid && result.signed_ ? procedure.correction() : 0;
+        bend_known = procedure.bend().known();
+        bend = procedure.bend().bend();
+        bend_sigma = procedure.bend().sigma();
 
         const double target = now.good ? now.target_diameter / 2 : 0;
         const bool reachable = valid && target > std::abs(result.height);
         target_reachable = reachable;
         // The position of the first cut, further by the way of the tip to its new place.
         const double tip = reachable ? std::sqrt((target - result.height) * (target + result.height)) : 0;
-        target_x = reachable ? (procedure.cuts[0].x + tip - result.x) * now.outward() : 0;
+        target_x = reachable ? (procedure.cuts()[0].x + tip - result.x) * now.outward() : 0;
 
         const LandPair lands =
             now.good ? LandPair::of(now.land_step, now.land_diameter / 2, now.clearance, now.rubbing())

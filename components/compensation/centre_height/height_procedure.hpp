@@ -5,6 +5,7 @@
 #include "components/compensation/centre_height/height_settings.hpp"
 #include "components/compensation/centre_height/tip_height.hpp"
 #include "components/compensation/centre_height/tool_bend.hpp"
+#include "components/compensation/centre_height/turned_cuts.hpp"
 #include "hal/codes.hpp"
 
 #include <cmath>
@@ -12,129 +13,161 @@
 
 namespace plumb {
 
-// The sequence from the first cut to the height: the cuts that are measured, and the next act. Lengths in mu.
-struct HeightProcedure {
+// The sequence from the first cut to the height: it takes orders, and shows the cuts that are measured, the
+// height, and the next act. Lengths in mu.
+class HeightProcedure {
+public:
     using Settings = HeightSettings::Values;
 
-    TurnedCuts cuts;
-    TipHeight result;
-    State state = State::idle;
-    Fault fault = Fault::none;
-    Hold hold = Hold::none;
-    ToolBend bend;
-    double move = 0, correction = 0;  // of Y, and of X
-    bool on_centre = false;
+    struct Entry {
+        double diameter = 0;
+        bool by_beam = false;
+        double wanted = 0;  // number of cuts from which on the height is computed
+        double travel = 0;  // of X between the first two cuts; 0: positions
+    };
 
-    static bool known(double position) noexcept { return std::abs(position) <= HeightSettings::farthest; }
+    const TurnedCuts& cuts() const noexcept { return cuts_; }
+    const TipHeight& result() const noexcept { return result_; }
+    State state() const noexcept { return state_; }
+    Fault fault() const noexcept { return fault_; }
+    Hold hold() const noexcept { return hold_; }
+    const ToolBend& bend() const noexcept { return bend_; }
+    double move() const noexcept { return move_; }              // of Y
+    double correction() const noexcept { return correction_; }  // of X
+    bool on_centre() const noexcept { return on_centre_; }
 
     // Y at which the height is wanted, and the X that the program calls 0.
     void begin(const Settings& now, double y, double x_zero) noexcept {
         end();
         y_origin_ = y;
-        cuts.x_zero = x_zero * now.outward();
-        state = State::cut;
+        cuts_.x_zero = x_zero * now.outward();
+        state_ = State::cut;
         if (!now.good) fail(Fault::settings);
-        if (!known(y_origin_) || !known(cuts.x_zero)) fail(Fault::position);
+        if (!known(y_origin_) || !known(cuts_.x_zero)) fail(Fault::position);
     }
 
     // A height is used once: the tool table must not receive it again.
     void end() noexcept {
         forget();
-        cuts = TurnedCuts{};
-        state = State::idle;
+        cuts_ = TurnedCuts{};
+        state_ = State::idle;
     }
 
     void interrupt() noexcept {
-        if (state == State::idle || state == State::aborted) return;
-        state_before_abort_ = state;
-        fault_before_abort_ = fault;
+        if (state_ == State::idle || state_ == State::aborted) return;
+        state_before_abort_ = state_;
+        fault_before_abort_ = fault_;
         forget();
-        state = State::aborted;
+        state_ = State::aborted;
     }
 
     void go_on(const Settings& now) noexcept {
-        if (state != State::aborted) return;
-        state = state_before_abort_;
-        fault = fault_before_abort_;
-        if (state == State::known) evaluate(now);
+        if (state_ != State::aborted) return;
+        state_ = state_before_abort_;
+        fault_ = fault_before_abort_;
+        if (state_ == State::known) evaluate(now);
     }
 
     // The tool stands at the end of a cut.
     bool take_position(const Settings& now, double x, double y) noexcept {
-        if ((state != State::cut && state != State::known) || cuts.count == CutFit::most) return false;
+        if ((state_ != State::cut && state_ != State::known) || cuts_.count == CutFit::most) return false;
         if (!known(x) || !known(y)) {
             fail(Fault::position);
             return false;
         }
         forget();
-        Cut& cut = cuts.cuts[cuts.count];
+        Cut& cut = cuts_.cuts[cuts_.count];
         cut.x = x * now.outward();
         cut.y = y - y_origin_;
-        state = State::measure;
+        state_ = State::measure;
         return true;
     }
 
-    // The diameter of the cut; from the `wanted` one on, the height is computed. A slip is to be entered
+    // The diameter of the cut, in state measure. A slip, or a beam without a diameter, is to be entered
     // again.
-    void take_diameter(const Settings& now, double diameter, double wanted) noexcept {
+    void take_diameter(const Settings& now, const Entry& entry) noexcept {
+        cuts_.travel = entry.travel;
+        if (entry.by_beam && !(entry.diameter > 0)) {
+            fault_ = Fault::beam;
+            return;
+        }
         if (!now.good) return fail(Fault::settings);
-        cuts.cuts[cuts.count].radius = now.radius_of(diameter);
-        fault = TipHeight::slip(now, cuts, cuts.count);
-        if (fault != Fault::none) return;
-        cuts.count += 1;
-        if (const Fault refusal = TipHeight::refusal(now, cuts, cuts.count - 1); refusal != Fault::none)
+        cuts_.cuts[cuts_.count].radius = now.radius_of(entry.diameter);
+        fault_ = TipHeight::slip(now, cuts_, cuts_.count);
+        if (fault_ != Fault::none) return;
+        cuts_.count += 1;
+        if (const Fault refusal = TipHeight::refusal(now, cuts_, cuts_.count - 1); refusal != Fault::none)
             return fail(refusal);
-        state = State::cut;
-        if (static_cast<double>(cuts.count) >= wanted) evaluate(now);
+        state_ = State::cut;
+        if (static_cast<double>(cuts_.count) >= entry.wanted) evaluate(now);
     }
+
+    // From the cuts that there are, or from keyed ones.
+    void compute(const Settings& now, double travel) noexcept {
+        if (state_ == State::aborted) return;
+        cuts_.travel = travel;
+        evaluate(now);
+    }
+    void compute(const Settings& now, const TurnedCuts& keyed) noexcept {
+        end();
+        cuts_ = keyed;
+        evaluate(now);
+    }
+
+private:
+    static bool known(double position) noexcept { return std::abs(position) <= HeightSettings::farthest; }
 
     void evaluate(const Settings& now) noexcept {
         if (!now.good) return fail(Fault::settings);
-        if (!known(cuts.travel) || cuts.travel < 0) return fail(Fault::travel);
-        result = TipHeight::of(now, cuts);
-        fault = result.fault;
-        state = fault == Fault::none ? State::known : State::refused;
-        if (!result.valid) return;
+        if (!known(cuts_.travel) || cuts_.travel < 0) return fail(Fault::travel);
+        result_ = TipHeight::of(now, cuts_);
+        fault_ = result_.fault;
+        state_ = fault_ == Fault::none ? State::known : State::refused;
+        if (!result_.valid) return;
         const SkewedAxes axes(now.angle);
-        const double rise = now.target_height - result.height;
-        move = axes.travel_for(rise);
-        correction = (cuts.programmed(0) - result.x - axes.x_of(move)) * now.outward();
-        on_centre = std::abs(rise) <= now.tolerance;
-        hold = reason_to_hold(now, rise);
-        if (on_centre && hold == Hold::insignificant) hold = Hold::none;  // nothing is to be moved
-        if (result.signed_ && hold != Hold::disagreement)
-            bend.take(now.tool, now.at_rest, result.height - axes.height_of(y_origin_), result.sigma);
+        const double rise = now.target_height - result_.height;
+        move_ = axes.travel_for(rise);
+        correction_ = (cuts_.programmed(0) - result_.x - axes.x_of(move_)) * now.outward();
+        on_centre_ = std::abs(rise) <= now.tolerance;
+        hold_ = reason_to_hold(now, rise);
+        if (on_centre_ && hold_ == Hold::insignificant) hold_ = Hold::none;  // nothing is to be moved
+        if (result_.signed_ && hold_ != Hold::disagreement)
+            bend_.take(now.tool, now.at_rest, result_.height - axes.height_of(y_origin_), result_.sigma);
     }
 
     void fail(Fault reason) noexcept {
         forget();
-        fault = reason;
-        state = State::refused;
+        fault_ = reason;
+        state_ = State::refused;
     }
 
-private:
     void forget() noexcept {
-        result = TipHeight{};
-        fault = Fault::none;
+        result_ = TipHeight{};
+        fault_ = Fault::none;
     }
 
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
     Hold reason_to_hold(const Settings& now, double rise) const noexcept {
         const bool squared = now.method == Method::two_cuts;
-        const double least = squared ? 2 * result.within : 3 * result.sigma;
-        const double found = squared ? std::abs(result.height) : std::abs(rise);
-        return hal::first<Hold>({{!result.signed_, Hold::sign},
-                                 {result.disagreement > 3, Hold::disagreement},
-                                 {!(result.sigma <= now.max_sigma), Hold::sigma},
-                                 {!(std::abs(move) <= now.max_move), Hold::move},
+        const double least = squared ? 2 * result_.within : 3 * result_.sigma;
+        const double found = squared ? std::abs(result_.height) : std::abs(rise);
+        return hal::first<Hold>({{!result_.signed_, Hold::sign},
+                                 {result_.disagreement > 3, Hold::disagreement},
+                                 {!(result_.sigma <= now.max_sigma), Hold::sigma},
+                                 {!(std::abs(move_) <= now.max_move), Hold::move},
                                  {now.at_rest, Hold::at_rest},
                                  {!(found >= least), Hold::insignificant},
                                  {!now.automatic, Hold::value_only}});
     }
 
-    double y_origin_ = 0;
-    State state_before_abort_ = State::idle;
-    Fault fault_before_abort_ = Fault::none;
+    TurnedCuts cuts_;
+    TipHeight result_;
+    State state_ = State::idle, state_before_abort_ = State::idle;
+    Fault fault_ = Fault::none, fault_before_abort_ = Fault::none;
+    Hold hold_ = Hold::none;
+    ToolBend bend_;
+    double y_origin_ = 0, move_ = 0, correction_ = 0;
+    bool on_centre_ = false;
 };
 
 }  // namespace plumb

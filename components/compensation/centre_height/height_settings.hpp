@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/compensation/centre_height/height_codes.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/turning/height_sigma.hpp"
 #include "hal/component.hpp"
 
@@ -116,10 +117,10 @@ struct HeightSettings final : hal::Group {
         double rubbing() const noexcept { return inverted ? -1 : 1; }
     };
 
-    // `good` is false if one of them is out of range. A program has only numbers with a point; `post_word` is
-    // one more than the post, or 0.
-    Values values(double post_word) noexcept {
-        constexpr double degree = 0.017453292519943295;
+    // `good` is false if one of them is out of range. A program has only numbers with a point; `post_word`
+    // and `method_word` are one more than the post and the method, or 0.
+    Values values(double post_word, double method_word) noexcept {
+        constexpr double degree = pi / 180;
         Values now;
         hal::SettingsReader read;
         const std::int32_t its_method = read(method), own_post = read(post);
@@ -160,7 +161,10 @@ struct HeightSettings final : hal::Group {
         now.tolerance = read(tolerance);
         now.target_diameter = read(target_diameter);
 
-        now.good = read.good() && has_post;
+        const bool has_method = method_word == 0 || (method_word > 0.5 && method_word < 4.5);
+        now.good = read.good() && has_post && has_method;
+        if (now.good && method_word != 0)
+            now.method = static_cast<Method>(static_cast<int>(method_word - 0.5));
         return now;
     }
 };

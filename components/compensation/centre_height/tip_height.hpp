@@ -3,28 +3,17 @@
 
 #include "components/compensation/centre_height/height_codes.hpp"
 #include "components/compensation/centre_height/height_settings.hpp"
+#include "components/compensation/centre_height/turned_cuts.hpp"
 #include "components/math/turning/cut_fit.hpp"
 #include "components/math/turning/entry_slip.hpp"
 #include "components/math/turning/land_pair.hpp"
+#include "components/math/turning/prediction.hpp"
 #include "components/math/turning/two_cuts.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 
 namespace plumb {
-
-// The cuts of a procedure. X is outward, Y against the position for which the height is wanted; lengths in
-// mu.
-struct TurnedCuts {
-    std::array<Cut, CutFit::most> cuts;
-    std::size_t count = 0;
-    double x_zero = 0;  // X at which the control has the axis, outward
-    double travel = 0;  // of X between the first two cuts, as entered; 0 if not
-
-    const Cut& operator[](std::size_t i) const noexcept { return cuts[i]; }
-    double programmed(std::size_t i) const noexcept { return cuts[i].x - x_zero; }
-};
 
 // Height of a tip from its cuts, by the method that the settings choose.
 struct TipHeight {
@@ -106,8 +95,9 @@ private:
             fault = Fault::travel_differs;
             return;
         }
-        const TwoCuts two = TwoCuts::of(cuts[0].radius, cuts[1].radius, entered ? cuts.travel : moved,
-                                        settings.inside, settings.sigmas);
+        const double travel = entered ? cuts.travel : moved;
+        const TwoCuts two =
+            TwoCuts::of(cuts[0].radius, cuts[1].radius, travel, settings.inside, settings.sigmas);
         fault = fault_of(two.refusal);
         if (fault != Fault::none) return;
         signed_ = settings.sign != 0;
@@ -120,42 +110,20 @@ private:
         by_diameter_2 = two.sensitivity(two.by_r2) / 2;
         by_travel = two.sensitivity(two.by_travel);
         correct(settings);
-        if (cuts.count > 2) compare(settings, cuts, two, entered);
+        if (cuts.count > 2) compare(settings, cuts, two, travel);
     }
 
     // Predicts the last cut from the first two, and compares. Independent of the sign if Y has not moved.
     void compare(const Settings& settings, const TurnedCuts& cuts, const TwoCuts& two,
-                 bool entered) noexcept {
-        const Cut& last = cuts[cuts.count - 1];
-        const SkewedAxes axes(settings.angle);
-        const double step = last.y - cuts[0].y;
-        const double dx = last.x - cuts[0].x + axes.x_of(step), dy = axes.height_of(step);
+                 double travel) noexcept {
+        FurtherCut last = further(settings, cuts);
+        last.drifts = static_cast<double>(cuts.count) - 1;
         const double y = two.y() * (signed_ ? settings.sign : 1);
-        const double radius =
-            std::sqrt(std::max((two.x1 + dx) * (two.x1 + dx) + two.y_squared + 2 * y * dy + dy * dy, 0.0));
-        if (!(radius > 0) || (dy != 0 && !signed_)) return;
-        predicted = 2 * radius;
-        // Of r3^2 by r1, r2 and the travel, then by r3 and its own travel.
-        const double outward = settings.inside ? 1 : -1;
-        const double travel = entered ? cuts.travel : (cuts[1].x - cuts[0].x) * outward;
-        const double per_r1 = 2 * cuts[0].radius * (1 - dx * outward / travel);
-        const double per_r2 = 2 * cuts[1].radius * dx * outward / travel;
-        const double per_travel = -2 * dx * (two.x1 + outward * travel) / travel;
-        const double s = settings.sigmas.radius(), t = settings.sigmas.travel;
-        const double of_step = 2 * (y + dy) * (dy != 0 ? settings.sigmas.step : 0);
-        const double of_y = dy != 0 ? 2 * dy * sigma : 0;
-        const double later =
-            static_cast<double>(cuts.count) - 1;  // drifts between the first cut and the last
-        const double of_drift = (per_r2 - 2 * radius * later) * settings.sigmas.drift;
-        const double of_scale =
-            (per_r2 * (cuts[1].radius - cuts[0].radius) - 2 * radius * (radius - cuts[0].radius)) *
-            settings.sigmas.scale;
-        const double noise =
-            std::sqrt(per_r1 * per_r1 * s * s + per_r2 * per_r2 * s * s + per_travel * per_travel * t * t +
-                      4 * radius * radius * s * s + 4 * (two.x1 + dx) * (two.x1 + dx) * t * t +
-                      of_step * of_step + of_y * of_y + of_drift * of_drift + of_scale * of_scale) /
-            (2 * radius);
-        disagreement = std::abs(last.radius - radius) / std::max(noise, 1e-9 * radius);
+        const Prediction expected =
+            predict(two, cuts[0], cuts[1], travel, settings.inside ? 1 : -1, y, sigma, last, settings.sigmas);
+        if (!(expected.radius > 0) || (last.dy != 0 && !signed_)) return;
+        predicted = 2 * expected.radius;
+        disagreement = expected.disagreement(cuts[cuts.count - 1].radius);
     }
 
     void by_fit(const Settings& settings, const TurnedCuts& cuts) noexcept {
@@ -170,7 +138,7 @@ private:
         x = fit.x - axes.x_of(cuts[0].y);
         theta = std::atan2(height, x);
         disagreement = fit.excess;
-        predict(settings, cuts);
+        compare(settings, cuts);
         const double between = axes.height_of(cuts[1].y - cuts[0].y);
         if (cuts.count == 2 && between != 0) {
             by_diameter_1 = -cuts[0].radius / (2 * between);
@@ -180,19 +148,23 @@ private:
     }
 
     // The last cut by the others, if there are enough of them.
-    void predict(const Settings& settings, const TurnedCuts& cuts) noexcept {
-        const SkewedAxes axes(settings.angle);
+    void compare(const Settings& settings, const TurnedCuts& cuts) noexcept {
         const CutFit others = fit_of(settings, cuts, cuts.count - 1);
         if (others.refusal != CutFit::Refusal::none) return;
+        const double measured = cuts[cuts.count - 1].radius;
+        FurtherCut last = further(settings, cuts);
+        last.drifts = 0.5 * static_cast<double>(cuts.count);
+        const Prediction expected = predict(others, cuts[0].radius, measured, last, settings.sigmas);
+        predicted = 2 * expected.radius;
+        disagreement = std::max(disagreement, expected.disagreement(measured));
+    }
+
+    // The place of the last cut against the first one.
+    static FurtherCut further(const Settings& settings, const TurnedCuts& cuts) noexcept {
+        const SkewedAxes axes(settings.angle);
         const Cut& last = cuts[cuts.count - 1];
         const double step = last.y - cuts[0].y;
-        const double dx = last.x - cuts[0].x + axes.x_of(step), dy = axes.height_of(step);
-        predicted = 2 * others.predicted(dx, dy);
-        const double later = 0.5 * static_cast<double>(cuts.count);  // drifts from the middle of the others
-        const double own = std::hypot(settings.sigmas.radius(), settings.sigmas.drift * later,
-                                      settings.sigmas.scale * (last.radius - cuts[0].radius));
-        const double noise = std::hypot(others.sigma_predicted(dx, dy), own, 1e-9 * last.radius);
-        disagreement = std::max(disagreement, std::abs(last.radius - predicted / 2) / noise);
+        return {last.x - cuts[0].x + axes.x_of(step), axes.height_of(step), 0};
     }
 
     static CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) noexcept {

@@ -137,6 +137,7 @@ A stroke must last at least 16 periods.
 With jerk-time and without learning each stroke ends max-acceleration jerk-time^2 / 24 short, at most.)"},
         hal::SeeAlso{"joint_offset(9), interlock(9), retain(1), sim_grinder(9), motion(9)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::LengthUnit unit{this};

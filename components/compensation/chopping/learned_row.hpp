@@ -7,46 +7,25 @@
 namespace plumb {
 
 // A learned stroke as the walk shows and restores it.
-struct LearnedRow : hal::Group {
-    using Group::Group;
+struct LearnedRow final : hal::RecordRow<DeadPointLearning::Learned> {
+    using RecordRow::RecordRow;
 
-    void show(DeadPointLearning::Learned learned) noexcept {
-        each(learned, [](auto& field, const auto& value) { field.row = value; });
-    }
-
-    DeadPointLearning::Learned given() noexcept {
-        DeadPointLearning::Learned learned;
-        each(learned, [](auto& field, auto& value) { value = field.restore; });
-        return learned;
-    }
-
-    hal::Field<double> lower{this, "lower", "mu", "Lower dead point."};
-    hal::Field<double> upper{this, "upper", "mu", "Upper dead point."};
-    hal::Field<double> speed{this, "speed", "mu/s", "Peak speed without override."};
-    hal::Field<double> acceleration{this, "acceleration", "mu/s2", "The max-acceleration."};
-    hal::Field<std::int32_t> sections{this, "sections", "",
-                                      "Number that stands for all sections, dwells and the exact stop."};
-    hal::Field<double> lower_offset{this, "lower-offset", "mu", "Correction of the lower dead point."};
-    hal::Field<double> upper_offset{this, "upper-offset", "mu", "Correction of the upper dead point."};
-    hal::Field<double> lower_first{this, "lower-first", "mu", "That correction when it was first learned."};
-    hal::Field<double> upper_first{this, "upper-first", "mu", "That correction when it was first learned."};
-    hal::Field<double> reversal{this, "reversal", "mu/s2", "Acceleration at the dead points."};
-
-private:
-    // Each field, and its place in what was learned.
-    template <class Visit>
-    void each(DeadPointLearning::Learned& its, const Visit& visit) noexcept {
-        visit(lower, its.stroke.lower);
-        visit(upper, its.stroke.upper);
-        visit(speed, its.stroke.speed);
-        visit(acceleration, its.stroke.acceleration);
-        visit(sections, its.stroke.sections);
-        visit(lower_offset, its.offset[0]);
-        visit(upper_offset, its.offset[1]);
-        visit(lower_first, its.first_offset[0]);
-        visit(upper_first, its.first_offset[1]);
-        visit(reversal, its.reversal);
-    }
+    Field<double> lower{this, record.stroke.lower, "lower", "mu", "Lower dead point."};
+    Field<double> upper{this, record.stroke.upper, "upper", "mu", "Upper dead point."};
+    Field<double> speed{this, record.stroke.speed, "speed", "mu/s", "Peak speed without override."};
+    Field<double> acceleration{this, record.stroke.acceleration, "acceleration", "mu/s2",
+                               "The max-acceleration."};
+    Field<std::int32_t> sections{this, record.stroke.sections, "sections", "",
+                                 "Number that stands for all sections, dwells and the exact stop."};
+    Field<double> lower_offset{this, record.offset[0], "lower-offset", "mu",
+                               "Correction of the lower dead point."};
+    Field<double> upper_offset{this, record.offset[1], "upper-offset", "mu",
+                               "Correction of the upper dead point."};
+    Field<double> lower_first{this, record.first_offset[0], "lower-first", "mu",
+                              "That correction when it was first learned."};
+    Field<double> upper_first{this, record.first_offset[1], "upper-first", "mu",
+                              "That correction when it was first learned."};
+    Field<double> reversal{this, record.reversal, "reversal", "mu/s2", "Acceleration at the dead points."};
 };
 
 }  // namespace plumb

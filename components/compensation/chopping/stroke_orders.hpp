@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/compensation/chopping/crossing.hpp"
-#include "components/compensation/chopping/edge.hpp"
+#include "components/math/blocks/edge.hpp"
 
 #include <algorithm>
 

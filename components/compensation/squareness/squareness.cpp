@@ -140,6 +140,7 @@ for them with M66 on the signal ramping.
 A tilt is valid for the travel over which you measured it. Drift since the measurement remains.)"},
                                       hal::SeeAlso{"plumb-squareness(1), joint_offset(9), linuxcnc_link(1)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::Option<std::string> chain{this, "chain", "w-X-Y.b-Z-C-t",

@@ -12,7 +12,7 @@ struct ContactReport : hal::Group {
 
     void show(const GrowthByContact& measured, GrowthByContact::Event event, const MachiningSetup& setup,
               const GrowthByContact::Settings& settings) noexcept {
-        const GrowthByContact::Counts& counts = measured.counts();
+        const CycleTally::Counts& counts = measured.tally().counts();
         displacement = measured.growth();
         displacement_sigma = measured.sigma();
         contact = event != GrowthByContact::Event::none;
@@ -23,11 +23,11 @@ struct ContactReport : hal::Group {
         rejected = counts.rejected;
         unexpected = counts.unexpected;
         missed = counts.missed;
-        rejection_code = measured.rejection();
+        rejection_code = measured.tally().rejection();
         gate = measured.gate(settings);
         load_noise = measured.detector().noise();
         learning = measured.cycle().learning();
-        learning_failed = measured.learning_fault();
+        learning_failed = measured.tally().learning_fault();
         cycles_learnt = measured.cycle().learnt();
         const Refusal refusal = measured.refusal().reason();
         reference_refused = refusal != Refusal::none;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/blocks/edge.hpp"
 #include "components/math/contact/contact_reference.hpp"
 #include "hal/component.hpp"
 
@@ -19,11 +20,7 @@ struct ReferenceConditions : hal::Group {
         return now;
     }
 
-    bool acknowledges() noexcept {
-        const bool now = acknowledge, edge = now && !acknowledging_;
-        acknowledging_ = now;
-        return edge;
-    }
+    bool acknowledges() noexcept { return acknowledging_.rises(acknowledge); }
 
     hal::In<std::int32_t> program_id{this, "program-id", 0, "Identifies the program and its version."};
     hal::In<std::int32_t> tool_set_id{this, "tool-set-id", 0,
@@ -33,7 +30,7 @@ struct ReferenceConditions : hal::Group {
     hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge ends a refusal of the reference."};
 
 private:
-    bool acknowledging_ = false;
+    Edge acknowledging_;
 };
 
 }  // namespace plumb

@@ -6,6 +6,7 @@
 #include "components/compensation/thermal_displacement/reference_row.hpp"
 #include "components/compensation/thermal_displacement/trust_report.hpp"
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/contact/growth_by_contact.hpp"
 #include "hal/component.hpp"
@@ -175,6 +176,7 @@ The reference holds at most 64 contacts.
 By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"},
         hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), plumb-contacts(1)"}};
 
+    static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
     hal::LengthUnit unit{this};
@@ -241,21 +243,20 @@ By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"}
     void prepare() override { settings_ = settings(); }
 
     void update(double dt) noexcept {
-        Sample now = sample();
-        const Lost lost = GrowthByContact::lost(now);
+        Sample now = GrowthByContact::judged(sample());
+        const Lost lost = now.lost;
         const Settings wanted = settings();
         if (wanted.valid()) settings_ = wanted;
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
         const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
-        const bool load_lost = lost == Lost::load || !now.load_valid;
-        watch_cycle(now.cycle_running, load_lost, applying);
+        watch_cycle(now.cycle_running, now.load_lost, applying);
         now.step = step_;
 
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
         if (conditions.acknowledges()) measured_.acknowledge();
         const double asked = ask(applying, event);
         const double offset = bounded(asked, settings_.max_offset);
-        const bool frozen = applying && (load_lost ? !load_gone_ : lost != Lost::nothing);
+        const bool frozen = applying && (now.load_lost ? !load_gone_ : lost != Lost::nothing);
         const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
         if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
 
@@ -267,7 +268,7 @@ By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"}
                                    {lost == Lost::offset, Fault::applied_offset},
                                    {lost == Lost::approach, Fault::approach},
                                    {!wanted.valid(), Fault::settings},
-                                   {measured_.lost_track(), Fault::lost_track}});
+                                   {measured_.tally().lost_track(), Fault::lost_track}});
         const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
         growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
         trust.show(measured_, grown, slew_.value(), applying);
@@ -336,12 +337,11 @@ private:
 
     // A load that was lost before the cycle began holds nothing up: its authority decides.
     void watch_cycle(bool running, bool load_lost, bool applying) noexcept {
-        if (running && !was_running_) {
+        if (cycle_.rises(running)) {
             load_gone_ = load_lost;
             step_ = verify && applying ? settings_.verify_step : 0;
         }
         if (!load_lost) load_gone_ = false;
-        was_running_ = running;
     }
 
     // The offset that is asked for, mu.
@@ -374,7 +374,7 @@ private:
     bool following_ = false;  // the offset is applied, and a contact was accepted since
     SlewLimit slew_;
     double step_ = 0;  // mu, in this cycle
-    bool was_running_ = false;
+    Edge cycle_;
     bool load_gone_ = false;  // it was lost before this cycle began, and still is
 };
 

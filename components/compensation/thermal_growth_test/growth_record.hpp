@@ -44,67 +44,27 @@ struct Record {
     }
 };
 
-class RecordRow : public hal::Group {
-public:
-    using Group::Group;
+struct GrowthRow final : hal::RecordRow<Record> {
+    using RecordRow::RecordRow;
 
-    void show(const Record& r) noexcept {
-        kind_.row = r.kind;
-        time_.row = r.time;
-        pass_.row = r.pass;
-        visit_.row = r.visit;
-        bore_.row = r.bore;
-        item_.row = r.item;
-        turned_.row = r.turned;
-        compensated_.row = r.compensated;
-        cooled_.row = r.cooled;
-        x_.row = r.x;
-        y_.row = r.y;
-        z_.row = r.z;
-        x_offset_.row = r.x_offset;
-        y_offset_.row = r.y_offset;
-        z_offset_.row = r.z_offset;
-    }
-
-    Record given() const noexcept {
-        Record r;
-        r.kind = kind_.restore;
-        r.time = time_.restore;
-        r.pass = pass_.restore;
-        r.visit = visit_.restore;
-        r.bore = bore_.restore;
-        r.item = item_.restore;
-        r.turned = turned_.restore;
-        r.compensated = compensated_.restore;
-        r.cooled = cooled_.restore;
-        r.x = x_.restore;
-        r.y = y_.restore;
-        r.z = z_.restore;
-        r.x_offset = x_offset_.restore;
-        r.y_offset = y_offset_.restore;
-        r.z_offset = z_offset_.restore;
-        return r;
-    }
-
-private:
-    template <class T>
-    using Field = hal::Field<T>;
-    Field<std::int32_t> kind_{this, "kind", "",
-                              "Kind of the record: 1 touch, 2 temperature, 3 event, 4 speed."};
-    Field<double> time_{this, "time", "s", "Time since the test began."};
-    Field<std::int32_t> pass_{this, "pass", "", "Number of the pass."};
-    Field<std::int32_t> visit_{this, "visit", "", "Number of the visit of a bore."};
-    Field<std::int32_t> bore_{this, "bore", "", "Number of the bore."};
-    Field<std::int32_t> item_{this, "item", "", "Direction of the touch, number of the sensor, or event."};
-    Field<bool> turned_{this, "turned", "", "The table was at 180 deg."};
-    Field<bool> compensated_{this, "compensated", "", "The compensation was on."};
-    Field<bool> cooled_{this, "cooled", "", "The temperature control was on."};
-    Field<double> x_{this, "x", "1", "X of a touch in mu, a temperature in degC, a speed in rpm, or a code."};
-    Field<double> y_{this, "y", "1", "Y of a touch in mu, or 1 for a valid temperature."};
-    Field<double> z_{this, "z", "1", "Z of a touch in mu, or the age of a temperature in s."};
-    Field<double> x_offset_{this, "x-offset", "mu", "Compensation in X."};
-    Field<double> y_offset_{this, "y-offset", "mu", "Compensation in Y."};
-    Field<double> z_offset_{this, "z-offset", "mu", "Compensation in Z."};
+    Field<std::int32_t> kind{this, record.kind, "kind", "",
+                             "Kind of the record: 1 touch, 2 temperature, 3 event, 4 speed."};
+    Field<double> time{this, record.time, "time", "s", "Time since the test began."};
+    Field<std::int32_t> pass{this, record.pass, "pass", "", "Number of the pass."};
+    Field<std::int32_t> visit{this, record.visit, "visit", "", "Number of the visit of a bore."};
+    Field<std::int32_t> bore{this, record.bore, "bore", "", "Number of the bore."};
+    Field<std::int32_t> item{this, record.item, "item", "",
+                             "Direction of the touch, number of the sensor, or event."};
+    Field<bool> turned{this, record.turned, "turned", "", "The table was at 180 deg."};
+    Field<bool> compensated{this, record.compensated, "compensated", "", "The compensation was on."};
+    Field<bool> cooled{this, record.cooled, "cooled", "", "The temperature control was on."};
+    Field<double> x{this, record.x, "x", "1",
+                    "X of a touch in mu, a temperature in degC, a speed in rpm, or a code."};
+    Field<double> y{this, record.y, "y", "1", "Y of a touch in mu, or 1 for a valid temperature."};
+    Field<double> z{this, record.z, "z", "1", "Z of a touch in mu, or the age of a temperature in s."};
+    Field<double> x_offset{this, record.x_offset, "x-offset", "mu", "Compensation in X."};
+    Field<double> y_offset{this, record.y_offset, "y-offset", "mu", "Compensation in Y."};
+    Field<double> z_offset{this, record.z_offset, "z-offset", "mu", "Compensation in Z."};
 };
 
 }  // namespace plumb::growth_test

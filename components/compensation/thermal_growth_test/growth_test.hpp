@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/thermal_growth_test/bore_visit.hpp"
 #include "components/compensation/thermal_growth_test/growth_record.hpp"
 #include "components/compensation/thermal_growth_test/growth_test_codes.hpp"
-#include "components/math/growth/bore_centre.hpp"
+#include "components/compensation/thermal_growth_test/growth_test_signals.hpp"
+#include "components/math/blocks/mean_over_time.hpp"
+#include "components/math/growth/bore_references.hpp"
+#include "components/math/growth/probed_bore.hpp"
 #include "components/math/growth/stop_rule.hpp"
+#include "components/math/growth/temperature_rise.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 namespace plumb::growth_test {
 
-// The state of a test, as its records make it. reserve() allocates; nothing else does.
+// A test: its time, its passes, its visits of bores, and its records. All but the present visit follows from
+// the records: restored, they give the same test. reserve() allocates; nothing else does.
 class GrowthTest {
 public:
     static constexpr std::size_t most_records = 50000;
@@ -23,59 +28,235 @@ public:
         StopRule::Settings stop;
         double most_scatter = 0.01;  // mu, of the touches of a bore about their circle
         double least_rise = 0.5;     // K, of a machine that has warmed
+
+        bool valid() const noexcept { return stop.valid() && most_scatter > 0; }
     };
 
     struct Bore {
         double x = 0, y = 0, z = 0, radius = 0, scatter = 0;  // mu
     };
 
+    // The result of a period.
+    enum class Result { none, touch, bore };
+
     void reserve() { records_.reserve(most_records); }
 
     const std::vector<Record>& records() const noexcept { return records_; }
     bool begun() const noexcept { return !records_.empty(); }
-    bool full() const noexcept { return records_.size() >= most_records; }
+    bool active() const noexcept { return active_; }
     Stop stop() const noexcept { return stop_; }
-    double time() const noexcept { return records_.empty() ? 0 : records_.back().time; }
+    double time() const noexcept {
+        return time_;
+    }  // s since the test began; of the last record, if not active
     std::int32_t pass() const noexcept { return pass_; }
-    // The pass has not ended: an interrupted one goes on under its number, as its references belong together.
-    bool pass_open() const noexcept { return pass_open_; }
-    std::int32_t visit() const noexcept { return visit_; }
+    bool in_pass() const noexcept { return in_pass_; }
+    std::int32_t visits() const noexcept { return visits_; }
+    bool repeat() const noexcept { return repeat_; }  // the last visit does not count
     std::int32_t touches() const noexcept { return touches_; }
     int cycles() const noexcept { return rule_.cycles(); }
     const Bore& bore() const noexcept { return bore_; }
+    Fault fault() const noexcept { return fault_; }  // it stays until it is acknowledged, or the cause ends
     double change(const Settings& settings) const noexcept { return rule_.change(settings.stop); }
-    // Whether a chosen sensor has risen since the test began; true if none was valid.
-    bool warmed(const Settings& settings) const noexcept {
-        bool any = false;
-        for (std::size_t i = 0; i < first_.size(); ++i) {
-            if ((settings.stop.sensors >> i & 1U) == 0 || !std::isfinite(first_[i])) continue;
-            any = true;
-            if (highest_[i] - first_[i] >= settings.least_rise) return true;
-        }
-        return !any;
-    }
 
     void clear() noexcept {
         records_.clear();
         rule_.clear();
-        first_.fill(NAN);
-        highest_.fill(-HUGE_VAL);
-        now_.fill(NAN);
-        known_.fill(false);
-        passes_.fill(0);
-        circle_.clear();
-        pass_ = visit_ = touches_ = 0;
+        rise_.clear();
+        references_.clear();
+        touched_.clear();
+        time_ = 0;
+        pass_ = visits_ = touches_ = 0;
         sides_ = 0;
         pass_open_ = false;
         stop_ = Stop::none;
         bore_ = Bore();
     }
 
-    // Adds a record. False if it is impossible, or there is no room.
+    // A record of a test of before. False if it is impossible, or there is no room.
+    bool restore(const Record& r, const Settings& settings) noexcept { return !active_ && take(r, settings); }
+
+    void acknowledge() noexcept { fault_ = Fault::none; }
+
+    // One period.
+    Result step(const Signals& now, const Settings& settings, double dt) noexcept {
+        state_ = {now.turned, now.compensated, now.cooled};
+        if (now.running.rises) begin(now, settings);
+        if (!now.running.now) end(settings);
+        if (!active_) return Result::none;
+        time_ += dt;
+        follow_pass(now, settings, dt);
+        const Result result = follow_visit(now, settings);
+        if (now.cycle.rises) write(Event::cycle_end, 0, settings);
+        speed_.step(std::abs(now.spindle_speed), 1e6, dt);
+        sample(now.warmth, settings);
+        decide(settings);
+        return result;
+    }
+
+private:
+    struct State {
+        bool turned = false, compensated = false, cooled = false;
+    };
+
+    void begin(const Signals& now, const Settings& settings) noexcept {
+        fault_ = Fault::none;
+        repeat_ = in_pass_ = sampled_ = false;
+        pass_time_ = 0;
+        speed_.clear();
+        active_ = true;
+        if (now.resume && begun() && stop_ == Stop::none) {
+            const bool pause_known = now.gap >= 0 && now.gap < 1e7;
+            time_ += pause_known ? now.gap : 0;
+            visit_.continue_after(visits_);
+            write(Event::resumed, pause_known ? 0 : 1, settings);
+        } else {
+            clear();
+            visit_.begin();
+            write(Event::begin, 0, settings);
+        }
+    }
+
+    void end(const Settings& settings) noexcept {
+        if (!active_) return;
+        write(Event::end, 0, settings);
+        active_ = false;
+        time_ = records_.back().time;
+    }
+
+    // A pass that was interrupted goes on under its number, as its references belong together.
+    void follow_pass(const Signals& now, const Settings& settings, double dt) noexcept {
+        if (now.pass.now && !in_pass_) {
+            if (!pass_open_) ++pass_;
+            write(Event::pass_begin, 0, settings);
+        }
+        if (!now.pass.now && in_pass_) write(Event::pass_end, 0, settings);
+        in_pass_ = now.pass.now;
+        pass_time_ = in_pass_ ? pass_time_ + dt : 0;
+        if (pass_time_ > now.max_pass_time) fail(Fault::standstill, settings);
+    }
+
+    Result follow_visit(const Signals& now, const Settings& settings) noexcept {
+        if (now.bore.rises) {
+            visit_.open(now);
+            repeat_ = false;
+        }
+        if (now.bore.falls) return close_visit(settings);
+        if (!now.bore.now || !visit_.step(now)) return Result::none;
+        Record r = record(Kind::touch, visit_.direction());
+        r.x = now.at.position[0], r.y = now.at.position[1], r.z = now.at.position[2];
+        r.x_offset = now.at.offset[0], r.y_offset = now.at.offset[1], r.z_offset = now.at.offset[2];
+        write(r, settings);
+        return Result::touch;
+    }
+
+    Result close_visit(const Settings& settings) noexcept {
+        if (visit_.fault() == Fault::none) visit_.reject(judged(settings));
+        repeat_ = visit_.fault() != Fault::none;
+        if (repeat_) {
+            write(Event::rejected, 0, settings);
+            fail(visit_.fault(), settings);
+            return Result::none;
+        }
+        if (is_of_visit(fault_)) fault_ = Fault::none;
+        write(Event::measured, 0, settings);
+        return Result::bore;
+    }
+
+    // Whether the touches of the visit that ends now give a bore that counts.
+    Fault judged(const Settings& settings) const noexcept {
+        const bool touched = visits_ == visit_.number() && (touched_.has_circle() || touched_.has_face());
+        if (!touched) return Fault::probe_miss;
+        const auto centre = touched_.centre();
+        if (touched_.has_circle() && !centre) return Fault::probe_miss;
+        if (centre && centre->scatter > settings.most_scatter) return Fault::false_trigger;
+        if (touched_.has_face() && touched_.face_range() > settings.most_scatter) return Fault::false_trigger;
+        if (pass_ <= 1 || !decides(state_.compensated)) return Fault::none;
+        if (visit_.bore() == 0) return Fault::bore;  // it was open as the test began
+        const std::size_t x = BoreReferences::value(visit_.bore(), state_.turned);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            if (!references_.known(x + axis) && (axis == 2 ? touched_.has_face() : centre.has_value()))
+                return Fault::no_reference;
+        return Fault::none;
+    }
+
+    void sample(const Warmth& warmth, const Settings& settings) noexcept {
+        const double every = warmth.sample_time;
+        if (sampled_ && time_ - last_sample_ < (every >= 1 && every <= 3600 ? every : 60)) return;
+        sampled_ = true;
+        last_sample_ = time_;
+        for (std::int32_t i = 0; i < warmth.count; ++i) {
+            const auto sensor = static_cast<std::size_t>(i);
+            Record r = record(Kind::temperature, i + 1);
+            const bool valid = std::isfinite(warmth.value[sensor]);
+            r.x = valid ? warmth.value[sensor] : 0;
+            r.y = valid ? 1 : 0;
+            r.z = warmth.age[sensor];
+            write(r, settings);
+        }
+        if (const auto mean = speed_.take()) {
+            Record r = record(Kind::speed, 0);
+            r.x = *mean;
+            write(r, settings);
+        }
+    }
+
+    void decide(const Settings& settings) noexcept {
+        if (stop_ != Stop::none || records_.size() == decided_) return;
+        decided_ = records_.size();
+        const auto stop = static_cast<Stop>(rule_.reason(time_, settings.stop));
+        if (stop == Stop::none) return;
+        write(Event::stop, static_cast<double>(stop), settings);
+        if (stop == Stop::maximum_time) fail(Fault::not_stable, settings);
+        if (!rise_.reached(settings.least_rise, settings.stop.sensors)) fail(Fault::no_warm_up, settings);
+    }
+
+    // Faults that a good visit ends.
+    static bool is_of_visit(Fault fault) noexcept {
+        return fault == Fault::probe_miss || fault == Fault::false_trigger || fault == Fault::overtravel ||
+               fault == Fault::orientation || fault == Fault::position || fault == Fault::bore ||
+               fault == Fault::unconfirmed;
+    }
+
+    void fail(Fault its, const Settings& settings) noexcept {
+        if (its != fault_) write(Event::fault, static_cast<double>(its), settings);
+        fault_ = its;
+    }
+
+    Record record(Kind kind, std::int32_t item) const noexcept {
+        Record r;
+        r.kind = static_cast<std::int32_t>(kind);
+        r.item = item;
+        r.time = time_;
+        r.pass = pass_;
+        r.visit = visit_.number();
+        r.bore = visit_.bore();
+        r.turned = state_.turned;
+        r.compensated = state_.compensated;
+        r.cooled = state_.cooled;
+        return r;
+    }
+
+    void write(Event event, double x, const Settings& settings) noexcept {
+        Record r = record(Kind::event, static_cast<std::int32_t>(event));
+        r.x = x;
+        write(r, settings);
+    }
+    void write(const Record& r, const Settings& settings) noexcept {
+        if (!take(r, settings) && full()) fault_ = Fault::full;
+    }
+
+    bool full() const noexcept { return records_.size() >= most_records; }
+
+    static bool is(const Record& r, Event event) noexcept {
+        return r.kind == static_cast<std::int32_t>(Kind::event) && r.item == static_cast<std::int32_t>(event);
+    }
+
+    // From here on a new record and a restored one are the same.
     bool take(const Record& r, const Settings& settings) noexcept {
-        if (full() || !r.usable() || r.time < time()) return false;
+        if (full() || !r.usable() || r.time < time_) return false;
         if (records_.empty() && !is(r, Event::begin)) return false;
         records_.push_back(r);
+        time_ = r.time;
         switch (static_cast<Kind>(r.kind)) {
             case Kind::touch: touch(r); break;
             case Kind::temperature: temperature(r, settings); break;
@@ -85,61 +266,20 @@ public:
         return true;
     }
 
-    // Whether the touches of the visit that ends now give a bore that counts.
-    Fault judged(std::int32_t bore, bool turned, bool compensated, const Settings& settings) const noexcept {
-        if (circle_.count() == 0 && faces_ == 0) return Fault::probe_miss;
-        const auto centre = circle_.centre();
-        if (circle_.count() > 0 && !centre) return Fault::probe_miss;
-        if (centre && centre->scatter > settings.most_scatter) return Fault::false_trigger;
-        if (faces_ > 1 && face_high_ - face_low_ > settings.most_scatter) return Fault::false_trigger;
-        if (pass_ <= 1 || !decides(compensated)) return Fault::none;
-        const std::size_t base = first_value(bore, turned);
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            if (!known_[base + axis] && (axis == 2 ? faces_ > 0 : centre.has_value()))
-                return Fault::no_reference;
-        return Fault::none;
-    }
-
-    // What the rules decide now.
-    Stop decision(double time, const Settings& settings) const noexcept {
-        return static_cast<Stop>(rule_.reason(time, settings.stop));
-    }
-
-private:
-    static bool is(const Record& r, Event event) noexcept {
-        return r.kind == static_cast<std::int32_t>(Kind::event) && r.item == static_cast<std::int32_t>(event);
-    }
-
     void touch(const Record& r) noexcept {
-        if (r.visit != visit_) begin_visit(r);
-        ++touches_;
-        const double x = r.x - r.x_offset, y = r.y - r.y_offset, z = r.z - r.z_offset;
-        if (std::abs(r.item) == 3) {
-            face_low_ = faces_ == 0 ? z : std::min(face_low_, z);
-            face_high_ = faces_ == 0 ? z : std::max(face_high_, z);
-            face_ += z;
-            ++faces_;
-        } else {
-            circle_.add(x, y);
+        if (r.visit != visits_) {
+            visits_ = r.visit;
+            touched_.clear();
+            if (sides_ == 0) sides_ = r.compensated ? 2 : 1;  // the first state decides the rule
         }
-    }
-
-    void begin_visit(const Record& r) noexcept {
-        visit_ = r.visit;
-        circle_.clear();
-        face_ = 0;
-        faces_ = 0;
-        if (sides_ == 0) sides_ = r.compensated ? 2 : 1;  // the first state decides the rule
+        ++touches_;
+        touched_.add(r.item, r.x - r.x_offset, r.y - r.y_offset, r.z - r.z_offset);
     }
 
     void temperature(const Record& r, const Settings& settings) noexcept {
-        const auto sensor = static_cast<std::size_t>(r.item - 1);
-        if (r.item < 1 || sensor >= now_.size()) return;
-        const bool valid = r.y != 0;
-        now_[sensor] = valid ? r.x : NAN;
-        if (valid && !std::isfinite(first_[sensor])) first_[sensor] = r.x;
-        if (valid) highest_[sensor] = std::max(highest_[sensor], r.x);
-        rule_.sample(r.time, now_, settings.stop);
+        if (r.item < 1 || r.item > StopRule::most_sensors) return;
+        rise_.take(static_cast<std::size_t>(r.item - 1), r.y != 0 ? r.x : NAN);
+        rule_.sample(r.time, rise_.now(), settings.stop);
     }
 
     void event(const Record& r, const Settings& settings) noexcept {
@@ -152,7 +292,7 @@ private:
             case Event::cycle_end: rule_.cycle_ends(r.time, settings.stop); break;
             case Event::stop: stop_ = static_cast<Stop>(std::clamp(static_cast<int>(r.x), 0, 2)); break;
             case Event::measured: measure(r); break;
-            case Event::rejected: visit_ = std::max(visit_, r.visit); break;
+            case Event::rejected: visits_ = std::max(visits_, r.visit); break;
             default: break;
         }
     }
@@ -160,49 +300,44 @@ private:
     // The rule follows one state only: the one of the first visit.
     bool decides(bool compensated) const noexcept { return sides_ == 0 || compensated == (sides_ == 2); }
 
-    static std::size_t first_value(std::int32_t bore, bool turned) noexcept {
-        return (static_cast<std::size_t>(bore - 1) * 2 + (turned ? 1 : 0)) * 3;
-    }
-
     void measure(const Record& r) noexcept {
-        std::array<double, 3> at{NAN, NAN, NAN};
-        if (const auto centre = circle_.centre()) {
+        double at[] = {NAN, NAN, NAN};
+        if (const auto centre = touched_.centre()) {
             at[0] = bore_.x = centre->x;
             at[1] = bore_.y = centre->y;
             bore_.radius = centre->radius;
             bore_.scatter = centre->scatter;
         }
-        if (faces_ > 0) at[2] = bore_.z = face_ / faces_;
-        if (r.bore < 1 || r.bore > 16 || !decides(r.compensated)) return;
-        const std::size_t base = first_value(r.bore, r.turned);
+        if (touched_.has_face()) at[2] = bore_.z = touched_.face();
+        if (r.bore < 1 || r.bore > BoreReferences::most_bores || !decides(r.compensated)) return;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             if (!std::isfinite(at[axis])) continue;
-            if (!known_[base + axis]) {
-                if (pass_ > 1) continue;
-                known_[base + axis] = true;
-                reference_[base + axis] = at[axis];
-            }
-            // A bore that is probed again in a pass shows the drift within the pass, not that of the machine.
-            if (passes_[base + axis] == pass_) continue;
-            passes_[base + axis] = pass_;
-            rule_.deviation(r.time, static_cast<int>(base + axis), at[axis] - reference_[base + axis]);
+            const std::size_t value = BoreReferences::value(r.bore, r.turned) + axis;
+            if (const auto deviation = references_.deviation(value, at[axis], pass_))
+                rule_.deviation(r.time, static_cast<int>(value), *deviation);
         }
     }
 
     std::vector<Record> records_;
     StopRule rule_;
-    StopRule::Temperatures first_{}, highest_{}, now_{};
-    std::array<bool, StopRule::most_values> known_{};
-    std::array<double, StopRule::most_values> reference_{};
-    std::array<std::int32_t, StopRule::most_values> passes_{};  // of the last deviation
-    BoreTouches circle_;
-    double face_ = 0, face_low_ = 0, face_high_ = 0;
-    int faces_ = 0;
-    std::int32_t pass_ = 0, visit_ = 0, touches_ = 0;
-    bool pass_open_ = false;
-    int sides_ = 0;  // 0 unknown, 1 without compensation, 2 with it
-    Stop stop_ = Stop::none;
+    TemperatureRise rise_;
+    BoreReferences references_;
+    ProbedBore touched_;  // in the last visit with a touch
     Bore bore_;
+    double time_ = 0;
+    std::int32_t pass_ = 0, visits_ = 0, touches_ = 0;
+    bool pass_open_ = false;  // it has not ended
+    int sides_ = 0;           // 0 unknown, 1 without compensation, 2 with it
+    Stop stop_ = Stop::none;
+
+    // While it runs.
+    bool active_ = false, in_pass_ = false, repeat_ = false, sampled_ = false;
+    State state_;
+    BoreVisit visit_;
+    MeanOverTime speed_;  // rpm, of the spindle, since the last sample
+    double pass_time_ = 0, last_sample_ = 0;
+    std::size_t decided_ = 0;  // number of records at the last decision
+    Fault fault_ = Fault::none;
 };
 
 }  // namespace plumb::growth_test

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "components/compensation/thermal_growth_test/growth_test.hpp"
+#include "components/compensation/thermal_growth_test/growth_test_signals.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"
 
@@ -9,6 +11,88 @@
 #include <cstdint>
 
 namespace plumb::growth_test {
+
+// A state of the machine that the program wants and the control confirms.
+class ConfirmedState {
+public:
+    // True while the control does not confirm the wanted state for longer than `patience`.
+    bool late(bool wanted, bool is, double patience, double dt) noexcept {
+        waited_ = wanted == is ? 0 : waited_ + dt;
+        wanted_ = wanted;
+        is_ = is;
+        return waited_ > (patience >= 0 ? patience : 0);
+    }
+    bool wanted() const noexcept { return wanted_; }
+    bool is() const noexcept { return is_; }
+    bool confirmed() const noexcept { return wanted_ == is_; }
+
+private:
+    double waited_ = 0;
+    bool wanted_ = false, is_ = false;
+};
+
+// The program of the test, and its probe.
+struct Program : hal::Group {
+    using Group::Group;
+
+    hal::In<bool> running{this, "running", false, "The program of the test runs."};
+    hal::In<bool> resume{this, "resume", false, "Continue the restored test instead of a new one."};
+    hal::In<double> gap{this, "gap", 0, "s",
+                        "Time since the last record of the restored test; -1 when not known."};
+    hal::In<bool> pass_running{this, "pass-running", false, "A pass over the bores runs."};
+    hal::In<bool> at_bore{this, "at-bore", false, "A bore is probed."};
+    hal::In<bool> measuring{this, "measuring", false, "The next touch of the probe counts."};
+    hal::In<bool> cycle{this, "cycle", false, "A rising edge ends a cycle of the machine."};
+    hal::In<double> bore_key{this, "bore-key", 0, "1", "Number of the bore, 1 to 16."};
+    hal::In<bool> turned{this, "turned", false, "The table is at the second orientation, 180 deg."};
+    hal::In<bool> probe{this, "probe", false, "The probe touches."};
+    hal::In<bool> overtravel{this, "probe-overtravel", false, "The probe reports overtravel."};
+    hal::In<bool> compensate{this, "compensate", false, "The program wants position compensation."};
+    hal::In<bool> compensation_on{this, "compensation-on", false, "The control confirms compensation."};
+    hal::In<bool> cool{this, "cool", false, "The program wants temperature control."};
+    hal::In<bool> cooling_on{this, "cooling-on", false, "The control confirms temperature control."};
+    hal::In<double> confirm_time{this, "confirm-time", 30, "s", "Longest time until a state is confirmed."};
+    hal::In<double> max_pass_time{this, "max-pass-time", 3600, "s", "Longest pass; the machine cools in it."};
+    hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge clears a fault of the past."};
+    hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle, for the log."};
+
+    Signals read(double dt) noexcept {
+        Signals s;
+        s.running = Bit::of(running_, running);
+        s.pass = Bit::of(pass_, pass_running);
+        s.bore = Bit::of(bore_, at_bore);
+        s.measuring = Bit::of(measuring_, measuring);
+        s.cycle = Bit::of(cycle_, cycle);
+        s.probe = Bit::of(probe_, probe);
+        s.resume = resume;
+        s.gap = gap;
+        s.bore_key = bore_key;
+        s.max_pass_time = max_pass_time;
+        s.turned = turned;
+        s.overtravel = overtravel;
+        s.spindle_speed = spindle_speed;
+        acknowledges_ = acknowledging_.rises(acknowledge);
+        const double patience = confirm_time;
+        const bool late = compensation_.late(compensate, compensation_on, patience, dt);
+        const bool late_cooling = cooling_.late(cool, cooling_on, patience, dt);
+        unconfirmed_ = s.running.now && (late || late_cooling);
+        s.compensated = compensation_.is();
+        s.cooled = cooling_.is();
+        s.confirmed = compensation_.confirmed() && cooling_.confirmed();
+        return s;
+    }
+
+    bool acknowledges() const noexcept { return acknowledges_; }
+    bool wants_compensation() const noexcept { return compensation_.wanted(); }
+    bool wants_cooling() const noexcept { return cooling_.wanted(); }
+    // For longer than confirm-time, while the test runs.
+    bool unconfirmed() const noexcept { return unconfirmed_; }
+
+private:
+    Edge running_, pass_, bore_, measuring_, cycle_, probe_, acknowledging_;
+    ConfirmedState compensation_, cooling_;
+    bool acknowledges_ = false, unconfirmed_ = false;
+};
 
 // The sensors of temperature.
 struct Temperatures : hal::Group {
@@ -25,16 +109,10 @@ struct Temperatures : hal::Group {
     hal::In<double> artifact_low{this, "artifact-low", 10, "degC", "Lowest temperature of the artifact."};
     hal::In<double> artifact_high{this, "artifact-high", 35, "degC", "Highest temperature of the artifact."};
 
-    struct Reading {
-        int count = 0;
-        StopRule::Temperatures value{};  // not a number: invalid
-        StopRule::Temperatures age{};
-        std::uint32_t decides = 0;
-        bool good = true, artifact_good = true;
-    };
-
-    Reading read() noexcept {
-        Reading r;
+    void read(Warmth& r) noexcept {
+        r.good = r.artifact_good = true;
+        r.decides = 0;
+        r.sample_time = sample_time;
         const std::int32_t wanted = sensors;
         r.count = wanted < 0 ? 0 : wanted > 8 ? 8 : wanted;
         r.good = wanted == r.count;
@@ -53,7 +131,6 @@ struct Temperatures : hal::Group {
             const double now = r.value[static_cast<std::size_t>(its)];
             r.artifact_good = !std::isfinite(now) || (now >= artifact_low && now <= artifact_high);
         }
-        return r;
     }
 };
 
@@ -75,7 +152,7 @@ struct StopSettings : hal::Group {
     hal::In<double> most_scatter{this, "max-scatter", 0.01, "mu",
                                  "Largest scatter of the touches of a bore about its circle."};
 
-    GrowthTest::Settings read(std::uint32_t sensors) const noexcept {
+    GrowthTest::Settings read() const noexcept {
         GrowthTest::Settings s;
         s.stop.threshold = threshold;
         s.stop.interval = interval;
@@ -85,7 +162,6 @@ struct StopSettings : hal::Group {
         s.stop.range_share = range_share;
         s.stop.range_floor = range_floor;
         s.stop.uncertainty = uncertainty;
-        s.stop.sensors = sensors;
         s.most_scatter = most_scatter;
         return s;
     }
@@ -98,7 +174,7 @@ struct Machine : hal::Group {
     hal::Axes<hal::In<double>, 3> position{this, "%-position", 0.0, "mu",
                                            "Position of % by its encoder, compensation included."};
     hal::Axes<hal::In<double>, 3> offset{this, "%-offset", 0.0, "mu",
-                                         "Compensation that %-position contains."};
+                                         "Compensation contained in %-position."};
     hal::Axes<hal::In<double>, 3> velocity{this, "%-velocity", 0.0, "mu/s", "Velocity of %."};
     hal::In<double> table_position{this, "table-position", 0, "deg", "Position of the table or trunnion."};
     hal::In<double> table_0{this, "table-0", 0, "deg", "Its position for the orientation 0."};
@@ -107,13 +183,8 @@ struct Machine : hal::Group {
                                     "Largest error of the orientation."};
     hal::In<bool> table{this, "table", false, "The machine has a table or trunnion; check its position."};
 
-    struct Reading {
-        double position[3], offset[3], velocity[3];
-        bool good = true;
-    };
-
-    Reading read() noexcept {
-        Reading r;
+    void read(Position& r) noexcept {
+        r.good = true;
         for (std::size_t i = 0; i < 3; ++i) {
             r.position[i] = position[i];
             r.offset[i] = offset[i];
@@ -121,31 +192,13 @@ struct Machine : hal::Group {
             for (const double value : {r.position[i], r.offset[i], r.velocity[i]})
                 if (!(std::abs(value) <= 1e6)) r.good = false;
         }
-        return r;
     }
 
-    bool at(bool turned) const noexcept {
+    // Whether the table is where the program wants it.
+    bool oriented(bool turned) const noexcept {
         const double wanted = turned ? table_180 : table_0;
         return !table || std::abs(std::remainder(table_position - wanted, 360)) <= table_tolerance;
     }
-};
-
-// A state of the machine that the program wants and the control confirms.
-class ConfirmedState {
-public:
-    // True while the control does not confirm the wanted state for longer than `patience`.
-    bool step(bool wanted, bool is, double patience, double dt) noexcept {
-        waited_ = wanted == is ? 0 : waited_ + dt;
-        is_ = is;
-        confirmed_ = wanted == is;
-        return waited_ > (patience >= 0 ? patience : 0);
-    }
-    bool confirmed() const noexcept { return confirmed_; }
-    bool is() const noexcept { return is_; }
-
-private:
-    double waited_ = 0;
-    bool is_ = false, confirmed_ = false;
 };
 
 }  // namespace plumb::growth_test

@@ -113,6 +113,7 @@ A log ends with its folder: copy it to keep it, under a name that does not begin
 not be edited.)"},
         hal::SeeAlso{"thermal_growth_test(9), plumb-growth(1), retain(1)"}};
 
+    static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
 
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};

@@ -61,6 +61,7 @@ A task that lives and ignores the operator is not noticed.
 An [EMCIO]EMCIO that is not LinuxCNC's io or iov2 needs a component iocontrol in HAL and a loop that sleeps.)"},
         hal::SeeAlso{"interlock(9), chopping(9), linuxcnc_link(1), linuxcnc(1)"}};
 
+    static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
 
     hal::Out<bool> task_heartbeat{this, "task-heartbeat", "Changes as long as task's main loop runs."};

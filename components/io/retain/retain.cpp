@@ -87,6 +87,7 @@ Another program that walks the records takes turns with retain, which uses row o
 row-shown agrees, and must be brief.)"},
         hal::SeeAlso{"thermal_displacement(9), interlock(9), linuxcnc_link(1)"}};
 
+    static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
 
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};

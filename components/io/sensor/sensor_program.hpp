@@ -31,6 +31,8 @@ struct SensorLink : LinkPins<Fault> {
 // update(now, dt) writes its pins.
 template <class Settings, class Link>
 struct SensorProgram : hal::Component {
+    static constexpr hal::Role role = hal::Role::program;
+
     // The page shows the pins of the example.
     SensorProgram(hal::Registrar& registrar, const Settings& example) : Component(registrar) {
         const Settings settings =

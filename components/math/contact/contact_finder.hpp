@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/first_order_lag.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/contact/approach_clock.hpp"
@@ -32,6 +33,9 @@ public:
         bool valid() const noexcept { return load_latency >= 0 && load_latency <= 10 && contact.valid(); }
     };
 
+    // The invalid part of a sample; such a sample is not used.
+    enum class Lost { nothing, load, position, speed, offset, approach };
+
     // The signals of one period.
     struct Sample {
         bool enable = false;
@@ -56,18 +60,19 @@ public:
         double temperature = 20;         // degC, to remember; the last good one stays
         std::int32_t date = 0;           // YYYYMMDD, to remember
         bool temperature_valid = false;  // the growth may follow it
+
+        // By judged().
+        Lost lost = Lost::nothing;
+        bool load_lost = false;
+        bool complete = true;  // it can be used
     };
 
-    // The invalid part of a sample; such a sample is not used.
-    enum class Lost { nothing, load, position, speed, offset, approach };
-
-    static Lost lost(const Sample& s) noexcept {
-        const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
-        if (bad(s.load)) return Lost::load;
-        if (bad(s.z) || bad(s.velocity) || bad(s.motor_offset)) return Lost::position;
-        if (bad(s.speed)) return Lost::speed;
-        if (bad(s.applied_offset)) return Lost::offset;
-        return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
+    // The sample with a judgement of its values, which step() needs.
+    static Sample judged(Sample s) noexcept {
+        s.lost = lost(s);
+        s.load_lost = s.lost == Lost::load || !s.load_valid;
+        s.complete = s.lost == Lost::nothing && s.load_valid;
+        return s;
     }
 
     // The result of a period: an end of the noted contact. `lost`: the next one came before it was fitted.
@@ -77,22 +82,21 @@ public:
     // contacts.
     Found step(const Sample& s, ContactCycle& cycle, double feed_tolerance, const Settings& settings,
                double dt) noexcept {
-        const bool complete_sample = usable_sample(s);
         in_cycle_ = cycle.running();
-        if (complete_sample) speed_history_.step(std::abs(s.speed), history_time, dt);
-        follow_clock(s, complete_sample, settings.program_clock, dt);
+        if (s.complete) speed_history_.step(std::abs(s.speed), history_time, dt);
+        follow_clock(s, settings.program_clock, dt);
 
         const Travel way = travel(s, settings);
         descent_.step(s.z, feeds_down(s), way == Travel::clear, s.operation, s.tool);
         follow_approach(s, way, cycle);
-        if (complete_sample) {
+        if (s.complete) {
             feed_.step(s.velocity, feed_tolerance, dt);
             follow_depth(s, way);
         }
 
-        const double load = complete_sample ? s.load : std::numeric_limits<double>::quiet_NaN();
+        const double load = s.complete ? s.load : std::numeric_limits<double>::quiet_NaN();
         const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
-        const bool approach = complete_sample && way == Travel::towards_work && !detector_.blanked();
+        const bool approach = s.complete && way == Travel::towards_work && !detector_.blanked();
         note_age_ += dt;
         bool lost_one = false;
         if (event == LoadContact::Event::rise) {
@@ -120,8 +124,6 @@ public:
         return busy;
     }
 
-    static bool usable_sample(const Sample& s) noexcept { return lost(s) == Lost::nothing && s.load_valid; }
-
     const LoadContact& detector() const noexcept { return detector_; }
     const ContactReference& found() const noexcept { return note_; }  // the last rise
     double steady_time() const noexcept { return steady_time_; }      // s of steady feed before it
@@ -131,16 +133,25 @@ public:
     bool in_work() const noexcept { return detector_.in_work() || below_contact_ || descent_.under_way(); }
 
 private:
+    static Lost lost(const Sample& s) noexcept {
+        const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
+        if (bad(s.load)) return Lost::load;
+        if (bad(s.z) || bad(s.velocity) || bad(s.motor_offset)) return Lost::position;
+        if (bad(s.speed)) return Lost::speed;
+        if (bad(s.applied_offset)) return Lost::offset;
+        return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
+    }
+
     static constexpr double history_time = 600;         // s
     static constexpr std::int32_t rapid = 1, feed = 2;  // of motion
 
-    void follow_clock(const Sample& s, bool complete_sample, bool program_clock, double dt) noexcept {
-        if (!complete_sample || (s.operation != operation_ && !program_clock)) clock_.stop();
-        if (program_clock && complete_sample && in_cycle_ && s.clock_start && !was_marked_) clock_.start();
-        was_marked_ = s.clock_start;
+    void follow_clock(const Sample& s, bool program_clock, double dt) noexcept {
+        if (!s.complete || (s.operation != operation_ && !program_clock)) clock_.stop();
+        const bool marked = mark_.rises(s.clock_start);
+        if (program_clock && s.complete && in_cycle_ && marked) clock_.start();
         operation_ = s.operation;
         clock_.step(s.velocity, dt);
-        if (complete_sample && !program_clock)
+        if (s.complete && !program_clock)
             clock_.start_below(s.z - s.motor_offset - s.applied_offset, s.start_height, s.velocity, dt);
     }
 
@@ -224,7 +235,7 @@ private:
     bool below_contact_ = false;
     ContactKey approach_;         // the present one, or the last
     std::int32_t operation_ = 0;  // in the last period
-    bool was_marked_ = false;     // in the last period
+    Edge mark_;                   // of the program's clock
 
     ContactReference note_;   // the last rise
     double note_age_ = 0;     // s

@@ -3,6 +3,7 @@
 
 #include "components/math/blocks/authority.hpp"
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/edge.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -76,8 +77,7 @@ public:
                                    ? 0
                                    : Authority::rising(-e.since_sigma, -settings.floor, -settings.floor / 3);
         if (e.accepted) base_ = e.held;
-        if (silent && !silent_) base_ = growth_;
-        silent_ = silent;
+        if (silence_.rises(silent)) base_ = growth_;
         const bool holds = e.in_cycle && !e.accepted && certain < trusted_;
         if (!holds) {
             trusted_ = certain;
@@ -123,7 +123,8 @@ private:
     Authority authority_;
     double base_ = 0, growth_ = 0, sigma_ = 0, offset_ = 0;
     double trusted_ = 0, age_ = 0;
-    bool silent_ = false, was_trusted_ = false;
+    Edge silence_;
+    bool was_trusted_ = false;
     Doubt doubt_ = Doubt::none;
 };
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/contact/contact_cycle.hpp"
 #include "components/math/contact/contact_finder.hpp"
 #include "components/math/contact/contact_rejection.hpp"
+#include "components/math/contact/cycle_tally.hpp"
 #include "components/math/contact/displacement_law.hpp"
 #include "components/math/contact/growth_authority.hpp"
 #include "components/math/contact/growth_estimator.hpp"
@@ -40,13 +42,13 @@ public:
 
     using Sample = ContactFinder::Sample;
     using Lost = ContactFinder::Lost;
-    static Lost lost(const Sample& s) noexcept { return ContactFinder::lost(s); }
+    static Sample judged(const Sample& s) noexcept { return ContactFinder::judged(s); }
 
     // The result of a period.
     enum class Event { none, contact, accepted };
 
-    // One period of dt > 0, in s. `at_zero`: no offset is in force, as it must be while learning. The
-    // settings must be valid.
+    // One period of dt > 0, in s. The sample is judged. `at_zero`: no offset is in force, as it must be while
+    // learning. The settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         const Event event = find(s, at_zero, settings, dt);
         if (known())
@@ -65,7 +67,7 @@ public:
     bool uncertain(const Settings& settings) const noexcept {
         return !known() || estimator_.sigma() > 0.5 * settings.gate.floor;
     }
-    LearningFault learning_fault() const noexcept { return learning_fault_; }  // of the last learning cycle
+    const CycleTally& tally() const noexcept { return tally_; }
 
     // The growth may be applied: nothing is being learnt, and the reference is not refused.
     bool applicable() const noexcept {
@@ -73,13 +75,8 @@ public:
                (refusal_.compares() || !cycle_.running());
     }
 
-    // In the last cycles, at least three, contacts were compared and none accepted: the accepted growth is
-    // wrong by now, and the gate rejects the right one. Ends with an accepted contact.
-    bool lost_track() const noexcept { return barren_cycles_ >= 3; }
-
     // The last contact, even a rejected one.
     const Contact& contact() const noexcept { return finder_.found().contact; }
-    Rejection rejection() const noexcept { return rejection_; }  // the last one
 
     // By the last contact that could be compared, in mu.
     double growth() const noexcept { return growth_; }
@@ -99,15 +96,6 @@ public:
     // Growth to expect within the learning cycle, in mu: a cut is compared with one at another time of it.
     double learning_growth() const noexcept { return learning_growth_; }
 
-    struct Counts {
-        std::int32_t contacts = 0;  // learnt ones, and the next three
-        std::int32_t accepted = 0;
-        std::int32_t rejected = 0;
-        std::int32_t unexpected = 0;  // without a partner
-        std::int32_t missed = 0;      // in complete cycles
-    };
-    const Counts& counts() const noexcept { return counts_; }
-
     // See ReferenceRefusal.
     void acknowledge() noexcept { refusal_.acknowledge(); }
 
@@ -125,7 +113,7 @@ public:
 private:
     Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         follow_cycle(s, settings);
-        if (!ContactFinder::usable_sample(s) || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
+        if (!s.complete || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
         gate_.step(dt);
         estimator_.step(s.speed, s.temperature, s.temperature_valid, settings.estimator(), dt);
         step_ = s.step;
@@ -134,7 +122,7 @@ private:
             case ContactFinder::Found::blanked: return judge(Rejection::blanked, settings);
             case ContactFinder::Found::no_onset: return judge(Rejection::no_onset, settings);
             case ContactFinder::Found::lost:
-                ++counts_.contacts;
+                tally_.find();
                 cycle_.spoil();
                 reject(Rejection::no_onset);
                 return Event::none;
@@ -144,42 +132,42 @@ private:
 
     // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
     void follow_cycle(const Sample& s, const Settings& settings) noexcept {
+        const bool starts = running_.rises(s.cycle_running);
         if (cycle_.running() && !(s.enable && s.cycle_running)) {
-            const bool learnt_from = cycle_.learning(), compared = refusal_.compares();
             const bool complete = s.enable && s.cycle_complete;
+            CycleTally::Cycle its;
+            its.learning = cycle_.learning();
+            its.compared = refusal_.compares();
+            its.complete = s.cycle_complete;
+            its.enabled = s.enable;
             if (finder_.end()) cycle_.spoil();
             const ContactCycle::Ended ended =
                 cycle_.end(complete, settings.method, settings.reference_cycles, settings.gate.floor);
-            if (learnt_from && ended.fault == LearningFault::none && cycle_.learnt() == 0) {
+            its.new_reference = its.learning && ended.fault == LearningFault::none && cycle_.learnt() == 0;
+            its.missed = ended.missed;
+            its.fault = ended.fault;
+            if (its.new_reference) {
                 estimator_.renew_gauges();
-                agreement_ = 1;
                 learning_growth_ = std::abs(estimator_.usual_growth(settings.estimator()) - usual_growth_);
             }
-            if (compared && !learnt_from && complete)
-                barren_ = barren_ || counts_.accepted == accepted_before_;
             reference_sigma_ = judge_references(settings);
-            refusal_.end(complete && !learnt_from);
-            if (compared) counts_.missed += ended.missed;
-            if (learnt_from) learning_fault_ = ended.fault;
-            if (compared && !learnt_from && s.cycle_complete && counts_.rejected > rejected_before_)
-                ++barren_cycles_;
+            refusal_.end(complete && !its.learning);
+            tally_.end(its);
         }
-        if (s.enable && s.cycle_running && !was_running_) {
+        if (s.enable && starts) {
             cycle_.begin(s.learn, s.setup);
             refusal_.begin(cycle_.references(), s.setup, s.learn);
             finder_.begin(settings.finder.program_clock);
-            rejected_before_ = counts_.rejected;
-            accepted_before_ = counts_.accepted;
+            tally_.begin();
             reference_sigma_ = judge_references(settings);
             usual_growth_ = estimator_.usual_growth(settings.estimator());
             setup_ = s.setup;
         }
-        was_running_ = s.cycle_running;
     }
 
     // Accepts or rejects the noted contact, unless it is rejected already.
     Event judge(Rejection rejection, const Settings& settings) noexcept {
-        ++counts_.contacts;
+        tally_.find();
         const bool learning = cycle_.learning();
         const bool fresh = learning && cycle_.learnt() == 0;  // there is nothing to compare with yet
         if (!learning && !comparable(finder_.found().setup)) return reject(Rejection::no_reference);
@@ -202,10 +190,9 @@ private:
         if (reason != Rejection::none) return reject(reason);
         const double sigma = learning && fresh ? finder_.found().contact.sigma : sigma_;
         if (learning) estimator_.learn(fresh ? 0 : growth_, sigma, fresh, settings.estimator());
-        accept(fresh ? 0 : growth_);
-        if (learning) return Event::contact;
-        ++counts_.accepted;
-        return Event::accepted;
+        gate_.accept(fresh ? 0 : growth_);
+        tally_.accept(learning);
+        return learning ? Event::contact : Event::accepted;
     }
 
     bool comparable(const MachiningSetup& setup) const noexcept {
@@ -229,7 +216,7 @@ private:
         r.confirmed = admitted && !inside;
         const GrowthEstimator::Verdict verdict = estimator_.judge(r, settings.estimator());
         if (verdict != GrowthEstimator::Verdict::withdrawn)
-            agree(verdict == GrowthEstimator::Verdict::accepted);
+            tally_.agree(verdict == GrowthEstimator::Verdict::accepted);
         switch (verdict) {
             case GrowthEstimator::Verdict::claim:
                 return admitted ? Rejection::unconfirmed : Rejection::beyond_gate;
@@ -274,11 +261,6 @@ private:
         return sum > 0 ? 1 / std::sqrt(sum) : 0;
     }
 
-    void agree(bool agrees) noexcept {
-        constexpr double part = 0.25;
-        agreement_ += part * ((agrees ? 1 : 0) - agreement_);
-    }
-
     GrowthAuthority::Evidence evidence(const Sample& s, Event event,
                                        const Settings& settings) const noexcept {
         GrowthAuthority::Evidence e;
@@ -288,10 +270,10 @@ private:
         e.since_sigma = estimator_.since_sigma();
         e.spread = gate_.spread(settings.gate);
         e.reference_sigma = reference_sigma_;
-        e.agreement = agreement_;
+        e.agreement = tally_.agreement();
         e.predicts = settings.between.by_speed;
-        e.load_valid = s.load_valid && lost(s) != Lost::load;
-        e.barren = barren_;
+        e.load_valid = !s.load_lost;
+        e.barren = tally_.barren();
         e.contradicted = estimator_.contradicted();
         e.program_event = estimator_.program_event();
         e.no_growth = estimator_.lacks_growth(settings.estimator());
@@ -305,20 +287,11 @@ private:
         gate_.forget();
         estimator_.forget();
         authority_.forget();
-        agreement_ = 1;
-        barren_ = false;
-    }
-
-    void accept(double growth) noexcept {
-        gate_.accept(growth);
-        barren_ = false;
-        barren_cycles_ = 0;
-        rejected_before_ = counts_.rejected;
+        tally_.forget();
     }
 
     Event reject(Rejection reason) noexcept {
-        ++(reason == Rejection::unexpected ? counts_.unexpected : counts_.rejected);
-        rejection_ = reason;
+        tally_.reject(reason);
         return Event::contact;
     }
 
@@ -327,23 +300,16 @@ private:
     PlausibilityGate gate_;
     GrowthEstimator estimator_;
     GrowthAuthority authority_;
-    double agreement_ = 1;  // of the last contacts, 0 to 1
-    bool barren_ = false;   // since a cycle in which no contact counted
+    CycleTally tally_;
     double reference_sigma_ = 0;
     double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
-    std::int32_t accepted_before_ = 0;               // when this cycle began
-    bool was_running_ = false;
+    Edge running_;
     MachiningSetup setup_;  // as the cycle began
     ReferenceRefusal refusal_;
 
-    Counts counts_;
-    Rejection rejection_ = Rejection::none;
     double growth_ = 0;
     double sigma_ = 0;
     double step_ = 0;
-    std::int32_t rejected_before_ = 0;  // when this cycle began, or at the last accepted contact
-    std::int32_t barren_cycles_ = 0;
-    LearningFault learning_fault_ = LearningFault::none;
 };
 
 }  // namespace plumb

@@ -22,9 +22,7 @@ public:
         double x_per_unit = 0;  // standard uncertainty of x, divided by that of one touch
         double y_per_unit = 0;
 
-        // Diameter of a bore; of a boss or a sphere, which is touched from outside.
         double bore_diameter(double ball) const noexcept { return 2 * radius + ball; }
-        double boss_diameter(double ball) const noexcept { return 2 * radius - ball; }
     };
 
     // Centre of the ball at a touch, in mu. False if it is not finite or there are `most` already.

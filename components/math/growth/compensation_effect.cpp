@@ -91,107 +91,148 @@ int displaced_sensor(const Eigen::MatrixXd& temperatures) {
     return found;
 }
 
+// Looks for one fault after the other, from the most particular one to the most general one.
+class Judge {
+public:
+    explicit Judge(const CompensationRecord& record)
+        : record_(record),
+          drift_(record.drift),
+          compensation_(record.compensation.rowwise() - record.compensation.row(0)),
+          passes_(static_cast<double>(record.drift.rows())),
+          noise_(8 * record.uncertainty * record.uncertainty * passes_),
+          frozen_(frozen_sensor(record.temperatures)) {
+        add_up();
+    }
+
+    CompensationFinding judged() {
+        if (!(drifts_ > 0)) return finding_;
+        finding_.gain = common_ / drifts_;
+        finding_.cross = cross_gains(record_, finding_.drifts);
+        gain_rest_ = (compensation_ - finding_.gain * drift_).squaredNorm();
+        const bool particular = swaps_sensors() || does_nothing() || has_wrong_sign() || swaps_axes() ||
+                                has_sensor_offset() || has_frozen_sensor();
+        if (!particular) finding_.fault = by_factor();
+        return finding_;
+    }
+
+private:
+    void add_up() {
+        const double least = std::max(6 * record_.uncertainty, 0.003 / record_.millimetres);
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto d = drift_.col(axis), c = compensation_.col(axis);
+            bool& drifts = finding_.drifts[static_cast<std::size_t>(axis)];
+            drifts = range(d) > least;
+            rest_ += (d - c).squaredNorm();
+            compensations_ += c.squaredNorm();
+            if (!drifts) continue;
+            drifts_ += d.squaredNorm();
+            common_ += c.dot(d);
+        }
+    }
+
+    bool explains(double rest) const { return rest < 0.25 * rest_ && rest < 0.12 * drifts_ + noise_; }
+
+    bool found(CompensationFault fault, int sensor = -1, int other_sensor = -1) {
+        finding_.fault = fault;
+        finding_.sensor = sensor;
+        finding_.other_sensor = other_sensor;
+        return true;
+    }
+    bool found_axes(int axis, int other_axis) {
+        finding_.axis = axis;
+        finding_.other_axis = other_axis;
+        return found(CompensationFault::swapped_axes);
+    }
+
+    // A compensation is a law of temperatures. If the law with two sensors exchanged removes the drift, they
+    // are swapped; unless a plain factor does, too.
+    bool swaps_sensors() {
+        if (!(rest_ > 0.05 * drifts_ + noise_)) return false;
+        const double factor_rest = compensations_ > 0 ? gain_rest_ / (finding_.gain * finding_.gain) : rest_;
+        const SwappedSensors swapped = swapped_sensors(record_, compensation_);
+        return explains(swapped.rest) && swapped.rest < 0.5 * std::min(rest_, factor_rest) &&
+               found(CompensationFault::swapped_sensors, swapped.sensor, swapped.other_sensor);
+    }
+
+    bool does_nothing() {
+        if (!(std::sqrt(compensations_) < 0.1 * std::sqrt(drifts_))) return false;
+        return found(frozen_ >= 0 ? CompensationFault::frozen_sensor : CompensationFault::absent, frozen_);
+    }
+
+    bool has_wrong_sign() {
+        return finding_.gain < -0.3 && gain_rest_ < 0.2 * drifts_ * finding_.gain * finding_.gain + noise_ &&
+               found(CompensationFault::wrong_sign);
+    }
+
+    bool swaps_axes() { return swaps_axes_by_rest() || swaps_axes_by_cross_gains(); }
+
+    bool swaps_axes_by_rest() {
+        bool any = false;
+        double best = 0.6 * std::min(rest_, gain_rest_);  // a swap has to be better than a plain factor
+        for (int a = 0; a < 3; ++a)
+            for (int b = a + 1; b < 3; ++b) {
+                Eigen::MatrixX3d swapped = drift_;
+                swapped.col(a).swap(swapped.col(b));
+                const double rest = (swapped - compensation_).squaredNorm();
+                if (!explains(rest) || rest >= best) continue;
+                best = rest;
+                any = found_axes(a, b);
+            }
+        return any;
+    }
+
+    bool swaps_axes_by_cross_gains() {
+        for (int a = 0; a < 3; ++a) {
+            bool any = false;
+            for (int b = a + 1; b < 3; ++b) {
+                std::array<bool, 3> both{};
+                both[static_cast<std::size_t>(a)] = finding_.drifts[static_cast<std::size_t>(a)];
+                both[static_cast<std::size_t>(b)] = finding_.drifts[static_cast<std::size_t>(b)];
+                if (cross_gains(record_, both).swapped(a, b)) any = found_axes(a, b);
+            }
+            if (any) return true;
+        }
+        return false;
+    }
+
+    bool has_sensor_offset() {
+        const int displaced = displaced_sensor(record_.temperatures);
+        const double cold = record_.compensation.row(0).norm();
+        const double usual = std::sqrt(drifts_ / passes_);  // of a pass
+        const bool shifted = displaced >= 0 ? cold > std::max(record_.uncertainty, 0.03 * usual)
+                                            : record_.temperatures.cols() < 3 &&
+                                                  cold > std::max(4 * record_.uncertainty, 0.15 * usual);
+        return shifted && found(CompensationFault::sensor_offset, displaced);
+    }
+
+    bool has_frozen_sensor() {
+        return frozen_ >= 0 && finding_.gain < weak && found(CompensationFault::frozen_sensor, frozen_);
+    }
+
+    // Of a compensation that has one wrong factor, or none.
+    CompensationFault by_factor() const {
+        if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
+        if (finding_.gain < weak) return CompensationFault::too_weak;
+        if (finding_.gain > strong) return CompensationFault::too_strong;
+        return rest_ > 0.03 * drifts_ + noise_ ? CompensationFault::other : CompensationFault::none;
+    }
+
+    const CompensationRecord& record_;
+    const Eigen::MatrixX3d& drift_;
+    const Eigen::MatrixX3d compensation_;  // without the one of the first pass
+    const double passes_, noise_;
+    const int frozen_;  // sensor, or -1
+    CompensationFinding finding_;
+    // Sums of squares and products over all passes: of the axes that drift, of the compensation, of the drift
+    // that the compensation leaves, and of the drift that it leaves with the factor that fits best.
+    double drifts_ = 0, common_ = 0, compensations_ = 0, rest_ = 0, gain_rest_ = 0;
+};
+
 }  // namespace
 }  // namespace compensation_fault
 
 CompensationFinding judged_compensation(const CompensationRecord& record) {
-    using namespace compensation_fault;
-    CompensationFinding finding;
-    const Eigen::Index passes = record.drift.rows();
-    if (passes < 4) return finding;
-    const Eigen::MatrixX3d& d = record.drift;
-    const Eigen::MatrixX3d c = record.compensation.rowwise() - record.compensation.row(0);
-    const double least = std::max(6 * record.uncertainty, 0.003 / record.millimetres);
-    double dd = 0, cd = 0, cc = 0, square = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        finding.drifts[static_cast<std::size_t>(axis)] = range(d.col(axis)) > least;
-        square += (d.col(axis) - c.col(axis)).squaredNorm();
-        cc += c.col(axis).squaredNorm();
-        if (!finding.drifts[static_cast<std::size_t>(axis)]) continue;
-        dd += d.col(axis).squaredNorm();
-        cd += c.col(axis).dot(d.col(axis));
-    }
-    if (!(dd > 0)) return finding;
-    finding.gain = cd / dd;
-    finding.cross = cross_gains(record, finding.drifts);
-    const double noise = 8 * record.uncertainty * record.uncertainty * static_cast<double>(passes);
-    const auto explains = [&](double rest) { return rest < 0.25 * square && rest < 0.12 * dd + noise; };
-
-    const double own = square;
-    const int frozen = frozen_sensor(record.temperatures);
-    // Of a compensation that has one wrong factor.
-    const double gain_rest = (c - finding.gain * d).squaredNorm();
-
-    // A compensation is a law of temperatures. If the law with two sensors exchanged removes the drift, they
-    // are swapped; unless a plain factor does, too.
-    const double factor_rest = cc > 0 ? gain_rest / (finding.gain * finding.gain) : own;
-    if (own > 0.05 * dd + noise) {
-        const SwappedSensors swapped = swapped_sensors(record, c);
-        if (explains(swapped.rest) && swapped.rest < 0.5 * std::min(own, factor_rest)) {
-            finding.fault = CompensationFault::swapped_sensors;
-            finding.sensor = swapped.sensor;
-            finding.other_sensor = swapped.other_sensor;
-            return finding;
-        }
-    }
-    if (std::sqrt(cc) < 0.1 * std::sqrt(dd)) {
-        finding.fault = frozen >= 0 ? CompensationFault::frozen_sensor : CompensationFault::absent;
-        finding.sensor = frozen;
-        return finding;
-    }
-    if (finding.gain < -0.3 && gain_rest < 0.2 * dd * finding.gain * finding.gain + noise) {
-        finding.fault = CompensationFault::wrong_sign;
-        return finding;
-    }
-    double best = 0.6 * std::min(own, gain_rest);  // a swap has to be better than a plain factor
-    for (int a = 0; a < 3; ++a)
-        for (int b = a + 1; b < 3; ++b) {
-            Eigen::MatrixX3d swapped = d;
-            swapped.col(a).swap(swapped.col(b));
-            const double rest = (swapped - c).squaredNorm();
-            if (!explains(rest) || rest >= best) continue;
-            best = rest;
-            finding.fault = CompensationFault::swapped_axes;
-            finding.axis = a;
-            finding.other_axis = b;
-        }
-    for (int a = 0; a < 3 && finding.fault != CompensationFault::swapped_axes; ++a)
-        for (int b = a + 1; b < 3; ++b) {
-            std::array<bool, 3> both{};
-            both[static_cast<std::size_t>(a)] = finding.drifts[static_cast<std::size_t>(a)];
-            both[static_cast<std::size_t>(b)] = finding.drifts[static_cast<std::size_t>(b)];
-            if (!cross_gains(record, both).swapped(a, b)) continue;
-            finding.fault = CompensationFault::swapped_axes;
-            finding.axis = a;
-            finding.other_axis = b;
-        }
-    if (finding.fault == CompensationFault::swapped_axes) return finding;
-
-    const int displaced = displaced_sensor(record.temperatures);
-    const double cold = record.compensation.row(0).norm();
-    const double usual = std::sqrt(dd / static_cast<double>(passes));  // of a pass
-    const bool shifted = displaced >= 0 ? cold > std::max(record.uncertainty, 0.03 * usual)
-                                        : record.temperatures.cols() < 3 &&
-                                              cold > std::max(4 * record.uncertainty, 0.15 * usual);
-    if (shifted) {
-        finding.fault = CompensationFault::sensor_offset;
-        finding.sensor = displaced;
-        return finding;
-    }
-    if (frozen >= 0 && finding.gain < weak) {
-        finding.fault = CompensationFault::frozen_sensor;
-        finding.sensor = frozen;
-        return finding;
-    }
-    if (gain_rest > 0.12 * dd + noise)
-        finding.fault = CompensationFault::other;
-    else if (finding.gain < weak)
-        finding.fault = CompensationFault::too_weak;
-    else if (finding.gain > strong)
-        finding.fault = CompensationFault::too_strong;
-    else
-        finding.fault = own > 0.03 * dd + noise ? CompensationFault::other : CompensationFault::none;
-    return finding;
+    return record.drift.rows() < 4 ? CompensationFinding{} : compensation_fault::Judge(record).judged();
 }
 
 }  // namespace plumb

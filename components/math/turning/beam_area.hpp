@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/blocks/pi.hpp"
+
 #include <cmath>
 #include <limits>
 
@@ -25,7 +27,6 @@ inline double covered_of_circle(double a, double radius) noexcept {
 // A round beam. Inverts covered_of_circle(), which rises and bends down, so that Newton's steps from 0 never
 // go beyond the root.
 inline double diameter_in_circle(double emitted, double received, double radius) noexcept {
-    constexpr double pi = 3.14159265358979323846;
     const double covered = emitted - received;
     if (!(radius > 0 && received > 0 && covered > 0 && covered < pi * radius * radius)) return no_diameter;
     double a = 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/edge.hpp"
 #include "components/plants/sim_artifact/artifact_geometry.hpp"
 #include "components/plants/sim_artifact/compensation_under_test.hpp"
 #include "components/plants/sim_artifact/growth_program.hpp"
@@ -48,6 +49,7 @@ a perfect probe would find without compensation.
         hal::Limits{"Use millimetres only. Temperatures and growth do not depend on the load of cutting."},
         hal::SeeAlso{"thermal_growth_test(9), growth_log(1), plumb-growth(1)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine."};
@@ -85,9 +87,8 @@ a perfect probe would find without compensation.
         if (!started_ || number != seed_) start(number);
         const GrowthProgram::Step step = program.step(repeat, done, dt);
         const bool plays = step_plays(step);
-        const bool changed = tool_changed;
-        if (step.changed_tool || (changed && !was_changed_)) touch_probe.mount(seed_);
-        was_changed_ = changed;
+        const bool changes = tool_change_.rises(tool_changed);
+        if (step.changed_tool || changes) touch_probe.mount(seed_);
         cooled_ = cooling;
         trunnion_ = trunnion;
         const double speed = plays ? step.speed : usable(spindle_speed, 1e5, 0);
@@ -223,8 +224,9 @@ private:
     }
 
     std::int32_t seed_ = 0;
-    bool started_ = false, was_changed_ = false, cooled_ = false, trunnion_ = false, played_ = false;
+    bool started_ = false, cooled_ = false, trunnion_ = false, played_ = false;
     bool touching_ = false;
+    Edge tool_change_;
     double angle_ = 0, error_ = 0;
     std::array<double, 3> at_{};
     Eigen::Vector3d offset_ = Eigen::Vector3d::Zero(), direction_ = Eigen::Vector3d::Zero();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/random.hpp"
 #include "components/math/blocks/usable.hpp"
@@ -39,13 +40,12 @@ struct LatheGauge final : hal::Group {
 
     void step(double true_diameter, std::int32_t seed, Random& random, double dt) noexcept {
         const bool asked = measure;
-        if (asked && !asked_) left_ = std::max(usable(gauge_time, 1e5, 0), 0.0);
+        if (asking_.rises(asked)) left_ = std::max(usable(gauge_time, 1e5, 0), 0.0);
         if (asked && !ready_) {
             left_ -= dt;
             if (left_ <= dt / 2) read(true_diameter, seed, random);
         }
         if (!asked) ready_ = false;
-        asked_ = asked;
         value_ready = ready_;
     }
 
@@ -86,7 +86,8 @@ private:
     }
 
     double left_ = 0, before_ = 0;
-    bool asked_ = false, ready_ = false;
+    Edge asking_;
+    bool ready_ = false;
 };
 
 struct SimLathe final : hal::Component {
@@ -128,6 +129,7 @@ tool stands still the work springs back into it.
         hal::Limits{"Use millimetres only. The tip is a point, and the stock consists of discs of 0.1 mm."},
         hal::SeeAlso{"centre_height(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the lathe."};
@@ -179,9 +181,7 @@ tool stands still the work springs back into it.
 
     void update(double dt) noexcept {
         if (seed_ != seed || !started_) start(seed);
-        const bool fresh = new_stock;
-        if (fresh && !fresh_) fill();
-        fresh_ = fresh;
+        if (fresh_.rises(new_stock)) fill();
         time_ += dt;
         passed_ = usable(elapsed, 1e9, passed_);
         const double warm = 1 - std::exp(-(time_ + passed_) / warming);
@@ -303,7 +303,8 @@ private:
     double disc_z_ = 1e6, before_ = 0;  // the disc at the tool, and its radius when the tool came
     double time_ = 0, passed_ = 0, wear_ = 0, edge_ = 0, side_ = 1;
     std::int32_t seed_ = 0, cuts_ = 0;
-    bool started_ = false, fresh_ = false, cutting_ = false;
+    Edge fresh_;
+    bool started_ = false, cutting_ = false;
 };
 
 hal::Model hal::model() {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/servo_lag.hpp"
 #include "components/plants/sim_mill/cut_truth.hpp"
 #include "components/plants/sim_mill/machine_growth.hpp"
@@ -48,6 +49,7 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
         hal::Limits{"The growth does not follow one exponential. Use millimetres only."},
         hal::SeeAlso{"sim_part_program(9), sim_drive_load(9), thermal_displacement(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 is the typical one."};
@@ -124,7 +126,7 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
 
         const Work work = cut(tip, dt);
         if (work.power > 0) wear = std::min(1.0, wear + dt / std::max(tool_life(seed_), 1.0));
-        if (work.contact && !contact_) {
+        if (contact_.rises(work.contact)) {
             const double part = depth_ < 0 ? depth_ / (depth_ - work.depth) : 1;  // of the period, before it
             truth.contact(task, z_ + (z - z_) * part, time_ - dt + part * dt, grown);
         }
@@ -138,7 +140,7 @@ the same servo. truth-cut-error is its value at the deepest point, latched when 
         tool_wear = wear;
         truth_growth = grown;
         truth_tip_error = tip - nominal;
-        truth_contact = contact_ = work.contact;
+        truth_contact = work.contact;
         z_ = z;
         tip_ = tip;
         depth_ = work.depth;
@@ -205,7 +207,8 @@ private:
     double width_ = 0, side_feed_ = 0, replayed_ = 0;  // last good inputs
     double time_ = 0, z_ = 0, driven_ = 0, tip_ = 0, depth_ = -1, seat_ = 0;
     double wear_[100] = {};  // of each tool
-    bool started_ = false, contact_ = false;
+    bool started_ = false;
+    Edge contact_;
     std::int32_t seed_ = 0, tool_ = -1;
 };
 

@@ -48,6 +48,7 @@ program (1 mm), either way except for a chip.
         hal::Limits{"Use millimetres only."},
         hal::SeeAlso{"sim_mill(9), sim_drive_load(9), thermal_displacement(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 has the program above."};

@@ -54,6 +54,7 @@ has none of these. truth-x-beyond-tilts is their part of the tip error.
         hal::Limits{"Use millimetres only. The machine is rigid but for the ram."},
         hal::SeeAlso{"squareness(9), joint_offset(9)"}};
 
+    static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;
 
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the machine; 0 has no error but its tilts."};

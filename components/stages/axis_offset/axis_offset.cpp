@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
-#include "components/math/blocks/guest_offset.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/offset_counter.hpp"
-#include "components/math/blocks/offset_shares.hpp"
+#include "components/math/blocks/offset_ledger.hpp"
 #include "components/math/blocks/source_sum.hpp"
-#include "components/math/blocks/usable.hpp"
 #include "components/stages/axis_offset/axis_offset_codes.hpp"
 #include "components/stages/axis_offset/guest_pins.hpp"
 #include "hal/component.hpp"
@@ -96,7 +95,19 @@ While the guest is at rest the own part is the one that is missing.
 takes the offset back. When interlock is called again, the next cycle start arms the stage.
 - Joint mode: The output waits until LinuxCNC applies offsets again.
 - Invalid source: The last good value stays.
-- Invalid guest-scale, or a guest beyond 1000: The guest's part holds. The change follows when the input is good again.)"},
+- Invalid guest-scale, or a guest beyond 1000: The guest's part holds. The change follows when the input is good again.
+
+The stage asks LinuxCNC for the sum of its own offset and the guest's. It is always in one of these states:
+
+  state        armed  own offset      guest's offset  begins when
+  off          false  holds           holds           the machine is off or not homed
+  disarmed     false  holds           moves           the machine is on and homed
+  armed        true   moves           moves           arm rises
+  taking back  false  returns to 0    moves           clear is true
+  lost         false  holds           holds           LinuxCNC does not take the counts (fault 4)
+
+The stage leaves armed when the machine goes off, and stays disarmed until arm rises. It leaves lost when it is armed, or when
+clear rises.)"},
         hal::Limits{R"(
 External offsets do not work in joint mode. They take a part of the speed and acceleration of the axis all the time.
 
@@ -109,6 +120,7 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
         hal::SeeAlso{
             "thermal_displacement(9), interlock(9), joint_offset(9), eoffset_per_angle(9), motion(9)"}};
 
+    static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;
 
     hal::LengthUnit unit{this};
@@ -166,42 +178,47 @@ joint_offset(9) works in every mode and costs no speed, but you must wire it bet
         const Settings given{setting(scale), setting(max_offset), setting(max_rate)};
         if (setting.good()) settings_ = given;
         const bool good_sources = sources_.read(offset, largest);
-        const bool on = motion_enabled, taking_back = clear;
-        watch_power(on);
+        const bool on = motion_enabled, homed = all_homed, probing = motion_type == probe;
+        const bool arms = arm_.rises(arm), taking_back = clear, clears = clear_.rises(taking_back);
+        if (power_.rises(on)) forget();
         const bool hears = read_report(dt);
         const double wanted = enable ? sources_.value() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
-
-        watch_homing();
-        watch_probing();
-        interlock_.step(heartbeat);
-        judge_readiness(taking_back);
-        guest_.listen(guest.read(), passing_, shares_.guest());
         const double target = taking_back ? 0 : possible;
-        if (passing_ && hears) follow(target, dt);
+
+        // A joint that homes where it stands takes the offset with it, also the guest's.
+        if (homing_.rises(homed)) shifted_ = any_in_force();
+        if (probing_.rises(probing)) refused_ = own_in_force() && !allow_probing;
+        refused_ = refused_ && probing;
+        interlock_.step(heartbeat);
+        const bool able = on && homed;
+        const bool ready = able && !taking_back && !shifted_ && interlock_.alive();
+        enter(next({able, ready, arms, taking_back, clears}));
+        ledger_.listen(guest.read(), takes_counts());
+        if (takes_counts() && hears) follow(target, probing, dt);
 
         counts = counter_.counts();
         counts_scale = settings_.scale;
         offset_enable = true;
-        offset_clear = taking_back && !own_in_force() && std::abs(guest_.request()) <= nothing &&
+        offset_clear = taking_back && !own_in_force() && std::abs(ledger_.guest().request()) <= nothing &&
                        std::abs(request_) <= settings_.scale / 2;
-        applied_offset = shares_.own();
-        guest.show(guest_.request(), shares_.guest(), settings_.scale);
-        armed = armed_;
+        applied_offset = ledger_.own_in_force();
+        guest.show(ledger_.guest().request(), ledger_.guest_in_force(), settings_.scale);
+        armed = state_ == State::armed;
         in_force = any_in_force();
-        ramping =
-            working_ && hears && !probing_ && !offset_limited && std::abs(target - shares_.own()) > slack();
+        ramping = moves_own() && hears && !probing && !offset_limited &&
+                  std::abs(target - ledger_.own_in_force()) > slack();
         limited = offset_limited || wanted != possible;
-        uncompensated = std::abs(wanted - (on ? shares_.own() : 0)) > slack();
+        uncompensated = std::abs(wanted - (on ? ledger_.own_in_force() : 0)) > slack();
         probing_refused = refused_;
         fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!hears, Fault::report},
                                    {!setting.good(), Fault::settings},
-                                   {lost_, Fault::lost},
+                                   {state_ == State::lost, Fault::lost},
                                    {counter_.used_up(), Fault::counts},
                                    {shifted_, Fault::homed},
-                                   {!guest_.good(), Fault::guest}});
+                                   {!ledger_.guest().good(), Fault::guest}});
     }
 
 private:
@@ -210,14 +227,43 @@ private:
     static constexpr double follow_time = 0.01;  // s
     static constexpr std::int32_t probe = 5;     // motion-type
 
-    static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
-
     struct Settings {
         double scale, max_offset, max_rate;
     };
 
-    // Whether the own part is.  Beside a guest's fractions of a count it is rounded to half a count.
-    bool own_in_force() const noexcept { return std::abs(shares_.own()) > 0.75 * settings_.scale; }
+    enum class State {
+        off,          // LinuxCNC takes no counts: the machine is off or not homed
+        disarmed,     // the guest's part moves, the own one holds
+        taking_back,  // the own part returns to 0
+        armed,        // the own part follows the sources
+        lost,         // LinuxCNC does not take the counts, until the stage is armed again or cleared
+    };
+
+    struct Signals {
+        bool able;   // the machine is on and homed
+        bool ready;  // to be armed
+        bool arms, taking_back, clears;
+    };
+
+    State next(const Signals& now) const noexcept {
+        if (state_ == State::lost && !now.clears && !(now.ready && now.arms)) return State::lost;
+        if (now.ready && (state_ == State::armed || now.arms)) return State::armed;
+        if (!now.able) return State::off;
+        return now.taking_back ? State::taking_back : State::disarmed;
+    }
+
+    void enter(State state) noexcept {
+        const bool took_counts = takes_counts(), moved_own = moves_own();
+        state_ = state;
+        const bool begins = (moves_own() && !moved_own) || (takes_counts() && !took_counts);
+        if (begins && !counter_.agrees(request_, settings_.scale)) take_stock();
+    }
+
+    bool takes_counts() const noexcept { return state_ != State::off && state_ != State::lost; }
+    bool moves_own() const noexcept { return state_ == State::taking_back || state_ == State::armed; }
+
+    // Beside a guest's fractions of a count the own part is rounded to half a count.
+    bool own_in_force() const noexcept { return std::abs(ledger_.own_in_force()) > 0.75 * settings_.scale; }
 
     bool any_in_force() const noexcept { return std::abs(force_) > settings_.scale / 2; }
 
@@ -225,106 +271,54 @@ private:
     double slack() const noexcept { return 10 * settings_.scale; }
 
     // LinuxCNC forgets all offsets when it is turned on.
-    void watch_power(bool on) noexcept {
-        if (on && !on_) {
-            guest_.forget();
-            shares_.forget();
-            counter_.start(0);
-            y_ = 0;
-        }
-        on_ = on;
+    void forget() noexcept {
+        ledger_.forget();
+        counter_.start(0);
     }
 
     // What LinuxCNC reports.  An invalid value keeps its last good one; then false.
     bool read_report(double dt) noexcept {
         const double request = offset_request, force = offset_in_force;
-        const bool hears = within(request, largest) && within(force, largest);
+        const bool hears = std::abs(request) <= largest && std::abs(force) <= largest;
         request_ = hears ? request : request_;
         force_ = hears ? force : force_;
-        shares_.divide(force_, {y_, guest_.request(), guest_.held()}, settings_.max_rate * dt,
-                       settings_.scale);
+        ledger_.divide(force_, settings_.max_rate * dt, settings_.scale);
         return hears;
     }
 
-    // A joint that homes where it stands takes the offset with it, also the guest's.
-    void watch_homing() noexcept {
-        const bool homed = all_homed;
-        if (homed && !homed_) shifted_ = any_in_force();
-        homed_ = homed;
-    }
-
-    void watch_probing() noexcept {
-        const bool probing = motion_type == probe;
-        refused_ = probing && (probing_ ? refused_ : own_in_force() && !allow_probing);
-        probing_ = probing;
-    }
-
-    void judge_readiness(bool taking_back) noexcept {
-        const bool arming = arm, begins = arming && !arming_, clears = taking_back && !taking_back_;
-        arming_ = arming;
-        taking_back_ = taking_back;
-        const bool able = on_ && homed_;
-        const bool ready = able && !taking_back && !shifted_ && interlock_.alive();
-        if (clears || (ready && begins)) lost_ = false;
-        armed_ = ready && !lost_ && (armed_ || begins);
-
-        const bool works = armed_ || (able && taking_back && !lost_);
-        const bool passes = able && !lost_;
-        const bool begins_anew = (works && !working_) || (passes && !passing_);
-        if (begins_anew && !counter_.agrees(request_, settings_.scale)) take_stock();
-        working_ = works;
-        passing_ = passes;
-    }
-
-    // LinuxCNC is asked for something else than was sent.  The guest keeps its part where that leaves a
-    // possible own part.
     void take_stock() noexcept {
-        const double most = settings_.scale / 2;
-        if (std::abs(request_) <= most && std::abs(force_) <= most) guest_.correct(0);  // all was cleared
-        y_ = request_ - guest_.request();
-        if (guest_.request() != 0 && std::abs(y_) > settings_.max_offset) {
-            y_ = bounded(y_, settings_.max_offset);
-            guest_.correct(request_ - y_);
-        }
-        shares_.correct(guest_.request());
+        ledger_.take_stock(request_, force_, settings_.max_offset, settings_.scale);
         counter_.start(request_);
     }
 
-    // Sends the sum of both parts.  The own one moves while the stage works, the guest's at any time.
-    void follow(double target, double dt) noexcept {
+    // Sends the sum of both parts.  The own one moves while the stage is armed or takes it back, the guest's
+    // at any time.
+    void follow(double target, bool probing, double dt) noexcept {
         if (counter_.answered(request_, settings_.scale)) {
-            if (working_ && !probing_) approach(target, dt);
-            const double sum = y_ + guest_.request();
-            if (working_ || std::abs(sum - request_) > settings_.scale / 2)
-                counter_.ask(sum, request_, settings_.scale);
-        } else if (!working_ && !counter_.under_way()) {
+            if (moves_own() && !probing)
+                ledger_.approach(target, settings_.max_rate * dt, slack() + settings_.max_rate * follow_time);
+            if (moves_own() || std::abs(ledger_.asked() - request_) > settings_.scale / 2)
+                counter_.ask(ledger_.asked(), request_, settings_.scale);
+        } else if (!moves_own() && !counter_.under_way()) {
             take_stock();  // not by the stage
         }
-        lost_ = counter_.silent();
-        if (lost_ || counter_.used_up()) armed_ = working_ = false;
-        passing_ = passing_ && !lost_;
-    }
-
-    void approach(double target, double dt) noexcept {
-        const double own = shares_.own(), lag = slack() + settings_.max_rate * follow_time;
-        const bool ahead = std::abs(y_ - own) > lag && (target - y_) * (own - y_) <= 0;
-        if (!ahead) y_ += bounded(target - y_, settings_.max_rate * dt);
+        if (counter_.silent())
+            state_ = State::lost;
+        else if (counter_.used_up())
+            state_ = State::disarmed;
     }
 
     Settings settings_{};             // the last good ones
     double request_ = 0, force_ = 0;  // likewise
     SourceSum<4> sources_;
-    GuestOffset guest_;
-    OffsetShares shares_;
-    double y_ = 0;  // the own offset that is asked for
+    OffsetLedger ledger_;
     OffsetCounter counter_;
     LiveCounter interlock_;
-    bool armed_ = false, working_ = false;  // working: armed, or taking the offset back
-    bool on_ = false, passing_ = false;     // passing: LinuxCNC takes counts, the guest's, too
-    bool lost_ = false, shifted_ = false;   // faults lost and homed
-    bool probing_ = false, refused_ = false;
-    bool homed_ = false, taking_back_ = false;
-    bool arming_ = true;  // an arm that is true already is no cycle start
+    State state_ = State::off;
+    bool shifted_ = false;  // fault homed
+    bool refused_ = false;  // the present probing move
+    Edge power_, homing_, probing_, clear_;
+    Edge arm_{true};  // an arm that is true already is no cycle start
 };
 
 hal::Model hal::model() {

@@ -268,6 +268,7 @@ LinuxCNC holds neither threads and rigid taps (G33, G33.1) nor jogs.)"},
         hal::SeeAlso{"axis_offset(9), joint_offset(9), chopping(9), retain(1), linuxcnc_link(1), "
                      "linuxcnc_alive(1), halui(1), motion(9)"}};
 
+    static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;
 
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};

@@ -512,15 +512,24 @@ class GrowthTest(unittest.TestCase):
 
 
 class Texts(unittest.TestCase):
-    def test_every_text_and_every_fault_has_german_words_with_the_same_values(self):
+    def test_german_words_have_the_values_of_their_text(self):
         german = panel_texts.translated()
         wanted = {**panel_texts.of_sources(), **panel_texts.of_declarations(BUILD)}
-        self.assertGreater(len(wanted), 400)
-        for text, place in wanted.items():
-            with self.subTest(text, place=place):
-                self.assertTrue(german.get(text), "no German words")
+        there = [text for text in wanted if german.get(text)]
+        self.assertGreater(len(there), 0.95 * len(wanted))
+        for text in there:
+            with self.subTest(text, place=wanted[text]):
                 values = [sorted(re.findall(r"\{\w+\}", each)) for each in (text, german[text])]
                 self.assertEqual(*values)
+
+    def test_every_text_of_the_panel_has_german_words(self):
+        self.assertEqual(panel_texts.without_words(panel_texts.of_sources()), {})
+
+    def test_a_pin_without_german_words_is_listed_and_its_text_stays_english(self):
+        self.assertEqual(panel_texts.without_words({"A pin of tomorrow.": "axis_offset.json"}), {"A pin of tomorrow.": "axis_offset.json"})
+        texts.choose(os.path.join(BUILD, "share", "locale"), "de")
+        self.addCleanup(texts.choose, "", "en")
+        self.assertEqual(texts._("A pin of tomorrow."), "A pin of tomorrow.")
 
     def test_the_built_texts_are_german(self):
         texts.choose(os.path.join(BUILD, "share", "locale"), "de")

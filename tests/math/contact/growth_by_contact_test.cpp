@@ -43,7 +43,8 @@ struct Shop {
             Milling::Sample sample = true_sample;
             tamper(sample);
             const double offset = unit * mill.offset;
-            if (measured.step(sample, offset == 0, used, mill.dt) == Event::accepted) {
+            if (measured.step(GrowthByContact::judged(sample), offset == 0, used, mill.dt) ==
+                Event::accepted) {
                 accepted.push_back(measured.growth() / unit);
                 target = measured.growth();
             }
@@ -55,7 +56,7 @@ struct Shop {
         cycle(0);
         mill.learn = false;
     }
-    const GrowthByContact::Counts& counts() const { return measured.counts(); }
+    const CycleTally::Counts& counts() const { return measured.tally().counts(); }
 };
 
 Shop learnt(Method method = Method::coordinate) {
@@ -168,7 +169,7 @@ TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
     shop.mill.growth = 10 * um;
     int early = 0;  // periods of retraction in which the tool was taken to be out
     shop.mill.cycle([&](const Milling::Sample& sample) {
-        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        shop.measured.step(GrowthByContact::judged(sample), false, shop.used, shop.mill.dt);
         early += shop.mill.cutting && sample.velocity > 0 && !shop.measured.in_work();
         return 0.0;
     });
@@ -181,7 +182,7 @@ TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCo
     shop.used.finder.excluded[0] = shop.mill.program.front().operation;
     int periods = 0, free = 0;
     shop.mill.cycle([&](const Milling::Sample& sample) {
-        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        shop.measured.step(GrowthByContact::judged(sample), false, shop.used, shop.mill.dt);
         const bool down = sample.cycle_running && sample.motion == 2 && sample.velocity < 0;
         periods += down;
         free += down && !shop.measured.in_work();
@@ -198,7 +199,7 @@ TEST(GrowthByContact, AnOffsetHasToWaitUntilTheToolHasLeftTheWorkWhetherItsConta
     int periods = 0, free = 0;
     bool in_cut = false;  // not only below the top of the next work, on the way to it
     shop.mill.cycle([&](const Milling::Sample& sample) {
-        shop.measured.step(sample, false, shop.used, shop.mill.dt);
+        shop.measured.step(GrowthByContact::judged(sample), false, shop.used, shop.mill.dt);
         in_cut = shop.mill.cutting && (in_cut || sample.motion == 2);
         periods += in_cut;
         free += in_cut && !shop.measured.in_work();
@@ -226,7 +227,7 @@ TEST(GrowthByContact, EventsBeyondTheGateAreRejectedEvenIfTheyLast) {
             shop.cycle(10 * um, {{0, upset}});
             EXPECT_NEAR(shop.target, before, 0.5 * um) << height;
         }
-        const Rejection found = shop.measured.rejection();
+        const Rejection found = shop.measured.tally().rejection();
         const bool gave_up = found == Rejection::withdrawn && reason == Rejection::beyond_gate;
         if (height > -0.6) {
             EXPECT_TRUE(found == reason || gave_up) << height;
@@ -250,11 +251,11 @@ TEST(GrowthByContact, ReportsThatTheGateKeepsOutAllContacts) {
     shop.cycle(10 * um);
     for (int n = 0; n < 2; ++n) shop.cycle(-80 * um);
     shop.cycle(-80 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // proves nothing either way
-    EXPECT_FALSE(shop.measured.lost_track());
+    EXPECT_FALSE(shop.measured.tally().lost_track());
     shop.cycle(-80 * um);
-    EXPECT_TRUE(shop.measured.lost_track());
+    EXPECT_TRUE(shop.measured.tally().lost_track());
     shop.cycle(10 * um, {{3, {false, 0.2}}});
-    EXPECT_FALSE(shop.measured.lost_track()) << "one rejected contact among others does not count";
+    EXPECT_FALSE(shop.measured.tally().lost_track()) << "one rejected contact among others does not count";
 }
 
 TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
@@ -270,7 +271,7 @@ TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
     shop.mill.cycle([&](const Milling::Sample& true_sample) {
         Milling::Sample sample = true_sample;
         shop.tamper(sample);
-        shop.measured.step(sample, true, shop.used, shop.mill.dt);
+        shop.measured.step(GrowthByContact::judged(sample), true, shop.used, shop.mill.dt);
         if (sample.velocity == 0.001) {
             EXPECT_TRUE(shop.measured.in_work());
             EXPECT_TRUE(shop.measured.detector().in_work());
@@ -285,7 +286,7 @@ TEST(GrowthByContact, TheGateOpensWithTime) {
     shop.cycle(25 * um);
     EXPECT_EQ(shop.counts().accepted, 0);
     for (int n = 0; n < 4; ++n) shop.cycle(25 * um);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::beyond_gate);
     EXPECT_GT(shop.counts().accepted, 0) << "after 125 s at 0.2 um/s";
     EXPECT_NEAR(shop.target, 25 * um, 0.5 * um);
 }
@@ -298,7 +299,7 @@ TEST(GrowthByContact, AnotherFeedIsRejectedByTimeAndComparedByCoordinate) {
         shop.cycle(10 * um, {{0, slow}});
         const bool compared = method == Method::coordinate;
         EXPECT_EQ(shop.counts().rejected, compared ? 0 : 1);
-        EXPECT_EQ(shop.measured.rejection(), compared ? Rejection::none : Rejection::feed_differs);
+        EXPECT_EQ(shop.measured.tally().rejection(), compared ? Rejection::none : Rejection::feed_differs);
         EXPECT_EQ(shop.counts().accepted, compared ? 4 : 3);
         EXPECT_NEAR(shop.accepted.front(), 10 * um, 0.5 * um);
     }
@@ -309,7 +310,7 @@ TEST(GrowthByContact, AFeedHoldIsNoGrowth) {
     held.hold = 0.05;  // 100 um at 2 mm/s, to a clock
     Shop timed = learnt(Method::time);
     timed.cycle(10 * um, {{0, held}});
-    EXPECT_EQ(timed.measured.rejection(), Rejection::time_differs);
+    EXPECT_EQ(timed.measured.tally().rejection(), Rejection::time_differs);
     EXPECT_EQ(timed.counts().accepted, 3);
     Shop placed = learnt(Method::coordinate);
     placed.cycle(10 * um, {{0, held}});
@@ -345,7 +346,7 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
     EXPECT_EQ(above.counts().accepted, 4) << "0.2 s at 2 mm/s before the contact";
     held.hold_height = 0.35;
     above.cycle(10 * um, {{0, held}});
-    EXPECT_EQ(above.measured.rejection(), Rejection::unsteady_feed);
+    EXPECT_EQ(above.measured.tally().rejection(), Rejection::unsteady_feed);
     EXPECT_EQ(above.counts().accepted, 7);
 }
 
@@ -360,7 +361,7 @@ TEST(GrowthByContact, AClockThatMissedItsStartIsRejected) {
     };
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().accepted, 0);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::no_clock);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::no_clock);
 }
 
 TEST(GrowthByContact, ByTimeNothingIsLearntWithoutAClock) {
@@ -370,9 +371,10 @@ TEST(GrowthByContact, ByTimeNothingIsLearntWithoutAClock) {
         shop.tamper = [](Milling::Sample& s) { s.start_height = -1000; };  // which Z never passes
         shop.learn();
         const bool timed = method == Method::time;
-        EXPECT_EQ(shop.measured.learning_fault(), timed ? LearningFault::no_clock : LearningFault::none);
+        EXPECT_EQ(shop.measured.tally().learning_fault(),
+                  timed ? LearningFault::no_clock : LearningFault::none);
         EXPECT_EQ(shop.measured.cycle().references().size(), timed ? 0 : 4);
-        EXPECT_EQ(shop.measured.rejection(), timed ? Rejection::no_clock : Rejection::none);
+        EXPECT_EQ(shop.measured.tally().rejection(), timed ? Rejection::no_clock : Rejection::none);
     }
 }
 
@@ -386,7 +388,7 @@ TEST(GrowthByContact, AReferenceWithoutATimeIsNotComparedByTime) {
     shop.used.method = Method::time;
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().rejected, 4);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::no_clock);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::no_clock);
 }
 
 // The program clock, started by its mark as each plunge begins to feed.
@@ -400,7 +402,7 @@ TEST(GrowthByContact, AMarkStartsTheProgramClockSoThatALongerToolChangeIsNoGrowt
         shop.mill.change_time = 0.02;
         shop.cycle(10 * um);
         EXPECT_EQ(shop.counts().accepted, marked ? 4 : 1) << "the first cut has no tool change before it";
-        EXPECT_EQ(shop.measured.rejection(), marked ? Rejection::none : Rejection::time_differs);
+        EXPECT_EQ(shop.measured.tally().rejection(), marked ? Rejection::none : Rejection::time_differs);
         EXPECT_NEAR(shop.accepted.back(), 10 * um, 0.5 * um);
     }
 }
@@ -440,7 +442,7 @@ TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {
     EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
     shop.mill.change_time = 0.02;
     shop.cycle(10 * um);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::time_differs);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::time_differs);
     EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
 }
 
@@ -449,7 +451,7 @@ TEST(GrowthByContact, ASpeedChangeOnTheWayBlanksTheContact) {
     Milling::Upset change;
     change.speed_change = true;
     shop.cycle(10 * um, {{0, change}});
-    EXPECT_EQ(shop.measured.rejection(), Rejection::blanked);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::blanked);
     EXPECT_EQ(shop.counts().rejected, 1);
     EXPECT_EQ(shop.counts().missed, 0) << "it came, though it was rejected";
 }
@@ -472,10 +474,10 @@ TEST(GrowthByContact, AnAbortedLearningCycleLeavesNoReference) {
     Milling::Upset abort;
     abort.abort = true;
     shop.cycle(0, {{1, abort}});
-    EXPECT_NE(shop.measured.learning_fault(), LearningFault::none);
+    EXPECT_NE(shop.measured.tally().learning_fault(), LearningFault::none);
     EXPECT_FALSE(shop.measured.cycle().references().made_with(shop.mill.setup));
     shop.learn();
-    EXPECT_EQ(shop.measured.learning_fault(), LearningFault::none);
+    EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::none);
     EXPECT_TRUE(shop.measured.cycle().references().made_with(shop.mill.setup));
 }
 
@@ -490,7 +492,7 @@ TEST(GrowthByContact, ALearningCycleThatLosesASignalLeavesNoReference) {
             if (++periods == 5000) s.*signal = std::numeric_limits<double>::quiet_NaN();
         };
         shop.learn();
-        EXPECT_NE(shop.measured.learning_fault(), LearningFault::none);
+        EXPECT_NE(shop.measured.tally().learning_fault(), LearningFault::none);
     }
 }
 
@@ -499,11 +501,11 @@ TEST(GrowthByContact, LearnTakenBackOrAnOffsetInForceLeavesNoReference) {
     int periods = 0;
     taken_back.tamper = [&](Milling::Sample& s) { s.learn = ++periods < 5000; };
     taken_back.learn();
-    EXPECT_NE(taken_back.measured.learning_fault(), LearningFault::none);
+    EXPECT_NE(taken_back.measured.tally().learning_fault(), LearningFault::none);
     Shop shifted;
     shifted.target = 5 * um;
     shifted.learn();
-    EXPECT_NE(shifted.measured.learning_fault(), LearningFault::none);
+    EXPECT_NE(shifted.measured.tally().learning_fault(), LearningFault::none);
 }
 
 TEST(GrowthByContact, ACycleIsNotJoinedInItsMiddle) {
@@ -534,7 +536,7 @@ TEST(GrowthByContact, AReferenceOfAnotherProgramOrOtherToolsIsRefusedUntilAcknow
         EXPECT_FALSE(shop.measured.applicable());
         EXPECT_EQ(shop.counts().rejected, 4);
         EXPECT_EQ(shop.counts().missed, 0) << "nothing was compared";
-        EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+        EXPECT_EQ(shop.measured.tally().rejection(), Rejection::no_reference);
         --id;
         shop.cycle(10 * um);
         EXPECT_EQ(shop.measured.refusal().reason(), reason) << "the message to the operator stays";
@@ -610,7 +612,7 @@ TEST(GrowthByContact, WithoutAReferenceNothingIsRefused) {
     Shop shop;
     shop.cycle(10 * um);
     EXPECT_EQ(shop.measured.refusal().reason(), Refusal::none);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::no_reference);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::no_reference);
     EXPECT_EQ(shop.counts().rejected, 4);
     Shop forgotten = learnt();
     ++forgotten.mill.setup.program;
@@ -654,10 +656,10 @@ TEST(GrowthByContact, AChipInOneOfSeveralColdCyclesSpoilsNoMean) {
     chip.height = 0.2;
     shop.cycle(0);
     shop.cycle(0, {{1, chip}});
-    EXPECT_EQ(shop.measured.rejection(), Rejection::too_large);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::too_large);
     shop.cycle(0);
     EXPECT_EQ(shop.measured.cycle().references().size(), 3) << "without that contact";
-    const GrowthByContact::Counts& n = shop.counts();
+    const CycleTally::Counts& n = shop.counts();
     EXPECT_EQ(n.contacts, 12);
     EXPECT_EQ(n.rejected, 1);
     shop.mill.learn = false;
@@ -690,7 +692,7 @@ TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().accepted, 4);
     EXPECT_EQ(shop.counts().unexpected, 1);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::unexpected);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::unexpected);
 }
 
 TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
@@ -744,7 +746,7 @@ TEST(GrowthByContact, ARiseThatIsNoneIsRejected) {
     shop.cycle(10 * um, {{1, {true}}});
     EXPECT_GT(periods, 20);
     EXPECT_EQ(shop.counts().rejected, 1);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::no_onset);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::no_onset);
 }
 
 TEST(GrowthByContact, EveryContactIsCountedInOneWay) {
@@ -757,7 +759,7 @@ TEST(GrowthByContact, EveryContactIsCountedInOneWay) {
     shop.cycle(10 * um, {{2, air}});
     shop.mill.program.push_back({50, 1, -30});
     shop.cycle(10 * um);
-    const GrowthByContact::Counts& n = shop.counts();
+    const CycleTally::Counts& n = shop.counts();
     EXPECT_EQ(n.contacts, 4 + n.accepted + n.rejected + n.unexpected);
     EXPECT_EQ(n.contacts + n.missed, 4 + 4 + 4 + 5);
 }
@@ -767,7 +769,7 @@ TEST(GrowthByContact, ReferencesOutliveARestart) {
     Shop after;
     for (int i = 0; i < 4; ++i) EXPECT_TRUE(after.measured.restore(before.measured.cycle().references()[i]));
     after.cycle(50 * um);
-    EXPECT_EQ(after.measured.rejection(), Rejection::unconfirmed) << "the first contact alone";
+    EXPECT_EQ(after.measured.tally().rejection(), Rejection::unconfirmed) << "the first contact alone";
     EXPECT_EQ(after.counts().accepted, 3);
     EXPECT_NEAR(after.target, 50 * um, 0.5 * um);
 }
@@ -785,10 +787,10 @@ TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
             shop.learn();
             int periods = 0;
             shop.tamper = [&](Milling::Sample& s) {
-                EXPECT_EQ(GrowthByContact::lost(s), Lost::nothing);
+                EXPECT_EQ(GrowthByContact::judged(s).lost, Lost::nothing);
                 if (++periods % 1000 != 0) return;
                 s.*signal = bad;
-                EXPECT_NE(GrowthByContact::lost(s), Lost::nothing);
+                EXPECT_NE(GrowthByContact::judged(s).lost, Lost::nothing);
             };
             shop.cycle(10 * um);
             shop.tamper = [](auto&) {};
@@ -809,7 +811,7 @@ Shop predicting(bool by_speed = true) {
     Milling::Sample turning;
     turning.enable = true;
     turning.speed = 20000;
-    for (int i = 0; i < 600; ++i) shop.measured.step(turning, false, shop.used, 1);
+    for (int i = 0; i < 600; ++i) shop.measured.step(GrowthByContact::judged(turning), false, shop.used, 1);
     return shop;
 }
 
@@ -840,7 +842,7 @@ TEST(GrowthByContact, PredictionLetsNothingThroughTheGate) {
     const auto before = shop.accepted.size();
     shop.cycle(-60 * um);
     EXPECT_EQ(shop.accepted.size(), before);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::beyond_gate);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::beyond_gate);
 }
 
 TEST(GrowthByContact, AContactFarFromThePredictionIsDecidedByTheNextOne) {
@@ -849,7 +851,7 @@ TEST(GrowthByContact, AContactFarFromThePredictionIsDecidedByTheNextOne) {
     shop.mill.program = {{10, 1, -20}};
     shop.cycle(-5 * um);  // 10 from the last contact, and much more from the prediction
     EXPECT_EQ(shop.accepted.size(), before);
-    EXPECT_EQ(shop.measured.rejection(), Rejection::unconfirmed);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::unconfirmed);
     shop.cycle(-5 * um);
     shop.cycle(-5 * um);
     ASSERT_GT(shop.accepted.size(), before);

@@ -32,7 +32,6 @@ TEST(BoreTouches, FourTouchesGiveTheCentreAndTheDiameterWithTheBall) {
     EXPECT_NEAR(centre->x, 120.25, 1e-9);
     EXPECT_NEAR(centre->y, -33.5, 1e-9);
     EXPECT_NEAR(centre->bore_diameter(6), 30, 1e-9);
-    EXPECT_NEAR(centre->boss_diameter(6), 18, 1e-9);
     EXPECT_NEAR(centre->scatter, 0, 1e-9);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/turning/cut_fit.hpp"
 #include "components/math/blocks/random.hpp"
-#include "components/math/turning/y_step.hpp"
 #include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
@@ -61,6 +60,12 @@ TEST(CutFit, TwoLandsAreExactOnCentreAndOnSkewAxes) {
         EXPECT_NEAR(found.y, tip.y, 1e-9 * tip.x);
         EXPECT_NEAR(found.x, tip.x, 1e-9 * tip.x);
     }
+}
+
+// Height y of the tip before a step of Y, from the radius before it, r and x there, and the radius r3 of a
+// cut after it that went deeper by infeed.
+double height_by_y_step(double r, double x, double r3, double infeed, double step) {
+    return ((r3 - r) * (r3 + r) + 2 * x * infeed - infeed * infeed - step * step) / (2 * step);
 }
 
 TEST(CutFit, ThirdCutAfterAStepIsTheFormulaOfTheStep) {

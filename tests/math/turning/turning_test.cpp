@@ -4,7 +4,6 @@
 #include "components/math/turning/entry_slip.hpp"
 #include "components/math/turning/land_pair.hpp"
 #include "components/math/turning/skewed_axes.hpp"
-#include "components/math/turning/y_step.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,10 +13,6 @@ namespace plumb {
 namespace {
 
 const double degree = std::acos(-1.0) / 180;
-
-TEST(HeightByYStep, AnAirCutWouldReturnHalfTheStep) {
-    EXPECT_DOUBLE_EQ(height_by_y_step(5, 4.9, 5, 0, 0.4), -0.2);
-}
 
 TEST(BeamArea, IsInvertedForBothBeams) {
     Random random(1);

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/contact/contact_rejection.hpp"
+#include "components/math/contact/learning_check.hpp"
+
+#include <cstdint>
+
+namespace plumb {
+
+// Counts contacts from cycle to cycle: accepted ones, rejected ones, cycles without an accepted one, and how
+// well the last ones agree with the expected growth.
+class CycleTally {
+public:
+    struct Counts {
+        std::int32_t contacts = 0;  // learnt ones, and the next three
+        std::int32_t accepted = 0;
+        std::int32_t rejected = 0;
+        std::int32_t unexpected = 0;  // without a partner
+        std::int32_t missed = 0;      // in complete cycles
+    };
+
+    // A cycle that has ended.
+    struct Cycle {
+        bool compared = false;       // its contacts were compared with a reference
+        bool learning = false;       // it was to be learned from
+        bool complete = false;       // it was not aborted
+        bool enabled = false;        // to its end
+        bool new_reference = false;  // it gave one
+        std::int32_t missed = 0;     // contacts with a partner that did not come
+        LearningFault fault = LearningFault::none;
+    };
+
+    const Counts& counts() const noexcept { return counts_; }
+    Rejection rejection() const noexcept { return rejection_; }                // the last one
+    LearningFault learning_fault() const noexcept { return learning_fault_; }  // of the last learning cycle
+    double agreement() const noexcept { return agreement_; }                   // of the last contacts, 0 to 1
+    bool barren() const noexcept { return barren_; }  // since a cycle in which no contact counted
+
+    // In the last cycles, at least three, contacts were compared and none accepted.
+    bool lost_track() const noexcept { return barren_cycles_ >= 3; }
+
+    void begin() noexcept {
+        rejected_before_ = counts_.rejected;
+        accepted_before_ = counts_.accepted;
+    }
+
+    void end(const Cycle& its) noexcept {
+        if (its.new_reference) agreement_ = 1;
+        if (its.learning) learning_fault_ = its.fault;
+        if (!its.compared) return;
+        counts_.missed += its.missed;
+        if (its.learning || !its.complete) return;
+        if (its.enabled && counts_.accepted == accepted_before_) barren_ = true;
+        if (counts_.rejected > rejected_before_) ++barren_cycles_;
+    }
+
+    void find() noexcept { ++counts_.contacts; }
+
+    // A contact counts: it is learned, or accepted.
+    void accept(bool learning) noexcept {
+        barren_ = false;
+        barren_cycles_ = 0;
+        rejected_before_ = counts_.rejected;
+        if (!learning) ++counts_.accepted;
+    }
+
+    void reject(Rejection reason) noexcept {
+        ++(reason == Rejection::unexpected ? counts_.unexpected : counts_.rejected);
+        rejection_ = reason;
+    }
+
+    void agree(bool agrees) noexcept {
+        constexpr double part = 0.25;
+        agreement_ += part * ((agrees ? 1 : 0) - agreement_);
+    }
+
+    // The growth is unknown from here on.
+    void forget() noexcept {
+        agreement_ = 1;
+        barren_ = false;
+    }
+
+private:
+    Counts counts_;
+    Rejection rejection_ = Rejection::none;
+    LearningFault learning_fault_ = LearningFault::none;
+    double agreement_ = 1;
+    bool barren_ = false;
+    std::int32_t barren_cycles_ = 0;
+    std::int32_t accepted_before_ = 0;  // when this cycle began
+    std::int32_t rejected_before_ = 0;  // then, or at the last accepted contact
+};
+
+}  // namespace plumb
