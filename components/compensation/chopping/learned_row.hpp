@@ -24,8 +24,8 @@ struct LearnedRow : hal::Group {
     hal::Field<double> upper{this, "upper", "mu", "Upper dead point."};
     hal::Field<double> speed{this, "speed", "mu/s", "Peak speed without override."};
     hal::Field<double> acceleration{this, "acceleration", "mu/s2", "The max-acceleration."};
-    hal::Field<std::int32_t> sections{this, "sections", "",
-                                      "Number that stands for all sections, dwells and the exact stop."};
+    hal::Field<std::int32_t> sections{
+        this, "sections", "", "Number that stands for all sections, dwells, the lead and the exact stop."};
     hal::Field<double> lower_offset{this, "lower-offset", "mu", "Correction of the lower dead point."};
     hal::Field<double> upper_offset{this, "upper-offset", "mu", "Correction of the upper dead point."};
     hal::Field<double> lower_first{this, "lower-first", "mu", "That correction when it was first learned."};
