@@ -120,8 +120,9 @@ correction in force they come one stroke later.
 and takes them up as far as the slow strokes confirm them.
 - Dead points that a scale cannot have measured: Not learned; the second one in a row stops the stroke.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
-- max-offset below the present offset: It is refused, and nothing moves. It comes into force when the offset can stop
-within it. At max-offset the offset brakes in time.
+- max-offset, max-rate: A smaller one waits until the axis rests. A max-offset that the stroke does not fit into is refused
+with all other changes. At rest it is refused below the present offset, and nothing moves. Where the joint moves so that
+max-offset would be passed, the offset brakes in time.
 - Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
 - Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
 - Not homed: The stroke stops at once. With stage-released the offset holds until the machine is off. A stage without
@@ -214,7 +215,7 @@ With jerk-time and without learning each stroke ends max-acceleration jerk-time^
 
     void prepare() override {
         in_force_.begin(settings.read());
-        guard(in_force_.values(), 1);
+        guard(1);
     }
 
     void update(double dt) noexcept {
@@ -335,13 +336,15 @@ private:
         const StrokeMotion::Command& its = motion_.command();
         if (in_force_.judge(given, {position_, motion_.moves(), its.lead, its.jerk_time}, dt))
             supervision_.select(in_force_);
-        guard(given, dt);
+        guard(dt);
     }
 
-    void guard(const StrokeValues& given, double dt) noexcept {
+    void guard(double dt) noexcept {
+        const StrokeValues& values = in_force_.values();
         const double planned = motion_.moves() ? motion_.oscillation().planned_acceleration() : 0;
-        const double hardest = std::max(in_force_.values().stroke.acceleration, planned);
-        offset_.allow({given.max_offset, given.max_rate, guard_factor * hardest}, farthest, dt);
+        const double hardest = std::max(values.stroke.acceleration, planned);
+        offset_.allow({values.max_offset, values.max_rate, guard_factor * hardest}, motion_.moves(), farthest,
+                      dt);
     }
 
     StrokeMotion::Command command_in_force(double dt) const noexcept {
@@ -369,6 +372,8 @@ private:
                      });
         if (moved && !motion_.moves()) rest_at(motion_.leading().mean() - position_);
         watch_homed(now, dt);
+        // Where a bound has stopped it, a larger one must not move it later.
+        if (!motion_.moves() && offset_.kept_back() && offset_.stands()) rest_ = offset_.value();
         const double target = motion_.moves() ? motion_.leading().position() - position_ : rest_;
         offset_.step(target, !now.on && now.homed, dt);
     }

@@ -4,6 +4,7 @@
 #include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb {
@@ -16,9 +17,17 @@ public:
     };
 
     // Impossible limits leave the last good ones in force, and so does a limit by which the offset cannot
-    // stop within its bound. The acceleration is possible.
-    void allow(const Limits& given, double farthest, double dt) noexcept {
+    // stop within its bound. The acceleration is possible. A smaller bound or rate waits until the motion
+    // that was planned by the last one has ended.
+    void allow(const Limits& wanted, bool moves, double farthest, double dt) noexcept {
         const double most = limits_.most, hardest = limits_.acceleration;
+        Limits given = wanted;
+        const bool planned = moves && moved_;  // and not a motion that begins
+        moved_ = moves;
+        if (planned) {
+            given.most = std::max(given.most, most);
+            given.rate = std::max(given.rate, limits_.rate);
+        }
         if (given.rate >= 1e-3 && given.rate <= 1e6) limits_.rate = given.rate;
         if (given.acceleration >= hardest || guard_.stops_within(most, given.acceleration, dt))
             limits_.acceleration = given.acceleration;
@@ -35,6 +44,8 @@ public:
             guard_.hold();
         else
             guard_.step(bounded(target, most), {rate, rate, acceleration, rate, rate, most}, dt);
+        stands_ = value() == last_;
+        last_ = value();
         kept_back_ = std::abs(value() - target) > 1e-6;
     }
 
@@ -43,12 +54,14 @@ public:
 
     double value() const noexcept { return guard_.value(); }
     bool kept_back() const noexcept { return kept_back_; }  // from its target
+    bool stands() const noexcept { return stands_; }        // in the last period
     bool refused() const noexcept { return refused_; }      // a bound below the present offset
 
 private:
     AccelerationLimit guard_;
     Limits limits_{};
-    bool kept_back_ = false, refused_ = false;
+    double last_ = 0;
+    bool moved_ = false, stands_ = true, kept_back_ = false, refused_ = false;
 };
 
 }  // namespace plumb

@@ -16,7 +16,7 @@ struct LearnedRow final : hal::RecordRow<DeadPointLearning::Learned> {
     Field<double> acceleration{this, record.stroke.acceleration, "acceleration", "mu/s2",
                                "The max-acceleration."};
     Field<std::int32_t> sections{this, record.stroke.sections, "sections", "",
-                                 "Number that stands for all sections, dwells and the exact stop."};
+                                 "Number that stands for all sections, dwells, the lead and the exact stop."};
     Field<double> lower_offset{this, record.offset[0], "lower-offset", "mu",
                                "Correction of the lower dead point."};
     Field<double> upper_offset{this, record.offset[1], "upper-offset", "mu",

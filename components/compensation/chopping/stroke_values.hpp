@@ -73,13 +73,15 @@ struct StrokeValues {
     }
     double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
 
-    // As it is learned between these dead points: one number stands for its sections, dwells and exact stop.
+    // As it is learned between these dead points: one number stands for its sections, dwells, lead and exact
+    // stop.
     LearnedStrokes::Stroke learned_stroke(double low, double high) const noexcept {
         std::uint32_t number = 0;
         for (const SpeedSection& each : stroke.sections)
             for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
                                        stroke.lower_dwell, stroke.upper_dwell})
                 number = number * 31 + whole(value);
+        if (lead > 0) number = number * 31 + whole(lead);
         if (exact_stop > 0) number = number * 31 + whole(exact_stop);
         return {low, high, peak_speed(high - low), stroke.acceleration, static_cast<int>(number >> 1)};
     }

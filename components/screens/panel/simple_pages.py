@@ -25,6 +25,8 @@ class ChoppingPage(FunctionPage):
         kind, text = super().verdict(values)
         if kind != "bad" and self.get(values, "withdrawing") and not self.get(values, "held"):
             return "warn", _("The axis is on its way to point R.")
+        if kind != "bad" and self.get(values, "feed-wait"):
+            return "warn", _("Moves wait until the axis is at point R. Jogs do not wait: jog another axis, not this one.")
         if kind != "good":
             return kind, text
         if self.get(values, "held"):
@@ -37,7 +39,8 @@ class ChoppingPage(FunctionPage):
 
     def content(self):
         self._picture = StrokePicture(self)
-        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"), _("Speed of the stroke"))
+        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"), _("Speed of the stroke"),
+                                _("Point R"), _("Command"), _("Measured"))
         self._learned = label("")
         return [self._figures, self._picture, card(label(_("Learned correction"), "value"), self._learned)]
 
@@ -91,6 +94,9 @@ class ChoppingPage(FunctionPage):
         self._figures.show_value(_("Lower dead point"), "%.4f" % get("measured-lower"))
         self._figures.show_value(_("Strokes"), number(get("stroke-count", 0)))
         self._figures.show_value(_("Cycle time"), "%.3f s" % get("actual-cycle-time"))
+        self._figures.show_value(_("Point R"), "%.4f" % get("end-position"))
+        self._figures.show_value(_("Command"), "%.4f" % get("command"))
+        self._figures.show_value(_("Measured"), "%.4f" % get("measured-position"))
         set_text(self._learned, _("above {upper}, below {lower}; errors {upper_error} and {lower_error}; {state}").format(
             upper=in_micrometres(get("upper-correction")), lower=in_micrometres(get("lower-correction")),
             upper_error=in_micrometres(get("upper-error")), lower_error=in_micrometres(get("lower-error")),

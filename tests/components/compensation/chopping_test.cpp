@@ -23,13 +23,14 @@ void bring_to_life(Bench& bench) {
     bench.run(1);
 }
 
-// A max-offset within the stroke, of -8 to -20, at 200 mm/s.
+// A joint that moves away from its stroke, of -8 to -20, at 200 mm/s, so that max-offset stops the offset.
 void stroke_beyond(Bench& bench, long period_ns) {
     bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period_ns));
     wire(bench);
-    for (const char* line : {"setp chop.feed 200", "start", "setp chop.run 1"}) bench.command(line);
+    for (const char* line : {"setp chop.feed 200", "setp chop.max-offset 21", "start", "setp chop.run 1"})
+        bench.command(line);
     bench.run(1);
-    bench.set("chop.max-offset", 15);
+    bench.set("chop.position", 5);
     bench.run(1);
 }
 
@@ -86,24 +87,139 @@ TEST_F(Chopping, ABoundBelowItsOffsetIsRefusedAndMovesNothing) {
     EXPECT_EQ(get("fault-code"), 0);
 }
 
-// A max-offset that is typed comes into force amid a stroke, and stops it there.
+// The joint moves away from its stroke.
 TEST_F(Chopping, AtMaxOffsetItBrakesWithinTenTimesItsAcceleration) {
     for (const int period : {250000, 1000000, 4000000}) {  // ns
         SCOPED_TRACE(period);
         Bench own(Bench::Thread::none);
         own.command("loadrt threads name1=servo-thread period1=" + std::to_string(period));
         wire(own);
-        for (const char* line : {"loadrt ddt names=speed", "net offset chop.offset speed.in",
-                                 "addf speed servo-thread", "setp chop.feed 200", "start", "setp chop.run 1"})
+        for (const char* line :
+             {"loadrt ddt names=speed", "net offset chop.offset speed.in", "addf speed servo-thread",
+              "setp chop.feed 200", "setp chop.max-offset 21", "start", "setp chop.run 1"})
             own.command(line);
         own.run(1);
         own.expect("abs(v_rate) <= 10000.1", {{"v", "speed.out"}});
-        for (const double bound : {19.9, 15.0, 25.0, 12.0}) {
-            own.set("chop.max-offset", bound);
+        for (const double place : {2.0, 7.0, -1.0, 5.0}) {
+            own.set("chop.position", place);
             own.run(2);
         }
         const std::vector<double> z = own.trace(1, {"chop.offset"}).column("chop.offset");
-        EXPECT_EQ(*std::min_element(z.begin(), z.end()), -12);
+        EXPECT_EQ(*std::min_element(z.begin(), z.end()), -21);
+    }
+}
+
+TEST_F(Chopping, AMaxOffsetThatTheStrokeDoesNotFitIntoIsRefusedAndMovesNothing) {
+    start();
+    bench.run(1);
+    for (const double bound : {19.9, 15.0, 1.0}) {
+        set("max-offset", bound);
+        bench.run(0.01);
+        EXPECT_EQ(get("fault-code"), 9);
+        const std::vector<double> z = commands(1);
+        EXPECT_NEAR(*std::min_element(z.begin(), z.end()), -20, 1 * um);
+        EXPECT_LE(hardest(z), 1000 * 1.01);
+    }
+    set("max-offset", 500);
+    bench.run(0.01);
+    EXPECT_EQ(get("fault-code"), 0);
+}
+
+// Where the joint has moved, max-offset has stopped the axis short of its dead point.
+TEST_F(Chopping, ALargerMaxOffsetMovesNoAxisThatRests) {
+    set("max-offset", 21);
+    set("stop-kind", 2);
+    start();
+    bench.run(1);
+    set("position", 15);
+    bench.run(1);
+    ASSERT_EQ(get("limited-code"), 5);
+    set("run", 0);
+    bench.run(1);
+    EXPECT_EQ(get("active"), 0);
+    const double rest = get("offset");
+    EXPECT_EQ(rest, -21);
+    for (const double bound : {22.0, 100.0, 500.0, 25.0}) {
+        set("max-offset", bound);
+        for (const double z : commands(0.5)) ASSERT_EQ(z, 15 + rest);
+    }
+}
+
+TEST_F(Chopping, ALowerMaxRateLeavesTheStrokeThatRunsAsItIs) {
+    set("feed", 300);
+    set("override", 1.5);
+    set("max-acceleration", 50000);
+    start();
+    bench.run(1);
+    for (int i = 0; i < 10; ++i) {
+        bench.run(0.01 + 0.003 * i);
+        set("max-rate", i % 2 ? 500 : 310);
+        const std::vector<double> z = commands(0.5);
+        ASSERT_NEAR(*std::min_element(z.begin(), z.end()), -20, 20 * um);
+        ASSERT_NEAR(*std::max_element(z.begin(), z.end()), -8, 20 * um);
+        ASSERT_LE(hardest(z), 50000 * 1.01);
+    }
+}
+
+// Every setting at every phase: the region, the largest acceleration of all that was in force, and no motion
+// at rest.
+TEST_F(Chopping, NoSettingThatChangesAtAnyPhaseBreaksALimitOrMovesAnAxisAtRest) {
+    struct Setting {
+        const char* pin;
+        std::vector<double> values;
+    };
+    const std::vector<Setting> settings{{"max-acceleration", {10, 400, 1000, 1e9, -1}},
+                                        {"max-rate", {500, 61, 10, 1e7}},
+                                        {"max-offset", {500, 25, 19, 5, 0, -1}},
+                                        {"max-feed", {500, 80, 20}},
+                                        {"lead", {0, 0.002, 0.02, 0.5}},
+                                        {"jerk-time", {0, 0.01, 0.05, 1}},
+                                        {"max-output-accel", {3000, 500, 1e9}},
+                                        {"feed", {60, 30, 5, 1e5}},
+                                        {"override", {1, 0.3, 0, 1.5, 3}},
+                                        {"upper-dwell", {0, 0.1, -1}},
+                                        {"min-limit", {-100, -21, -10}},
+                                        {"inset", {0.3, 0, -1}},
+                                        {"gain", {0.7, 2}},
+                                        {"learn", {0, 1}},
+                                        {"stop-kind", {0, 1, 2, 9}},
+                                        {"max-correction", {1, 0, 1e5}}};
+    Random random(77);
+    for (int i = 0; i < rounds(60, 12); ++i) {
+        SCOPED_TRACE(i);
+        for (const Setting& each : settings) set(each.pin, each.values[0]);
+        bench.run(0.01);
+        set("run", 0);
+        set("go-to-end", 0);
+        bench.run(0.01);
+        set("go-to-end", 1);
+        bench.run(3);
+        ASSERT_EQ(get("at-end"), 1);
+        start();
+        bench.run(random.uniform(0.3, 1.5));
+        for (int n = 0; n < 8; ++n) {
+            const Setting& its =
+                settings[static_cast<std::size_t>(random.uniform(0, static_cast<double>(settings.size())))];
+            const auto which =
+                static_cast<std::size_t>(random.uniform(0, static_cast<double>(its.values.size())));
+            if (std::string(its.pin) == "max-acceleration" && its.values[which] == 1e9) continue;
+            set(its.pin, its.values[which]);
+            const std::vector<double> z = commands(random.uniform(0.01, 0.6));
+            ASSERT_GE(*std::min_element(z.begin(), z.end()), -20.5) << its.pin << " " << its.values[which];
+            ASSERT_LE(*std::max_element(z.begin(), z.end()), 0.5) << its.pin << " " << its.values[which];
+            ASSERT_LE(hardest(z), 3000 * 1.01) << its.pin << " " << its.values[which];
+        }
+        set("override", 1);
+        set("stop-kind", 1);
+        set("run", 0);
+        bench.run(4);
+        if (get("active") != 0) continue;  // slow
+        for (const Setting& its : settings)
+            for (const double value : its.values) {
+                const double rest = get("command");
+                set(its.pin, value);
+                for (const double z : commands(0.02)) ASSERT_EQ(z, rest) << its.pin << " " << value;
+            }
     }
 }
 
