@@ -66,8 +66,8 @@ class Conflicts(Sample):
         self.assertIn("setp feed-inhibit-of-all.function 0xE\nnet plumb-wait => feed-inhibit-of-all.in-0\n", stages)
         self.assertIn("net door => feed-inhibit-of-all.in-1\n", stages)
         self.assertIn("net feed-inhibit-of-all feed-inhibit-of-all.out => motion.feed-inhibit\n", stages)
-        order = read(os.path.join(self.folder(AXIS_MM), "plumb.hal"))
-        self.assertLess(order.index("addf interlock.update"), order.index("addf feed-inhibit-of-all "))
+        order = read(os.path.join(self.folder(AXIS_MM), "order.tcl"))
+        self.assertLess(order.index("  interlock.update\n"), order.index("  feed-inhibit-of-all\n"))
 
     def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
         flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")

@@ -18,6 +18,7 @@ from wire_sample import plumb_wire, read, snapshot, write
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
 sys.path.insert(1, WIRING)
 import error_tables  # noqa: E402
+from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
 import stand_ins  # noqa: E402
 import trial  # noqa: E402
@@ -226,6 +227,44 @@ class Values(unittest.TestCase):
         self.assertEqual(list(hal_text.halfiles(ini, home)), [os.path.join(home, "first.hal")])
         ini.add("HAL", "HALFILE", "plumb/plumb.hal")
         self.assertEqual(ini.texts[ini.path][1:4], ["HALFILE = first.hal", "HALFILE = plumb/plumb.hal", "HALFILE ="])
+
+
+MOTION = """for module in tpmod homemod "trivkins coordinates=XYZ"; do halcmd loadrt $module; done
+halcmd loadrt motmod servo_period_nsec=1000000 num_joints=3
+halcmd loadrt sum2 names=a,b,c,d,e,f,g,u,v,w
+for name in a %s motion-command-handler motion-controller b; do halcmd addf $name servo-thread || exit; done
+haltcl order.tcl || exit
+halcmd addf g servo-thread
+halcmd -s show thread
+"""
+
+
+class Order(unittest.TestCase):
+    """order.tcl, which adds functions to the thread of motion-controller."""
+
+    def thread(self, more):
+        home, files = own_folder(self), object.__new__(HalFiles)
+        part = mock.Mock(before=["c", "d"], after=["e"], last=["f"])
+        files.all_parts, files.functions = [part], []
+        write(os.path.join(home, "order.tcl"), files.order())
+        write(os.path.join(home, "machine.sh"), MOTION % more)
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", "bash", "machine.sh"]
+        done = subprocess.run(command, cwd=home, stdout=subprocess.PIPE, text=True, check=True)
+        return done.stdout.split("servo-thread")[-1].split()[2:]
+
+    def test_functions_that_a_user_adds_in_front_later_change_nothing_around_motion_controller(self):
+        own = ["c", "d", "motion-controller", "e", "f", "b", "g"]
+        self.assertEqual(self.thread(""), ["a", "motion-command-handler", *own])
+        self.assertEqual(self.thread("u v w"), ["a", "u", "v", "w", "motion-command-handler", *own])
+
+    def test_a_thread_without_motion_controller_is_named(self):
+        home, files = own_folder(self), object.__new__(HalFiles)
+        files.all_parts, files.functions = [], []
+        write(os.path.join(home, "order.tcl"), files.order())
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", "haltcl", "order.tcl"]
+        done = subprocess.run(command, cwd=home, stderr=subprocess.PIPE, text=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
 
 
 class Pins(unittest.TestCase):

@@ -58,12 +58,15 @@ class Works(Sample):
         self.assertIn("setp interlock.feed-services 48\n", hal)
         self.assertIn("net program-running => interlock.function-busy-0\n", hal)
         self.assertIn("net estop-loop => iocontrol.0.emc-enable-in motion.enable\n", hal)
-        order = re.findall("addf (\\S+) servo-thread (\\d+)", halfile)
-        places = {name: int(place) for name, place in order}
-        self.assertEqual(places["x-stage.update-feedback"], 2)  # where motion-controller was
-        self.assertLess(places["square.update"], places["x-stage.update"])
-        self.assertLess(places["growth.update"], places["z-axis-stage.update"])
-        self.assertEqual(max(places, key=places.get), "interlock.update")
+        before, behind = re.search(r"plumb_order \{\n(.*)\n\} \{\n(.*)\n\}\n$", read(os.path.join(self.folder(AXIS_MM), "order.tcl")), re.S).groups()
+        self.assertEqual(before.split(), ["x-stage.update-feedback", "y-stage.update-feedback", "z-stage.update-feedback"])
+        behind = behind.split()
+        self.assertLess(behind.index("square.update"), behind.index("x-stage.update"))
+        self.assertLess(behind.index("growth.update"), behind.index("z-axis-stage.update"))
+        self.assertEqual(behind[-1], "interlock.update")
+        self.assertIn("%d functions stand around motion-controller in servo-thread" % (3 + len(behind)), flat)
+        # Limits come from the INI file, by name, or from its numbers.
+        self.assertIn("setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION\n", hal)
 
         if shutil.which("patch"):
             home, original = os.path.dirname(self.ini(AXIS_MM)), read(self.ini(AXIS_MM))

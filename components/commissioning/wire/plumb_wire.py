@@ -147,13 +147,18 @@ class Wire:
         return self.folder + "/plumb.hal"
 
     @property
+    def order(self):
+        return self.folder + "/order.tcl"
+
+    @property
     def include(self):
         return self.folder + "/plumb.inc"
 
     def fresh_ini(self):
         """The INI file without the lines that put our files in."""
         ini = IniFile(self.ini_path)
-        ini.drop("HAL", "HALFILE", lambda value: value.split()[:1] in ([self.halfile], ["./" + self.halfile]))
+        for name in (self.halfile, self.order):
+            ini.drop("HAL", "HALFILE", lambda value, name=name: value.split()[:1] in ([name], ["./" + name]))
         ini.drop_include(self.include)
         return ini
 
@@ -235,7 +240,7 @@ class Wire:
             hal[function.name + "_settings.hal"] = wiring.files.settings(function)
         if wiring.files.retain():
             hal["retain.hal"] = wiring.files.retain()
-        files = {"plumb.hal": wiring.files.plumb(hal)}
+        files = {"plumb.hal": wiring.files.plumb(hal), "order.tcl": wiring.files.order()}
         alone = [name for name in hal if not wiring.machine.twopass or name.endswith("_settings.hal")]
         files.update({name: hal[name] for name in alone})
         files["messages.toml"] = wiring.files.messages()
@@ -263,8 +268,9 @@ class Wire:
     def changed_ini(self):
         """The INI file with all lines that put the functions in."""
         ini = self.fresh_ini()
-        self.added = [("HAL", "HALFILE", self.halfile)]
-        ini.add(*self.added[0])
+        self.added = [("HAL", "HALFILE", self.halfile), ("HAL", "HALFILE", self.order)]
+        for line in self.added:
+            ini.add(*line)
 
         def give(section, name, value):
             ini.set(section, name, value)

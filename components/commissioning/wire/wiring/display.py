@@ -59,6 +59,8 @@ def check(task):
             seen.append(("the machine turns on", True))
             machine.home(timeout=600)
             seen.append(("it homes", True))
+            if "thread" in task:
+                seen.append(order(**task["thread"]))
             run_program(machine, task)
             seen.append(("it runs a program", True))
             for name, path in task["checks"].items():
@@ -73,6 +75,17 @@ def check(task):
             seen.append((traceback.format_exc(), False))
         messages = machine.messages + machine.errors
     return {"seen": seen, "messages": messages, "overdue": overdue}
+
+
+def order(name, theirs, sequence):
+    """Whether the functions stand together in the thread, with none of the machine's between them."""
+    present = next(words[5:] for words in map(str.split, show()["thread"].splitlines()) if words[2:3] == [name])
+    present = [function for function in present if function in theirs or function in sequence]
+    begin = present.index(sequence[0]) if sequence[0] in present else 0
+    wrong = next((pair for pair in zip(sequence, present[begin:]) if pair[0] != pair[1]), None)
+    if wrong:
+        return "%s has %s in the place of %s" % (name, wrong[1], wrong[0]), False
+    return "%d functions stand around motion-controller in %s" % (len(sequence) - 1, name), present[begin:][: len(sequence)] == sequence
 
 
 class Machinery:

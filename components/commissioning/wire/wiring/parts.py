@@ -42,10 +42,9 @@ class Parts:
             sources = [function.joint_offset[letter] for function in self.functions if letter in function.joint_offset]
             for prefix, joint in prefixes(letter, joints):
                 if sources and self._free(prefix, joint):
-                    limits, acceleration = self.machine.limits(joint), self.machine.acceleration(joint)
-                    stage = stages.joint_stage(prefix, joint, sources, limits, acceleration)
+                    stage = stages.joint_stage(prefix, joint, sources, self.machine)
                     if any(letter in function.stroke for function in self.functions):
-                        stages.let_strokes_through(stage, prefix, joint, acceleration, self.machine.unit)
+                        stages.let_strokes_through(stage, prefix, joint, self.machine)
                     found.append(stage)
             offsetting = [function for function in self.functions if letter in function.axis_offset]
             if len(offsetting) > 1:
@@ -73,7 +72,20 @@ class Parts:
             else:
                 self.freed[whole] = signal
                 self.names[prefix + name] = signal
+        self._free_velocity(prefix, joint)
         return not self.problems
+
+    def _free_velocity(self, prefix, joint):
+        """Takes the velocity of a joint from the signal that brings it to the pid of the drive; else the machine keeps it."""
+        whole = "joint.%d.vel-cmd" % joint
+        signal = self.machine.halfiles.signal_of(whole)
+        readers = self.machine.complete.signals[signal].readers if signal in self.machine.complete.signals else []
+        fed = [pin for pin in readers if pin.endswith(".command-deriv")]
+        if fed:
+            self.freed[whole] = signal
+            self.names[prefix + "-motor-velocity"] = signal
+            sentence = "%s has the velocity of the offset in it: %s brings it drive-velocity of %s-stage in the place of %s."
+            self.notes.append(sentence % (" and ".join(fed), signal, prefix, whole))
 
     def _emergency_stop(self):
         chain, enable = map(self.machine.complete.signal_of, ("iocontrol.0.emc-enable-in", "motion.enable"))

@@ -21,13 +21,15 @@ class Part:
     is_late: bool = False  # loaded after the functions
 
 
-def joint_stage(prefix, joint, sources, limits, acceleration):
+def joint_stage(prefix, joint, sources, machine):
     """joint_offset between motion and the drive of one joint. `prefix` is x, or y2 for the second motor of Y."""
+    limits = machine.limits(joint)
     stage = prefix + "-stage"
     part = Part("%s: between joint %d and its drive" % (stage, joint), {"joint_offset": [stage]})
     part.setp = [(stage + ".min-limit", limits[0]), (stage + ".max-limit", limits[1])]
-    part.setp.append((stage + ".joint-acceleration", "%g" % acceleration))
-    part.setp.append((stage + ".offset-acceleration", "%g" % (acceleration / 4)))
+    part.setp.append((stage + ".joint-acceleration", machine.named(joint, "MAX_ACCELERATION", 1)))
+    part.setp.append((stage + ".offset-acceleration", "%g" % machine.reserve(joint, "ACCELERATION")))
+    part.setp.append((stage + ".max-rate", "%g" % min(machine.unit, machine.reserve(joint, "VELOCITY"))))
     part.nets = [
         [prefix + "-position", "joint.%d.pos-cmd" % joint, "=>", stage + ".position"],
         [prefix + "-homed", "joint.%d.homed" % joint, "=>", stage + ".homed"],
@@ -35,6 +37,8 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
         ["heartbeat", "=>", stage + ".heartbeat"],
         *([source, "=>", "%s.offset-%d" % (stage, index)] for index, source in enumerate(sources)),
         [prefix + "-joint-cmd", "joint.%d.motor-pos-cmd" % joint, "=>", stage + ".joint-command"],
+        [prefix + "-velocity", "joint.%d.vel-cmd" % joint, "=>", stage + ".joint-velocity"],
+        [prefix + "-motor-velocity", stage + ".drive-velocity"],
         [prefix + "-motor-cmd", stage + ".drive-command"],
         [prefix + "-motor-fb", "=>", stage + ".drive-feedback"],
         [prefix + "-joint-fb", stage + ".joint-feedback", "=>", "joint.%d.motor-pos-fb" % joint],
@@ -52,12 +56,16 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     return part
 
 
-def let_strokes_through(part, prefix, joint, acceleration, unit):
+def let_strokes_through(part, prefix, joint, machine):
     """Makes the stage of a joint one that passes a stroke without a limit of its own; the function has the limits."""
     stage = prefix + "-stage"
-    part.setp = [pair for pair in part.setp if pair[0] != stage + ".offset-acceleration"]
-    part.setp.append((stage + ".offset-acceleration", "%g" % (10 * acceleration)))
-    part.setp += [(stage + ".max-offset", "%g" % (500 * unit)), (stage + ".max-rate", "%g" % (1000 * unit))]
+    wide = {
+        "offset-acceleration": 10 * machine.number(joint, "MAX_ACCELERATION"),
+        "max-offset": machine.travel(joint),
+        "max-rate": 2 * machine.number(joint, "MAX_VELOCITY"),
+    }
+    part.setp = [pair for pair in part.setp if pair[0].partition(".")[2] not in wide]
+    part.setp += [("%s.%s" % (stage, name), "%g" % value) for name, value in wide.items()]
     part.nets.append([prefix + "-measured", "joint.%d.pos-fb" % joint])
 
 

@@ -7,7 +7,7 @@ import re
 import hal_text
 import writing
 from hal_state import SHOWN, State
-from machine import Machine
+from machine import MOTION, Machine
 from sandbox import OWN
 from stand_ins import StandIns
 from texts import Impossible
@@ -37,7 +37,7 @@ LOGIC = {  # inputs of a module, and their values, that give its output a value
     ("and2", True): (("in0", True), ("in1", True)),
     ("and2", False): (("in0", False),),
 }
-BASIC_STEPS = 3  # of a trial: on, home, program
+BASIC_STEPS = 4  # of a trial: on, home, order, program
 # A busy computer can stop LinuxCNC's programs for longer than a loss takes.
 PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
 ATTEMPTS = 30  # to find types and directions of the pins of a driver
@@ -103,6 +103,11 @@ class Trials:
         self.drive(trial, ini, machine, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}
+        settings["thread"] = {
+            "name": machine.thread,
+            "theirs": machine.complete.threads[machine.thread],
+            "sequence": wiring.files.sequence,
+        }
         found = trial.run("check", **settings)
         if found["overdue"]:  # a busy computer can upset LinuxCNC's programs on the faster clock
             found = trial.run("check", **settings)
@@ -189,6 +194,7 @@ def renamed(text, wiring, machine, functions):
                 lines.append("unlinkp " + theirs)
             line = " ".join(["net", signal, *words[2:]])
         if words and words[0] == "addf":
-            line = "addf %s %s %d" % (words[1], machine.thread, wiring.files.thread_order.index("motion-controller") + 2)
+            place = state.threads[machine.thread].index(MOTION) + len(wiring.files.before) + 2
+            line = "addf %s %s %d" % (words[1], machine.thread, place)
         lines.append(line)
     return "\n".join(lines) + "\n"
