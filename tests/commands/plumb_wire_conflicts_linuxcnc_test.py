@@ -165,7 +165,7 @@ class Refusals(unittest.TestCase):
             "param": "",
             "thread": "1000000 YES servo-thread 0 0 motion-controller\n",
         }
-        ini = types.SimpleNamespace(get=lambda *_: None, all=lambda _, name: ["mine.hal"] if name == "HALFILE" else [])
+        ini = types.SimpleNamespace(folder=self.home, get=lambda *_: None, all=lambda _, name: ["mine.hal"] if name == "HALFILE" else [])
         machine = Machine(State(texts), State(texts), {"X": [0]}, ini, list(halfiles(ini, self.home)))
         function = all_functions(os.path.join(BUILD, "share", "plumb", "functions"))["squareness"]
         sentence = "Your configuration loads %s, and plumb wire loads it for squareness. A machine has one: leave yours out."

@@ -184,31 +184,32 @@ class Manifest(unittest.TestCase):
 class Names(unittest.TestCase):
     """Names that LinuxCNC cannot have are refused before a start."""
 
-    def refusal(self, *names, output="plumb"):
+    def refusal(self, *names, output="plumb", more=""):
         ini = os.path.join(own_folder(self), *names)
         os.makedirs(os.path.dirname(ini), exist_ok=True)
-        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n")
+        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n" + more)
         before = snapshot(os.path.dirname(ini))
         status, _, flat = plumb_wire("squareness", "--ini", ini, "--output", os.path.join(os.path.dirname(ini), output))
         self.assertEqual((status, snapshot(os.path.dirname(ini))), (1, before))
         return flat
 
     def test_a_path_with_a_blank(self):
-        for name, shown, words in (("my mill", "'my mill'", "a blank"), ("my\tmill", r"'my\\tmill'", "a tab"),
-                                   ("my\nmill", r"'my\\nmill'", "a line break")):
-            words = "The name %s has %s, and LinuxCNC does not find" % (shown, words)
+        for name, words in (("my\tmill", "a tab"), ("my\nmill", "a line break")):
+            words = "has %s, and LinuxCNC cannot read an INI file there" % words
             self.assertRegex(self.refusal(name, "configs", "my.ini"), words)
-            self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words.replace("mill", "mill.ini"))
+            self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words)
+        words = "has a blank, and LinuxCNC does not find the INI file of a line '#INCLUDE my.inc' there"
+        self.assertIn(words, self.refusal("my mill", "my.ini", more="#INCLUDE my.inc\n"))
 
     def test_a_path_that_is_not_utf_8(self):
-        self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The name .* has a byte that is not UTF-8")
+        self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The path .* has a byte that is not UTF-8")
 
     def test_line_ends_of_dos(self):
         ini = os.path.join(own_folder(self), "my.ini")
-        write(ini, "[KINS]\r\nKINEMATICS = trivkins\r\n[TRAJ]\r\nCOORDINATES = XYZ\r\n")
+        write(ini, "[KINS]\r\nKINEMATICS = trivkins\r\n[TRAJ]\r\nCOORDINATES = XYZ\r\n#INCLUDE my.inc\r\n")
         status, _, flat = plumb_wire("squareness", "--ini", ini)
         self.assertEqual(status, 1)
-        self.assertIn("has the line ends of DOS, and LinuxCNC cannot read such a file with #INCLUDE", flat)
+        self.assertIn("has the line ends of DOS, and LinuxCNC does not find the file of its line '#INCLUDE my.inc'", flat)
         self.assertIn(r"sed -i 's/\r$//' %s" % ini, flat)
 
     def test_a_name_of_the_output_that_hal_would_read_otherwise(self):

@@ -34,7 +34,7 @@ class Works(Sample):
         clock = read(os.path.join(self.folder(AXIS_MM), "growth_clock.ngc"))
         self.assertIn("\n#<height_output> = 5\n", clock)
         self.assertIn("\n#<mark_output>   = 7\n", clock)
-        self.assertRegex(flat, "Still missing.*The load of the spindle.*chain of axes.*setp interlock.function-switch-1 0")
+        self.assertRegex(flat, "Still missing.*setp interlock.function-switch-1 1` .squareness.*The load of the spindle.*chain of axes")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp joint.0.motor-pos-cmd\n", hal)
         self.assertIn("net Xpos x-stage.drive-command\n", hal)

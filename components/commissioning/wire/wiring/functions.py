@@ -26,9 +26,11 @@ class Function:
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
         self.outputs = given.get("outputs", {})
+        self.number = 0  # at interlock
         self.moved = {}  # pins that it takes in place of those of its files
         self.reserved = set()  # pins that the files of all functions name
         self.remap = given.get("remap", [])
+        self.m_codes = given.get("m_codes", False)
         self.ini = given.get("ini", {})
         self.missing = given.get("missing", [])
         self.check = self._file("check.py")

@@ -2,6 +2,7 @@
 """The folder that plumb wire writes: which files are its own, and which a user has changed."""
 
 import contextlib
+import difflib
 import hashlib
 import json
 import os
@@ -12,6 +13,8 @@ from texts import Impossible, wrapped
 
 MANIFEST = ".written.json"  # the digest of each file that was written
 SETTINGS = "_settings.hal"
+KEPT = (SETTINGS, "panel.toml")  # the ends of names of files that the user changes
+MOST_SHOWN = 20  # lines of a file that has changed
 
 
 class Output:
@@ -21,8 +24,8 @@ class Output:
     kept        files of the user, which are not written
     """
 
-    def __init__(self, folder, home, ini_name):
-        self.folder, self.home, self.ini_name = folder, home, ini_name
+    def __init__(self, folder, home, ini_name, version=""):
+        self.folder, self.home, self.ini_name, self.version = folder, home, ini_name, version
         self._forbid_links()
         self.kept = []
         self._forbid_read_only()
@@ -68,7 +71,7 @@ class Output:
             texts = [ini, *functions, *files]
             for its in files.values():
                 texts += [its] if isinstance(its, str) else its
-            if not isinstance(functions, list) or not all(isinstance(one, str) for one in texts):
+            if not isinstance(functions, list) or not all(isinstance(one, str) for one in [*texts, manifest.get("version", "")]):
                 raise TypeError
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             sentence = (
@@ -123,7 +126,7 @@ class Output:
         changed = [
             name
             for name, text in files.items()
-            if not name.endswith((SETTINGS, ".inc")) and self.changed(name) not in (None, text)
+            if not name.endswith((*KEPT, ".inc")) and self.changed(name) not in (None, text)
         ]
         if changed:
             sentence = (
@@ -134,7 +137,7 @@ class Output:
 
     def is_kept(self, name):
         """Whether these are settings that a user has changed."""
-        return name.endswith(SETTINGS) and self.changed(name) is not None
+        return name.endswith(KEPT) and self.changed(name) is not None
 
     def write(self, files, functions):
         """All files at once, or none. While they are replaced the manifest has the digests of both texts: if that is interrupted,
@@ -149,13 +152,47 @@ class Output:
                 written[name] = digest(text)
                 between[name] = list(dict.fromkeys([*self._digests(name), digest(text)]))
         texts.insert(0, (MANIFEST, self._manifest_text(self.functions, between)))
-        texts.append((MANIFEST, self._manifest_text([function.name for function in functions], written)))
+        stale = {name: its for name, its in self.manifest.get("files", {}).items() if name not in files}
+        left = {name: its for name, its in stale.items() if self.changed(name) is not None}
+        slots = [""] * (1 + max((function.number for function in functions), default=-1))
+        for function in functions:
+            slots[function.number] = function.name
+        texts.append((MANIFEST, self._manifest_text(slots, {**left, **written})))
         folder = os.path.relpath(self.folder, self.home)
         writing.write_all(self.home, [(os.path.join(folder, name), text) for name, text in texts], lasting=True)
+        for name in set(stale) - set(left):
+            with contextlib.suppress(OSError):
+                os.unlink(os.path.join(self.folder, name))
         writing.remove_staged(self.folder)
 
+    def forget(self):
+        """No function is wired any more; the files stay."""
+        text = self._manifest_text([], self.manifest.get("files", {}))
+        writing.write(self.folder, MANIFEST, text)
+
+    def differences(self, files):
+        """A sentence for each file that is not as `files`, which are those of this Plumb for the machine as it is now."""
+        found = []
+        version = self.manifest.get("version")
+        if version != self.version:
+            found.append("Plumb %s wired them, and this is Plumb %s." % (version or "of before", self.version))
+        for name, text in files.items():
+            if name == "ini.patch" or name.endswith((*KEPT, ".inc")):
+                continue
+            present = self.present(name)
+            if present is None:
+                found.append("%s is missing." % name)
+            elif self.changed(name) is not None:
+                found.append("%s: somebody changed it." % name)
+            elif present != text:
+                lines = difflib.unified_diff(present.splitlines(), text.splitlines(), lineterm="", n=0)
+                shown = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
+                found.append("%s would be another:\n%s" % (name, "\n".join("    " + line for line in shown[:MOST_SHOWN])))
+        return found
+
     def _manifest_text(self, functions, files):
-        return json.dumps({"ini": self.ini_name, "functions": functions, "files": files}, indent=1) + "\n"
+        manifest = {"ini": self.ini_name, "version": self.version, "functions": functions, "files": files}
+        return json.dumps(manifest, indent=1) + "\n"
 
 
 def digest(text):

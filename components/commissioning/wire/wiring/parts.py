@@ -21,19 +21,26 @@ class Parts:
     def __init__(self, functions, machine, folder):
         self.functions, self.machine, self.file = functions, machine, folder + "/stages.hal"
         self.freed, self.names, self.problems, self.notes = {}, {}, [], []
-        here = "$::env(CONFIG_DIR)/" if machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
-        here += folder
         used = {words[0] for function in functions for words in function.nets(machine.axes)}
-        self.all = [stages.link(here), stages.alive()]
+        self.all = [stages.link(self._path(folder + "/messages.toml")), stages.alive()]
         keepers = [function for function in functions if function.records]
         if keepers:
-            self.all += [stages.retain(here, keepers), stages.identity()]
+            self.all += [stages.retain(self._path(folder + "/retain.toml"), keepers), stages.identity()]
         into_axes = self._stages()
         self.all.append(interlock(functions, into_axes, "operation" in used))
         self.all += into_axes
         self.all.append(self._from_joints(used))
+        if "panel-settings" not in machine.complete.components:
+            self.all.append(stages.panel_settings(self._path(folder + "/panel.toml")))
         self._emergency_stop()
         self.problems += too_many(functions, into_axes)
+
+    def _path(self, name):
+        """The path of a file, as a word of a HAL line. LinuxCNC starts programs in the folder of the INI file; a path with a
+        blank would be two words."""
+        if " " in self.machine.ini.folder:
+            return name
+        return ("$::env(CONFIG_DIR)/" if self.machine.twopass else "$(CONFIG_DIR)/") + name  # TWOPASS makes Tcl of the file
 
     def _stages(self):
         found = []

@@ -103,11 +103,11 @@ def axis_stage(letter, source, clear):
     return part
 
 
-def retain(folder, functions):
+def retain(path, functions):
     """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
     a fault if it finds no records, and so comes after them."""
     part = Part("retain, service 0 of interlock", is_late=True)
-    part.programs = {"retain": "-W retain --file %s/retain.toml" % folder}
+    part.programs = {"retain": "-W retain --file %s" % path}
     part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
         ["retain-heartbeat", "retain.heartbeat", "=>", "interlock.service-heartbeat-0"],
@@ -129,10 +129,17 @@ def retain(folder, functions):
     return part
 
 
-def link(folder):
+def panel_settings(path):
+    """retain for the settings that plumb panel changes, and for the switches of the functions."""
+    part = Part("Settings of plumb panel", is_late=True)
+    part.programs = {"panel-settings": "-Wn panel-settings retain panel-settings --file %s" % path}
+    return part
+
+
+def link(path):
     """linuxcnc_link, loaded once for the messages of all. It is service 1 of interlock."""
     part = Part("Messages to the operator, service 1 of interlock")
-    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s/messages.toml" % folder}
+    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s" % path}
     part.setp = [("interlock.service-timeout-1", "10")]
     part.nets = [
         ["link-heartbeat", "linuxcnc-link.heartbeat", "=>", "interlock.service-heartbeat-1"],

@@ -99,7 +99,8 @@ class Trials:
                 with open(function.check_hal, encoding="utf-8") as file:
                     text = renamed(file.read(), wiring, machine, functions)
                 ini.add("HAL", "HALFILE", trial.write("%s.hal" % function.name, text))
-        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE))
+        switches = "".join("setp %s 1\n" % wiring.switch_of(function) for function in functions)
+        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE + switches))
         self.drive(trial, ini, machine, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}

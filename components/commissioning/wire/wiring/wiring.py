@@ -36,7 +36,7 @@ class Wiring:
 
     def switch_of(self, function):
         """The pin by which the operator switches this function."""
-        return switch(self.functions.index(function))
+        return switch(function.number)
 
 
 def outputs(pins):
