@@ -17,6 +17,7 @@ from wire_sample import plumb_wire, read, snapshot, write
 
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
 sys.path.insert(1, WIRING)
+import copies  # noqa: E402
 import error_tables  # noqa: E402
 from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
@@ -218,6 +219,28 @@ class Names(unittest.TestCase):
 
 
 class Values(unittest.TestCase):
+    def test_an_include_that_is_no_file_or_too_long_is_named_with_its_line(self):
+        home = own_folder(self)
+        with open(os.path.join(home, "long.inc"), "wb") as file:
+            file.truncate(2 << 20)
+        for name, words in (("/dev/zero", "is no file"), ("long.inc", "is longer than 1048576 bytes")):
+            write(os.path.join(home, "my.ini"), "[HAL]\n#INCLUDE %s\n" % name)
+            with self.assertRaises(Impossible) as caught:
+                IniFile(os.path.join(home, "my.ini"))
+            self.assertRegex(" ".join(str(caught.exception).split()), "my.ini:2 includes .*%s, which %s" % (name, words))
+
+    def test_lines_of_a_file_of_dos_and_without_a_last_line_end(self):
+        home = own_folder(self)
+        with open(os.path.join(home, "my.ini"), "wb") as file:
+            file.write(b"[HAL]\r\nHALFILE = a.hal\r\n[TRAJ]\r\nMAX = 3")
+        ini = IniFile(os.path.join(home, "my.ini"))
+        ini.add("HAL", "HALFILE", "b.hal")
+        self.assertEqual(ini.text(ini.path), "[HAL]\r\nHALFILE = a.hal\r\nHALFILE = b.hal\r\n[TRAJ]\r\nMAX = 3")
+        ini.add("TRAJ", "MIN", "1")
+        self.assertEqual(ini.text(ini.path).split("\r\n")[3:], ["[TRAJ]", "MAX = 3", "MIN = 1"])
+        ini.add("NEW", "A", "1")
+        self.assertEqual(ini.text(ini.path).split("\r\n")[5:], ["MIN = 1", "", "[NEW]", "A = 1", ""])
+
     def test_a_halfile_comes_before_the_first_without_a_value(self):
         """LinuxCNC reads no further."""
         home = own_folder(self)
@@ -364,10 +387,12 @@ class Copies(unittest.TestCase):
         with socket.socket(socket.AF_UNIX) as end:
             end.bind(os.path.join(self.source, "socket"))
         before = snapshot(self.root)
-        trial.copy_folder(self.source, self.copy)
+        copies.copy_folder(self.source, self.copy)
         for name in ("link", "deep/link", "hard"):
             write(os.path.join(self.copy, name), "ruined\n")
         self.assertEqual(sorted(os.listdir(self.copy)), ["deep", "hard", "link"])
+        copies.copy_links(self.source, self.copy + "-links")
+        self.assertEqual(sorted(os.listdir(self.copy + "-links")), ["deep", "link"])
         after = {name: found for name, found in snapshot(self.root).items() if not name.startswith("copy")}
         self.assertEqual({**after, ".": None}, {**before, ".": None})
 
@@ -376,7 +401,7 @@ class Copies(unittest.TestCase):
         write(os.path.join(self.source, "file"), "mine\n")
         copy = os.path.join(self.source, "tmp", "trial", "copy")
         os.makedirs(os.path.dirname(copy))
-        trial.copy_folder(self.source, copy)
+        copies.copy_folder(self.source, copy)
         self.assertEqual(os.listdir(copy), ["file"])
 
 
@@ -390,11 +415,15 @@ class Sandbox(unittest.TestCase):
         for name in ("home/file", "copy/file", "outside/file", "own/cover", "outside/covered", "user/file", "user/deep/file"):
             write(os.path.join(self.root, name), name + "\n")
 
+    def ours(self):
+        """The folders that a trial writes."""
+        return [os.path.join(self.root, name) for name in ("copy", "own", "shown", "work")]
+
     def run_inside(self, lines):
         """The words that a script prints in the place of the copy."""
         path = os.path.join(self.root, "copy", "script")
         write(path, "\n".join(lines) + "\n")
-        self.before = snapshot(self.root, [os.path.join(self.root, "copy"), os.path.join(self.root, "own")])
+        self.before = snapshot(self.root, self.ours())
         plan = {
             "home": os.path.join(self.root, "home"),
             "copy": os.path.join(self.root, "copy"),
@@ -412,7 +441,7 @@ class Sandbox(unittest.TestCase):
         return done.stdout
 
     def outside_as_before(self):
-        self.assertEqual(snapshot(self.root, [os.path.join(self.root, "copy"), os.path.join(self.root, "own")]), self.before)
+        self.assertEqual(snapshot(self.root, self.ours()), self.before)
 
     def test_all_but_the_copy_and_memory_is_read_only(self):
         # Opened for writing, and left as they are: where the sandbox fails, no setting of the computer changes.

@@ -9,6 +9,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import sys
 import tempfile
 
@@ -64,6 +65,8 @@ def main():
         return refuse("give the INI file of your machine: --ini my.ini")
     if not os.path.isfile(arguments.ini):
         return refuse("cannot read %s: there is no such file" % arguments.ini)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda number, _: sys.exit(128 + number))
     try:
         wire = Wire([known[name] for name in dict.fromkeys(arguments.functions)], arguments, known)
         if arguments.undo or (arguments.remove and not wire.functions):
@@ -165,7 +168,7 @@ class Wire:
         self.check_axes(joints, ini)
         self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
-        with tempfile.TemporaryDirectory(prefix="plumb-wire-") as folder:
+        with temporary_folder() as folder:
             trials = Trials(self.home, folder, plumb_program())
             wiring = self.joined(trials, joints)
             self.tell_stand_ins(trials.stand_ins)
@@ -221,7 +224,7 @@ class Wire:
         if not self.functions:
             raise Impossible("No function is wired in %s." % self.output.folder)
         ini = self.fresh_ini()
-        with tempfile.TemporaryDirectory(prefix="plumb-wire-") as folder:
+        with temporary_folder() as folder:
             wiring = self.joined(Trials(self.home, folder, plumb_program()), joints_of(ini, self.given_joints))
         files = self.files(wiring)
         found = self.output.differences(files)
@@ -498,6 +501,15 @@ class Wire:
             if on_abort and ABORT not in on_abort:
                 found.append("Your ON_ABORT_COMMAND is %s: add the line o<%s> call to this subroutine." % (on_abort, name))
         return found
+
+
+def temporary_folder():
+    """A folder for the trials, which is gone at each end of this program but a kill; then the next one removes it."""
+    for name in os.listdir(tempfile.gettempdir()):
+        path, owner = os.path.join(tempfile.gettempdir(), name), re.match(r"plumb-wire-(\d+)-", name)
+        if owner and not os.path.exists("/proc/" + owner[1]) and os.lstat(path).st_uid == os.geteuid():
+            shutil.rmtree(path, ignore_errors=True)
+    return tempfile.TemporaryDirectory(prefix="plumb-wire-%d-" % os.getpid())
 
 
 def forbid_names(path, ini):

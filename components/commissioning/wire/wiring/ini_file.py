@@ -11,6 +11,9 @@ import tempfile
 
 import linuxcnc
 import writing
+from texts import Impossible, wrapped
+
+LONGEST = 1 << 20  # bytes of an included file
 
 Place = collections.namedtuple("Place", "path line text")  # line counts from 0
 
@@ -40,8 +43,10 @@ class IniFile:
         self.texts[path] = self.before[path].split("\n")
         if path != self.path:
             return
-        for line in self.texts[path]:
+        for number, line in enumerate(self.texts[path], start=1):
             included = self._included(line)
+            if included:
+                self._forbid_odd(included, number)
             if included and included not in self.texts:
                 self._include(included)
 
@@ -50,7 +55,14 @@ class IniFile:
         if len(words) < 2 or words[0] != "#INCLUDE":
             return None
         path = os.path.join(self.folder, os.path.expanduser(os.path.expandvars(words[1].strip())))
-        return path if os.path.isfile(path) else None
+        return path if os.path.exists(path) else None
+
+    def _forbid_odd(self, path, number):
+        """LinuxCNC copies all of it before it reads it."""
+        if not os.path.isfile(path) or os.path.getsize(path) > LONGEST:
+            kind = "is no file" if not os.path.isfile(path) else "is longer than %d bytes" % LONGEST
+            sentence = "%s:%d includes %s, which %s. Write the name of a file with INI lines there."
+            raise Impossible(wrapped(sentence % (os.path.basename(self.path), number, path, kind)))
 
     def lines(self):
         """All lines in the order in which LinuxCNC reads them."""
