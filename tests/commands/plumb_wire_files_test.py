@@ -92,7 +92,7 @@ class Writing(unittest.TestCase):
         os.symlink(self.victim, os.path.join(self.own, "plumb", "plumb.inc"))
         write(os.path.join(self.own, "plumb", ".written.json"), json.dumps({"ini": "my.ini", "functions": [], "files": {}}))
         with self.assertRaisesRegex(Impossible, "plumb.inc is a link"):
-            Output(os.path.join(self.own, "plumb"), self.own, "my.ini").inc([])
+            Output(os.path.join(self.own, "plumb"), self.own, "my.ini").inc({}, {})
 
 
 class Manifest(unittest.TestCase):

@@ -24,16 +24,17 @@ class Works(Sample):
             seen = self.seen(output, function)
             self.assertTrue(any(effect in text for text in seen), output)
             self.assertTrue(all(seen.values()), output)
-        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=8 num_aio=6", flat)
-        # Output 3 is the user's, and 4 is one of thermal_growth_test.
-        self.assertIn("motion.analog-out-03 keeps your signal my-dial; thermal_displacement takes motion.analog-out-05", flat)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=8", flat)
+        # Output 3 is the user's, and 0 is one of interlock.
+        self.assertIn("motion.analog-out-03 keeps your signal my-dial; thermal_displacement takes motion.analog-out-01", flat)
         self.assertIn(
-            "net growth-start-height motion.analog-out-05 => growth.start-height\n",
+            "net growth-start-height motion.analog-out-01 => growth.start-height\n",
             read(os.path.join(self.folder(AXIS_MM), "thermal_displacement.hal")),
         )
         clock = read(os.path.join(self.folder(AXIS_MM), "growth_clock.ngc"))
-        self.assertIn("\n#<height_output> = 5\n", clock)
-        self.assertIn("\n#<mark_output>   = 7\n", clock)
+        self.assertIn("\n#<height_output> = #<_ini[PLUMB_NUMBERS]GROWTH_START_HEIGHT>\n", clock)
+        self.assertIn("\n#<mark_output>   = #<_ini[PLUMB_NUMBERS]GROWTH_CLOCK_START>\n", clock)
+        self.assertIn("\nGROWTH_START_HEIGHT = 1\n", read(os.path.join(self.folder(AXIS_MM), "plumb.inc")))
         self.assertRegex(flat, "Still missing.*setp interlock.function-switch-1 1` .squareness.*The load of the spindle.*chain of axes")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp joint.0.motor-pos-cmd\n", hal)
@@ -96,6 +97,7 @@ class Works(Sample):
         self.assertIn("squareness_settings.hal (yours, not written)", flat)
         self.assertEqual(read(settings), "setp square.ea0z 0\nsetp square.eb0z 0.0001\n")
         self.assertIn("CHAIN = w-Y.b-Z-X-C-t\n", read(values))
+        self.assertIn("[PLUMB_NUMBERS]\n", read(values))
         stages = read(os.path.join(self.folder(LATHE), "stages.hal"))
         self.assertIn("joint_offset names=x-stage,z-stage unit=[TRAJ]LINEAR_UNITS\n", stages)  # a lathe has no Y
         self.assertIn("axis_offset names=z-axis-stage unit=[TRAJ]LINEAR_UNITS\n", stages)

@@ -20,6 +20,8 @@ from applying import COPY, Applied, changes  # noqa: E402
 from error_tables import unsealed  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
+from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
+from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
 from plumb_program import run as run_program  # noqa: E402
 from texts import Impossible, wrapped  # noqa: E402
@@ -132,6 +134,8 @@ class Wire:
         if arguments.apply or arguments.remove:
             self.applied.forbid_running()
         self.functions = self._numbered(functions, known, arguments.remove)
+        self.reserved = {pin for function in known.values() for _, pin in pins_of(function)}  # of programs of all functions
+        self.numbers = None
         self.given_joints = parse_joints(arguments.joints)
         self.needs_halui = any(function.axis_offset for function in self.functions)
         self.motmod = {}  # options that motmod lacks
@@ -309,7 +313,16 @@ class Wire:
         self.add_outputs(ini)
         if self.needs_halui and not ini.get("HAL", "HALUI"):
             ini.set("HAL", "HALUI", "halui")
-        return Wiring(self.functions, trials.look(ini, joints, name), self.folder)
+        machine = trials.look(ini, joints, name)
+        self.numbers = Numbers(self.functions, machine, self.given_numbers(), self.output.functions, self.reserved)
+        return Wiring(self.functions, machine, self.folder, self.numbers)
+
+    def given_numbers(self):
+        """The numbers of an earlier time, by name."""
+        path = self.ini_path if self.inline else os.path.join(self.output.folder, "plumb.inc")
+        ini = IniFile(path) if os.path.exists(path) else None
+        names = {name for function in self.functions for name in number_names(function)}
+        return {name: ini.get(NUMBERS, name) for name in names} if ini else {}
 
     def add_outputs(self, ini):
         """Into [EMCMOT]EMCMOT, which the line that loads motmod names in most configurations."""
@@ -343,7 +356,7 @@ class Wire:
         files.update({name: hal[name] for name in alone})
         files["messages.toml"] = wiring.files.messages()
         if not self.inline:
-            files["plumb.inc"] = self.output.inc(self.functions)
+            files["plumb.inc"] = self.output.inc(self.sections(), self.numbers.values())
         records = [name for function in self.functions for name in function.records]
         machine = re.sub(r'[^ -~]|["\\]', " ", wiring.machine.ini.get("EMC", "MACHINE") or "").strip() or "machine"
         files["panel.toml"] = (
@@ -410,7 +423,7 @@ class Wire:
             self.added.append(("DISPLAY", name, value))
         if self.inline:
             for (section, name), value in self.sections().items():
-                if ini.get(section, name) is None:
+                if section == NUMBERS or ini.get(section, name) is None:
                     give(section, name, value)
         elif self.sections():
             ini.include(self.include)
@@ -418,12 +431,14 @@ class Wire:
 
     def sections(self):
         """The values of the functions' own sections, by section and name."""
-        return {
+        values = {
             (section, name): value
             for function in self.functions
             for section, values in function.ini.items()
             for name, value in values.items()
         }
+        values.update({(NUMBERS, name): value for name, value in self.numbers.values().items()})
+        return values
 
     @staticmethod
     def tab(ini):
@@ -495,7 +510,8 @@ class Wire:
             for part in function.missing:
                 signal = machine.complete.signals.get(part.get("signal"))
                 if not (signal and signal.writer):
-                    found.append(" ".join(part["text"].split()).format(folder=self.folder, **names))
+                    text = self.numbers.literal(" ".join(part["text"].split()))
+                    found.append(text.format(folder=self.folder, **names))
         on_abort = machine.ini.get("RS274NGC", "ON_ABORT_COMMAND")
         for name in [function.abort for function in self.functions if function.abort]:
             if on_abort and ABORT not in on_abort:

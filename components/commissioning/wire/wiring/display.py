@@ -12,6 +12,7 @@ import traceback
 import linuxcnc
 import plumb
 from hal_state import SHOWN
+from numbers_of_programs import renumbered
 from plumb_linuxcnc import Machine, OperatorError, Overdue
 
 MARGIN = 0.3  # part of the travel: the trial moves no farther
@@ -98,10 +99,14 @@ class Machinery:
 
     def __init__(self, machine, task):
         self.machine, self.unit, self.names, self.axes = machine, task["unit"], task["names"], task["axes"]
-        self.folder = task["folder"]
+        self.folder, self.moved = task["folder"], task["moved"]
 
     def get(self, name):
-        return self.machine.host.get(self.names.get(name, name))
+        return self.machine.host.get(self.names.get(name, self.moved.get(name, name)))
+
+    def numbered(self, text):
+        """G-code with the numbers of outputs and inputs of this machine."""
+        return renumbered(text, self.moved)
 
     def set(self, name, value):
         self.machine.host.set(name, value)

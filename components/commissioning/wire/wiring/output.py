@@ -6,14 +6,17 @@ import difflib
 import hashlib
 import json
 import os
+import re
 
 import writing
 from ini_file import IniFile
+from numbers_of_programs import SECTION
 from texts import Impossible, wrapped
 
 MANIFEST = ".written.json"  # the digest of each file that was written
 SETTINGS = "_settings.hal"
 KEPT = (SETTINGS, "panel.toml")  # the ends of names of files that the user changes
+NUMBERS = re.compile(r"\n*^\[%s\][^\[]*" % SECTION, re.M)
 MOST_SHOWN = 20  # lines of a file that has changed
 
 
@@ -97,28 +100,23 @@ class Output:
         text = self.present(name)
         return None if text is None or digest(text) in self._digests(name) else text
 
-    def values(self, functions):
-        """(section, name) -> value, of the plumb.inc that is there."""
-        path = os.path.join(self.folder, "plumb.inc")
-        old = IniFile(path) if os.path.exists(path) else None
-        return {
-            (section, name): old.get(section, name) if old else None
-            for function in functions
-            for section, names in function.ini.items()
-            for name in names
-        }
-
-    def inc(self, functions):
-        """plumb.inc: the present text, and the sections that it lacks."""
+    def inc(self, values, numbers):
+        """plumb.inc: the present text with the values that it lacks, and the section of the numbers, which is written again."""
         text = self.present("plumb.inc")
         if text is None:
             text = "# SPDX-License-Identifier: GPL-2.0-or-later\n# Values of the functions that plumb wire put in.\n"
-        there = {section for (section, _), value in self.values(functions).items() if value is not None}
-        for function in functions:
-            for section, values in function.ini.items():
-                if section not in there:
-                    lines = ["%s = %s\n" % item for item in values.items()]
-                    text += "\n[%s]\n%s" % (section, "".join(lines))
+        text = NUMBERS.sub("", text)
+        path = os.path.join(self.folder, "plumb.inc")
+        old = IniFile(path) if os.path.exists(path) else None
+        lacking = {}
+        for (section, name), value in values.items():
+            if section != SECTION and not (old and old.has_section(section)):
+                lacking.setdefault(section, []).append("%s = %s\n" % (name, value))
+        for section, lines in lacking.items():
+            text += "\n[%s]\n%s" % (section, "".join(lines))
+        if numbers:
+            lines = ["%s = %s\n" % item for item in numbers.items()]
+            text += "\n[%s]\n# Outputs and inputs of M62 to M68. Wire again when you change one.\n%s" % (SECTION, "".join(lines))
         return text
 
     def forbid_strangers(self, files):

@@ -104,6 +104,7 @@ class Trials:
         self.drive(trial, ini, machine, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}
+        settings["moved"] = wiring.numbers.moved
         settings["thread"] = {
             "name": machine.thread,
             "theirs": machine.complete.threads[machine.thread],
@@ -122,7 +123,7 @@ class Trials:
         stand_ins = StandIns(trial, ini, machine.files, self.learnt)
         self.drive(trial, ini, machine, stand_ins)
         try:
-            seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={})["seen"]
+            seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={}, moved={})["seen"]
         except NotStarted:
             return " Your configuration does not start either when Plumb is left out."
         failed = [statement for statement, holds in seen if not holds]
