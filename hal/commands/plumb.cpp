@@ -46,9 +46,14 @@ hal::CommandPage page() {
           R"(Plumb measures and corrects errors of a machine tool with LinuxCNC HAL components, and runs HAL in virtual
 time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND in the folder of this one. plumb --help
 lists them all.)"},
+         {"PROGRAMS",
+          R"(plumb contacts reports the contacts of a recording, and whether to compensate. plumb growth shows how much a machine
+grows as it warms. plumb panel shows the functions of a machine on a touch screen. plumb squareness turns tilts or
+measurements into settings. plumb wire wires functions into a LinuxCNC configuration, and tries the result.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
-        ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-panel "
-        "(1),\n.BR plumb\\-run (1),\n"
+        ".BR plumb\\-bench (1),\n.BR plumb\\-contacts (1),\n.BR plumb\\-doctor (1),\n.BR plumb\\-growth "
+        "(1),\n.BR "
+        "plumb\\-panel (1),\n.BR plumb\\-run (1),\n"
         ".BR plumb\\-squareness (1),\n.BR plumb\\-wire (1),\n.BR halcmd (1)"};
 }
 
@@ -118,6 +123,10 @@ int run(int argc, char** argv) {
     hal::begin_command_line(app, page);
     app.require_subcommand(1);
     list_commands(app, name != "--man");
+    if (argc == 1) {
+        std::cerr << app.help();
+        return 2;
+    }
     return hal::carry_out(app, argc, argv, [] { return 0; });
 }
 

@@ -294,6 +294,15 @@ class Order(unittest.TestCase):
 class Pins(unittest.TestCase):
     """The pins that stand in for a driver."""
 
+    def test_a_file_gives_types_and_directions(self):
+        text = "# of my drive\nmydrive.0.torque s32 OUT\n 12  u32  IN  0  mydrive.0.control <== z-control\n"
+        learnt = stand_ins.given_pins({"mydrive": ("pins.txt", text)})
+        ours = self.stand_ins("loadrt mydrive\nnet torque mydrive.0.torque\nnet z-control => mydrive.0.control\n", learnt)
+        self.assertIn("mydrive", ours.drivers)
+        self.assertEqual((ours._kind("mydrive.0.torque"), ours._kind("mydrive.0.control")), (["s32", "OUT"], ["u32", "IN"]))
+        with self.assertRaisesRegex(Impossible, "pins.txt:1 has 'mydrive.0.torque int OUT'. Write the pin, its type"):
+            stand_ins.given_pins({"mydrive": ("pins.txt", "mydrive.0.torque int OUT\n")})
+
     def stand_ins(self, hal, learnt=None):
         home = own_folder(self)
         write(os.path.join(home, "my.ini"), "[HAL]\nHALFILE = my.hal\n")

@@ -24,6 +24,7 @@ from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
 from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
 from plumb_program import run as run_program  # noqa: E402
+from stand_ins import given_pins  # noqa: E402
 from texts import Impossible, wrapped  # noqa: E402
 from trial import NotStarted  # noqa: E402
 from trials import Trials  # noqa: E402
@@ -45,6 +46,13 @@ def main():
     parser.add_argument("--output", metavar="DIR", help="folder for the files; the default is plumb beside the INI file")
     parser.add_argument(
         "--joints", metavar="X=0,...", default="", help="joints of the axes, where the kinematics do not show them"
+    )
+    parser.add_argument(
+        "--stand-in",
+        metavar="NAME=FILE",
+        action="append",
+        default=[],
+        help="pins of a driver or program that is not here: rows of `halcmd -s show pin`, or PIN TYPE DIRECTION",
     )
     action = parser.add_mutually_exclusive_group()
     action.add_argument("--apply", action="store_true", help="edit the INI file, too; a copy stays beside it")
@@ -137,6 +145,7 @@ class Wire:
         self.reserved = {pin for function in known.values() for _, pin in pins_of(function)}  # of programs of all functions
         self.numbers = None
         self.given_joints = parse_joints(arguments.joints)
+        self.given_pins = given_pins(dict(map(named_file, arguments.stand_in)))
         self.needs_halui = any(function.axis_offset for function in self.functions)
         self.motmod = {}  # options that motmod lacks
         self.added = []  # (section, name, value) of the INI file
@@ -173,7 +182,7 @@ class Wire:
         self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
         with temporary_folder() as folder:
-            trials = Trials(self.home, folder, plumb_program())
+            trials = Trials(self.home, folder, plumb_program(), self.given_pins)
             wiring = self.joined(trials, joints)
             self.tell_stand_ins(trials.stand_ins)
             files = self.files(wiring)
@@ -229,7 +238,7 @@ class Wire:
             raise Impossible("No function is wired in %s." % self.output.folder)
         ini = self.fresh_ini()
         with temporary_folder() as folder:
-            wiring = self.joined(Trials(self.home, folder, plumb_program()), joints_of(ini, self.given_joints))
+            wiring = self.joined(Trials(self.home, folder, plumb_program(), self.given_pins), joints_of(ini, self.given_joints))
         files = self.files(wiring)
         found = self.output.differences(files)
         changed = self.changed_ini().changed()
@@ -554,6 +563,15 @@ def character(text):
     if "\ud800" <= text <= "\udfff":
         return "a byte that is not UTF-8"
     return {" ": "a blank", "\t": "a tab", "\n": "a line break"}.get(text, "the character %r" % text)
+
+
+def named_file(text):
+    """Name, and path and text of the file, of NAME=FILE."""
+    name, equals, path = text.partition("=")
+    if not (name and equals and path):
+        raise Impossible("--stand-in %s is not NAME=FILE, such as lcec=pins.txt" % text)
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return name, (path, file.read())
 
 
 def parse_joints(text):

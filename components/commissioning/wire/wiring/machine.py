@@ -35,6 +35,11 @@ class Machine:
                 return " (%s)" % found
         return ""
 
+    def can_have_more_outputs(self):
+        """Whether the line that loads motmod takes its options from the INI file."""
+        from_ini = self.ini.get("EMCMOT", "EMCMOT") and self.at("[EMCMOT]EMCMOT", "[EMCMOT](EMCMOT)")
+        return bool(from_ini and not self.at("num_aio", "num_dio"))
+
     def in_use(self, pin):
         """The user's signal that joins this pin to another one, or None."""
         name = self.complete.signal_of(pin)

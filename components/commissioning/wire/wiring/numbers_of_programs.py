@@ -43,12 +43,19 @@ class Numbers:
         known = function.name in earlier
         if not theirs and (known or wished not in used) and wished not in self.moved.values():
             return wished
-        for number in range(MOST):
-            other = numbered(pin, number)
-            if other not in reserved and other not in used and other not in self.moved.values() and not machine.in_use(other):
+        others = [numbered(pin, number) for number in range(MOST)]
+        taken = {*SHARED, *self.names, *used, *self.moved.values()}
+        free = [other for other in others if other not in taken and not machine.in_use(other)]
+        # Those that motmod has come first, and of these the ones that no function uses.
+        free.sort(key=lambda other: (other not in machine.complete.pins, other in reserved))
+        for other in free[:1]:
+            if other in machine.complete.pins or theirs or machine.can_have_more_outputs():
                 reason = "keeps your signal %s" % theirs if theirs else "is in use by %s" % used.get(wished, "another function")
                 self.notes.append("%s %s; %s takes %s, and its subroutines know the number." % (wished, reason, function.name, other))
                 return other
+        if not theirs and wished not in self.moved.values():
+            self.notes.append("%s uses %s, as %s does. Do not run it while %s is on." % (used[wished], wished, function.name, function.name))
+            return wished
         self.problems.append("%s is in use, and %s finds no other one that is free." % (wished, function.name))
         return wished
 

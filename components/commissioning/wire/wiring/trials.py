@@ -46,9 +46,9 @@ ATTEMPTS = 30  # to find types and directions of the pins of a driver
 class Trials:
     """The trials of one machine, in a folder of their own. `plumb` is the program plumb."""
 
-    def __init__(self, home, folder, plumb):
+    def __init__(self, home, folder, plumb, learnt=None):
         self.home, self.folder, self.plumb = home, folder, plumb
-        self.learnt = {}  # about the pins that stand in
+        self.learnt = dict(learnt or {})  # about the pins that stand in
         self.stand_ins = self.trial = None
 
     def look(self, ini, joints, name):
