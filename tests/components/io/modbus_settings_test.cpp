@@ -97,7 +97,7 @@ TEST_F(ModbusSettingsFile, ARefusalNamesFileLineKeyAndTheRight) {
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0\ntype = \"int16\"")),
                 HasSubstr(":9: type is 'int16', not one of bit, u16, s16, u32, s32, f32, f64"));
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "")), HasSubstr("unit is missing"));
-    EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "Unit = \"%\"")),
+    EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "Unit = \"%\"\n")),
                 HasSubstr("unknown key 'Unit': write unit"));
     EXPECT_THAT(refusal(tcp + channel("C", "register = 0")), HasSubstr("names of pins are of a-z"));
     EXPECT_THAT(refusal(tcp + channel("a", "register = 0")), HasSubstr("name 'a' is there twice"));
