@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""plumb wire on the sample configurations of LinuxCNC, which were written without Plumb in mind."""
+"""plumb wire on the sample configurations of LinuxCNC, on those in tests/specimens/machines, or on a folder of yours."""
 
 import argparse
 import os
@@ -9,10 +9,14 @@ import stat
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
+PLUMB = os.path.join(BUILD, "bin", "plumb")
 SAMPLES = "/usr/share/doc/linuxcnc/examples/sample-configs"
+GALLERY = os.path.join(ROOT, "tests", "specimens", "machines")
 
 BOTH = ("squareness", "thermal_displacement")
 SQUARE = BOTH[:1]
@@ -46,36 +50,130 @@ MACHINES = [
 STEPS = ("the machine turns on", "it homes", "it runs a program")
 
 
+HEADINGS = ("Configuration", "Function", "starts", "homes", "runs", "seen", "applied, undone", "s", "MB")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", help="other configurations: each INI file in it, as its lines `# wire:` and `# options:` say")
     parser.add_argument("-R", metavar="REGEX", default="", help="only the INI files that it finds")
-    parser.add_argument("--samples", metavar="DIR", default=SAMPLES, help="other sample configurations")
+    parser.add_argument("--samples", metavar="DIR", default=SAMPLES, help="other sample configurations of LinuxCNC")
     parser.add_argument("--show", action="store_true", help="print the output of plumb wire")
     arguments = parser.parse_args()
-    chosen = [machine for machine in MACHINES if re.search(arguments.R, machine[0])]
-    works = 0
+    works = tried = 0
     with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as folder:
-        samples = copy_samples(arguments.samples, folder)
-        print("| Configuration | Function | starts | homes | runs | seen |\n| --- | --- | --- | --- | --- | --- |")
-        for path, functions, options, purpose in chosen:
-            ini = os.path.join(samples, path)
-            name = "%s, %s" % (os.path.basename(path), purpose)
-            if not os.path.exists(ini):
-                print("| %s | | not in this LinuxCNC | | | |" % name)
+        machines = []
+        if not arguments.folder:
+            samples = copy_samples(arguments.samples, folder)
+            machines = [(os.path.join(samples, path), *rest) for path, *rest in MACHINES]
+        gallery = os.path.join(folder, "gallery")
+        shutil.copytree(arguments.folder or GALLERY, gallery, symlinks=True)
+        machines += described(gallery)
+        print("| %s |\n|%s" % (" | ".join(HEADINGS), " --- |" * len(HEADINGS)))
+        for ini, functions, options, purpose in machines:
+            if not re.search(arguments.R, os.path.relpath(ini, folder)):
                 continue
-            own = [output_of(ini)]
-            before = snapshot(folder, own)
-            status, output = wire(ini, functions, options)
-            if arguments.show:
-                print(output)
-            for row in rows(name, functions, status, output):
-                print(row, flush=True)
-            changed = changes(before, snapshot(folder, own))
-            if changed:
-                print("| %s | CHANGED: %s | | | | |" % (name, ", ".join(changed)))
-            works += status == 0 and not changed
-    print("\n%d of %d configurations" % (works, len(chosen)))
-    return 0 if works == len(chosen) else 1
+            tried += 1
+            name = "%s, %s" % (os.path.basename(ini), purpose)
+            if not os.path.exists(ini):
+                print("| %s | | not in this LinuxCNC | | | | | | |" % name)
+                continue
+            works += show(Run(folder, ini, functions, options), name, functions, arguments.show)
+    print("\n%d of %d configurations" % (works, tried))
+    return 0 if works == tried else 1
+
+
+def described(folder):
+    """INI file, functions, options and purpose of each INI file below a folder, from its first lines."""
+    for path in sorted(os.path.join(place, name) for place, _, names in os.walk(folder) for name in names if name.endswith(".ini")):
+        with open(path, encoding="utf-8", errors="replace") as file:
+            lines = [line.strip("# \r\n") for line in file if line.startswith("#")]
+        given = {line.split(":")[0]: line.split(":", 1)[1].split() for line in lines if line.startswith(("wire:", "options:"))}
+        purpose = next((line for line in lines if line and not line.startswith(("SPDX", "wire:", "options:"))), "")
+        yield path, tuple(given.get("wire", SQUARE)), tuple(given.get("options", ())), purpose
+
+
+def show(run, name, functions, output):
+    """Prints the rows of a configuration. Returns whether all is as it must be."""
+    if output:
+        print(run.output)
+    ends = " | ".join([run.undone, "%.0f" % run.seconds, "%.1f" % run.megabytes])
+    for row in rows(name, functions, run.status, run.output):
+        print("%s %s |" % (row, ends), flush=True)
+    if run.changed:
+        print("| %s | CHANGED: %s | | | | | | | |" % (name, ", ".join(run.changed)))
+    return run.status == 0 and run.undone == "yes" and not run.changed
+
+
+class Run:
+    """plumb wire --apply on a configuration, and --undo.
+
+    changed     files of the user that the trial changed
+    undone      whether the INI file comes back byte for byte with its rights; "-" where nothing was applied
+    seconds     of plumb wire --apply
+    megabytes   of temporary files, at most
+    """
+
+    def __init__(self, root, ini, functions, options, look=lambda own: None):
+        """`look` is called with the folder of the files that were written."""
+        own, home = [output_of(ini)], os.path.dirname(ini)
+        before, files = snapshot(root, own), contents(home)
+        begin = time.monotonic()
+        with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as temporary, Watch(temporary) as watch:
+            self.status, self.output = wire(ini, functions, [*options, "--apply"], TMPDIR=temporary)
+        self.seconds, self.megabytes = time.monotonic() - begin, watch.largest / 1e6
+        applied = [name for name, text in contents(home).items() if files.get(name) != text and name + ".before-plumb" in contents(home)]
+        if self.status == 0:
+            look(own[0])
+        undone = subprocess.run([PLUMB, "wire", "--undo", "--ini", ini, "--output", own[0]], stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True, check=False)
+        after = snapshot(root, own)
+        shutil.rmtree(own[0], ignore_errors=True)
+        # An edited file is a new one: its time differs, and so does the time of its folder.
+        edited = {os.path.relpath(os.path.join(home, name), root) for name in applied}
+        same = all(before[name][0] == after[name][0] and before[name][2] == after[name][2] for name in edited)
+        self.changed = [name for name in changes(before, after) if name not in edited]
+        self.undone = "-" if self.status else "yes" if applied and undone.returncode == 0 and same else "NO"
+
+
+class Watch(threading.Thread):
+    """The largest size of the temporary files of plumb wire, in bytes."""
+
+    def __init__(self, place):
+        super().__init__(daemon=True)
+        self.place, self.largest, self.ended = place, 0, threading.Event()
+
+    def run(self):
+        while not self.ended.wait(0.2):
+            size = 0
+            for folder, _, names in os.walk(self.place):
+                size += sum(size_of(os.path.join(folder, name)) for name in names)
+            self.largest = max(self.largest, size)
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *_):
+        self.ended.set()
+        self.join()
+
+
+def size_of(path):
+    try:
+        return os.lstat(path).st_blocks * 512
+    except OSError:
+        return 0
+
+
+def contents(home):
+    """The bytes of each file in a folder, by its name."""
+    found = {}
+    for entry in os.scandir(home):
+        if entry.is_file(follow_symlinks=False):
+            with open(entry.path, "rb") as file:
+                found[entry.name] = file.read()
+    return found
 
 
 def copy_samples(samples, folder):
@@ -86,9 +184,10 @@ def copy_samples(samples, folder):
     return copy
 
 
-def wire(ini, functions, options=()):
+def wire(ini, functions, options=(), **environment):
     done = subprocess.run(
-        [os.path.join(BUILD, "bin", "plumb"), "wire", *functions, "--ini", ini, "--output", output_of(ini), *options],
+        [PLUMB, "wire", *functions, "--ini", ini, "--output", output_of(ini), *options],
+        env={**os.environ, **environment},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         stdin=subprocess.DEVNULL,

@@ -108,7 +108,10 @@ x-drive is your drive. If it has separate functions, it reads before update-feed
 than one stage, interlock(9) joins all inhibit-homing; then net its heartbeat to each stage, too.
 
 Through this stage LinuxCNC's feedback does not contain the offset; only the feedback of the drive does. A component
-that needs the position of the encoder takes the signal at drive-feedback, here x-motor-fb, and applied-offset.)"},
+that needs the position of the encoder takes the signal at drive-feedback, here x-motor-fb, and applied-offset.
+
+A pid whose command-deriv has joint.0.vel-cmd follows the offset late. Net this to x-stage.joint-velocity, and
+x-stage.drive-velocity to command-deriv.)"},
                                       hal::SettingUp{R"(
 1. Set min-limit, max-limit, joint-acceleration and offset-acceleration as above. Before that no offset is applied.
 2. Check that the drive can follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.
@@ -162,6 +165,7 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         "Machine off makes the offset of this source part of the position of the joint: for a stroke."};
     hal::In<double> position{this, "position", 0, "mu", "Commanded position of the joint: joint.N.pos-cmd."};
     hal::In<double> joint_command{this, "joint-command", 0, "mu", "From motion: joint.N.motor-pos-cmd."};
+    hal::In<double> joint_velocity{this, "joint-velocity", 0, "mu/s", "From motion: joint.N.vel-cmd."};
     hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu", "From the drive, offset included."};
     hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
     hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint."};
@@ -178,6 +182,9 @@ A joint that is itself beyond a soft limit is not taken back.)"},
                              rates};
 
     hal::Out<double> drive_command{this, "drive-command", "mu", "To the drive, offset included."};
+    hal::Out<double> drive_velocity{
+        this, "drive-velocity", "mu/s",
+        "Joint-velocity and the velocity of the offset: to pid.N.command-deriv of the drive."};
     hal::Out<double> joint_feedback{this, "joint-feedback", "mu",
                                     "To motion, without the offset: joint.N.motor-pos-fb."};
     hal::Out<double> applied_offset{this, "applied-offset", "mu", "Offset that drive-command contains."};
@@ -240,6 +247,7 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         active_ = active;
         permitted_ = permitted;
         holding_ = holding;
+        const double before = applied_.value();
         if (holding)
             hold();
         else
@@ -248,6 +256,8 @@ A joint that is itself beyond a soft limit is not taken back.)"},
         if (!holding) release_.note(applied_.value(), bounded(sums.others, settings_.max_offset), follows);
 
         drive_command = command_ + applied_.value();
+        const double velocity = joint_velocity;
+        drive_velocity = (within(velocity, farthest) ? velocity : 0) + (applied_.value() - before) / dt;
         applied_offset = applied_.value();
         ramping = ramping_;
         inhibit_homing = std::abs(applied_.value()) > slack;

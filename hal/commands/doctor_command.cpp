@@ -269,6 +269,17 @@ Findings refusals() {
              "unshare --user --map-root-user --ipc --pid --fork --mount-proc true"}};
 }
 
+// Whether the system does not find a library of plumb-host, which then ends before it can report anything.
+bool lacks_library() {
+    const std::string command = "ldd '" + (Home().programs / "plumb-host").string() + "' 2>&1";
+    FILE* const pipe = popen(command.c_str(), "r");
+    if (!pipe) return false;
+    std::string text;
+    for (int c = 0; (c = std::fgetc(pipe)) != EOF;) text += static_cast<char>(c);
+    pclose(pipe);
+    return text.find("not found") != std::string::npos;
+}
+
 Findings isolation(const Trial& trial) {
     if (trial.namespaces)
         return {{Mark::ok,
@@ -282,7 +293,11 @@ Findings isolation(const Trial& trial) {
         findings.push_back({Mark::note, "No host starts while LinuxCNC runs (" + realtime + ")."});
     else if (!trial.not_started.empty())
         findings.push_back({Mark::wrong, "No host starts: " + trial.not_started + '.',
-                            trial.given_up ? "pgrep -a plumb-host" : "halrun -U"});
+                            trial.given_up ? "pgrep -a plumb-host"
+                            : lacks_library()
+                                ? "ldd " + (home.programs / "plumb-host").string() +
+                                      " | grep 'not found'; the package of each is to be installed"
+                                : "halrun -U"});
     findings.push_back({Mark::note,
                         "No namespaces: one host at a time, none while LinuxCNC runs, and plumb run needs "
                         "--no-namespaces."});

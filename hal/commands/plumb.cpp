@@ -62,6 +62,10 @@ hal::CommandPage page() {
           R"(Plumb measures and corrects errors of a machine tool with LinuxCNC HAL components, and runs HAL in virtual
 time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND in the folder of this one. plumb --help
 lists them all.)"},
+         {"PROGRAMS",
+          R"(plumb contacts reports the contacts of a recording, and whether to compensate. plumb growth shows how much a machine
+grows as it warms. plumb panel shows the functions of a machine on a touch screen. plumb squareness turns tilts or
+measurements into settings. plumb wire wires functions into a LinuxCNC configuration, and tries the result.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
         pages_of_commands() + ".BR halcmd (1)"};
 }
@@ -132,6 +136,10 @@ int run(int argc, char** argv) {
     hal::begin_command_line(app, page);
     app.require_subcommand(1);
     list_commands(app, name != "--man");
+    if (argc == 1) {
+        std::cerr << app.help();
+        return 2;
+    }
     return hal::carry_out(app, argc, argv, [] { return 0; });
 }
 

@@ -128,8 +128,13 @@ std::vector<int> segments_of_dead_programs() {
 
 }  // namespace
 
+bool is_twopass_file(const std::string& name) {
+    const std::string end = name.size() < 8 ? "" : name.substr(name.size() - 4);
+    return begins_with(name, "tmp_") && (end == ".hal" || end == ".tcl");
+}
+
 bool is_linuxcncs_in_tmp(const std::string& name) {
-    return name == linuxcnc_lock_file || begins_with(name, "linuxcnc.debug.") ||
+    return name == linuxcnc_lock_file || is_twopass_file(name) || begins_with(name, "linuxcnc.debug.") ||
            begins_with(name, "linuxcnc.print.");
 }
 

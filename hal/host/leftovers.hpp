@@ -16,6 +16,9 @@ inline constexpr const char* host_file_template = "plumb-host-XXXXXX";
 inline constexpr const char* linuxcnc_lock_file = "linuxcnc.lock";
 bool is_linuxcncs_in_tmp(const std::string& name);
 
+// Whether LinuxCNC makes a file of this name of a HALFILE with TWOPASS; it stays after an error in the HALFILE.
+bool is_twopass_file(const std::string& name);
+
 class Leftovers {
 public:
     // Maps the shared page; call it before the host is forked off its keeper.

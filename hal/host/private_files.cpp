@@ -242,7 +242,7 @@ void PrivateFiles::furnish_tmp() {
     std::error_code error;
     for (const files::directory_entry& entry : files::directory_iterator(real_tmp(), error)) {
         const std::string name = entry.path().filename();
-        if (name == linuxcnc_lock_file) continue;
+        if (name == linuxcnc_lock_file || is_twopass_file(name)) continue;
         seen_.push_back(name);
         show(entry.path(), tmp / name);
     }

@@ -29,7 +29,7 @@ class Chopping(Sample):
         self.assertIn("+REMAP = G81.1 modalgroup=1 argspec=ZQrpij", patch)
         self.assertIn('records = ["chop"]', read(os.path.join(self.folder(INCH), "retain.toml")))
         stages = read(os.path.join(self.folder(INCH), "stages.hal"))
-        self.assertIn("setp z-stage.max-offset 19.685\n", stages)
+        self.assertIn("setp z-stage.max-offset 8.12\n", stages)  # the travel of Z
         self.assertEqual(stages.count("z-stage.offset-acceleration"), 1)
         for line in (
             "setp interlock.function-services-0 51",
@@ -40,8 +40,10 @@ class Chopping(Sample):
             self.assertIn(line + "\n", stages)
         function = read(os.path.join(self.folder(INCH), "chopping.hal"))
         self.assertIn("setp chop.max-limit [JOINT_2]MAX_LIMIT\n", function)
+        self.assertIn("setp chop.max-rate [JOINT_2]MAX_VELOCITY\n", function)
         settings = read(os.path.join(self.folder(INCH), "chopping_settings.hal"))
-        self.assertIn("setp chop.max-feed           7.87402\n", settings)
+        self.assertIn("setp chop.max-feed           %.6g\n" % (0.8 * 5), settings)  # of MAX_VELOCITY
+        self.assertIn("setp chop.max-acceleration  %.6g\n" % (0.5 * 50), settings)
 
 
 if __name__ == "__main__":

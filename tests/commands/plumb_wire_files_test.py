@@ -17,7 +17,9 @@ from wire_sample import plumb_wire, read, snapshot, write
 
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
 sys.path.insert(1, WIRING)
+import copies  # noqa: E402
 import error_tables  # noqa: E402
+from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
 import stand_ins  # noqa: E402
 import trial  # noqa: E402
@@ -90,7 +92,7 @@ class Writing(unittest.TestCase):
         os.symlink(self.victim, os.path.join(self.own, "plumb", "plumb.inc"))
         write(os.path.join(self.own, "plumb", ".written.json"), json.dumps({"ini": "my.ini", "functions": [], "files": {}}))
         with self.assertRaisesRegex(Impossible, "plumb.inc is a link"):
-            Output(os.path.join(self.own, "plumb"), self.own, "my.ini").inc([])
+            Output(os.path.join(self.own, "plumb"), self.own, "my.ini").inc({}, {})
 
 
 class Manifest(unittest.TestCase):
@@ -183,31 +185,32 @@ class Manifest(unittest.TestCase):
 class Names(unittest.TestCase):
     """Names that LinuxCNC cannot have are refused before a start."""
 
-    def refusal(self, *names, output="plumb"):
+    def refusal(self, *names, output="plumb", more=""):
         ini = os.path.join(own_folder(self), *names)
         os.makedirs(os.path.dirname(ini), exist_ok=True)
-        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n")
+        write(ini, "[KINS]\nKINEMATICS = trivkins\n[TRAJ]\nCOORDINATES = XYZ\n" + more)
         before = snapshot(os.path.dirname(ini))
         status, _, flat = plumb_wire("squareness", "--ini", ini, "--output", os.path.join(os.path.dirname(ini), output))
         self.assertEqual((status, snapshot(os.path.dirname(ini))), (1, before))
         return flat
 
     def test_a_path_with_a_blank(self):
-        for name, shown, words in (("my mill", "'my mill'", "a blank"), ("my\tmill", r"'my\\tmill'", "a tab"),
-                                   ("my\nmill", r"'my\\nmill'", "a line break")):
-            words = "The name %s has %s, and LinuxCNC does not find" % (shown, words)
+        for name, words in (("my\tmill", "a tab"), ("my\nmill", "a line break")):
+            words = "has %s, and LinuxCNC cannot read an INI file there" % words
             self.assertRegex(self.refusal(name, "configs", "my.ini"), words)
-            self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words.replace("mill", "mill.ini"))
+            self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words)
+        words = "has a blank, and LinuxCNC does not find the INI file of a line '#INCLUDE my.inc' there"
+        self.assertIn(words, self.refusal("my mill", "my.ini", more="#INCLUDE my.inc\n"))
 
     def test_a_path_that_is_not_utf_8(self):
-        self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The name .* has a byte that is not UTF-8")
+        self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The path .* has a byte that is not UTF-8")
 
     def test_line_ends_of_dos(self):
         ini = os.path.join(own_folder(self), "my.ini")
-        write(ini, "[KINS]\r\nKINEMATICS = trivkins\r\n[TRAJ]\r\nCOORDINATES = XYZ\r\n")
+        write(ini, "[KINS]\r\nKINEMATICS = trivkins\r\n[TRAJ]\r\nCOORDINATES = XYZ\r\n#INCLUDE my.inc\r\n")
         status, _, flat = plumb_wire("squareness", "--ini", ini)
         self.assertEqual(status, 1)
-        self.assertIn("has the line ends of DOS, and LinuxCNC cannot read such a file with #INCLUDE", flat)
+        self.assertIn("has the line ends of DOS, and LinuxCNC does not find the file of its line '#INCLUDE my.inc'", flat)
         self.assertIn(r"sed -i 's/\r$//' %s" % ini, flat)
 
     def test_a_name_of_the_output_that_hal_would_read_otherwise(self):
@@ -216,6 +219,28 @@ class Names(unittest.TestCase):
 
 
 class Values(unittest.TestCase):
+    def test_an_include_that_is_no_file_or_too_long_is_named_with_its_line(self):
+        home = own_folder(self)
+        with open(os.path.join(home, "long.inc"), "wb") as file:
+            file.truncate(2 << 20)
+        for name, words in (("/dev/zero", "is no file"), ("long.inc", "is longer than 1048576 bytes")):
+            write(os.path.join(home, "my.ini"), "[HAL]\n#INCLUDE %s\n" % name)
+            with self.assertRaises(Impossible) as caught:
+                IniFile(os.path.join(home, "my.ini"))
+            self.assertRegex(" ".join(str(caught.exception).split()), "my.ini:2 includes .*%s, which %s" % (name, words))
+
+    def test_lines_of_a_file_of_dos_and_without_a_last_line_end(self):
+        home = own_folder(self)
+        with open(os.path.join(home, "my.ini"), "wb") as file:
+            file.write(b"[HAL]\r\nHALFILE = a.hal\r\n[TRAJ]\r\nMAX = 3")
+        ini = IniFile(os.path.join(home, "my.ini"))
+        ini.add("HAL", "HALFILE", "b.hal")
+        self.assertEqual(ini.text(ini.path), "[HAL]\r\nHALFILE = a.hal\r\nHALFILE = b.hal\r\n[TRAJ]\r\nMAX = 3")
+        ini.add("TRAJ", "MIN", "1")
+        self.assertEqual(ini.text(ini.path).split("\r\n")[3:], ["[TRAJ]", "MAX = 3", "MIN = 1"])
+        ini.add("NEW", "A", "1")
+        self.assertEqual(ini.text(ini.path).split("\r\n")[5:], ["MIN = 1", "", "[NEW]", "A = 1", ""])
+
     def test_a_halfile_comes_before_the_first_without_a_value(self):
         """LinuxCNC reads no further."""
         home = own_folder(self)
@@ -228,8 +253,55 @@ class Values(unittest.TestCase):
         self.assertEqual(ini.texts[ini.path][1:4], ["HALFILE = first.hal", "HALFILE = plumb/plumb.hal", "HALFILE ="])
 
 
+MOTION = """for module in tpmod homemod "trivkins coordinates=XYZ"; do halcmd loadrt $module; done
+halcmd loadrt motmod servo_period_nsec=1000000 num_joints=3
+halcmd loadrt sum2 names=a,b,c,d,e,f,g,u,v,w
+for name in a %s motion-command-handler motion-controller b; do halcmd addf $name servo-thread || exit; done
+haltcl order.tcl || exit
+halcmd addf g servo-thread
+halcmd -s show thread
+"""
+
+
+class Order(unittest.TestCase):
+    """order.tcl, which adds functions to the thread of motion-controller."""
+
+    def thread(self, more):
+        home, files = own_folder(self), object.__new__(HalFiles)
+        part = mock.Mock(before=["c", "d"], after=["e"], last=["f"])
+        files.all_parts, files.functions = [part], []
+        write(os.path.join(home, "order.tcl"), files.order())
+        write(os.path.join(home, "machine.sh"), MOTION % more)
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", "bash", "machine.sh"]
+        done = subprocess.run(command, cwd=home, stdout=subprocess.PIPE, text=True, check=True)
+        return done.stdout.split("servo-thread")[-1].split()[2:]
+
+    def test_functions_that_a_user_adds_in_front_later_change_nothing_around_motion_controller(self):
+        own = ["c", "d", "motion-controller", "e", "f", "b", "g"]
+        self.assertEqual(self.thread(""), ["a", "motion-command-handler", *own])
+        self.assertEqual(self.thread("u v w"), ["a", "u", "v", "w", "motion-command-handler", *own])
+
+    def test_a_thread_without_motion_controller_is_named(self):
+        home, files = own_folder(self), object.__new__(HalFiles)
+        files.all_parts, files.functions = [], []
+        write(os.path.join(home, "order.tcl"), files.order())
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", "haltcl", "order.tcl"]
+        done = subprocess.run(command, cwd=home, stderr=subprocess.PIPE, text=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
+
+
 class Pins(unittest.TestCase):
     """The pins that stand in for a driver."""
+
+    def test_a_file_gives_types_and_directions(self):
+        text = "# of my drive\nmydrive.0.torque s32 OUT\n 12  u32  IN  0  mydrive.0.control <== z-control\n"
+        learnt = stand_ins.given_pins({"mydrive": ("pins.txt", text)})
+        ours = self.stand_ins("loadrt mydrive\nnet torque mydrive.0.torque\nnet z-control => mydrive.0.control\n", learnt)
+        self.assertIn("mydrive", ours.drivers)
+        self.assertEqual((ours._kind("mydrive.0.torque"), ours._kind("mydrive.0.control")), (["s32", "OUT"], ["u32", "IN"]))
+        with self.assertRaisesRegex(Impossible, "pins.txt:1 has 'mydrive.0.torque int OUT'. Write the pin, its type"):
+            stand_ins.given_pins({"mydrive": ("pins.txt", "mydrive.0.torque int OUT\n")})
 
     def stand_ins(self, hal, learnt=None):
         home = own_folder(self)
@@ -324,10 +396,12 @@ class Copies(unittest.TestCase):
         with socket.socket(socket.AF_UNIX) as end:
             end.bind(os.path.join(self.source, "socket"))
         before = snapshot(self.root)
-        trial.copy_folder(self.source, self.copy)
+        copies.copy_folder(self.source, self.copy)
         for name in ("link", "deep/link", "hard"):
             write(os.path.join(self.copy, name), "ruined\n")
         self.assertEqual(sorted(os.listdir(self.copy)), ["deep", "hard", "link"])
+        copies.copy_links(self.source, self.copy + "-links")
+        self.assertEqual(sorted(os.listdir(self.copy + "-links")), ["deep", "link"])
         after = {name: found for name, found in snapshot(self.root).items() if not name.startswith("copy")}
         self.assertEqual({**after, ".": None}, {**before, ".": None})
 
@@ -336,7 +410,7 @@ class Copies(unittest.TestCase):
         write(os.path.join(self.source, "file"), "mine\n")
         copy = os.path.join(self.source, "tmp", "trial", "copy")
         os.makedirs(os.path.dirname(copy))
-        trial.copy_folder(self.source, copy)
+        copies.copy_folder(self.source, copy)
         self.assertEqual(os.listdir(copy), ["file"])
 
 
@@ -350,11 +424,15 @@ class Sandbox(unittest.TestCase):
         for name in ("home/file", "copy/file", "outside/file", "own/cover", "outside/covered", "user/file", "user/deep/file"):
             write(os.path.join(self.root, name), name + "\n")
 
+    def ours(self):
+        """The folders that a trial writes."""
+        return [os.path.join(self.root, name) for name in ("copy", "own", "shown", "work")]
+
     def run_inside(self, lines):
         """The words that a script prints in the place of the copy."""
         path = os.path.join(self.root, "copy", "script")
         write(path, "\n".join(lines) + "\n")
-        self.before = snapshot(self.root, [os.path.join(self.root, "copy"), os.path.join(self.root, "own")])
+        self.before = snapshot(self.root, self.ours())
         plan = {
             "home": os.path.join(self.root, "home"),
             "copy": os.path.join(self.root, "copy"),
@@ -372,7 +450,7 @@ class Sandbox(unittest.TestCase):
         return done.stdout
 
     def outside_as_before(self):
-        self.assertEqual(snapshot(self.root, [os.path.join(self.root, "copy"), os.path.join(self.root, "own")]), self.before)
+        self.assertEqual(snapshot(self.root, self.ours()), self.before)
 
     def test_all_but_the_copy_and_memory_is_read_only(self):
         # Opened for writing, and left as they are: where the sandbox fails, no setting of the computer changes.

@@ -24,17 +24,18 @@ class Works(Sample):
             seen = self.seen(output, function)
             self.assertTrue(any(effect in text for text in seen), output)
             self.assertTrue(all(seen.values()), output)
-        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=8 num_aio=6", flat)
-        # Output 3 is the user's, and 4 is one of thermal_growth_test.
-        self.assertIn("motion.analog-out-03 keeps your signal my-dial; thermal_displacement takes motion.analog-out-05", flat)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=8", flat)
+        # Output 3 is the user's, and 0 is one of interlock.
+        self.assertIn("motion.analog-out-03 keeps your signal my-dial; thermal_displacement takes motion.analog-out-01", flat)
         self.assertIn(
-            "net growth-start-height motion.analog-out-05 => growth.start-height\n",
+            "net growth-start-height motion.analog-out-01 => growth.start-height\n",
             read(os.path.join(self.folder(AXIS_MM), "thermal_displacement.hal")),
         )
         clock = read(os.path.join(self.folder(AXIS_MM), "growth_clock.ngc"))
-        self.assertIn("\n#<height_output> = 5\n", clock)
-        self.assertIn("\n#<mark_output>   = 7\n", clock)
-        self.assertRegex(flat, "Still missing.*The load of the spindle.*chain of axes.*setp interlock.function-switch-1 0")
+        self.assertIn("\n#<height_output> = #<_ini[PLUMB_NUMBERS]GROWTH_START_HEIGHT>\n", clock)
+        self.assertIn("\n#<mark_output>   = #<_ini[PLUMB_NUMBERS]GROWTH_CLOCK_START>\n", clock)
+        self.assertIn("\nGROWTH_START_HEIGHT = 1\n", read(os.path.join(self.folder(AXIS_MM), "plumb.inc")))
+        self.assertRegex(flat, "Still missing.*setp interlock.function-switch-1 1` .squareness.*The load of the spindle.*chain of axes")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertIn("unlinkp joint.0.motor-pos-cmd\n", hal)
         self.assertIn("net Xpos x-stage.drive-command\n", hal)
@@ -58,12 +59,15 @@ class Works(Sample):
         self.assertIn("setp interlock.feed-services 48\n", hal)
         self.assertIn("net program-running => interlock.function-busy-0\n", hal)
         self.assertIn("net estop-loop => iocontrol.0.emc-enable-in motion.enable\n", hal)
-        order = re.findall("addf (\\S+) servo-thread (\\d+)", halfile)
-        places = {name: int(place) for name, place in order}
-        self.assertEqual(places["x-stage.update-feedback"], 2)  # where motion-controller was
-        self.assertLess(places["square.update"], places["x-stage.update"])
-        self.assertLess(places["growth.update"], places["z-axis-stage.update"])
-        self.assertEqual(max(places, key=places.get), "interlock.update")
+        before, behind = re.search(r"plumb_order \{\n(.*)\n\} \{\n(.*)\n\}\n$", read(os.path.join(self.folder(AXIS_MM), "order.tcl")), re.S).groups()
+        self.assertEqual(before.split(), ["x-stage.update-feedback", "y-stage.update-feedback", "z-stage.update-feedback"])
+        behind = behind.split()
+        self.assertLess(behind.index("square.update"), behind.index("x-stage.update"))
+        self.assertLess(behind.index("growth.update"), behind.index("z-axis-stage.update"))
+        self.assertEqual(behind[-1], "interlock.update")
+        self.assertIn("%d functions stand around motion-controller in servo-thread" % (3 + len(behind)), flat)
+        # Limits come from the INI file, by name, or from its numbers.
+        self.assertIn("setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION\n", hal)
 
         if shutil.which("patch"):
             home, original = os.path.dirname(self.ini(AXIS_MM)), read(self.ini(AXIS_MM))
@@ -93,6 +97,7 @@ class Works(Sample):
         self.assertIn("squareness_settings.hal (yours, not written)", flat)
         self.assertEqual(read(settings), "setp square.ea0z 0\nsetp square.eb0z 0.0001\n")
         self.assertIn("CHAIN = w-Y.b-Z-X-C-t\n", read(values))
+        self.assertIn("[PLUMB_NUMBERS]\n", read(values))
         stages = read(os.path.join(self.folder(LATHE), "stages.hal"))
         self.assertIn("joint_offset names=x-stage,z-stage unit=[TRAJ]LINEAR_UNITS\n", stages)  # a lathe has no Y
         self.assertIn("axis_offset names=z-axis-stage unit=[TRAJ]LINEAR_UNITS\n", stages)

@@ -9,17 +9,22 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import sys
 import tempfile
 
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
 sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
+from applying import COPY, Applied, changes  # noqa: E402
 from error_tables import unsealed  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
+from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
+from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
 from plumb_program import run as run_program  # noqa: E402
+from stand_ins import given_pins  # noqa: E402
 from texts import Impossible, wrapped  # noqa: E402
 from trial import NotStarted  # noqa: E402
 from trials import Trials  # noqa: E402
@@ -42,6 +47,18 @@ def main():
     parser.add_argument(
         "--joints", metavar="X=0,...", default="", help="joints of the axes, where the kinematics do not show them"
     )
+    parser.add_argument(
+        "--stand-in",
+        metavar="NAME=FILE",
+        action="append",
+        default=[],
+        help="pins of a driver or program that is not here: rows of `halcmd -s show pin`, or PIN TYPE DIRECTION",
+    )
+    action = parser.add_mutually_exclusive_group()
+    action.add_argument("--apply", action="store_true", help="edit the INI file, too; a copy stays beside it")
+    action.add_argument("--undo", action="store_true", help="give the INI file back as it was before --apply")
+    action.add_argument("--remove", action="store_true", help="take these functions out of the machine")
+    action.add_argument("--check", action="store_true", help="report what an upgrade of Plumb or an edit of the machine changed")
     parser.add_argument("--version", action="version", version="plumb @PROJECT_VERSION@")
     arguments = parser.parse_args()
     sys.stdout.reconfigure(errors="backslashreplace")  # names of files need not be text
@@ -50,14 +67,22 @@ def main():
         return 0
     known = all_functions(FUNCTIONS)
     wrong = [name for name in arguments.functions if name not in known]
-    if wrong or not arguments.functions:
+    if wrong or not (arguments.functions or arguments.undo or arguments.check):
         return refuse(unknown(wrong, known))
+    if arguments.functions and (arguments.undo or arguments.check):
+        return refuse("--undo and --check take no function: they are for all that is wired")
     if not arguments.ini:
         return refuse("give the INI file of your machine: --ini my.ini")
     if not os.path.isfile(arguments.ini):
         return refuse("cannot read %s: there is no such file" % arguments.ini)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda number, _: sys.exit(128 + number))
     try:
         wire = Wire([known[name] for name in dict.fromkeys(arguments.functions)], arguments, known)
+        if arguments.undo or (arguments.remove and not wire.functions):
+            return wire.undo()
+        if arguments.check:
+            return wire.check()
         wire.run()
     except BrokenPipeError:
         raise
@@ -68,11 +93,13 @@ def main():
         print("plumb wire: nothing was written.\n\n%s" % in_words(error), file=sys.stderr)
         return 1
     try:
+        if arguments.apply or arguments.remove:
+            wire.apply()
         wire.tell()
-    except OSError as error:
-        if not error.filename:  # of the output
+    except (Impossible, OSError) as error:
+        if isinstance(error, OSError) and not error.filename:  # of the output
             raise
-        print("plumb wire: all files were written.\n\n%s" % in_words(error), file=sys.stderr)
+        print("plumb wire: all files of its folder were written.\n\n%s" % in_words(error), file=sys.stderr)
         return 1
     return 0
 
@@ -101,7 +128,6 @@ class Wire:
 
     def __init__(self, functions, arguments, known):
         self.ini_path = os.path.abspath(arguments.ini)
-        forbid_names(self.ini_path)
         self.home = os.path.dirname(self.ini_path)
         folder = os.path.abspath(arguments.output or os.path.join(self.home, "plumb"))
         self.folder = os.path.relpath(folder, self.home)
@@ -111,27 +137,53 @@ class Wire:
         if odd:
             sentence = "--output %r has %s in its name. LinuxCNC reads this name in HAL lines: use letters, digits, - and _."
             raise Impossible(wrapped(sentence % (self.folder, character(odd[0]))))
-        self.output = Output(folder, self.home, os.path.basename(self.ini_path))
-        earlier = [known[name] for name in self.output.functions if name in known]
-        self.functions = list(dict.fromkeys([*earlier, *functions]))  # a function keeps its number at interlock
+        self.output = Output(folder, self.home, os.path.basename(self.ini_path), "@PROJECT_VERSION@")
+        self.applied = Applied(folder, self.home, self.ini_path)
+        if arguments.apply or arguments.remove:
+            self.applied.forbid_running()
+        self.functions = self._numbered(functions, known, arguments.remove)
+        self.reserved = {pin for function in known.values() for _, pin in pins_of(function)}  # of programs of all functions
+        self.numbers = None
         self.given_joints = parse_joints(arguments.joints)
+        self.given_pins = given_pins(dict(map(named_file, arguments.stand_in)))
         self.needs_halui = any(function.axis_offset for function in self.functions)
         self.motmod = {}  # options that motmod lacks
         self.added = []  # (section, name, value) of the INI file
         self.written = None
+        self.inline = forbid_names(self.ini_path, self.fresh_ini())
+        if " " in self.home and any(function.subroutines for function in self.functions):
+            names = ", ".join(function.name for function in self.functions if function.subroutines)
+            sentence = "LinuxCNC opens no subroutine in a path with a blank, and %s has some: rename %s."
+            raise Impossible(wrapped(sentence % (names, self.home)))
+
+    def _numbered(self, functions, known, remove):
+        """The functions of before and the new ones, or the rest of them. A function keeps its number at interlock; a new one
+        has the first that is free."""
+        slots = [known.get(name) for name in self.output.functions]
+        if remove:
+            absent = [function.name for function in functions if function not in slots]
+            if absent:
+                raise Impossible("%s is not wired in %s." % (absent[0], self.output.folder))
+            slots = [None if function in functions else function for function in slots]
+        else:
+            for function in functions:
+                if function not in slots:
+                    free = slots.index(None) if None in slots else len(slots)
+                    slots[free : free + 1] = [function]
+        for number, function in enumerate(slots):
+            if function:
+                function.number = number
+        return list(filter(None, slots))
 
     def run(self):
         ini = self.fresh_ini()
-        forbid_dos_lines(ini)
         joints = joints_of(ini, self.given_joints)
         self.check_axes(joints, ini)
         self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
-        with tempfile.TemporaryDirectory(prefix="plumb-wire-") as folder:
-            trials = Trials(self.home, folder, plumb_program())
-            wiring = self.read(trials, joints)
-            if wiring.problems:
-                raise Impossible("\n".join(wrapped(problem, "- ") for problem in dict.fromkeys(wiring.problems)))
+        with temporary_folder() as folder:
+            trials = Trials(self.home, folder, plumb_program(), self.given_pins)
+            wiring = self.joined(trials, joints)
             self.tell_stand_ins(trials.stand_ins)
             files = self.files(wiring)
             self.output.forbid_strangers(files)
@@ -140,6 +192,65 @@ class Wire:
         self.output.write(files, self.functions)
         self.written = wiring, files
 
+    def joined(self, trials, joints):
+        wiring = self.read(trials, joints)
+        if wiring.problems:
+            raise Impossible("\n".join(wrapped(problem, "- ") for problem in dict.fromkeys(wiring.problems)))
+        return wiring
+
+    # --- what --apply, --undo and --check do ---
+
+    def apply(self):
+        """Edits the INI file and the files that it includes."""
+        ini = self.changed_ini()
+        outside = ini.outside()
+        if outside:
+            sentence = "%s lies outside %s, and plumb wire does not edit it: add its lines by hand."
+            raise Impossible(wrapped(sentence % (outside[0], self.home)))
+        texts = {path: (ini.before[path], ini.text(path)) for path in ini.texts}
+        self.applied.apply(texts)
+        for path, (before, after) in texts.items():
+            if before != after:
+                name = os.path.relpath(path, self.home)
+                print("\nChanged %s; %s is the file as it was" % (name, name + COPY))
+                print("\n".join("  " + line for line in changes(before, after)))
+        self.tell_kept()
+
+    def undo(self):
+        """Gives the INI file back."""
+        if not self.applied.files:
+            sentence = "%s has no changes of plumb wire --apply. A patch is undone by patch --binary -R -p1 < %s/ini.patch."
+            raise Impossible(wrapped(sentence % (os.path.basename(self.ini_path), self.folder)))
+        names = self.applied.undo()
+        self.output.forget()
+        print("As before: %s" % ", ".join(names))
+        self.tell_kept()
+        print(wrapped("%s stays, with your settings, and LinuxCNC does not read it. Wire again to have the functions back." % self.folder))
+        return 0
+
+    def tell_kept(self):
+        for note in dict.fromkeys(self.applied.notes):
+            print(wrapped(note, "  "))
+
+    def check(self):
+        """Whether the machine and Plumb are as they were when the functions were wired."""
+        if not self.functions:
+            raise Impossible("No function is wired in %s." % self.output.folder)
+        ini = self.fresh_ini()
+        with temporary_folder() as folder:
+            wiring = self.joined(Trials(self.home, folder, plumb_program(), self.given_pins), joints_of(ini, self.given_joints))
+        files = self.files(wiring)
+        found = self.output.differences(files)
+        changed = self.changed_ini().changed()
+        for path in changed:
+            lines = changes(self.changed_ini().original[path], changed[path])
+            found.append("%s lacks lines, or has others:\n%s" % (os.path.basename(path), "\n".join("    " + line for line in lines)))
+        print("%s: %s" % (os.path.basename(self.ini_path), ", ".join(function.name for function in self.functions)))
+        for sentence in dict.fromkeys([*found, *self.applied.notes]):
+            print("  " + sentence)
+        print("  Wire again, to try the machine as it is now." if found else "  Nothing has changed since they were wired.")
+        return 1 if found else 0
+
     # --- reading ---
 
     @property
@@ -147,13 +258,18 @@ class Wire:
         return self.folder + "/plumb.hal"
 
     @property
+    def order(self):
+        return self.folder + "/order.tcl"
+
+    @property
     def include(self):
         return self.folder + "/plumb.inc"
 
     def fresh_ini(self):
         """The INI file without the lines that put our files in."""
-        ini = IniFile(self.ini_path)
-        ini.drop("HAL", "HALFILE", lambda value: value.split()[:1] in ([self.halfile], ["./" + self.halfile]))
+        ini = IniFile(self.ini_path, self.applied.without)
+        for name in (self.halfile, self.order):
+            ini.drop("HAL", "HALFILE", lambda value, name=name: value.split()[:1] in ([name], ["./" + name]))
         ini.drop_include(self.include)
         ini.drop("RS274NGC", "REMAP", self.is_former)
         return ini
@@ -213,7 +329,16 @@ class Wire:
         self.add_outputs(ini)
         if self.needs_halui and not ini.get("HAL", "HALUI"):
             ini.set("HAL", "HALUI", "halui")
-        return Wiring(self.functions, trials.look(ini, joints, name), self.folder)
+        machine = trials.look(ini, joints, name)
+        self.numbers = Numbers(self.functions, machine, self.given_numbers(), self.output.functions, self.reserved)
+        return Wiring(self.functions, machine, self.folder, self.numbers)
+
+    def given_numbers(self):
+        """The numbers of an earlier time, by name."""
+        path = self.ini_path if self.inline else os.path.join(self.output.folder, "plumb.inc")
+        ini = IniFile(path) if os.path.exists(path) else None
+        names = {name for function in self.functions for name in number_names(function)}
+        return {name: ini.get(NUMBERS, name) for name in names} if ini else {}
 
     def add_outputs(self, ini):
         """Into [EMCMOT]EMCMOT, which the line that loads motmod names in most configurations."""
@@ -242,14 +367,20 @@ class Wire:
             hal[function.name + "_settings.hal"] = wiring.files.settings(function)
         if wiring.files.retain():
             hal["retain.hal"] = wiring.files.retain()
-        files = {"plumb.hal": wiring.files.plumb(hal)}
+        files = {"plumb.hal": wiring.files.plumb(hal), "order.tcl": wiring.files.order()}
         alone = [name for name in hal if not wiring.machine.twopass or name.endswith("_settings.hal")]
         files.update({name: hal[name] for name in alone})
         files["messages.toml"] = wiring.files.messages()
-        files["plumb.inc"] = self.output.inc(self.functions)
+        if not self.inline:
+            files["plumb.inc"] = self.output.inc(self.sections(), self.numbers.values())
         records = [name for function in self.functions for name in function.records]
+        machine = re.sub(r'[^ -~]|["\\]', " ", wiring.machine.ini.get("EMC", "MACHINE") or "").strip() or "machine"
+        files["panel.toml"] = (
+            "# SPDX-License-Identifier: GPL-2.0-or-later\n"
+            "# Written by plumb panel: the settings that retain keeps for it.\n"
+            'machine = "%s"\npins = []\n' % machine
+        )
         if records:
-            machine = (wiring.machine.ini.get("EMC", "MACHINE") or "machine").replace("\\", "/").replace('"', "'")
             files["retain.toml"] = (
                 "# SPDX-License-Identifier: GPL-2.0-or-later\n"
                 "# Written by plumb wire: the records that retain keeps over a restart, in retain.retained beside this file.\n"
@@ -270,8 +401,9 @@ class Wire:
     def changed_ini(self):
         """The INI file with all lines that put the functions in."""
         ini = self.fresh_ini()
-        self.added = [("HAL", "HALFILE", self.halfile)]
-        ini.add(*self.added[0])
+        self.added = [("HAL", "HALFILE", self.halfile), ("HAL", "HALFILE", self.order)]
+        for line in self.added:
+            ini.add(*line)
 
         def give(section, name, value):
             ini.set(section, name, value)
@@ -288,6 +420,10 @@ class Wire:
                 give("RS274NGC", "SUBROUTINE_PATH", path + ":" + self.folder if path else self.folder)
         if any(function.abort for function in self.functions) and not ini.get("RS274NGC", "ON_ABORT_COMMAND"):
             give("RS274NGC", "ON_ABORT_COMMAND", "O <%s> call" % ABORT)
+        for function in [function for function in self.functions if function.m_codes]:
+            path = ini.get("RS274NGC", "USER_M_PATH")
+            if function.folder not in (path or "").split(":"):
+                give("RS274NGC", "USER_M_PATH", path + ":" + function.folder if path else function.folder)
         for value in [value for function in self.functions for value in function.remap]:
             if value not in ini.all("RS274NGC", "REMAP"):
                 ini.add("RS274NGC", "REMAP", value)
@@ -295,12 +431,30 @@ class Wire:
         if self.motmod:
             self.add_outputs(ini)
             self.added.append(("EMCMOT", "EMCMOT", ini.get("EMCMOT", "EMCMOT")))
+        for name, value in (("ACCESS", "operator"), ("SETTINGS", self.folder + "/panel.toml")):
+            if not ini.get("PLUMB", name):
+                give("PLUMB", name, value)
         for name, value in self.tab(ini):
             ini.add("DISPLAY", name, value)
             self.added.append(("DISPLAY", name, value))
-        if any(function.ini for function in self.functions):
+        if self.inline:
+            for (section, name), value in self.sections().items():
+                if section == NUMBERS or ini.get(section, name) is None:
+                    give(section, name, value)
+        elif self.sections():
             ini.include(self.include)
         return ini
+
+    def sections(self):
+        """The values of the functions' own sections, by section and name."""
+        values = {
+            (section, name): value
+            for function in self.functions
+            for section, values in function.ini.items()
+            for name, value in values.items()
+        }
+        values.update({(NUMBERS, name): value for name, value in self.numbers.values().items()})
+        return values
 
     @staticmethod
     def tab(ini):
@@ -336,17 +490,18 @@ class Wire:
         for name in files:
             print("  %s%s" % (name, "  (yours, not written)" if name in self.output.kept else ""))
         ini_name = os.path.basename(self.ini_path)
-        outside = self.changed_ini().outside()
-        if files["ini.patch"] or outside:
-            print("\nAdd to %s, each line in its section, or run this in %s" % (ini_name, self.home))
-            print("  patch -p1 < %s/ini.patch       # patch -R -p1 undoes it\n" % self.folder)
+        changed = self.changed_ini()
+        if changed.changed():
+            again = shlex.join(["plumb", "wire", *(function.name for function in self.functions), "--ini", ini_name, "--apply"])
+            print("\nAdd to %s, each line in its section, or let plumb wire edit the file: in %s" % (ini_name, self.home))
+            print("  %s       # plumb wire --ini %s --undo gives it back\n" % (again, shlex.quote(ini_name)))
             present = IniFile(self.ini_path)
             for section, name, value in self.added:
                 if value not in present.all(section, name):
                     print("  [%s]  %s = %s" % (section, name, value))
-            if any(function.ini for function in self.functions) and not present.includes(self.include):
+            if not self.inline and self.sections() and not present.includes(self.include):
                 print("  last line   #INCLUDE %s" % self.include)
-            for path in outside:
+            for path in changed.outside():
                 print(wrapped("%s lies outside this folder, and ini.patch leaves it alone: add its lines by hand." % path, "  "))
         else:
             print("\n%s has the lines that put them in." % ini_name)
@@ -359,14 +514,20 @@ class Wire:
                 print(wrapped(text, "  %d. " % number))
 
     def missing(self, wiring):
-        machine, found, values = wiring.machine, [], self.output.values(self.functions)
-        names = {name: value for (_, name), value in values.items()}
+        machine, ini = wiring.machine, self.changed_ini()
+        names = {name: ini.get(section, name) or value for (section, name), value in self.sections().items()}
+        names["values"] = os.path.basename(self.ini_path) if self.inline else self.include
+        switches = " ".join("`setp %s 1` (%s)" % (wiring.switch_of(function), function.name) for function in self.functions)
+        found = [
+            "The switches: LinuxCNC starts with each function off. Switch it on in `plumb panel`, which keeps that, or by halcmd: "
+            "%s. As a line of %s/FUNCTION_settings.hal, it is on after each start." % (switches, self.folder)
+        ]
         for function in self.functions:
             for part in function.missing:
                 signal = machine.complete.signals.get(part.get("signal"))
                 if not (signal and signal.writer):
-                    switch = wiring.switch_of(function)
-                    found.append(" ".join(part["text"].split()).format(folder=self.folder, switch=switch, **names))
+                    text = self.numbers.literal(" ".join(part["text"].split()))
+                    found.append(text.format(folder=self.folder, **names))
         on_abort = machine.ini.get("RS274NGC", "ON_ABORT_COMMAND")
         for name in [function.abort for function in self.functions if function.abort]:
             if on_abort and ABORT not in on_abort:
@@ -374,28 +535,50 @@ class Wire:
         return found
 
 
-def forbid_names(path):
-    """LinuxCNC's script takes the path of an INI file that has a line #INCLUDE apart at its blanks; its Tcl reads UTF-8."""
-    for part in path.split(os.sep):
-        odd = re.search(r"[\s\ud800-\udfff]", part)
-        if odd:
-            sentence = "The name %r has %s, and LinuxCNC does not find an INI file with #INCLUDE there: %r. Rename it."
-            raise Impossible(wrapped(sentence % (part, character(odd[0]), path)))
+def temporary_folder():
+    """A folder for the trials, which is gone at each end of this program but a kill; then the next one removes it."""
+    for name in os.listdir(tempfile.gettempdir()):
+        path, owner = os.path.join(tempfile.gettempdir(), name), re.match(r"plumb-wire-(\d+)-", name)
+        if owner and not os.path.exists("/proc/" + owner[1]) and os.lstat(path).st_uid == os.geteuid():
+            shutil.rmtree(path, ignore_errors=True)
+    return tempfile.TemporaryDirectory(prefix="plumb-wire-%d-" % os.getpid())
 
 
-def forbid_dos_lines(ini):
-    if any(line.endswith("\r") for line in ini.texts[ini.path]):
+def forbid_names(path, ini):
+    """Whether our values must stand in the INI file itself: LinuxCNC reads no line #INCLUDE of a file whose path has a blank, or
+    whose lines have the ends of DOS. Tcl reads UTF-8 alone."""
+    odd = re.search(r"[^\S ]|[\ud800-\udfff]", path)
+    if odd:
+        sentence = "The path %r has %s, and LinuxCNC cannot read an INI file there. Rename it."
+        raise Impossible(wrapped(sentence % (path, character(odd[0]))))
+    blank = " " in path
+    dos = "\r\n" in ini.original[ini.path]
+    included = [place for place in ini.texts[ini.path] if re.match(r"#INCLUDE\s", place)]
+    if included and dos:
         sentence = (
-            "%s has the line ends of DOS, and LinuxCNC cannot read such a file with #INCLUDE. This line gives it others: "
+            "%s has the line ends of DOS, and LinuxCNC does not find the file of its line %r. This line gives it others: "
             "sed -i 's/\\r$//' %s"
         )
-        raise Impossible(wrapped(sentence % (ini.path, shlex.quote(ini.path))))
+        raise Impossible(wrapped(sentence % (ini.path, included[0].strip(), shlex.quote(ini.path))))
+    if included and blank:
+        sentence = "The path %r has a blank, and LinuxCNC does not find the INI file of a line %r there. Rename the folder."
+        raise Impossible(wrapped(sentence % (path, included[0].strip())))
+    return blank or dos
 
 
 def character(text):
     if "\ud800" <= text <= "\udfff":
         return "a byte that is not UTF-8"
     return {" ": "a blank", "\t": "a tab", "\n": "a line break"}.get(text, "the character %r" % text)
+
+
+def named_file(text):
+    """Name, and path and text of the file, of NAME=FILE."""
+    name, equals, path = text.partition("=")
+    if not (name and equals and path):
+        raise Impossible("--stand-in %s is not NAME=FILE, such as lcec=pins.txt" % text)
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return name, (path, file.read())
 
 
 def parse_joints(text):

@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -178,8 +179,19 @@ private:
     }
 
     const toml::node& need(const std::string& key, const std::string& what) {
+        if (!has(key)) refuse_other_case(key);
         if (!has(key)) refuse(key, "is missing: it is " + what);
         return *table_->get(key);
+    }
+
+    // Refuses a key that differs from this one by capital letters alone.
+    void refuse_other_case(const std::string& key) const {
+        for (const auto& [given, value] : *table_) {
+            std::string small(given.str());
+            for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+            if (small == key)
+                refuse(given.source(), "unknown key '" + shown(std::string(given.str())) + "': write " + key);
+        }
     }
 
     static std::string range(double least, double largest) {

@@ -198,9 +198,17 @@ A file has at most 256 links and channels.)"},
     explicit ModbusSensor(hal::Registrar& registrar) : SensorProgram(registrar, example()) {}
 };
 
+static void print_hints(const ModbusLinkSettings& link) {
+    for (const ModbusChannel& channel : link.channels) {
+        const std::string hint = numbering_hint(channel);
+        if (!hint.empty()) std::cerr << hint << '\n';
+    }
+}
+
 // Prints the links and their requests.
 static int check_file(const std::string& file) {
     for (const ModbusLinkSettings& link : ModbusSettings::read(file).links) {
+        print_hints(link);
         std::cout << link.name << ", " << link.place() << ":\n";
         TextTable table({"  device", "function", "first", "count", "every", "channels"});
         const auto row = [&](const ModbusRequest& request, double every, const std::string& names) {
@@ -231,6 +239,7 @@ static int check_file(const std::string& file) {
 }
 
 static int list_file(const std::string& file) {
+    for (const ModbusLinkSettings& link : ModbusSettings::read(file).links) print_hints(link);
     return list_links<ModbusSettings, ModbusLink>(
         file, [](const ModbusLinkSettings& link) { return 2 * link.timeout + link.retry + 0.5; });
 }

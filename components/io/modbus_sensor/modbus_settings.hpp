@@ -38,6 +38,17 @@ struct ModbusChannel {
     }
 };
 
+// A sentence for a register that looks like a number of a manual, which counts from 40001 or 30001; else
+// empty.
+inline std::string numbering_hint(const ModbusChannel& channel) {
+    const int first = channel.table == ModbusTable::holding ? 40001
+                      : channel.table == ModbusTable::input ? 30001
+                                                            : 65536;
+    if (channel.first < first || channel.first > first + 9998) return {};
+    return channel.name + ": register " + std::to_string(channel.first) + " of a manual that counts from " +
+           std::to_string(first) + " is register = " + std::to_string(channel.first - first) + " here.";
+}
+
 struct SerialSettings {
     int baud = 19200;
     speed_t speed = B19200;

@@ -99,13 +99,14 @@ row-shown agrees, and must be brief.)"},
     hal::Out<std::int32_t> program_id{this, "program-id",
                                       "Identifies the program and its version; 0 for none."};
     hal::Option<std::string> file{this, "file", "",
-                                  "TOML file that lists the values to keep, absolute path."};
+                                  "TOML file that lists the values to keep. LinuxCNC starts programs in the "
+                                  "folder of the INI file: a relative path begins there."};
     hal::Function run{this, "update", &Retain::update, "Once per period."};
 
     void prepare() override {
         if (file.get().empty())
             throw std::invalid_argument("give the TOML file that lists the values to keep by --file");
-        keeper_ = std::make_unique<Keeper>(hal::absolute_path("file", file));
+        keeper_ = std::make_unique<Keeper>(std::filesystem::absolute(file.get()));
         identity_ = std::make_unique<ProgramIdentity>(keeper_->settings().program);
         identify();
         show();

@@ -40,7 +40,7 @@ here called services, such as retain. It arms the stages when a cycle starts. It
 waits, or aborts. It gives the operator's messages their delays. One interlock takes the place of and2, not, lut5,
 timedelay, watchdog and conv_float_s32.
 
-It serves up to eight services, six functions and eight stages, numbered from 0. An input without a signal hinders
+It serves up to eight services, six functions and ten stages, numbered from 0. An input without a signal hinders
 nothing, except function-switch: a function is off until it is switched on.)",
         hal::Wiring{R"(
 Service 0 is retain. Function 0 is growth, with stage 0, z-stage. Function 1 is square, with stage 1, x-stage.

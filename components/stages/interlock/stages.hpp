@@ -11,7 +11,7 @@ namespace plumb {
 
 // The stages that bring offsets into the axes, as they report it.
 struct Stages : hal::Group {
-    static constexpr std::size_t number = 8;
+    static constexpr std::size_t number = 10;
     using Row = hal::Row<hal::In<bool>, number>;
 
     using Group::Group;

@@ -45,11 +45,11 @@ def check(machinery):
     )
     program = os.path.join(machinery.folder, "cycle.ngc")
     with open(program, "w", encoding="ascii") as file:
-        file.write(("G21\n" if mm == 1 else "G20\n") + CYCLE % "\n".join([plunge] * PLUNGES))
+        file.write(("G21\n" if mm == 1 else "G20\n") + machinery.numbered(CYCLE) % "\n".join([plunge] * PLUNGES))
 
     machinery.set("growth.dry-run", False)
     grow(machinery, work, 0)
-    machinery.machine.mdi("M64 P2")
+    machinery.machine.mdi(machinery.numbered("M64 P2"))
     machinery.machine.run(program, LONGEST)
     learnt = machinery.get("growth.rows")
     seen = [("the first cycle learns %d contacts of %d" % (learnt, PLUNGES), learnt == PLUNGES)]

@@ -7,7 +7,7 @@ PROBING_COLD, WARMING, INTERRUPTED = 1, 2, 5
 def check(machinery):
     def state_after(*words):
         for word in words:
-            machinery.machine.mdi(word)
+            machinery.machine.mdi(machinery.numbered(word))
         machinery.machine.wait(0.3)
         return machinery.get("growth-test.state-code")
 

@@ -73,6 +73,20 @@ TEST_F(ModbusSettingsFile, HostsHaveAPortOrTheUsualOne) {
             << wrong;
 }
 
+TEST(ModbusNumbering, ANumberOfAManualHasAHint) {
+    ModbusChannel channel;
+    channel.name = "load";
+    channel.table = ModbusTable::holding;
+    channel.first = 40001;
+    EXPECT_EQ(numbering_hint(channel),
+              "load: register 40001 of a manual that counts from 40001 is register = 0 here.");
+    channel.first = 40000;
+    EXPECT_EQ(numbering_hint(channel), "");
+    channel.table = ModbusTable::input;
+    channel.first = 30053;
+    EXPECT_THAT(numbering_hint(channel), HasSubstr("register = 52 here"));
+}
+
 TEST_F(ModbusSettingsFile, ARefusalNamesFileLineKeyAndTheRight) {
     EXPECT_EQ(refusal(tcp + channel("c", "register = 70000")),
               file.string() + ":8: register is no whole number from 0 to 65535");
@@ -83,6 +97,8 @@ TEST_F(ModbusSettingsFile, ARefusalNamesFileLineKeyAndTheRight) {
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0\ntype = \"int16\"")),
                 HasSubstr(":9: type is 'int16', not one of bit, u16, s16, u32, s32, f32, f64"));
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "")), HasSubstr("unit is missing"));
+    EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "Unit = \"%\"\n")),
+                HasSubstr("unknown key 'Unit': write unit"));
     EXPECT_THAT(refusal(tcp + channel("C", "register = 0")), HasSubstr("names of pins are of a-z"));
     EXPECT_THAT(refusal(tcp + channel("a", "register = 0")), HasSubstr("name 'a' is there twice"));
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0\nmin = 5\nmax = 5")),

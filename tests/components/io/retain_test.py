@@ -741,7 +741,7 @@ class Keeping(unittest.TestCase):
                 with self.assertRaises(plumb.Refused):
                     machine.retain(lines, name)
                 self.assertIn("%s.toml%s" % (name, words), machine.said())
-        for option, words in (("", "--file"), ("--file mill.toml", "absolute path"), ("--file /nowhere.toml", "/nowhere.toml")):
+        for option, words in (("", "--file"), ("--file mill.toml", "/mill.toml: No such file"), ("--file /nowhere.toml", "/nowhere.toml")):
             with self.assertRaisesRegex(plumb.Refused, words):
                 machine.host.command("loadusr -Wn it2 %s it2 %s" % (RETAIN, option))
 

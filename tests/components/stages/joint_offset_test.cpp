@@ -230,6 +230,27 @@ TEST(JointOffset, WhatMotionCausesIsFollowedWithoutLag) {
     EXPECT_NEAR(c.back(), 50 * um, 1e-12);
 }
 
+// A pid with a feed-forward of the velocity takes drive-velocity for command-deriv.
+TEST(JointOffset, DriveVelocityIsTheVelocityOfTheDriveCommand) {
+    Machine machine;
+    machine.bench.set("motion.speed", 200);
+    machine.bench.set("tilt.gain", slope);
+    machine.apply(0);
+    for (const double joint_velocity : {0.0, 7.0, std::numeric_limits<double>::quiet_NaN()}) {
+        machine.set("joint-velocity", joint_velocity);
+        machine.bench.set("motion.program", machine.bench.get("motion.command") > 50 ? 0 : 100);
+        const Table table = machine.bench.trace(0.4, {"x-stage.applied-offset", "x-stage.drive-velocity"});
+        const std::vector<double> c = table.column("x-stage.applied-offset"),
+                                  v = table.column("x-stage.drive-velocity");
+        const double own = std::isnan(joint_velocity) ? 0 : joint_velocity;
+        for (std::size_t i = 1; i < c.size(); ++i)
+            ASSERT_NEAR(v[i], own + (c[i] - c[i - 1]) / period, 1e-9) << i;
+        EXPECT_GT(largest_step(c), 0.09 * slope);
+    }
+    machine.turn(false);
+    EXPECT_EQ(machine.get("drive-velocity"), 0);
+}
+
 // The command that the feedback answers is the last one: corrected by the new offset it would be off by its
 // change.
 TEST(JointOffset, FeedbackOfADriveWithoutLagIsTheLastCommandExactly) {

@@ -12,6 +12,7 @@ import traceback
 import linuxcnc
 import plumb
 from hal_state import SHOWN
+from numbers_of_programs import renumbered
 from plumb_linuxcnc import Machine, OperatorError, Overdue
 
 MARGIN = 0.3  # part of the travel: the trial moves no farther
@@ -59,6 +60,8 @@ def check(task):
             seen.append(("the machine turns on", True))
             machine.home(timeout=600)
             seen.append(("it homes", True))
+            if "thread" in task:
+                seen.append(order(**task["thread"]))
             run_program(machine, task)
             seen.append(("it runs a program", True))
             for name, path in task["checks"].items():
@@ -75,6 +78,17 @@ def check(task):
     return {"seen": seen, "messages": messages, "overdue": overdue}
 
 
+def order(name, theirs, sequence):
+    """Whether the functions stand together in the thread, with none of the machine's between them."""
+    present = next(words[5:] for words in map(str.split, show()["thread"].splitlines()) if words[2:3] == [name])
+    present = [function for function in present if function in theirs or function in sequence]
+    begin = present.index(sequence[0]) if sequence[0] in present else 0
+    wrong = next((pair for pair in zip(sequence, present[begin:]) if pair[0] != pair[1]), None)
+    if wrong:
+        return "%s has %s in the place of %s" % (name, wrong[1], wrong[0]), False
+    return "%d functions stand around motion-controller in %s" % (len(sequence) - 1, name), present[begin:][: len(sequence)] == sequence
+
+
 class Machinery:
     """The machine, its axes, and pins by name, for the check of a function.
 
@@ -85,10 +99,14 @@ class Machinery:
 
     def __init__(self, machine, task):
         self.machine, self.unit, self.names, self.axes = machine, task["unit"], task["names"], task["axes"]
-        self.folder = task["folder"]
+        self.folder, self.moved = task["folder"], task["moved"]
 
     def get(self, name):
-        return self.machine.host.get(self.names.get(name, name))
+        return self.machine.host.get(self.names.get(name, self.moved.get(name, name)))
+
+    def numbered(self, text):
+        """G-code with the numbers of outputs and inputs of this machine."""
+        return renumbered(text, self.moved)
 
     def set(self, name, value):
         self.machine.host.set(name, value)

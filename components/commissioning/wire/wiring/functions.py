@@ -7,8 +7,6 @@ import tomllib
 
 import hal_text
 
-MOST_OUTPUTS = 64  # of motmod
-
 
 class Function:
     """A function, as its folder in configs/functions describes it; the keys of wire.toml are in README.md beside it."""
@@ -26,9 +24,10 @@ class Function:
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
         self.outputs = given.get("outputs", {})
-        self.moved = {}  # pins that it takes in place of those of its files
-        self.reserved = set()  # pins that the files of all functions name
+        self.number = 0  # at interlock
+        self.numbers = None  # Numbers on a machine
         self.remap = given.get("remap", [])
+        self.m_codes = given.get("m_codes", False)
         self.ini = given.get("ini", {})
         self.missing = given.get("missing", [])
         self.check = self._file("check.py")
@@ -39,38 +38,25 @@ class Function:
         path = os.path.join(self.folder, name)
         return path if os.path.exists(path) else None
 
-    def text(self, name):
+    def original(self, name):
         with open(os.path.join(self.folder, name), encoding="utf-8") as file:
-            text = file.read()
-        for parameter, pin in self.outputs.items():
-            if pin in self.moved and name.endswith(".ngc"):
-                text = re.sub(r"(?m)^(#<%s> *= ).*" % parameter, r"\g<1>%d" % number_of(self.moved[pin]), text)
+            return file.read()
+
+    def text(self, name):
+        """A file for this machine."""
+        text = self.original(name)
+        if self.numbers and name.endswith(".ngc"):
+            text = self.numbers.named(text)
+            for parameter, pin in self.outputs.items():
+                text = re.sub(r"(?m)^(#<%s> *= ).*" % parameter, r"\g<1>" + self.numbers.parameter(pin), text)
         return text
-
-    def move_outputs(self, machine):
-        """Takes free outputs in place of those that the user has joined to something. Returns a sentence for each."""
-        self.moved, notes = {}, []
-        for pin in self.outputs.values():
-            theirs = machine.in_use(pin)
-            free = self._free_output(pin, machine) if theirs else None
-            if free:
-                self.moved[pin] = free
-                sentence = "%s keeps your signal %s; %s takes %s, and its subroutines know the number."
-                notes.append(sentence % (pin, theirs, self.name, free))
-        return notes
-
-    def _free_output(self, pin, machine):
-        for number in range(number_of(pin) + 1, MOST_OUTPUTS):
-            other = "%s-%02d" % (pin.rsplit("-", 1)[0], number)
-            if other not in self.reserved and other not in self.moved.values() and not machine.in_use(other):
-                return other
-        return None
 
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
+        moved = self.numbers.moved if self.numbers else {}
         absent = tuple(letter.lower() + "-" for letter in self.axes if letter not in axes)
         return [
-            command._replace(words=[self.moved.get(word, word) for word in command.words])
+            command._replace(words=[moved.get(word, word) for word in command.words])
             for command in hal_text.parse(self.text(self.name + ".hal"))
             if not (command.name == "net" and command.words[0].startswith(absent))
         ]
@@ -101,17 +87,10 @@ class Function:
         return [part["signal"] for part in self.missing if "signal" in part]
 
 
-def number_of(pin):
-    return int(pin.rsplit("-", 1)[1])
-
-
 def all_functions(folder):
     """Function by name."""
     found = {}
     for name in sorted(os.listdir(folder)):
         if os.path.exists(os.path.join(folder, name, "wire.toml")):
             found[name] = Function(os.path.join(folder, name))
-    reserved = {pin for function in found.values() for words in function.nets(function.axes) for pin in words[1:]}
-    for function in found.values():
-        function.reserved = reserved
     return found

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The text of the files that put functions into a machine."""
 
+import re
+
 import hal_text
 import plumb
 from machine import INCH, MOTION
@@ -8,6 +10,35 @@ from machine import INCH, MOTION
 UNIT = "unit=[TRAJ]LINEAR_UNITS"
 STAGES = ("joint_offset", "axis_offset")
 LICENSE = "# SPDX-License-Identifier: GPL-2.0-or-later"
+ORDER = LICENSE + """
+# Written by plumb wire. The last HALFILE: it adds functions in front of motion-controller and behind it, in this order.
+
+proc plumb_order {before behind} {
+  if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return    ;# TWOPASS adds functions in its second pass
+  foreach line [split [exec halcmd -s show thread] \\n] {
+    set found [lsearch -exact $line motion-controller]
+    if {$found < 0} continue
+    set thread [lindex $line 2]
+    set place [expr {$found - 4}]    ;# the first function of a thread is the sixth word of its line
+    foreach name $before {
+      addf $name $thread $place
+      incr place
+    }
+    foreach name $behind {
+      incr place
+      addf $name $thread $place
+    }
+    return
+  }
+  error "no thread has motion-controller: the HALFILE that adds it must come before this one"
+}
+
+plumb_order {
+  BEFORE
+} {
+  BEHIND
+}
+"""
 
 
 class HalFiles:
@@ -22,7 +53,6 @@ class HalFiles:
         self.functions, self.machine, self.folder = functions, machine, folder
         self.parts, self.modules, self.signals = parts, modules, signals
         self.all_parts = parts.all + signals.gates
-        self.thread_order = []  # names of functions, once the addf lines are written
         self.all_names = " and ".join(function.name for function in functions)
 
     def _net(self, words, is_gate=False):
@@ -50,7 +80,7 @@ class HalFiles:
     def retain(self):
         """The programs that come after the functions; None if there are none."""
         late = [part for part in self.all_parts if part.is_late]
-        lines = [LICENSE, "# Written by plumb wire: retain, loaded after the components whose records it keeps.", ""]
+        lines = [LICENSE, "# Written by plumb wire: retain, loaded after the components whose records and settings it keeps.", ""]
         return "\n".join(lines + self._programs(late) + self._bodies(late)) + "\n" if late else None
 
     def _programs(self, parts):
@@ -79,9 +109,12 @@ class HalFiles:
                 comment = [""]  # the sentence on top is about the file of the function
             lines += comment + ([line] if line else [])
         for letter, instance in function.stroke.items():
-            limits = self.machine.limits(self.machine.joints[letter][0])
+            joint = self.machine.joints[letter][0]
             lines += ["", "# The limits of the joint, and the distance from them that its stage needs."]
-            lines += ["setp %s.%s %s" % (instance, *pair) for pair in zip(("min-limit", "max-limit"), limits)]
+            limits = zip(("min-limit", "max-limit"), self.machine.limits(joint))
+            lines += ["setp %s.%s %s" % (instance, *pair) for pair in limits]
+            lines.append("setp %s.max-offset %g" % (instance, self.machine.travel(joint)))
+            lines.append("setp %s.max-rate %s" % (instance, self.machine.named(joint, "MAX_VELOCITY", 1)))
             lines.append("setp %s.taper 3" % instance)
         return "\n".join(lines) + "\n"
 
@@ -97,51 +130,75 @@ class HalFiles:
         return word if given and float(given) >= fastest else "%g" % fastest
 
     def settings(self, function):
-        """The settings of a function, whose lengths become inches on an inch machine."""
+        """The settings of a function: its lengths are inches on an inch machine, and a stroke is no faster than the joint."""
         text = function.text(function.name + "_settings.hal")
-        if not self.machine.inch:
-            return text
+        own = self._stroke_limits(function)
         modules = {instance: module for module, instances in function.modules.items() for instance in instances}
         lines = []
         for line in text.splitlines():
             words = line.split()
             if len(words) >= 3 and words[0] == "setp":
                 instance, pin = words[1].split(".", 1)
-                if plumb.declarations(modules[instance])["pins"][pin]["unit"].startswith("mu"):
-                    line = line.replace(words[2], "%.6g" % (float(words[2]) / INCH), 1)
+                is_length = plumb.declarations(modules[instance])["pins"][pin]["unit"].startswith("mu")
+                line = self._setp(line, words, self.machine.inch and is_length, own.get(words[1]))
             lines.append(line)
         return "\n".join(lines) + "\n"
 
-    def _order(self):
-        """The addf lines, each with its place: around motion-controller, in the order of the data."""
-        present = list(self.machine.halfiles.threads[self.machine.thread])
-        lines = []
+    @staticmethod
+    def _setp(line, words, is_inch, largest):
+        """A setp line with its value in inches, and at most the largest one."""
+        if not is_inch and largest is None:
+            return line
+        given = float(words[2])
+        value = given / INCH if is_inch else given
+        value = value if largest is None else min(value, largest)
+        return line if value == given else re.sub(r"^(\s*setp\s+\S+\s+)\S+", r"\g<1>%.6g" % value, line)
 
-        def add(names, place):
-            for name in names:
-                lines.append("addf %s %s %d" % (name, self.machine.thread, place + 1))
-                present.insert(place, name)
-                place += 1
+    def _stroke_limits(self, function):
+        """The largest speed and acceleration of a stroke, by pin: motion keeps a fifth of the speed of the joint, and half of
+        its acceleration."""
+        limits = {}
+        for letter, instance in function.stroke.items():
+            joints = self.machine.joints[letter]
+            for pin, name, part in (("max-feed", "MAX_VELOCITY", 0.8), ("max-acceleration", "MAX_ACCELERATION", 0.5)):
+                limits["%s.%s" % (instance, pin)] = part * min(self.machine.number(joint, name) for joint in joints)
+        return limits
 
-        add([name for part in self.all_parts for name in part.before], present.index(MOTION))
-        behind = [name for function in self.functions for name in function.updates]
-        behind += [name for part in self.all_parts for name in part.after]
-        add(behind + [name for part in self.all_parts for name in part.last], present.index(MOTION) + 1)
-        self.thread_order = present
-        return lines
+    @property
+    def before(self):
+        """The functions in front of motion-controller."""
+        return [name for part in self.all_parts for name in part.before]
+
+    @property
+    def behind(self):
+        """The functions behind motion-controller, in the order of the data."""
+        names = [name for function in self.functions for name in function.updates]
+        names += [name for part in self.all_parts for name in part.after]
+        return names + [name for part in self.all_parts for name in part.last]
+
+    @property
+    def sequence(self):
+        """The functions that stand together in the thread."""
+        return [*self.before, MOTION, *self.behind]
+
+    def order(self):
+        """The last HALFILE: it adds the functions around motion-controller, wherever the machine's files have that by now."""
+        lists = {"BEFORE": self.before, "BEHIND": self.behind}
+        text = ORDER
+        for name, functions in lists.items():
+            text = text.replace("  " + name, "\n".join("  " + function for function in functions))
+        return text
 
     def plumb(self, texts):
-        """The one HALFILE. With TWOPASS, which reads no file within a file, it has all lines itself."""
+        """The first HALFILE. With TWOPASS, which reads no file within a file, it has all lines itself."""
         machine = self.machine
-        lines = [LICENSE, "# Written by plumb wire. The one HALFILE of %s." % self.all_names, ""]
+        lines = [LICENSE, "# Written by plumb wire. The first HALFILE of %s; order.tcl is the second one." % self.all_names, ""]
         for name, text in texts.items():
             if machine.twopass and not name.endswith("_settings.hal"):
                 lines += ["", text.rstrip()]
             else:
                 lines.append("source %s/%s" % (self.folder, name))
-        place = machine.halfiles.threads[machine.thread].index(MOTION) + 1
-        sentence = "# Around motion-controller, which is the function %d of %s in your HAL files."
-        return "\n".join([*lines, "", sentence % (place, machine.thread), *self._order()]) + "\n"
+        return "\n".join(lines) + "\n"
 
     def messages(self):
         text = LICENSE + "\n# Written by plumb wire: the messages of linuxcnc_link to the operator.\n"

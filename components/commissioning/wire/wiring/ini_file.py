@@ -11,6 +11,9 @@ import tempfile
 
 import linuxcnc
 import writing
+from texts import Impossible, wrapped
+
+LONGEST = 1 << 20  # bytes of an included file
 
 Place = collections.namedtuple("Place", "path line text")  # line counts from 0
 
@@ -18,11 +21,13 @@ Place = collections.namedtuple("Place", "path line text")  # line counts from 0
 class IniFile:
     """The sections as LinuxCNC sees them: the first one of a name counts, and an included file includes nothing."""
 
-    def __init__(self, path):
-        self.path = path
+    def __init__(self, path, without=lambda path, text: text):
+        """`without` gives the text of a file without earlier changes of ours."""
+        self.path, self.without = path, without
         self.folder = os.path.dirname(path)
-        self.texts = {}  # new lines of each file, by path
-        self.original = {}
+        self.texts = {}  # new lines of each file, by path; the last one is what stands behind the last line end
+        self.before = {}  # texts without changes of ours
+        self.original = {}  # texts as they are
         self._include(path)
 
     def copy(self):
@@ -33,12 +38,15 @@ class IniFile:
 
     def _include(self, path):
         with open(path, encoding="utf-8", errors="surrogateescape", newline="") as file:
-            self.texts[path] = re.sub(r"\n\Z", "", file.read()).split("\n")
-        self.original[path] = list(self.texts[path])
+            self.original[path] = file.read()
+        self.before[path] = self.without(path, self.original[path])
+        self.texts[path] = self.before[path].split("\n")
         if path != self.path:
             return
-        for line in self.texts[path]:
+        for number, line in enumerate(self.texts[path], start=1):
             included = self._included(line)
+            if included:
+                self._forbid_odd(included, number)
             if included and included not in self.texts:
                 self._include(included)
 
@@ -47,7 +55,14 @@ class IniFile:
         if len(words) < 2 or words[0] != "#INCLUDE":
             return None
         path = os.path.join(self.folder, os.path.expanduser(os.path.expandvars(words[1].strip())))
-        return path if os.path.isfile(path) else None
+        return path if os.path.exists(path) else None
+
+    def _forbid_odd(self, path, number):
+        """LinuxCNC copies all of it before it reads it."""
+        if not os.path.isfile(path) or os.path.getsize(path) > LONGEST:
+            kind = "is no file" if not os.path.isfile(path) else "is longer than %d bytes" % LONGEST
+            sentence = "%s:%d includes %s, which %s. Write the name of a file with INI lines there."
+            raise Impossible(wrapped(sentence % (os.path.basename(self.path), number, path, kind)))
 
     def lines(self):
         """All lines in the order in which LinuxCNC reads them."""
@@ -99,7 +114,8 @@ class IniFile:
         """Gives a value another text; adds it where there is none."""
         found = self.named(section, name)
         if found:
-            self.texts[found[0].path][found[0].line] = "%s = %s" % (name, value)
+            end = "\r" if found[0].text.endswith("\r") else ""
+            self.texts[found[0].path][found[0].line] = "%s = %s%s" % (name, value, end)
         else:
             self.add(section, name, value)
 
@@ -109,20 +125,37 @@ class IniFile:
         line = "%s = %s" % (name, value)
         inside = self._section(section)
         if not inside:
-            self.texts[self.path] += ["", "[%s]" % section, line]
+            self._append(["", "[%s]" % section, line])
             return
         written = [place for place in inside if place.text.strip() and not place.text.strip().startswith(("#", ";"))]
         named = self.named(section, name)
         empty = next((place for place in named if not place.text.split("=", 1)[1].strip()), None)
         if empty:
-            self.texts[empty.path].insert(empty.line, line)
+            self.texts[empty.path].insert(empty.line, line + self._end(empty.path))
             return
         after = (named or written)[-1]
-        self.texts[after.path].insert(after.line + 1, line)
+        lines = self.texts[after.path]
+        if after.line + 1 == len(lines):  # the last line has no end
+            lines[after.line] += self._end(after.path)
+            lines.append(line)
+        else:
+            lines.insert(after.line + 1, line + self._end(after.path))
+
+    def _end(self, path):
+        """What stands before the line feed in a file."""
+        return "\r" if "\r\n" in self.original[path] else ""
+
+    def _append(self, lines):
+        """Adds lines behind all others. The last one gets an end, without which LinuxCNC leaves out an #INCLUDE."""
+        there, end = self.texts[self.path], self._end(self.path)
+        if there[-1]:
+            there[-1] += end
+            there.append("")
+        there[-1:] = [*(line + end for line in lines), ""]
 
     def include(self, name):
         """Adds an included file behind all others."""
-        self.texts[self.path] += ["#INCLUDE " + name]
+        self._append(["#INCLUDE " + name])
 
     def drop(self, section, name, matches=lambda value: True):
         for place in reversed(self.named(section, name)):
@@ -135,16 +168,21 @@ class IniFile:
     def drop_include(self, name):
         self.texts[self.path] = [line for line in self.texts[self.path] if not _includes(line, name)]
 
+    def text(self, path):
+        return "\n".join(self.texts[path])
+
+    def changed(self):
+        """The text of each file that is not the one on the disk, by path."""
+        return {path: self.text(path) for path in self.texts if self.text(path) != self.original[path]}
+
     def write(self, place):
         """Calls place(path, text) for each file that has changed."""
-        for path, lines in self.texts.items():
-            if lines != self.original[path]:
-                place(path, "\n".join(lines) + "\n")
+        for path, text in self.changed().items():
+            place(path, text)
 
     def outside(self):
         """Included files that have changed and lie outside the folder, where patch(1) does not go."""
-        changed = [path for path, lines in self.texts.items() if lines != self.original[path]]
-        return [os.path.realpath(path) for path in changed if self._is_outside(path)]
+        return [os.path.realpath(path) for path in self.changed() if self._is_outside(path)]
 
     def _is_outside(self, path):
         return writing.inside(path, self.folder) is None
@@ -152,15 +190,18 @@ class IniFile:
     def patch(self):
         """The changes, for patch(1)."""
         text = ""
-        for path, lines in self.texts.items():
+        for path, new in self.changed().items():
             if self._is_outside(path):
                 continue
             name = os.path.relpath(path, self.folder)
-            before, after = self.original[path], lines
-            text += "".join(
-                line + "\n" for line in difflib.unified_diff(before, after, "a/" + name, "b/" + name, lineterm="")
-            )
+            for line in difflib.unified_diff(lines_of(self.original[path]), lines_of(new), "a/" + name, "b/" + name):
+                text += line if line.endswith("\n") else line + "\n\\ No newline at end of file\n"
         return text
+
+
+def lines_of(text):
+    """The lines with their ends, by line feeds alone."""
+    return re.findall(r"[^\n]*\n|[^\n]+\Z", text)
 
 
 def _includes(line, name):

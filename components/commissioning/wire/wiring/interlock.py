@@ -38,8 +38,8 @@ def interlock(functions, stages, has_operation):
     if has_operation:
         part.nets.append(["operation-key", "motion.analog-out-00", "=>", "interlock.operation-key"])
         part.nets.append(["operation", "interlock.operation"])
-    for number, function in enumerate(functions):
-        part.setp.append((switch(number), "1"))
+    for function in functions:
+        number = function.number
         part.setp += _services(number, function)
         part.nets.append([function.interlock["enable"], "interlock.function-enable-%d" % number])
         busy = function.interlock.get("busy", "program-running")
@@ -61,9 +61,9 @@ def interlock(functions, stages, has_operation):
     ]
     part.messages = message("interlock-fault", "Interlock: {code}", "interlock fault-code")
     part.messages += message("feed-held", "The feed is held until the axes have their offsets.")
-    for number, function in enumerate(functions):
+    for function in functions:
         if function.stroke:
-            _stroke(part, number)
+            _stroke(part, function.number)
     armed = [stage.modules["axis_offset"][0][0].upper() for stage in stages if "axis_offset" in stage.modules]
     if armed:
         _arm(part, " or ".join(armed))

@@ -35,6 +35,11 @@ class Machine:
                 return " (%s)" % found
         return ""
 
+    def can_have_more_outputs(self):
+        """Whether the line that loads motmod takes its options from the INI file."""
+        from_ini = self.ini.get("EMCMOT", "EMCMOT") and self.at("[EMCMOT]EMCMOT", "[EMCMOT](EMCMOT)")
+        return bool(from_ini and not self.at("num_aio", "num_dio"))
+
     def in_use(self, pin):
         """The user's signal that joins this pin to another one, or None."""
         name = self.complete.signal_of(pin)
@@ -61,13 +66,29 @@ class Machine:
             for name, value in (("MIN_LIMIT", "-1e6"), ("MAX_LIMIT", "1e6"))
         ]
 
-    def acceleration(self, joint):
-        return float(self.ini.get("JOINT_%d" % joint, "MAX_ACCELERATION") or 1)
+    def number(self, joint, name, default=1):
+        """A number of the section of a joint; without one LinuxCNC's default."""
+        return float(self.ini.get("JOINT_%d" % joint, name) or default)
+
+    def named(self, joint, name, default):
+        """The word for setp: the INI value by name, where it is given."""
+        section = "JOINT_%d" % joint
+        return "[%s]%s" % (section, name) if self.ini.get(section, name) else "%g" % default
+
+    def reserve(self, joint, name):
+        """The part of the drive's speed or acceleration that motion leaves: what a STEPGEN has above motion, or a quarter more."""
+        motion = self.number(joint, "MAX_" + name)
+        drive = self.number(joint, {"VELOCITY": "STEPGEN_MAXVEL", "ACCELERATION": "STEPGEN_MAXACCEL"}[name], 0)
+        return drive - motion if drive > motion else motion / 4
+
+    def travel(self, joint):
+        """The distance between the limits of a joint, or a metre."""
+        low, high = self.number(joint, "MIN_LIMIT", -1e6), self.number(joint, "MAX_LIMIT", 1e6)
+        return min(high - low, 1000 * self.unit) if high > low else 1000 * self.unit
 
     def fastest(self):
         """The speed of the fastest joint."""
-        joints = [joint for numbers in self.joints.values() for joint in numbers]
-        return max(float(self.ini.get("JOINT_%d" % joint, "MAX_VELOCITY") or 1) for joint in joints)
+        return max(self.number(joint, "MAX_VELOCITY") for numbers in self.joints.values() for joint in numbers)
 
 
 def prefixes(letter, joints):

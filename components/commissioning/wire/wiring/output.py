@@ -2,16 +2,22 @@
 """The folder that plumb wire writes: which files are its own, and which a user has changed."""
 
 import contextlib
+import difflib
 import hashlib
 import json
 import os
+import re
 
 import writing
 from ini_file import IniFile
+from numbers_of_programs import SECTION
 from texts import Impossible, wrapped
 
 MANIFEST = ".written.json"  # the digest of each file that was written
 SETTINGS = "_settings.hal"
+KEPT = (SETTINGS, "panel.toml")  # the ends of names of files that the user changes
+NUMBERS = re.compile(r"\n*^\[%s\][^\[]*" % SECTION, re.M)
+MOST_SHOWN = 20  # lines of a file that has changed
 
 
 class Output:
@@ -21,8 +27,8 @@ class Output:
     kept        files of the user, which are not written
     """
 
-    def __init__(self, folder, home, ini_name):
-        self.folder, self.home, self.ini_name = folder, home, ini_name
+    def __init__(self, folder, home, ini_name, version=""):
+        self.folder, self.home, self.ini_name, self.version = folder, home, ini_name, version
         self._forbid_links()
         self.kept = []
         self._forbid_read_only()
@@ -68,7 +74,7 @@ class Output:
             texts = [ini, *functions, *files]
             for its in files.values():
                 texts += [its] if isinstance(its, str) else its
-            if not isinstance(functions, list) or not all(isinstance(one, str) for one in texts):
+            if not isinstance(functions, list) or not all(isinstance(one, str) for one in [*texts, manifest.get("version", "")]):
                 raise TypeError
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             sentence = (
@@ -94,28 +100,23 @@ class Output:
         text = self.present(name)
         return None if text is None or digest(text) in self._digests(name) else text
 
-    def values(self, functions):
-        """(section, name) -> value, of the plumb.inc that is there."""
-        path = os.path.join(self.folder, "plumb.inc")
-        old = IniFile(path) if os.path.exists(path) else None
-        return {
-            (section, name): old.get(section, name) if old else None
-            for function in functions
-            for section, names in function.ini.items()
-            for name in names
-        }
-
-    def inc(self, functions):
-        """plumb.inc: the present text, and the sections that it lacks."""
+    def inc(self, values, numbers):
+        """plumb.inc: the present text with the values that it lacks, and the section of the numbers, which is written again."""
         text = self.present("plumb.inc")
         if text is None:
             text = "# SPDX-License-Identifier: GPL-2.0-or-later\n# Values of the functions that plumb wire put in.\n"
-        there = {section for (section, _), value in self.values(functions).items() if value is not None}
-        for function in functions:
-            for section, values in function.ini.items():
-                if section not in there:
-                    lines = ["%s = %s\n" % item for item in values.items()]
-                    text += "\n[%s]\n%s" % (section, "".join(lines))
+        text = NUMBERS.sub("", text)
+        path = os.path.join(self.folder, "plumb.inc")
+        old = IniFile(path) if os.path.exists(path) else None
+        lacking = {}
+        for (section, name), value in values.items():
+            if section != SECTION and not (old and old.has_section(section)):
+                lacking.setdefault(section, []).append("%s = %s\n" % (name, value))
+        for section, lines in lacking.items():
+            text += "\n[%s]\n%s" % (section, "".join(lines))
+        if numbers:
+            lines = ["%s = %s\n" % item for item in numbers.items()]
+            text += "\n[%s]\n# Outputs and inputs of M62 to M68. Wire again when you change one.\n%s" % (SECTION, "".join(lines))
         return text
 
     def forbid_strangers(self, files):
@@ -123,7 +124,7 @@ class Output:
         changed = [
             name
             for name, text in files.items()
-            if not name.endswith((SETTINGS, ".inc")) and self.changed(name) not in (None, text)
+            if not name.endswith((*KEPT, ".inc")) and self.changed(name) not in (None, text)
         ]
         if changed:
             sentence = (
@@ -134,7 +135,7 @@ class Output:
 
     def is_kept(self, name):
         """Whether these are settings that a user has changed."""
-        return name.endswith(SETTINGS) and self.changed(name) is not None
+        return name.endswith(KEPT) and self.changed(name) is not None
 
     def write(self, files, functions):
         """All files at once, or none. While they are replaced the manifest has the digests of both texts: if that is interrupted,
@@ -149,13 +150,47 @@ class Output:
                 written[name] = digest(text)
                 between[name] = list(dict.fromkeys([*self._digests(name), digest(text)]))
         texts.insert(0, (MANIFEST, self._manifest_text(self.functions, between)))
-        texts.append((MANIFEST, self._manifest_text([function.name for function in functions], written)))
+        stale = {name: its for name, its in self.manifest.get("files", {}).items() if name not in files}
+        left = {name: its for name, its in stale.items() if self.changed(name) is not None}
+        slots = [""] * (1 + max((function.number for function in functions), default=-1))
+        for function in functions:
+            slots[function.number] = function.name
+        texts.append((MANIFEST, self._manifest_text(slots, {**left, **written})))
         folder = os.path.relpath(self.folder, self.home)
         writing.write_all(self.home, [(os.path.join(folder, name), text) for name, text in texts], lasting=True)
+        for name in set(stale) - set(left):
+            with contextlib.suppress(OSError):
+                os.unlink(os.path.join(self.folder, name))
         writing.remove_staged(self.folder)
 
+    def forget(self):
+        """No function is wired any more; the files stay."""
+        text = self._manifest_text([], self.manifest.get("files", {}))
+        writing.write(self.folder, MANIFEST, text)
+
+    def differences(self, files):
+        """A sentence for each file that is not as `files`, which are those of this Plumb for the machine as it is now."""
+        found = []
+        version = self.manifest.get("version")
+        if version != self.version:
+            found.append("Plumb %s wired them, and this is Plumb %s." % (version or "of before", self.version))
+        for name, text in files.items():
+            if name == "ini.patch" or name.endswith((*KEPT, ".inc")):
+                continue
+            present = self.present(name)
+            if present is None:
+                found.append("%s is missing." % name)
+            elif self.changed(name) is not None:
+                found.append("%s: somebody changed it." % name)
+            elif present != text:
+                lines = difflib.unified_diff(present.splitlines(), text.splitlines(), lineterm="", n=0)
+                shown = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
+                found.append("%s would be another:\n%s" % (name, "\n".join("    " + line for line in shown[:MOST_SHOWN])))
+        return found
+
     def _manifest_text(self, functions, files):
-        return json.dumps({"ini": self.ini_name, "functions": functions, "files": files}, indent=1) + "\n"
+        manifest = {"ini": self.ini_name, "version": self.version, "functions": functions, "files": files}
+        return json.dumps(manifest, indent=1) + "\n"
 
 
 def digest(text):

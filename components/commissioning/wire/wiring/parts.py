@@ -21,19 +21,26 @@ class Parts:
     def __init__(self, functions, machine, folder):
         self.functions, self.machine, self.file = functions, machine, folder + "/stages.hal"
         self.freed, self.names, self.problems, self.notes = {}, {}, [], []
-        here = "$::env(CONFIG_DIR)/" if machine.twopass else "$(CONFIG_DIR)/"  # TWOPASS makes Tcl of the file
-        here += folder
         used = {words[0] for function in functions for words in function.nets(machine.axes)}
-        self.all = [stages.link(here), stages.alive()]
+        self.all = [stages.link(self._path(folder + "/messages.toml")), stages.alive()]
         keepers = [function for function in functions if function.records]
         if keepers:
-            self.all += [stages.retain(here, keepers), stages.identity()]
+            self.all += [stages.retain(self._path(folder + "/retain.toml"), keepers), stages.identity()]
         into_axes = self._stages()
         self.all.append(interlock(functions, into_axes, "operation" in used))
         self.all += into_axes
         self.all.append(self._from_joints(used))
+        if "panel-settings" not in machine.complete.components:
+            self.all.append(stages.panel_settings(self._path(folder + "/panel.toml")))
         self._emergency_stop()
         self.problems += too_many(functions, into_axes)
+
+    def _path(self, name):
+        """The path of a file, as a word of a HAL line. LinuxCNC starts programs in the folder of the INI file; a path with a
+        blank would be two words."""
+        if " " in self.machine.ini.folder:
+            return name
+        return ("$::env(CONFIG_DIR)/" if self.machine.twopass else "$(CONFIG_DIR)/") + name  # TWOPASS makes Tcl of the file
 
     def _stages(self):
         found = []
@@ -44,10 +51,9 @@ class Parts:
             strokes = [index for index, function in enumerate(offsetters) if letter in function.stroke]
             for prefix, joint in prefixes(letter, joints):
                 if sources and self._free(prefix, joint):
-                    limits, acceleration = self.machine.limits(joint), self.machine.acceleration(joint)
-                    stage = stages.joint_stage(prefix, joint, sources, limits, acceleration)
+                    stage = stages.joint_stage(prefix, joint, sources, self.machine)
                     if strokes:
-                        stages.let_strokes_through(stage, prefix, joint, acceleration, self.machine.unit, strokes)
+                        stages.let_strokes_through(stage, prefix, joint, self.machine, strokes)
                     found.append(stage)
             offsetting = [function for function in self.functions if letter in function.axis_offset]
             if len(offsetting) > 1:
@@ -75,7 +81,20 @@ class Parts:
             else:
                 self.freed[whole] = signal
                 self.names[prefix + name] = signal
+        self._free_velocity(prefix, joint)
         return not self.problems
+
+    def _free_velocity(self, prefix, joint):
+        """Takes the velocity of a joint from the signal that brings it to the pid of the drive; else the machine keeps it."""
+        whole = "joint.%d.vel-cmd" % joint
+        signal = self.machine.halfiles.signal_of(whole)
+        readers = self.machine.complete.signals[signal].readers if signal in self.machine.complete.signals else []
+        fed = [pin for pin in readers if pin.endswith(".command-deriv")]
+        if fed:
+            self.freed[whole] = signal
+            self.names[prefix + "-motor-velocity"] = signal
+            sentence = "%s has the velocity of the offset in it: %s brings it drive-velocity of %s-stage in the place of %s."
+            self.notes.append(sentence % (" and ".join(fed), signal, prefix, whole))
 
     def _emergency_stop(self):
         chain, enable = map(self.machine.complete.signal_of, ("iocontrol.0.emc-enable-in", "motion.enable"))

@@ -4,7 +4,7 @@
 A program of its own, sandbox.py PLAN COMMAND..., started as the root of a new mount namespace. PLAN is a file of JSON:
 
     home    the folder of the user
-    copy    its copy
+    copy    files that are seen over those of this folder, and that take what is written there
     own     the files of the trial, which are seen as /run/plumb-wire
     covers  (file, path): the file is seen in the place of the path
     keep    paths that stay in sight in folders that are otherwise empty
@@ -17,8 +17,13 @@ shared memory and processes of its own.
 import ctypes
 import json
 import os
+import re
+import resource
+import shutil
 import stat
 import sys
+
+from copies import copy_folder
 
 OWN = "/run/plumb-wire"
 HOME = os.environ.get("HOME") or "/"
@@ -26,6 +31,7 @@ IN_MEMORY = ("/tmp", "/var/tmp", "/run")
 PLAN, READY = "plan.json", "ready"  # files of OWN; the second one comes when the command starts
 REWRITTEN = (".tool.mmap", "linuxcnc_debug.txt", "linuxcnc_print.txt")  # files in HOME that each LinuxCNC writes again
 COPIED = 1 << 24  # bytes of the files of HOME that a program may change
+LONGEST_FILE = 1 << 28  # bytes of a file that the trial writes
 KERNEL_SETTINGS = ("sys", "sysrq-trigger", "irq", "bus", "fs", "acpi", "scsi", "mtrr")  # of /proc
 
 # Of Linux 5.12; the numbers are the same on all processors for which LinuxCNC is built.
@@ -46,6 +52,7 @@ def main():
             plan = json.load(file)
         furnish(plan)
         os.chdir(plan["home"])
+        resource.setrlimit(resource.RLIMIT_FSIZE, (LONGEST_FILE, LONGEST_FILE))
         if os.getuid() == 0 and plan["user"] == 0:
             give_up_the_system()
         with open(os.path.join(OWN, READY), "w", encoding="ascii"):
@@ -55,7 +62,7 @@ def main():
 
 def furnish(plan):
     covers = [(tree(file), path) for file, path in plan["covers"]]
-    copy, own, devices, processes = tree(plan["copy"]), tree(plan["own"]), tree("/dev"), tree("/proc")
+    copy, own, devices, processes = tree(whole(plan)), tree(plan["own"]), tree("/dev"), tree("/proc")
     set_attributes("/", READ_ONLY | NO_DEVICES)
     attach(devices, "/dev")  # of which plumb run shows the harmless ones
     attach(processes, "/proc")  # which has the rights of processes, and plumb run needs it as it is
@@ -69,6 +76,23 @@ def furnish(plan):
     attach(copy, plan["home"])
     for file, path in covers:
         attach(file, path)
+
+
+def whole(plan):
+    """A folder that shows the files of the copy over those of `home`. What the trial writes into it goes into the copy."""
+    shown, work = (os.path.join(os.path.dirname(plan["copy"]), name) for name in ("shown", "work"))
+    for folder in (shown, work):
+        os.makedirs(folder, exist_ok=True)
+    below = {"lowerdir": plan["home"], "upperdir": plan["copy"], "workdir": work}
+    options = ",".join("%s=%s" % (name, re.sub(r"([\\:,])", r"\\\1", path)) for name, path in below.items())
+    if plan["user"] != 0:
+        options += ",userxattr"
+    if libc.mount(b"plumb-wire", os.fsencode(shown), b"overlay", ctypes.c_ulong(0), os.fsencode(options)) == 0:
+        return shown
+    shutil.rmtree(shown)  # this file system cannot lie below another one
+    copy_folder(plan["home"], shown)
+    shutil.copytree(plan["copy"], shown, dirs_exist_ok=True)
+    return shown
 
 
 def empty(folder, keep):

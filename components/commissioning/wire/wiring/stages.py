@@ -21,13 +21,15 @@ class Part:
     is_late: bool = False  # loaded after the functions
 
 
-def joint_stage(prefix, joint, sources, limits, acceleration):
+def joint_stage(prefix, joint, sources, machine):
     """joint_offset between motion and the drive of one joint. `prefix` is x, or y2 for the second motor of Y."""
+    limits = machine.limits(joint)
     stage = prefix + "-stage"
     part = Part("%s: between joint %d and its drive" % (stage, joint), {"joint_offset": [stage]})
     part.setp = [(stage + ".min-limit", limits[0]), (stage + ".max-limit", limits[1])]
-    part.setp.append((stage + ".joint-acceleration", "%g" % acceleration))
-    part.setp.append((stage + ".offset-acceleration", "%g" % (acceleration / 4)))
+    part.setp.append((stage + ".joint-acceleration", machine.named(joint, "MAX_ACCELERATION", 1)))
+    part.setp.append((stage + ".offset-acceleration", "%g" % machine.reserve(joint, "ACCELERATION")))
+    part.setp.append((stage + ".max-rate", "%g" % min(machine.unit, machine.reserve(joint, "VELOCITY"))))
     part.nets = [
         [prefix + "-position", "joint.%d.pos-cmd" % joint, "=>", stage + ".position"],
         [prefix + "-homed", "joint.%d.homed" % joint, "=>", stage + ".homed"],
@@ -35,6 +37,8 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
         ["heartbeat", "=>", stage + ".heartbeat"],
         *([source, "=>", "%s.offset-%d" % (stage, index)] for index, source in enumerate(sources)),
         [prefix + "-joint-cmd", "joint.%d.motor-pos-cmd" % joint, "=>", stage + ".joint-command"],
+        [prefix + "-velocity", "joint.%d.vel-cmd" % joint, "=>", stage + ".joint-velocity"],
+        [prefix + "-motor-velocity", stage + ".drive-velocity"],
         [prefix + "-motor-cmd", stage + ".drive-command"],
         [prefix + "-motor-fb", "=>", stage + ".drive-feedback"],
         [prefix + "-joint-fb", stage + ".joint-feedback", "=>", "joint.%d.motor-pos-fb" % joint],
@@ -52,13 +56,17 @@ def joint_stage(prefix, joint, sources, limits, acceleration):
     return part
 
 
-def let_strokes_through(part, prefix, joint, acceleration, unit, strokes):
+def let_strokes_through(part, prefix, joint, machine, strokes):
     """Makes the stage of a joint one that passes a stroke without a limit of its own; the function has the limits. Machine off
     makes these sources, by their numbers, part of the position."""
     stage = prefix + "-stage"
-    part.setp = [pair for pair in part.setp if pair[0] != stage + ".offset-acceleration"]
-    part.setp.append((stage + ".offset-acceleration", "%g" % (10 * acceleration)))
-    part.setp += [(stage + ".max-offset", "%g" % (500 * unit)), (stage + ".max-rate", "%g" % (1000 * unit))]
+    wide = {
+        "offset-acceleration": 10 * machine.number(joint, "MAX_ACCELERATION"),
+        "max-offset": machine.travel(joint),
+        "max-rate": 2 * machine.number(joint, "MAX_VELOCITY"),
+    }
+    part.setp = [pair for pair in part.setp if pair[0].partition(".")[2] not in wide]
+    part.setp += [("%s.%s" % (stage, name), "%g" % value) for name, value in wide.items()]
     part.setp += [("%s.release-at-off-%d" % (stage, index), "1") for index in strokes]
     part.nets.append([prefix + "-measured", "joint.%d.pos-fb" % joint])
     part.nets.append([prefix + "-released", stage + ".released"])
@@ -98,11 +106,11 @@ def axis_stage(letter, source, clear):
     return part
 
 
-def retain(folder, functions):
+def retain(path, functions):
     """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
     a fault if it finds no records, and so comes after them."""
     part = Part("retain, service 0 of interlock", is_late=True)
-    part.programs = {"retain": "-W retain --file %s/retain.toml" % folder}
+    part.programs = {"retain": "-W retain --file %s" % path}
     part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
         ["retain-heartbeat", "retain.heartbeat", "=>", "interlock.service-heartbeat-0"],
@@ -124,10 +132,17 @@ def retain(folder, functions):
     return part
 
 
-def link(folder):
+def panel_settings(path):
+    """retain for the settings that plumb panel changes, and for the switches of the functions."""
+    part = Part("Settings of plumb panel", is_late=True)
+    part.programs = {"panel-settings": "-Wn panel-settings retain panel-settings --file %s" % path}
+    return part
+
+
+def link(path):
     """linuxcnc_link, loaded once for the messages of all. It is service 1 of interlock."""
     part = Part("Messages to the operator, service 1 of interlock")
-    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s/messages.toml" % folder}
+    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s" % path}
     part.setp = [("interlock.service-timeout-1", "10")]
     part.nets = [
         ["link-heartbeat", "linuxcnc-link.heartbeat", "=>", "interlock.service-heartbeat-1"],

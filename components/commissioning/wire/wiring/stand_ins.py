@@ -9,6 +9,7 @@ import shutil
 import hal_text
 import writing
 from sandbox import OWN
+from texts import Impossible
 from trial import script
 
 HERE = os.path.dirname(os.path.realpath(__file__))
@@ -90,6 +91,8 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"lcec\..*(controlword|control-word|cia-controlword)", U32, "IN"),
     (r"lcec\..*(statusword|status-word|cia-statusword)", U32, "OUT"),
 ]
+TYPES = (BIT, FLOAT, S32, U32)
+DIRECTIONS = {"IN": "IN", "OUT": "OUT", "IO": "IO", "I/O": "IO"}
 LIKE_A_BIT = re.compile(
     r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|"
     r"change|probe|brake",
@@ -177,7 +180,7 @@ class StandIns:
     def _stand_in_for_drivers(self):
         for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+)(.*)$", self.all, re.M):
             module = found[1]
-            if not DRIVERS.match(module) or module in self.drivers:
+            if not (DRIVERS.match(module) or module in self.learnt.get("given", ())) or module in self.drivers:
                 continue
             self.drivers.append(module)
         if not self.drivers:
@@ -225,7 +228,8 @@ class StandIns:
             if len(words) < 2 or words[0] != "loadusr":
                 continue
             name, program = _program(words[1:])
-            if not program or name in self.programs or not self._cannot_run_here(program):
+            is_given = name in self.learnt.get("given", ())
+            if not program or name in self.programs or not (is_given or self._cannot_run_here(program)):
                 continue
             self.programs.append(name)
             special = SPECIAL.get(os.path.basename(program), {})
@@ -344,6 +348,23 @@ class StandIns:
     def outputs(self):
         """The pins of drivers that are outputs here: the hardware would write them."""
         return {pin for module in self.drivers for pin in self.described[module] if self._kind(pin)[1] == "OUT"}
+
+
+def given_pins(texts):
+    """What is learnt from files of pins, by the name of the driver or program: rows of `halcmd -s show pin`, or PIN TYPE
+    DIRECTION."""
+    learnt = {"given": list(texts)}
+    for path, text in texts.values():
+        for number, line in enumerate(text.splitlines(), start=1):
+            words = line.split("#")[0].split()
+            if not words:
+                continue
+            row = (words[4], *words[1:3]) if len(words) > 4 else tuple(words)
+            if len(row) != 3 or row[1].lower() not in TYPES or row[2].upper() not in DIRECTIONS:
+                sentence = "%s:%d has %r. Write the pin, its type (%s) and its direction (%s)."
+                raise Impossible(sentence % (path, number, line.strip(), ", ".join(TYPES), ", ".join(DIRECTIONS)))
+            learnt[row[0]], learnt["direction of " + row[0]] = row[1].lower(), DIRECTIONS[row[2].upper()]
+    return learnt
 
 
 def _known(name):

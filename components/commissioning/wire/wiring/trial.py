@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Starts a copy of a configuration once, in virtual time, where nothing but the copy can be written (sandbox.py)."""
 
-import contextlib
 import json
 import os
-import pathlib
 import shlex
-import shutil
-import stat
 import subprocess
 import sys
 
 import writing
+from copies import copy_links
 from sandbox import OWN, PLAN, READY
 from texts import Impossible, wrapped
 
@@ -41,7 +38,7 @@ class NotStarted(RuntimeError):
 class Trial:
     """A copy of the folder of an INI file. `ini` is an IniFile, whose changes are written into the copy.
 
-    copy    the copy, which takes the place of the folder
+    copy    files that stand over those of the folder, and that the trial writes
     own     files of the trial, which its programs see in sandbox.OWN
     """
 
@@ -49,7 +46,7 @@ class Trial:
         self.ini, self.plumb = ini, plumb
         self.copy, self.own = os.path.join(folder, "copy"), os.path.join(folder, "own")
         os.makedirs(folder, exist_ok=True)
-        copy_folder(ini.folder, self.copy)
+        copy_links(ini.folder, self.copy)
         os.mkdir(self.own)
         self.covers = {}  # a path outside the folder, and the file of ours that is seen in its place
         self.read = set()  # paths that must stay in sight
@@ -168,36 +165,6 @@ def in_sandbox(plan, host, words):
 def script(*words):
     """A shell script that runs a Python program of ours."""
     return "#!/bin/sh\nexec %s \"$@\"\n" % shlex.join([sys.executable, *words])
-
-
-def copy_folder(source, copy):
-    """Links to files become files, as they might be written to; links to folders stay. What cannot be read is left out:
-    LinuxCNC cannot read it either. So is a folder for temporary files, in which the copy lies."""
-    folders = [(source, copy)]
-    above = {(state.st_dev, state.st_ino) for state in map(os.stat, pathlib.Path(copy).absolute().parents)}
-    while folders:
-        folder, to = folders.pop()
-        os.mkdir(to)
-        with contextlib.suppress(PermissionError), os.scandir(folder) as entries:
-            for entry in entries:
-                there = os.path.join(to, entry.name)
-                state = entry.stat(follow_symlinks=False)
-                if (state.st_dev, state.st_ino) in above:
-                    continue
-                if entry.is_dir(follow_symlinks=False):
-                    folders.append((entry.path, there))
-                elif entry.is_dir():
-                    os.symlink(os.readlink(entry.path), there)
-                elif entry.is_file():
-                    copy_file(entry, there)
-
-
-def copy_file(entry, to):
-    with contextlib.suppress(PermissionError):
-        shutil.copyfile(entry.path, to)
-        state = entry.stat()
-        os.chmod(to, stat.S_IMODE(state.st_mode) & 0o777 | stat.S_IWUSR)
-        os.utime(to, ns=(state.st_atime_ns, state.st_mtime_ns))
 
 
 def last_words(output):

@@ -7,7 +7,7 @@ import re
 import hal_text
 import writing
 from hal_state import SHOWN, State
-from machine import Machine
+from machine import MOTION, Machine
 from sandbox import OWN
 from stand_ins import StandIns
 from texts import Impossible
@@ -37,7 +37,7 @@ LOGIC = {  # inputs of a module, and their values, that give its output a value
     ("and2", True): (("in0", True), ("in1", True)),
     ("and2", False): (("in0", False),),
 }
-BASIC_STEPS = 3  # of a trial: on, home, program
+BASIC_STEPS = 4  # of a trial: on, home, order, program
 # A busy computer can stop LinuxCNC's programs for longer than a loss takes.
 PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
 ATTEMPTS = 30  # to find types and directions of the pins of a driver
@@ -46,9 +46,9 @@ ATTEMPTS = 30  # to find types and directions of the pins of a driver
 class Trials:
     """The trials of one machine, in a folder of their own. `plumb` is the program plumb."""
 
-    def __init__(self, home, folder, plumb):
+    def __init__(self, home, folder, plumb, learnt=None):
         self.home, self.folder, self.plumb = home, folder, plumb
-        self.learnt = {}  # about the pins that stand in
+        self.learnt = dict(learnt or {})  # about the pins that stand in
         self.stand_ins = self.trial = None
 
     def look(self, ini, joints, name):
@@ -99,10 +99,17 @@ class Trials:
                 with open(function.check_hal, encoding="utf-8") as file:
                     text = renamed(file.read(), wiring, machine, functions)
                 ini.add("HAL", "HALFILE", trial.write("%s.hal" % function.name, text))
-        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE))
+        switches = "".join("setp %s 1\n" % wiring.switch_of(function) for function in functions)
+        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE + switches))
         self.drive(trial, ini, machine, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}
+        settings["moved"] = wiring.numbers.moved
+        settings["thread"] = {
+            "name": machine.thread,
+            "theirs": machine.complete.threads[machine.thread],
+            "sequence": wiring.files.sequence,
+        }
         found = trial.run("check", **settings)
         if found["overdue"]:  # a busy computer can upset LinuxCNC's programs on the faster clock
             found = trial.run("check", **settings)
@@ -116,7 +123,7 @@ class Trials:
         stand_ins = StandIns(trial, ini, machine.files, self.learnt)
         self.drive(trial, ini, machine, stand_ins)
         try:
-            seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={})["seen"]
+            seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={}, moved={})["seen"]
         except NotStarted:
             return " Your configuration does not start either when Plumb is left out."
         failed = [statement for statement, holds in seen if not holds]
@@ -189,6 +196,7 @@ def renamed(text, wiring, machine, functions):
                 lines.append("unlinkp " + theirs)
             line = " ".join(["net", signal, *words[2:]])
         if words and words[0] == "addf":
-            line = "addf %s %s %d" % (words[1], machine.thread, wiring.files.thread_order.index("motion-controller") + 2)
+            place = state.threads[machine.thread].index(MOTION) + len(wiring.files.before) + 2
+            line = "addf %s %s %d" % (words[1], machine.thread, place)
         lines.append(line)
     return "\n".join(lines) + "\n"

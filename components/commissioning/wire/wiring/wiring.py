@@ -4,6 +4,7 @@
 from hal_files import HalFiles
 from interlock import switch
 from modules import Modules
+from numbers_of_programs import Numbers
 from parts import Parts
 from signals import Signals
 
@@ -18,25 +19,29 @@ class Wiring:
     files       HalFiles
     """
 
-    def __init__(self, functions, machine, folder):
+    def __init__(self, functions, machine, folder, numbers=None):
         self.functions, self.machine = functions, machine
         self.notes, self.names, self.motmod = [], {}, {}
-        moved = [note for function in functions for note in function.move_outputs(machine)]
+        self.numbers = numbers or Numbers(functions, machine, {})
+        for function in functions:
+            function.numbers = self.numbers
         parts = Parts(functions, machine, folder)
+        for part in parts.all:
+            part.nets = [[self.numbers.moved.get(word, word) for word in net] for net in part.nets]
         modules = Modules(functions, parts.all, machine)
-        self.problems = [*modules.presence_problems(), *parts.problems]
+        self.problems = [*modules.presence_problems(), *parts.problems, *self.numbers.problems]
         if self.problems:
             return
         signals = Signals(functions, parts, modules, machine)
         modules = Modules(functions, parts.all + signals.gates, machine)
         self.problems = [*modules.name_problems(), *signals.problems, *modules.load_problems()]
-        self.notes = parts.notes + signals.notes + moved
+        self.notes = parts.notes + signals.notes + self.numbers.notes
         self.names, self.motmod = signals.names, outputs(signals.lacking)
         self.files = HalFiles(functions, machine, folder, parts, modules, signals)
 
     def switch_of(self, function):
         """The pin by which the operator switches this function."""
-        return switch(self.functions.index(function))
+        return switch(function.number)
 
 
 def outputs(pins):

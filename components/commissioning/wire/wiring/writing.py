@@ -6,6 +6,7 @@ import errno
 import os
 import re
 import secrets
+import stat
 
 from texts import Impossible
 
@@ -68,6 +69,26 @@ def write_all(root, texts, mode=0o666, lasting=False):
 
 def write(root, name, text, mode=0o666):
     write_all(root, [(name, text)], mode)
+
+
+def rewrite(path, text):
+    """Gives a file of the user another text, whole or not at all. Its owner and rights stay."""
+    folder = os.path.dirname(path)
+    new = os.path.join(folder, ".%s.new" % secrets.token_hex(8))
+    state = os.stat(path)
+    try:
+        with open(os.open(new, NEW, 0o600), "w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
+            stream.write(text)
+            stream.flush()
+            with contextlib.suppress(PermissionError):
+                os.fchown(stream.fileno(), state.st_uid, state.st_gid)
+            os.fchmod(stream.fileno(), stat.S_IMODE(state.st_mode))
+            os.fsync(stream.fileno())
+        os.rename(new, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(new)
+        raise
 
 
 def _sync(folder):

@@ -1,0 +1,47 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb wire on two of the machines in tests/specimens/machines; scripts/wire-samples has all of them."""
+
+import os
+import re
+import shutil
+import unittest
+
+import wire_samples
+from tree import own_folder
+from wire_sample import read
+
+
+class Gallery(unittest.TestCase):
+    def run_on(self, name):
+        """The run of the one INI file of a machine, and the files that it wrote."""
+        root = own_folder(self)
+        folder = os.path.join(root, "gallery")
+        shutil.copytree(os.path.join(wire_samples.GALLERY, name), folder)
+        ((ini, functions, options, _),) = wire_samples.described(folder)
+        files = {}
+        keep = lambda own: files.update({each: read(os.path.join(own, each)) for each in os.listdir(own)})  # noqa: E731
+        run = wire_samples.Run(root, ini, functions, options, keep)
+        self.assertEqual((run.status, run.undone, run.changed), (0, "yes", []), run.output)
+        self.assertLess(run.megabytes, 10)
+        return " ".join(run.output.split()), files
+
+    def test_functions_take_outputs_that_neither_hal_nor_a_subroutine_uses(self):
+        flat, files = self.run_on("many_functions")
+        self.assertIn("motion.digital-out-16 keeps your signal vacuum; chopping takes motion.digital-out-06", flat)
+        self.assertIn("motion.digital-out-17 is in use by lamp.ngc; chopping takes motion.digital-out-15", flat)
+        self.assertRegex(flat, "M68 E1 Q10 before an operation")  # operation-key, for the user's program
+        self.assertIn("net chop-run motion.digital-out-06 => chop.run\n", files["chopping.hal"])
+        self.assertIn("\nCHOP_RUN = 6\n", files["plumb.inc"])
+        self.assertIn("  M64 P#<_ini[PLUMB_NUMBERS]CHOP_RUN>\n", files["g811.ngc"])
+
+    def test_a_servo_with_mesa_gets_the_velocity_of_the_offset(self):
+        flat, files = self.run_on("mesa_7i76e")
+        self.assertRegex(flat, "pid.x.command-deriv has the velocity of the offset in it")
+        self.assertIn("net x-vel-cmd x-stage.drive-velocity\n", files["stages.hal"])
+        self.assertIn("unlinkp joint.0.vel-cmd\n", files["stages.hal"])
+        self.assertFalse(re.search(r"^setp interlock.function-switch", files["stages.hal"], re.M))
+
+
+if __name__ == "__main__":
+    unittest.main()
