@@ -5,17 +5,18 @@ import math
 
 from gi.repository import Gtk
 
-from panel import style as styles
+from panel import centre_height_state, style as styles
 from panel.function_page import FunctionPage
-from panel.pages import Page, state_of
+from panel.pages import Page
 from panel.texts import _, in_micrometres, number, unit_name, with_unit
-from panel.widgets import Figures, Keypad, button, card, column, flow, grow, label, named, row, scrolled, set_text
+from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, named, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
     heading = "Centre height"  # for gettext: _("Centre height")
+    state = centre_height_state
+    live = ("x-position-0", "y-position-0", "diameter")
 
-    CUTS, WAITS, KNOWN, INTERRUPTED = 1, 2, 3, 5  # state-code
     # Name, method, fewest cuts, and how to cut them.
     METHODS = (
         ("Two lands", 1, 2, "Each land beside the one before, at the same X: the first with Y above, the next below."),
@@ -26,22 +27,6 @@ class CentreHeightPage(FunctionPage):
     # for gettext: _("Both cuts on one land at the present Y, the second one deeper. They do not show the sign.")
     # for gettext: _("Cuts on one land, each deeper and at another Y.")
     LANDS = 1
-
-    def verdict(self, values):
-        kind, text = state_of(self.instance, values)
-        if kind != "good":
-            return kind, text
-        if self.get(values, "hold"):
-            return "warn", _(self.instance.sentence(values, "hold-code"))
-        state = self.get(values, "state-code")
-        if state == self.KNOWN:
-            if self.get(values, "on-centre"):
-                return "good", _("The tool is on centre.")
-            return "good", _("The height is {height}, \u00b1{sigma}.").format(height=in_micrometres(self.get(values, "height", 0.0)), sigma=self._sigma(values))
-        return ("good", _(self.instance.sentence(values, "state-code"))) if state else ("off", _("Begin with one of the methods below."))
-
-    def _sigma(self, values):
-        return in_micrometres(2 * self.get(values, "sigma", 0.0)).lstrip("+")
 
     def content(self):
         self._picture = HeightPicture(self)
@@ -54,10 +39,10 @@ class CentreHeightPage(FunctionPage):
                         name=_(method[0])) for method in self.METHODS]
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11"))
         self._next = {  # the buttons of a step, by state-code; the first one leads on
-            self.CUTS: [button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")), interrupt],
-            self.WAITS: [button(_("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
-            self.KNOWN: [button(_("Store the height: M454"), self._store), *begin],
-            self.INTERRUPTED: [button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453")), *begin],
+            centre_height_state.CUTS: [button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")), interrupt],
+            centre_height_state.WAITS: [button(_("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
+            centre_height_state.KNOWN: [button(_("Store the height: M454"), self._store), *begin],
+            centre_height_state.INTERRUPTED: [button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453")), *begin],
         }
         self._begin = begin
         return [*begin, *[its[0] for its in self._next.values()], interrupt]
@@ -66,22 +51,22 @@ class CentreHeightPage(FunctionPage):
         """The next step in words, with the figures that it needs."""
         get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
         state = get("state-code", 0)
-        if state == self.CUTS:
+        if state == centre_height_state.CUTS:
             cut = get("cut-number", 0) + 1
             if self.method(values) == self.LANDS:
                 y = get("land-1-y") if cut % 2 else get("land-2-y")
                 return _("Turn land {cut}: move Y by {y} from where you began, and X to a diameter of {diameter}. Then touch \"The cut is done\" "
                          "while the tool stands at its end.").format(cut=cut, y=with_sign(y), diameter=with_unit(get("land-diameter"), "mu"))
             return _("Turn cut {cut}. Then touch \"The cut is done\" while the tool stands at its end.").format(cut=cut)
-        if state == self.WAITS:
+        if state == centre_height_state.WAITS:
             return _("Retract X, stop the spindle, measure cut {cut}, and enter its diameter.").format(cut=get("cut-number", 0) + 1)
-        if state == self.KNOWN:
+        if state == centre_height_state.KNOWN:
             if get("on-centre", False):
                 return _("The tool is on centre. Nothing is to do.")
             if get("hold", False):
                 return _(self.instance.sentence(values, "hold-code"))
             return _("Store the height. Then move Y to 0, turn, and measure again until the tool is on centre.")
-        if state == self.INTERRUPTED:
+        if state == centre_height_state.INTERRUPTED:
             return _("Continue with the cuts that have their diameter, or begin again.")
         return _("Load the tool, start the spindle, move Y to 0, and choose a method.")
 
@@ -97,20 +82,20 @@ class CentreHeightPage(FunctionPage):
         if "start" in self.instance.settings():
             for short, text in (("method", str(method)), ("cuts", str(cuts)), ("land-diameter", repr(value))):
                 if short in self.instance.settings():
-                    self.panel.hal.set(self.instance.full(short), text)
+                    self.panel.write(self.instance.full(short), text, "button")
             self.panel.pulse(self.instance.full("start"))
         else:
             self.panel.mdi("M450 P%d Q%d D%r" % (method, cuts, value), _("Begin"))
 
     def _do(self, action, pin, line):
         """By the pin, where nothing else writes it; else by the M-code of the configuration."""
-        refusal = self.panel.access.refusal("operator")
-        if refusal:
-            self.panel.say(refusal, "warn")
-        elif pin in self.instance.settings():
-            self.panel.pulse(self.instance.full(pin))
-        else:
-            self.panel.mdi(line, action)
+        def do():
+            if pin in self.instance.settings():
+                self.panel.pulse(self.instance.full(pin))
+            else:
+                self.panel.mdi(line, action)
+
+        self.panel.guard.at_once(action, do)
 
     def enter(self, text):
         """The diameter of the last cut. Raises ValueError."""
@@ -118,7 +103,7 @@ class CentreHeightPage(FunctionPage):
         if not value > 0 or not math.isfinite(value):
             raise ValueError(_("A diameter is above 0."))
         if "entered" in self.instance.settings():
-            self.panel.hal.set(self.instance.full("entered-diameter"), repr(value))
+            self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
             self.panel.pulse(self.instance.full("entered"))
         else:
             self.panel.mdi("M452 P%r" % value, _("Enter the diameter"))
@@ -130,21 +115,21 @@ class CentreHeightPage(FunctionPage):
 
     def _store(self):
         move = in_micrometres(self.get(self.panel.values, "y-move", 0.0))
-        self.panel.move(_("Store the height in the tool table? Y moves by {move} with its next word.").format(move=move),
+        self.panel.guard.once_asked(_("Store the height in the tool table? Y moves by {move} with its next word.").format(move=move),
                         _("Store the height"), lambda: self.panel.mdi("M454", _("Store the height")))
 
     def refresh(self, values):
         super().refresh(values)
         set_text(self._step, self.guidance(values))
         wanted = self._next.get(self.get(values, "state-code"), self._begin)
-        centred = self.get(values, "state-code") == self.KNOWN and self.get(values, "on-centre")
+        centred = self.get(values, "state-code") == centre_height_state.KNOWN and self.get(values, "on-centre")
         for its in {each for step in self._next.values() for each in step} | set(self._begin):
             its.get_parent().set_visible(its in wanted)
             context = its.get_style_context()
             (context.add_class if its is wanted[0] and wanted is not self._begin and not centred else context.remove_class)("main")
         valid = self.get(values, "value-valid")
         self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
-        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + self._sigma(values) if valid else "\u2013")
+        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + centre_height_state.uncertainty(self.instance, values) if valid else "\u2013")
         self._figures.show_value(_("Move of Y"), in_micrometres(self.get(values, "y-move", 0.0)) if valid else "\u2013")
         self._figures.show_value(_("Cuts"), number(self.get(values, "cut-number")))
         self._picture.show_height(self.get(values, "height", 0.0) if valid else None, self.get(values, "sigma", 0.0))
@@ -154,13 +139,22 @@ def with_sign(value):
     return ("+" if value >= 0 else "") + with_unit(float(value), "mu")
 
 
-class BeginPage(Page):
+class EntryPage(Page):
+    """A page that leads back to that of the function."""
+
+    page = None
+
+    def of(self):
+        return self.page.instance.name
+
+
+class BeginPage(EntryPage):
     """Number of cuts and diameter of a method, before it begins."""
 
     CUTS = (2, 4, 6)
 
     def __init__(self, panel, page, method):
-        self.page = page
+        self.page = self.back = page
         self._name, self._method, self._fewest, self._how = method
         super().__init__(panel)
 
@@ -182,8 +176,7 @@ class BeginPage(Page):
     def _choose(self, cuts):
         self._cuts = cuts
         for each, its in self._choices.items():
-            context = its.get_style_context()
-            (context.add_class if each == cuts else context.remove_class)("chosen")
+            choose(its, each == cuts)
 
     def _begin(self):
         refusal = self.panel.access.refusal("operator")
@@ -197,11 +190,11 @@ class BeginPage(Page):
         self.panel.open(self.page)
 
 
-class DiameterPage(Page):
+class DiameterPage(EntryPage):
     """The entry of a measured diameter, judged at once."""
 
     def __init__(self, panel, page):
-        self.page = page
+        self.page = self.back = page
         super().__init__(panel)
 
     @property
