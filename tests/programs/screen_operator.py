@@ -62,8 +62,6 @@ class Operator:
         self.until("growth.enable", False)
         finger.press("Switch on / off")
         seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
-        finger.press("Changes")
-        seen["change"] = finger.await_text("interlock.function-switch-0")
 
     def press_until(self, title, place, what, pin):
         """Presses a place of a window, which may give itself another size as it starts."""

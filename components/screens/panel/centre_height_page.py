@@ -31,8 +31,8 @@ class CentreHeightPage(FunctionPage):
     def content(self):
         self._picture = HeightPicture(self)
         self._figures = Figures(_("Height"), _("Uncertainty (k=2)"), _("Move of Y"), _("Cuts"))
-        self._step = label("", "value")
-        return [card(label(_("Next step"), "soft"), self._step), self._figures, self._picture]
+        self._step, self._entered, self._sent = label("", "value"), label("", "soft"), []
+        return [card(label(_("Next step"), "soft"), self._step, self._entered), self._figures, self._picture]
 
     def buttons(self):
         begin = [button(_("Begin: {method}").format(method=_(method[0])), lambda method=method: self.panel.open(BeginPage(self.panel, self, method)),
@@ -40,7 +40,7 @@ class CentreHeightPage(FunctionPage):
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11"))
         self._next = {  # the buttons of a step, by state-code; the first one leads on
             centre_height_state.CUTS: [button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")), interrupt],
-            centre_height_state.WAITS: [button(_("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
+            centre_height_state.WAITS: [button(_("Enter the radius") if self.by_radius else _("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
             centre_height_state.KNOWN: [button(_("Store the height: M454"), self._store), *begin],
             centre_height_state.INTERRUPTED: [button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453")), *begin],
         }
@@ -59,6 +59,8 @@ class CentreHeightPage(FunctionPage):
                          "while the tool stands at its end.").format(cut=cut, y=with_sign(y), diameter=with_unit(get("land-diameter"), "mu"))
             return _("Turn cut {cut}. Then touch \"The cut is done\" while the tool stands at its end.").format(cut=cut)
         if state == centre_height_state.WAITS:
+            if self.by_radius:
+                return _("Retract X, stop the spindle, measure cut {cut}, and enter its radius.").format(cut=get("cut-number", 0) + 1)
             return _("Retract X, stop the spindle, measure cut {cut}, and enter its diameter.").format(cut=get("cut-number", 0) + 1)
         if state == centre_height_state.KNOWN:
             if get("on-centre", False):
@@ -102,11 +104,17 @@ class CentreHeightPage(FunctionPage):
         value = float(text.replace(",", "."))
         if not value > 0 or not math.isfinite(value):
             raise ValueError(_("A diameter is above 0."))
+        self._sent[self.get(self.panel.values, "cut-number"):] = [value]
         if "entered" in self.instance.settings():
             self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
             self.panel.pulse(self.instance.full("entered"))
         else:
             self.panel.mdi("M452 P%r" % value, _("Enter the diameter"))
+
+    @property
+    def by_radius(self):
+        """Whether the component takes the radius of a cut."""
+        return self.get(self.panel.values, "gauge-kind") == 1
 
     def expected(self):
         """The diameter that a tool on centre leaves; 0 while it is unknown."""
@@ -121,6 +129,11 @@ class CentreHeightPage(FunctionPage):
     def refresh(self, values):
         super().refresh(values)
         set_text(self._step, self.guidance(values))
+        del self._sent[self.get(values, "cut-number") + 1:]
+        taken = self._sent[: self.get(values, "cut-number")]
+        lines = ["%d: %s" % (place, with_unit(value, "mu")) for place, value in enumerate(taken, start=1)]
+        set_text(self._entered, _("Entered: {values}. A wrong one: interrupt, and begin again.").format(values=", ".join(lines)) if lines else "")
+        self._entered.set_visible(bool(lines))
         wanted = self._next.get(self.get(values, "state-code"), self._begin)
         centred = self.get(values, "state-code") == centre_height_state.KNOWN and self.get(values, "on-centre")
         for its in {each for step in self._next.values() for each in step} | set(self._begin):
@@ -199,7 +212,7 @@ class DiameterPage(EntryPage):
 
     @property
     def title(self):
-        return _("Diameter of the cut")
+        return _("Radius of the cut") if self.page.by_radius else _("Diameter of the cut")
 
     def build(self):
         self._keypad = Keypad("")
@@ -210,7 +223,7 @@ class DiameterPage(EntryPage):
 
     def _judge(self):
         """At each key: whether the diameter can be that of this cut."""
-        kind, text = plausible(self._keypad.text, self.page.expected())
+        kind, text = plausible(self._keypad.text, self.page.expected(), self.page.by_radius)
         for each in ("good", "warn"):
             self._judged.get_style_context().remove_class(each)
         self._judged.get_style_context().add_class(kind)
@@ -218,9 +231,12 @@ class DiameterPage(EntryPage):
 
     def _enter(self):
         refusal = self.panel.access.refusal("operator")
+        kind, words = plausible(self._keypad.text, self.page.expected(), self.page.by_radius)
         try:
             if refusal:
                 raise ValueError(refusal)
+            if kind == "warn":
+                raise ValueError(words.replace("\u25b2 ", ""))
             self.page.enter(self._keypad.text)
         except ValueError as error:
             self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
@@ -228,22 +244,25 @@ class DiameterPage(EntryPage):
         self.panel.open(self.page)
 
 
-def plausible(text, expected):
-    """Kind and sentence of an entry, before it is sent."""
+def plausible(text, expected, by_radius=False):
+    """Kind and sentence of an entry, before it is sent: a diameter, or the radius that the component takes. `expected` is the diameter."""
     try:
         value = float(text.replace(",", "."))
     except ValueError:
         return "good", ""
     if not expected or not math.isfinite(value):
         return "good", ""
+    expected = expected / 2 if by_radius else expected
     shown = with_unit(float(expected), "mu")
-    for factor, words in ((0.5, _("That is the radius: enter the diameter.")), (1 / 25.4, _("That is in inches: enter it in the unit of the machine.")),
+    other = (2.0, _("That is the diameter: enter the radius.")) if by_radius else (0.5, _("That is the radius: enter the diameter."))
+    for factor, words in (other, (1 / 25.4, _("That is in inches: enter it in the unit of the machine.")),
                           (25.4, _("That is in millimetres: enter it in the unit of the machine."))):
         if abs(value / (expected * factor) - 1) < 0.1:
             return "warn", "\u25b2 " + words
     if abs(value / expected - 1) > 0.2:
-        return "warn", "\u25b2 " + _("The programmed diameter is {expected}. Measure again.").format(expected=shown)
-    return "good", "\u2714 " + _("{difference} from the programmed {expected}.").format(difference=in_micrometres(value - expected), expected=shown)
+        words = _("The programmed radius is {expected}. Measure again.") if by_radius else _("The programmed diameter is {expected}. Measure again.")
+        return "warn", "\u25b2 " + words.format(expected=shown)
+    return "good", _("{difference} from the programmed {expected}.").format(difference=in_micrometres(value - expected), expected=shown)
 
 
 class HeightPicture(Gtk.DrawingArea):

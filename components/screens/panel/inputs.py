@@ -3,6 +3,7 @@
 
 import collections
 import math
+import statistics
 
 from gi.repository import Gtk
 
@@ -60,13 +61,13 @@ def state_of_input(machine, instance, short, values):
 
 
 class LoadBar(Gtk.DrawingArea):
-    """The load, and the rise over the lowest one of the last seconds that is a contact."""
+    """The load, and the rise over the usual one of the last seconds that is a contact."""
 
-    SECONDS = 40  # looks
+    LOOKS = 40  # of the last seconds
 
     def __init__(self, panel):
         super().__init__()
-        self._panel, self._shown, self._loads = panel, None, collections.deque(maxlen=self.SECONDS)
+        self._panel, self._shown, self._loads = panel, None, collections.deque(maxlen=self.LOOKS)
         self.set_size_request(300, 70)
         self.connect("draw", self._draw)
         named(self, _("Load"))
@@ -74,7 +75,7 @@ class LoadBar(Gtk.DrawingArea):
     def show_load(self, load, threshold, valid):
         if math.isfinite(load):
             self._loads.append(load)
-        idle = min(self._loads, default=0.0)
+        idle = statistics.median(self._loads) if self._loads else 0.0
         shown = (round(load, 2), round(idle, 2), threshold, valid)
         if shown == self._shown:
             return
