@@ -250,6 +250,12 @@ class Panel:
 
         self._beside(lambda: mdi(line), action, undo, line)
 
+    def start(self, program, action):
+        """Opens a program in LinuxCNC, and starts it."""
+        from panel.linuxcnc_access import start
+
+        self._beside(lambda: start(program), action, "", os.path.basename(program))
+
     def abort(self, action):
         """LinuxCNC's abort of a program."""
         from panel.linuxcnc_access import abort

@@ -2,7 +2,9 @@
 """thermal_growth_test: progress, temperatures, drift of the bores, stop and report."""
 
 import collections
+import contextlib
 import os
+import re
 import subprocess
 
 from panel import growth_test_state
@@ -12,6 +14,21 @@ from panel.growth_logs import last_log
 from panel.growth_test_state import LiveDrift, remaining
 from panel.texts import _, in_micrometres, number, seconds
 from panel.widgets import Figures, button, card, label, set_text
+
+RESUME = "resume.ngc"
+CALL = re.compile(r"o<growth_test> call", re.I)
+
+
+def programs_of_tests(ini):
+    """[DISPLAY]OPEN_FILE and resume.ngc, if they are beside the INI file and call the test."""
+    found = []
+    for name in (ini.get("DISPLAY", "OPEN_FILE"), RESUME):
+        with contextlib.suppress(OSError):
+            with open(os.path.join(ini.folder, name), encoding="utf-8", errors="replace") as file:
+                if any(CALL.match(line.strip()) for line in file):
+                    found.append(name)
+    return found
+
 
 _temperatures, _changes, _drifts = {}, {}, {}  # by instance: pages are built again when components come
 
@@ -36,7 +53,8 @@ class GrowthTestPage(FunctionPage):
                 card(label(_("Last bore"), "value"), self._bore)]
 
     def buttons(self):
-        return [button(_("Stop the test"), self._stop), button(_("Make and open the report"), self._report)]
+        starts = [button(_("Start {program}").format(program=name), lambda name=name: self._start(name)) for name in programs_of_tests(self.panel.ini)]
+        return [button(_("Stop the test"), self._stop), *starts, button(_("Make and open the report"), self._report)]
 
     def observe(self, values):
         get = lambda short: self.get(values, short, 0)  # noqa: E731
@@ -79,6 +97,16 @@ class GrowthTestPage(FunctionPage):
         set_text(self._drift, "\n".join(lines) or _("No bore has been probed since this screen began."))
         set_text(self._bore, "X %.4f   Y %.4f   Z %.4f   \u2300 %.4f" % tuple(
             self.get(values, short, 0.0) for short in ("bore-x", "bore-y", "bore-z", "bore-diameter")))
+
+    def _start(self, name):
+        action = _("Start {program}").format(program=name)
+        interrupted = self.get(self.panel.values, "state-code") == growth_test_state.INTERRUPTED
+        if name == RESUME and not growth_test_state.resumable(self.panel.machine, self.panel.values):
+            why = self.verdict(self.panel.values)[1] if interrupted else _("There is no interrupted test.")
+            self.panel.say(_("{action}: refused. {why}").format(action=action, why=why), "warn")
+            return
+        self.panel.guard.once_asked(_("Start {program}? The axes move, and the probe touches.").format(program=name), action,
+                                    lambda: self.panel.start(os.path.join(self.panel.ini.folder, name), action))
 
     def _stop(self):
         """LinuxCNC's own abort, at once."""

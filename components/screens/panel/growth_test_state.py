@@ -29,8 +29,7 @@ def status(machine, instance, values):
     if get("stop-reason"):
         return Status("good" if get("stop-reason-code") == WARM else "warn", _(instance.sentence(values, "stop-reason-code")))
     if get("state-code") == INTERRUPTED:
-        logs = machine.of("growth_log")
-        if any(log.value(values, "resumable") for log in logs):
+        if resumable(machine, values):
             return Status("warn", _("The test was interrupted. Start resume.ngc to go on."))
         return Status("warn", _("The test was interrupted. It can be resumed after LinuxCNC has started again: resume.ngc is refused before."))
     if not get("state"):
@@ -38,6 +37,11 @@ def status(machine, instance, values):
     if program_state(values) == "paused":
         return Status("warn", _("The program is paused: the machine cools."))
     return Status("good", _(instance.sentence(values, "state-code")))
+
+
+def resumable(machine, values):
+    """Whether growth_log has given an interrupted test back."""
+    return any(log.value(values, "resumable") for log in machine.of("growth_log"))
 
 
 class LiveDrift:

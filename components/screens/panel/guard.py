@@ -67,7 +67,7 @@ class Guard:
                 return refusal, ""
             values = self.values()
             moves = effects.effect(self._panel.machine, writes, values, self._chain_program())
-            refusal = self._switches_on_new_chain(writes)
+            refusal = "" if chain and chain[2] == self.loaded_chain() else self._switches_on_new_chain(writes)
             if not refusal and must_be_on:
                 refusal = access.unsafe(values)
             if not refusal and moves and not _switches_off(self._panel.machine, writes):

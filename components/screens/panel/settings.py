@@ -63,8 +63,8 @@ def parsed(name, kind, text):
     return value
 
 
-class Write(collections.namedtuple("Write", "instance short text seen", defaults=(None,))):
-    """A setting to be written, which a user saw as `seen`."""
+class Write(collections.namedtuple("Write", "instance short text seen lasts", defaults=(None, True))):
+    """A setting to be written, which a user saw as `seen`; retain keeps it if it lasts."""
 
     @property
     def name(self):
@@ -144,7 +144,8 @@ class Settings:
         for write, value, old in zip(writes, values, olds):
             if not same(old, value):
                 self.log.add(Change(now(), self.who, write.name, as_text(old), as_text(value), why, deed))
-            self.keep(write.name)
+            if write.lasts:
+                self.keep(write.name)
         return values
 
     def _present(self, write, value):
@@ -201,7 +202,7 @@ class Settings:
             if instance is None or short not in instance.settings():
                 raise Refused(_("{pin} is not there any more: its component was unloaded.").format(pin=each.pin))
             pin = instance.pins[short]
-            writes.append(Write(instance, short, each.old, parsed(pin.name, pin.kind, each.new)))
+            writes.append(Write(instance, short, each.old, parsed(pin.name, pin.kind, each.new), lasts=False))
         return writes, chain, lines
 
     def last_of(self, name):

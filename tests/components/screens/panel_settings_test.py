@@ -246,6 +246,13 @@ class Changing(WithHost):
         self.assertEqual([self.hal.get("square.ec0x"), self.hal.get("square.ea0y")], [0, 0])
         self.assertEqual(self.hal.get("growth.window"), 0.25)
 
+    def test_undo_of_a_request_is_not_kept_over_a_restart(self):
+        screen = self.screen()
+        screen.change_all([settings.Write(self.growth, "learn", "1", lasts=False)])
+        self.undo(screen, "growth.learn")
+        self.assertFalse(self.hal.get("growth.learn"))
+        self.assertEqual(screen.kept(), [])
+
     def test_a_deed_that_was_changed_since_is_not_undone_in_part(self):
         screen = self.screen()
         square = self.machine.named("square")

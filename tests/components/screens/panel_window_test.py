@@ -310,6 +310,26 @@ class Window(unittest.TestCase):
         finger.await_text("\u2716 not valid")
         finger.await_text("The load is lost")
 
+    def test_a_lost_sensor_is_named_and_so_is_the_load_that_it_measures(self):
+        """The real modbus_sensor, of a device that does not answer."""
+        path = os.path.join(self.folder, "sensors.toml")
+        with open(path, "w") as file:
+            file.write('[[link]]\nname = "cabinet"\ntcp = "127.0.0.1:1"\n[[link.channel]]\nname = "spindle-load"\ntable = "holding"\nregister = 0\n'
+                       'type = "s16"\nunit = "%"\nevery = 0.5\nmax-age = 3\nmin = 0\nmax = 200\nmax-rate = 5000\n')
+        self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
+        self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
+        self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
+        finger = self.panel()
+        finger.press("Sensors")
+        finger.await_text("No valid value: modbus-sensor.spindle-load.")
+        finger.await_text("modbus-sensor.spindle-load")
+        finger.press("Growth of Z")
+        finger.await_text("The load is lost: its sensor reports no valid value.")
+        finger.await_text("\u2716 not valid")
+        finger.press("Overview")
+        finger.await_text("The load is lost")
+        finger.await_text("No valid value: modbus-sensor.spindle-load.")
+
     def test_no_text_promises_retain_where_there_is_none(self):
         finger = self.panel()
         for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
