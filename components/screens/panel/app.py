@@ -19,7 +19,7 @@ from panel.function_pages import function_pages  # noqa: E402
 from panel.guard import Guard  # noqa: E402
 from panel.hal_access import Hal, HalGone  # noqa: E402
 from panel.machine import Machine  # noqa: E402
-from panel.pages import Changes, Component, Components, Edit, Overview, Sensors  # noqa: E402
+from panel.pages import Changes, Component, Components, Edit, Overview, Sensors, state_of  # noqa: E402
 from panel.settings import MDI, Refused, Settings  # noqa: E402
 from panel.task import Task  # noqa: E402
 from panel.texts import _  # noqa: E402
@@ -195,6 +195,11 @@ class Panel:
         for each in [each for each in self._opened if each not in needed]:
             each.widget.destroy()
         self._opened = needed
+
+    def verdict_of(self, instance, values):
+        """The status of a function, or the faults of another component."""
+        page = next((page for page in self.function_pages if getattr(page, "instance", None) and page.instance.name == instance.name), None)
+        return page.verdict(values) if page is not None else state_of(instance, values)
 
     def open_component(self, instance):
         self.open(Component(self, instance))

@@ -3,6 +3,7 @@
 
 from panel.inputs import LiveInputs
 from panel.pages import Page
+from panel.status import not_a_number
 from panel.texts import _
 from panel.widgets import Verdict, button, column, flow, label, scrolled
 
@@ -27,7 +28,8 @@ class FunctionPage(Page):
         return _(self.heading) if alone else "%s %s" % (_(self.heading), self.instance.name)
 
     def verdict(self, values):
-        return self.state.status(self.panel.machine, self.instance, values)
+        found = self.state.status(self.panel.machine, self.instance, values)
+        return found if found.kind == "bad" else not_a_number(self.instance, values) or found
 
     def build(self):
         self._verdict = Verdict()

@@ -91,8 +91,7 @@ class Components(Page):
 
     def refresh(self, values):
         for instance, words in self._rows:
-            text = state_of(instance, values)[1]
-            set_text(words, text)
+            set_text(words, self.panel.verdict_of(instance, values)[1])
 
 
 def state_of(instance, values):
@@ -182,7 +181,7 @@ class Component(Page):
             self._values[short] = (value, declared.get("unit", ""))
 
     def refresh(self, values):
-        self._verdict.show_verdict(*state_of(self.instance, values))
+        self._verdict.show_verdict(*self.panel.verdict_of(self.instance, values))
         for short, (shown, unit) in self._values.items():
             now = self.instance.value(values, short)
             text = _("gone") if now is None else with_unit(now, unit)

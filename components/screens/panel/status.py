@@ -24,6 +24,15 @@ def gone(instance, values):
     return None
 
 
+def not_a_number(instance, values):
+    """An input that is no number; None without one."""
+    for short in (*instance.inputs(), *instance.settings()):
+        value = instance.value(values, short)
+        if isinstance(value, float) and value != value:
+            return Status("warn", _("{pin} is not a number.").format(pin=instance.full(short)))
+    return None
+
+
 def fault(instance, values):
     if not instance.value(values, "fault"):
         return None

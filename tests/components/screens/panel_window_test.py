@@ -242,6 +242,7 @@ class Window(unittest.TestCase):
         finger.await_text("Switch on: refused. The chain b-X-Y-Z-C-t is saved")
         finger.press("All components")
         finger.press("square")
+        finger.press("Other settings, at their defaults")
         finger.press("enable")
         finger.press("Switch on")
         finger.await_text("refused. The chain b-X-Y-Z-C-t is saved")
