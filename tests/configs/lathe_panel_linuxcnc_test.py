@@ -32,6 +32,9 @@ class Lathe(unittest.TestCase):
         self.assertIn("The programmed diameter is 10 mm", self.seen["refused"])
         self.assertEqual(self.seen["state"], 2)
 
+    def test_y_moves_by_a_step_a_touch(self):
+        self.assertEqual(self.seen["stepped"], [0.1, 0.11, 0.01, 0])
+
     def test_a_tool_off_centre_has_no_tick(self):
         self.assertIn("\u00b5m off centre", self.seen["off centre"])
         self.assertEqual(self.seen["ticks"], "")

@@ -249,11 +249,11 @@ class Panel:
         """The path of a program of this Plumb."""
         return os.path.join(self.options.programs, name)
 
-    def mdi(self, line, action, undo=""):
-        """One MDI line. `undo` is a line that takes it back."""
+    def mdi(self, line, action, undo="", done=lambda: None):
+        """One MDI line. `undo` is a line that takes it back; done() is called after it, also after a refusal."""
         from panel.linuxcnc_access import mdi
 
-        self._beside(lambda: mdi(line), action, undo, line)
+        self._beside(lambda: mdi(line), action, undo, line, done)
 
     def start(self, program, action):
         """Opens a program in LinuxCNC, and starts it."""
@@ -267,7 +267,7 @@ class Panel:
 
         self._beside(abort, action, "", "abort")
 
-    def _beside(self, do, action, undo, line):
+    def _beside(self, do, action, undo, line, done=lambda: None):
         """Beside this thread: LinuxCNC may take seconds. Its refusal is said."""
         def work():
             try:
@@ -276,6 +276,8 @@ class Panel:
                 GLib.idle_add(self.say, "%s: %s" % (action, error), "bad")
             else:
                 GLib.idle_add(self.settings.note, MDI, undo, line, "button")
+            finally:
+                GLib.idle_add(done)
 
         threading.Thread(target=work, daemon=True).start()
 

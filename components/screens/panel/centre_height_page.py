@@ -5,7 +5,7 @@ import math
 
 from gi.repository import Gtk
 
-from panel import centre_height_state, style as styles
+from panel import access, centre_height_state, style as styles, texts
 from panel.function_page import FunctionPage
 from panel.pages import Page
 from panel.texts import _, in_micrometres, number, unit_name, with_unit
@@ -15,6 +15,7 @@ from panel.widgets import Figures, Keypad, button, card, choose, column, flow, g
 class CentreHeightPage(FunctionPage):
     heading = "Centre height"  # for gettext: _("Centre height")
     state = centre_height_state
+    _jogging = False  # a step is under way
     live = ("x-position-0", "y-position-0", "diameter")
 
     # Name, method, fewest cuts, and how to cut them.
@@ -32,7 +33,12 @@ class CentreHeightPage(FunctionPage):
         self._picture = HeightPicture(self)
         self._figures = Figures(_("Height"), _("Uncertainty (k=2)"), _("Move of Y"), _("Cuts"))
         self._step, self._entered, self._sent = label("", "value"), label("", "soft"), []
-        return [card(label(_("Next step"), "soft"), self._step, self._entered), self._figures, self._picture]
+        self._place = label("", "value")
+        steps = (0.001, 0.01, 0.1) if texts.MACHINE_UNIT[0] == "in" else (0.01, 0.1, 1)
+        jogs = [button("Y %s%g" % ("\u2212" if sign < 0 else "+", step), lambda by=sign * step: self._jog(by), "key", name="Y %+g" % (sign * step))
+                for sign in (-1, 1) for step in (reversed(steps) if sign < 0 else steps)]
+        return [card(label(_("Next step"), "soft"), self._step, self._entered), card(label(_("Move Y by a step"), "soft"), self._place, flow(*jogs)),
+                self._figures, self._picture]
 
     def buttons(self):
         begin = [button(_("Begin: {method}").format(method=_(method[0])), lambda method=method: self.panel.open(BeginPage(self.panel, self, method)),
@@ -46,6 +52,20 @@ class CentreHeightPage(FunctionPage):
         }
         self._begin = begin
         return [*begin, *[its[0] for its in self._next.values()], interrupt]
+
+    def _jog(self, by):
+        """One move of Y a touch, in machine coordinates: no tool and no origin is changed by it."""
+        action = _("Move Y by a step")
+        why = self.panel.access.refusal("operator") or access.unsafe(self.panel.guard.values())
+        y = self.get(self.panel.values, "y-position-%d" % self.get(self.panel.values, "post"), 0.0)
+        if why or self._jogging:
+            self.panel.say(_("{action}: refused. {why}").format(action=action, why=why or _("An axis moves.")), "warn")
+            return
+        self._jogging = True
+        self.panel.mdi("G53 G0 Y%.6f" % (y + by), action, done=self._jogged)
+
+    def _jogged(self):
+        self._jogging = False
 
     def guidance(self, values):
         """The next step in words, with the figures that it needs."""
@@ -129,6 +149,7 @@ class CentreHeightPage(FunctionPage):
     def refresh(self, values):
         super().refresh(values)
         set_text(self._step, self.guidance(values))
+        set_text(self._place, "Y %.4f %s" % (self.get(values, "y-position-%d" % self.get(values, "post"), 0.0), unit_name("mu")))
         del self._sent[self.get(values, "cut-number") + 1:]
         taken = self._sent[: self.get(values, "cut-number")]
         lines = ["%d: %s" % (place, with_unit(value, "mu")) for place, value in enumerate(taken, start=1)]
