@@ -37,7 +37,9 @@ class CentreHeightPage(FunctionPage):
         steps = (0.001, 0.01, 0.1) if texts.MACHINE_UNIT[0] == "in" else (0.01, 0.1, 1)
         jogs = [button("Y %s%g" % ("\u2212" if sign < 0 else "+", step), lambda by=sign * step: self._jog(by), "key", name="Y %+g" % (sign * step))
                 for sign in (-1, 1) for step in (reversed(steps) if sign < 0 else steps)]
-        return [card(label(_("Next step"), "soft"), self._step, self._entered), card(label(_("Move Y by a step"), "soft"), self._place, flow(*jogs)),
+        moves = flow(*jogs)
+        moves.set_max_children_per_line(3)
+        return [card(label(_("Next step"), "soft"), self._step, self._entered), card(label(_("Move Y by a step"), "soft"), self._place, moves),
                 self._figures, self._picture]
 
     def buttons(self):

@@ -14,7 +14,7 @@ class Guard:
 
     def __init__(self, panel):
         self._panel = panel
-        self._hal_began = _hal_began()
+        panel.settings.session = _session()
 
     def values(self):
         panel = self._panel
@@ -142,7 +142,8 @@ class Guard:
 
     def loaded_chain(self):
         """The chain that the running LinuxCNC was started with."""
-        since = [change for change in self._panel.settings.log.all() if change.pin == CHAIN and self._hal_began and change.time > self._hal_began]
+        session = self._panel.settings.session
+        since = [change for change in self._panel.settings.log.all() if change.pin == CHAIN and session and change.deed.endswith("@" + session)]
         if since and not self._panel.ini.path.endswith(".expanded"):
             return since[0].old
         return self._panel.ini.get("SQUARENESS", "CHAIN")
@@ -183,13 +184,16 @@ def _switches_off(machine, writes):
     return all(write.text in ("0", "false") and (write.short == "enable" or machine.switched_by(write.name)) for write in writes)
 
 
-def _hal_began():
-    """When the shared memory of HAL was made, in s since 1970; 0 if the system does not tell."""
+def _session():
+    """What distinguishes this start of HAL from all others, whatever the clock shows; '' if the system does not tell."""
     from panel.hal_access import MEMORY_KEY
 
     try:
+        with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
+            boot = file.read().strip()
         with open("/proc/sysvipc/shm", encoding="ascii") as file:
             head, *lines = [line.split() for line in file]
     except OSError:
-        return 0
-    return next((int(words[head.index("ctime")]) for words in lines if int(words[0]) & 0xFFFFFFFF == MEMORY_KEY), 0)
+        return ""
+    its = next((words for words in lines if int(words[0]) & 0xFFFFFFFF == MEMORY_KEY), None)
+    return "%s.%s.%s" % (boot, its[head.index("shmid")], its[head.index("ctime")]) if its else ""

@@ -86,6 +86,7 @@ class Settings:
         self.hal, self.who, self.machine_name, self._settle = hal, who, machine_name, settle
         self.log = ChangeLog(os.path.join(folder, "panel_changes.log"))
         self.kept_file = os.path.join(folder, "panel.toml")
+        self.session = ""  # the start of HAL that a change of the chain belongs to
 
     def change(self, instance, short, text, seen=None, why=""):
         """Writes a setting that a user saw as `seen`. Returns its value. Raises Refused, and Conflict."""
@@ -138,7 +139,7 @@ class Settings:
             if chain:
                 chains.write(chain[0], chain[1])
             raise
-        deed = "%08x" % random.getrandbits(32)
+        deed = "%08x" % random.getrandbits(32) + ("@" + self.session if chain else "")
         if chain:
             self.log.add(Change(now(), self.who, CHAIN, chain[1], chain[2], why, deed))
         for write, value, old in zip(writes, values, olds):

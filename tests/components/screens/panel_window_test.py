@@ -238,6 +238,9 @@ class Window(unittest.TestCase):
         with open(self.ini) as file:
             self.assertIn("CHAIN = b-X-Y-Z-C-t", file.read())
         self.assertEqual(os.stat(self.ini).st_mode & 0o777, 0o664)
+        finger = self.panel(name="second")  # before the first one; it reads the changed file, and the list of changes
+        finger.press("Squareness")
+        finger.await_text("LinuxCNC runs with w-X-Y.b-Z-C-t")
         finger.press("Switch on / off")
         finger.await_text("Switch on: refused. The chain b-X-Y-Z-C-t is saved")
         finger.press("All components")
