@@ -48,7 +48,8 @@ class CentreHeightPage(FunctionPage):
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11"))
         self._next = {  # the buttons of a step, by state-code; the first one leads on
             centre_height_state.CUTS: [button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")), interrupt],
-            centre_height_state.WAITS: [button(_("Enter the radius") if self.by_radius else _("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
+            centre_height_state.WAITS: [button(_("Enter the radius") if self.by_radius else _("Enter the diameter"),
+                                               lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
             centre_height_state.KNOWN: [button(_("Store the height: M454"), self._store), *begin],
             centre_height_state.INTERRUPTED: [button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453")), *begin],
         }

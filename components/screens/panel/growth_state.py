@@ -5,7 +5,7 @@ from panel.status import Status, fault, gone, machine_waits, stages_fault, withh
 from panel.texts import _, in_micrometres, seconds
 
 
-LOAD_LOST = (1, 2, 3)  # doubt-code, of which each says what the offset does
+LOAD_NOT_VALID, OFFSET_RETURNS = 1, (2, 3)  # doubt-code
 
 
 def status(machine, instance, values):
@@ -25,7 +25,9 @@ def status(machine, instance, values):
     doubt = _(instance.sentence(values, "doubt-code")) if get("doubt") else ""
     if not get("load-valid", True):
         lost = _("The load is lost: its sensor reports no valid value.")
-        return Status("bad", "%s %s" % (lost, doubt) if doubt and get("doubt-code") in LOAD_LOST[1:] else doubt if doubt and get("doubt-code") in LOAD_LOST else lost)
+        if doubt and get("doubt-code") == LOAD_NOT_VALID:
+            return Status("bad", doubt)  # which names the load, too
+        return Status("bad", "%s %s" % (lost, doubt) if doubt and get("doubt-code") in OFFSET_RETURNS else lost)
     return (_of_reference(instance, values) or keeper or (Status("warn", _("Not trusted: {why}").format(why=doubt)) if doubt else None)
             or _of_offset(machine, instance, values))
 

@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Before every write: whether it may be, how far it moves the axes, and one question if it does."""
 
-
-
 from panel import access, chains, effects
-from panel.settings import CHAIN, MDI, Conflict, Refused, Write
-from panel.status import program_state
+from panel.settings import CHAIN, Conflict, Refused, Write
 from panel.texts import _, with_unit
 
 
