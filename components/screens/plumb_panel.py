@@ -73,8 +73,7 @@ def main():
         return refuse("[PLUMB] of the INI file: %s" % error, 1)
     panel.show()
     Gtk.main()
-    if panel.hal is not None:
-        panel.hal.close()
+    panel.close()
     return 0
 
 

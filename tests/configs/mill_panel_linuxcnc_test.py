@@ -3,6 +3,7 @@
 """plumb panel in a tab of AXIS, before the complete mill: a finger learns a part, makes the machine square and changes a setting, over a restart."""
 
 import os
+import re
 import unittest
 
 import linuxcnc_runs
@@ -35,6 +36,22 @@ class Days(unittest.TestCase):
 
     def test_a_button_that_moves_is_refused_while_the_machine_is_off(self):
         self.assertIn("refused", self.days[0]["refused"])
+
+    def test_a_machine_that_is_off_corrects_no_tilt(self):
+        self.assertIn("The machine is off. Nothing is corrected.", self.days[0]["off"])
+
+    def test_nothing_moves_an_axis_in_a_paused_program_but_switching_off_which_says_how_far(self):
+        self.assertIn("refused", self.days[0]["paused"])
+        self.assertEqual(self.days[0]["moved in the pause"], 0)
+        announced = re.search(r"X ([+\u2212][\d.]+) \u00b5m", self.days[0]["announced"])[1].replace("\u2212", "-")
+        self.assertGreater(abs(float(announced)), 10)
+        self.assertAlmostEqual(float(announced), 1000 * self.days[0]["moved"], delta=0.2)
+
+    def test_a_reference_that_waits_is_not_learnt_again(self):
+        self.assertIn("Do not learn again", self.days[1]["morning"])
+
+    def test_homing_is_no_alarm_in_production(self):
+        self.assertEqual(self.days[0]["waiting"], "")
 
     def test_a_changed_setting_wins_over_the_hal_file_after_a_restart(self):
         self.assertEqual(self.days[1]["gate-floor"], 0.025)

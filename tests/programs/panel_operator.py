@@ -56,9 +56,15 @@ class Operator:
         finger.until(lambda: "growth.gate-floor" in read("panel.retained"), "the saved setting")
         self.square()
         self.machine.turn_off()
+        finger.press("Squareness")
+        seen["off"] = finger.await_text("Nothing is corrected.")
         finger.press("Growth of Z")
         finger.press("Switch on / off")
-        seen["refused"] = finger.await_text("The machine is off.")
+        finger.press("Switch off")
+        self.until("growth.enable", False)
+        finger.press("Switch on / off")
+        seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
+        self.host.set("interlock.function-switch-0", True)
 
     def learns_part(self):
         """AXIS may take the mode back as the program begins, and then no part is made."""
@@ -70,36 +76,75 @@ class Operator:
         """From the picture of the leaning machine to saved angles: one lean of Y, then the other, which remained."""
         finger = self.finger
         seen["leaning"] = self.errors_along_y()
-        self.lean("Y leans to +X", "0.048", "Next")
-        finger.await_text("EC0Y  \u2212160 \u00b5m/m")
+        self.lean("Y EC0Y", "Y leans to +X", "0.048")
+        finger.await_text("EC0Y  160 \u00b5m/m to +X")
         finger.press("Test move")
         finger.await_text("before: +48.0 \u00b5m   after: +0.0 \u00b5m")
         finger.await_text("if EC0Y has the wrong sign: +96.0 \u00b5m")
         self.save()
         self.until("square.ec0y", -0.00016)
         self.until("square.ea0y", 0)
-        self.lean("Y leans to +Z", "0.036", "It remained with the correction on: add it")
-        finger.await_text("EA0Y  120 \u00b5m/m")
+        finger.await_text("Corrects the tilts that were measured.")
+        self.lean("Y EA0Y", "Y leans to +Z", "0.036")
+        finger.await_text("EA0Y  120 \u00b5m/m to +Z")
         finger.press("Test move")
         self.save()
         self.until("square.ea0y", 0.00012)
         self.until("square.ec0y", -0.00016)
         finger.until(lambda: '"square.ea0y" = 0.00012' in read("panel.retained"), "the saved angle")
+        self.attack_a_paused_program()
 
-    def lean(self, direction, rise, how):
-        """A lean of Y in mm over 300 mm."""
+    def lean(self, lean, direction, rise):
+        """A lean of Y in mm over 300 mm, up to what it will do."""
         finger = self.finger
         finger.open("Squareness", "Measure and set up")
         finger.open("Measure and set up", "w-Z.b-X-Y-C-t")
-        finger.open("w-Z.b-X-Y-C-t", "Axis Y")
-        finger.open("Axis Y", direction)
-        finger.open(direction, "7")
+        finger.open("w-Z.b-X-Y-C-t", lean)
+        finger.open(lean, direction)
+        finger.press(direction)
         finger.type(rise)
-        finger.press(how)
+        finger.press("Enter")
+        finger.press("What it will do")
 
     def save(self):
         self.finger.press("Save")
         self.finger.press("Save the angles")
+
+    def attack_a_paused_program(self):
+        """A setting that moves an axis, and its undo, are refused in a paused program; switching off works, and says the moves."""
+        finger, host = self.finger, self.host
+        self.machine.mdi("G53 G0 Y100")
+        self.machine.wait(2)
+        with open("pause.ngc", "w") as file:
+            file.write("M0\nM2\n")
+        self.machine.start("pause.ngc")
+        finger.until(lambda: host.get("halui.program.is-paused"), "the paused program")
+        before = host.get("x-stage.applied-offset")
+        finger.open("Squareness", "All pins and settings")
+        finger.press("All pins and settings")
+        finger.press("ec0y")
+        finger.press("Clear")
+        finger.type("0.001")
+        finger.press("Save")
+        seen["paused"] = finger.await_text("A program is paused.")
+        finger.press("Undo the last change")
+        finger.await_text("Undo: refused. A program is paused.")
+        self.machine.wait(1)
+        seen["moved in the pause"] = host.get("x-stage.applied-offset") - before
+        finger.press("Squareness")
+        finger.press("Switch on / off")
+        seen["announced"] = finger.await_text("It moves: X ")
+        finger.press("Switch off")
+        self.until("square.enable", False)
+        finger.await_text("Switched off.")
+        finger.until(lambda: abs(host.get("x-stage.applied-offset")) < 1e-6, "X without its correction")
+        seen["moved"] = host.get("x-stage.applied-offset") - before
+        self.machine.abort()
+        finger.press("Switch on / off")
+        finger.press("Switch on")
+        self.until("square.enable", True)
+        finger.await_text("Corrects the tilts that were measured.")
+        seen["waiting"] = finger.find_text("Homing waits")
 
     def errors_along_y(self):
         """Change of the tip's error in X and Z from Y-150 to Y150, in um."""
@@ -116,6 +161,8 @@ class Operator:
         seen["angles"] = self.host.get(["square.ec0y", "square.ea0y"])
         seen["square"] = self.errors_along_y()
         seen["gate-floor"] = self.host.get("growth.gate-floor")
+        finger.open("Growth of Z", "Learn from the next part")
+        seen["morning"] = finger.await_text("a reference of 5 contacts is kept")
         finger.open("All components", "growth")
         finger.press("growth")
         finger.press("gate-floor")

@@ -54,9 +54,14 @@ class Operator:
         finger.press("Save")
         self.until("growth.gate-floor", 0.025)
         self.machine.turn_off()
+        finger.press("Squareness")
+        seen["off"] = finger.await_text("Nothing is corrected.")
         finger.press("Growth of Z")
         finger.press("Switch on / off")
-        seen["refused"] = finger.await_text("The machine is off.")
+        finger.press("Switch off")
+        self.until("growth.enable", False)
+        finger.press("Switch on / off")
+        seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
 
     def press_until(self, title, place, what, pin):
         """Presses a place of a window, which may give itself another size as it starts."""

@@ -23,7 +23,9 @@ OTHERS = {
     "CNC machine thermal growth characterization": "the title of a paper",
 }
 # Titles of pages on which a value is entered; they belong to the page Centre height.
-FORMS = {"Begin: {method}", "Diameter of the cut"}
+FORMS = {"Begin: {method}", "Diameter of the cut", "Radius of the cut", "To which side does the + end of {axis} lean?", "Diagonals of a part",
+         "Probed square or ring", "Square and indicator: which axis moves?", "Square and indicator: where does the plunger point?",
+         "Square and indicator: readings"}
 
 
 def message_texts():

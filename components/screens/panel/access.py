@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Who may do what, and when a button may move the machine."""
 
+from panel.status import program_state
 from panel.texts import _
 
 LEVELS = ("view", "operator", "integrator")
@@ -24,16 +25,22 @@ class Access:
 
 
 def unsafe(values):
-    """Why the machine may not be moved now; '' if it may. `values` are those of all pins."""
+    """Why the machine may not be moved now; '' if it may. `values` are those of all pins, and of LinuxCNC's task."""
     if "motion.motion-enabled" not in values:
         return _("LinuxCNC's motion is not loaded.")
     if not values["motion.motion-enabled"]:
         return _("The machine is off.")
     if not values.get("motion.is-all-homed", True):
         return _("The machine is not homed.")
-    if values.get("halui.program.is-running"):
+    return busy(values)
+
+
+def busy(values):
+    """What a write would disturb that moves an axis: a program, or a move; '' if nothing."""
+    program = program_state(values)
+    if program == "running":
         return _("A program runs.")
-    if values.get("halui.program.is-paused"):
+    if program == "paused":
         return _("A program is paused.")
     if values.get("motion.motion-type", 0):
         return _("An axis moves.")

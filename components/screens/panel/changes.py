@@ -11,8 +11,8 @@ import time
 import zlib
 
 CHECKED = re.compile(rb"(\{.*\}) ([0-9a-f]{8})")
-Change = collections.namedtuple("Change", "time who pin old new why")
-Change.__doc__ = "time is in s since 1970; old and new are texts as setp takes them; why is '' or such as 'undo'."
+Change = collections.namedtuple("Change", "time who pin old new why deed", defaults=("",))
+Change.__doc__ = "time is in s since 1970; old and new are texts as setp takes them; why is '' or such as 'undo'; what was written together has one deed."
 
 
 class ChangeLog:
@@ -65,6 +65,10 @@ class ChangeLog:
 
     def last(self, pin):
         return next((change for change in reversed(self.all()) if change.pin == pin), None)
+
+    def together_with(self, change):
+        """All changes of a deed."""
+        return [each for each in self.all() if each.deed == change.deed] if change.deed else [change]
 
 
 def now():

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The page of a function: verdict, figures, buttons, and the way to all its pins."""
 
-from panel.pages import Page, state_of
+from panel.inputs import LiveInputs
+from panel.pages import Page
+from panel.status import not_a_number
 from panel.texts import _
 from panel.widgets import Verdict, button, column, flow, label, scrolled
 
 
 class FunctionPage(Page):
     heading = ""  # of the function, for the page and the navigation
+    live = ()  # the inputs that are shown as they are now
+    state = None  # the module whose status(machine, instance, values) is the verdict
 
     def __init__(self, panel, instance):
         self.instance = instance
@@ -24,10 +28,8 @@ class FunctionPage(Page):
         return _(self.heading) if alone else "%s %s" % (_(self.heading), self.instance.name)
 
     def verdict(self, values):
-        kind, text = state_of(self.instance, values)
-        if kind == "good" and self.switch and not values.get(self.switch):
-            return "off", _("Switched off.")
-        return kind, text
+        found = self.state.status(self.panel.machine, self.instance, values)
+        return found if found.kind == "bad" else not_a_number(self.instance, values) or found
 
     def build(self):
         self._verdict = Verdict()
@@ -36,7 +38,8 @@ class FunctionPage(Page):
         if self.switch and self.switch in self.panel.machine.pins and not self.panel.machine.pins[self.switch].signal:
             buttons += [button(_("Switch on / off"), self._toggle)]
         buttons.append(button(_("All pins and settings"), lambda: self.panel.open_component(self.instance)))
-        return scrolled(column(label(self.title, "title"), self._verdict, flow(*buttons), *content))
+        self._inputs = LiveInputs(self.panel, self.instance, self.live)
+        return scrolled(column(label(self.title, "title"), self._verdict, flow(*buttons), *content, self._inputs))
 
     def content(self):
         return []
@@ -50,11 +53,11 @@ class FunctionPage(Page):
 
     def refresh(self, values):
         self._verdict.show_verdict(*self.verdict(values))
+        self._inputs.show_values(values)
 
     def _toggle(self):
-        on = bool(self.panel.hal.get(self.switch))
-        action = _("Switch off") if on else _("Switch on")
-        text = (_("Switch {name} off? Its offset returns to 0: the axes move by it.") if on
-                else _("Switch {name} on? Its offset comes into force: the axes move by it.")).format(name=self.title)
-        owner, short = self.panel.machine.owner_of(self.switch)
-        self.panel.move(text, action, lambda: self.panel.settings.change(owner, short, "0" if on else "1", why="switch"))
+        self.panel.guard.switch(self.switch, not self.panel.hal.get(self.switch), self.title)
+
+    def of(self):
+        """The component that the page is about."""
+        return self.instance.name

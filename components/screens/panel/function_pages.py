@@ -2,8 +2,9 @@
 """The pages of the functions, in the order of the navigation."""
 
 from panel.centre_height_page import CentreHeightPage
+from panel.chopping_page import ChoppingPage
 from panel.growth_page import GrowthPage
-from panel.simple_pages import ChoppingPage, GrowthTestPage
+from panel.growth_test_page import GrowthTestPage
 from panel.squareness_page import SquarenessPage
 
 PAGES = {
@@ -15,6 +16,11 @@ PAGES = {
 }
 
 
-def function_pages(panel):
-    """A page for each instance of a function that this machine has."""
-    return [PAGES[instance.module](panel, instance) for instance in panel.machine.instances if instance.module in PAGES]
+def function_pages(panel, former):
+    """A page for each instance of a function that this machine has; `former` are pages that stay, by type and instance."""
+    found = []
+    for instance in panel.machine.instances:
+        page = PAGES.get(instance.module)
+        if page is not None:
+            found.append(former.get((page, instance.name)) or page(panel, instance))
+    return found

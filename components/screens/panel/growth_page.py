@@ -4,11 +4,13 @@
 import collections
 import time
 
-
+from panel import growth_state
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
-from panel.growth_state import learning_steps, verdict
-from panel.texts import _, in_micrometres, seconds
+from panel.growth_state import learning_steps
+from panel.inputs import LoadBar
+from panel.settings import Write
+from panel.texts import _, in_micrometres
 from panel.widgets import Figures, button, card, clear, column, label, set_text
 
 CONTACTS = 8  # shown in the list
@@ -18,9 +20,8 @@ _histories = {}  # by instance: pages are built again when components come
 
 class GrowthPage(FunctionPage):
     heading = "Growth of Z"  # for gettext: _("Growth of Z")
-
-    def verdict(self, values):
-        return verdict(self.instance, values)
+    state = growth_state
+    live = ("load", "z-position", "spindle-speed-cmd", "temperature")
 
     def content(self):
         history, contacts = _histories.setdefault(self.instance.name, (History(), collections.deque(maxlen=CONTACTS)))
@@ -31,7 +32,8 @@ class GrowthPage(FunctionPage):
         self._reference = label("", "soft")
         self._steps = label("")
         self._list = column(spacing=2)
-        return [self._figures, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
+        self._load = LoadBar(self.panel)
+        return [self._figures, self._load, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
                 card(label(_("Last contacts"), "value"), self._list)]
 
     def buttons(self):
@@ -66,23 +68,15 @@ class GrowthPage(FunctionPage):
         super().refresh(values)
         for name, short in ((_("Growth"), "growth-estimate"), (_("Offset wanted"), "z-offset"), (_("Offset in force"), "applied-offset")):
             self._figures.show_value(name, in_micrometres(float(self.get(values, short))))
+        self._load.show_load(float(self.get(values, "load")), float(self.get(values, "threshold")), bool(self.get(values, "load-valid", True)))
         sigma = in_micrometres(2 * float(self.get(values, "offset-sigma"))).lstrip("+")
         self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + sigma)
-        set_text(self._reference, self._reference_text(values))
+        set_text(self._reference, growth_state.reference(self.instance, values))
         steps = learning_steps(self.instance, values)
         busy = self.get(values, "learn") or self.get(values, "learning")
         set_text(self._steps, "\n".join("%s %s" % ("\u2714" if done else "\u25cb", text) for text, done in steps) if busy else "")
         self._steps.set_visible(bool(busy))
         self._show_contacts()
-
-    def _reference_text(self, values):
-        get = lambda short: self.get(values, short)  # noqa: E731
-        if get("reference-refused"):
-            return _("Refused: {why}").format(why=_(self.instance.sentence(values, "refusal-code")))
-        if not get("reference-valid"):
-            return _("There is none for this program and these tools.")
-        return _("Valid, of {count} contacts, with a standard deviation of {sigma}. Last contact that counts: {age} ago.").format(
-            count=get("rows"), sigma=in_micrometres(float(get("reference-sigma"))).lstrip("+"), age=seconds(float(get("contact-age"))))
 
     def _show_contacts(self):
         if self._listed == list(self._contacts):
@@ -99,23 +93,24 @@ class GrowthPage(FunctionPage):
 
     def _learn(self):
         text = _("Learn from the next part? The machine must be cold, and the offset must be taken back. Nothing moves now.")
+        rows = self.get(self.panel.values, "rows")
+        if rows:
+            text += " " + _("It replaces the kept reference of {count} contacts.").format(count=rows)
         if "learn" in self.instance.settings():
-            self.panel.move(text, _("Learn"), lambda: self.panel.hal.set(self.instance.full("learn"), "1"), must_be_safe=False)
+            self.panel.guard.once_asked(text, _("Learn"), lambda: self.panel.write(self.instance.full("learn"), "1", "learn"), must_be_safe=False)
         else:
-            self.panel.move(text, _("Learn"), lambda: self.panel.mdi("M64 P2", _("Learn")))
+            self.panel.guard.once_asked(text, _("Learn"), lambda: self.panel.mdi("M64 P2", _("Learn"), undo="M65 P2"))
 
     def _dry_run(self):
         on = self.panel.hal.get(self.instance.full("dry-run"))
-        text = (_("End the dry run? From the next cycle on Z moves by the growth.") if on
-                else _("Begin a dry run? The offset returns to 0: Z moves by it."))
-        self.panel.move(text, _("End the dry run") if on else _("Dry run"),
-                        lambda: self.panel.settings.change(self.instance, "dry-run", "0" if on else "1", why="switch"))
+        text = _("End the dry run? Z follows the growth from now on.") if on else _("Begin a dry run?")
+        self.panel.guard.change([Write(self.instance, "dry-run", "0" if on else "1")], _("End the dry run") if on else _("Dry run"), why="switch",
+                                needed="operator", question=text, must_be_on=bool(on))
 
     def _take_back(self):
-        offset = in_micrometres(float(self.panel.hal.get(self.instance.full("applied-offset"))))
-        self.panel.move(_("Take the offset back? Z moves by {offset}.").format(offset=offset), _("Take back"),
-                        lambda: self.panel.mdi("O <take_back> call", _("Take back")))
+        offset = in_micrometres(-float(self.panel.hal.get(self.instance.full("applied-offset"))))
+        self.panel.guard.once_asked(_("Take the offset back? Z moves by {offset}.").format(offset=offset), _("Take back"),
+                                    lambda: self.panel.mdi("O <take_back> call", _("Take back")))
 
     def _acknowledge(self):
-        text = _("Acknowledge? The refused reference is used again.")
-        self.panel.move(text, _("Acknowledge"), lambda: self.panel.pulse(self.instance.full("acknowledge")), must_be_safe=False)
+        self.panel.guard.at_once(_("Acknowledge"), lambda: self.panel.pulse(self.instance.full("acknowledge")))

@@ -46,3 +46,21 @@ def abort():
         linuxcnc.command().abort()
     except linuxcnc.error as error:
         raise RuntimeError(_("LinuxCNC does not answer: {why}").format(why=error)) from None
+
+
+def start(program):
+    """Opens a program and starts it. Raises RuntimeError with the reason."""
+    import linuxcnc
+
+    try:
+        command, status = linuxcnc.command(), linuxcnc.stat()
+        status.poll()
+    except linuxcnc.error as error:
+        raise RuntimeError(_("LinuxCNC does not answer: {why}").format(why=error)) from None
+    if status.interp_state != linuxcnc.INTERP_IDLE:
+        raise RuntimeError(_("A program runs."))
+    command.mode(linuxcnc.MODE_AUTO)
+    command.wait_complete(PATIENCE)
+    command.program_open(program)
+    command.wait_complete(PATIENCE)
+    command.auto(linuxcnc.AUTO_RUN, 0)

@@ -4,6 +4,7 @@
 import collections
 
 SENSOR_PROGRAMS = ("modbus_sensor", "can_sensor")
+STAGES = ("axis_offset", "joint_offset")
 FUNCTIONS = ("thermal_displacement", "squareness", "centre_height", "chopping", "thermal_growth_test")
 
 Channel = collections.namedtuple("Channel", "name module pins")
@@ -30,6 +31,9 @@ class Instance:
         """The sentence of a code pin now."""
         return self.declared.sentence(short, self.value(values, short, 0))
 
+    def signature(self):
+        return self.declared.name, tuple((short, pin.signal) for short, pin in self.pins.items())
+
     def settings(self):
         """Short names of the inputs that a screen may set: those without a signal, and not retain's."""
         return [short for short, pin in self.pins.items() if not pin.output and not pin.signal and not self.declared.is_of_records(short)]
@@ -48,7 +52,21 @@ class Machine:
         self.pins = {pin.name: pin for pin in pins}
         self.instances = _instances(pins, declared)
         self.channels = _channels(pins, declared)
+        self._readers = collections.defaultdict(list)
+        for pin in pins:
+            if pin.signal and not pin.output:
+                self._readers[pin.signal].append(pin.name)
+        self._stages = {}
         self._writers = {pin.signal: pin.name for pin in pins if pin.signal and pin.output}
+
+    def signature(self):
+        """What pages depend on: the components with their pins and signals, and the channels."""
+        return {each.name: each.signature() for each in self.instances}, [channel[:2] for channel in self.channels]
+
+    def changed_since(self, former):
+        """Names of the components that are not as they were in a former machine."""
+        now, then = self.signature()[0], former.signature()[0]
+        return {name for name in now.keys() | then.keys() if now.get(name) != then.get(name)}
 
     def of(self, *modules):
         return [instance for instance in self.instances if instance.module in modules]
@@ -61,6 +79,35 @@ class Machine:
         there = self.pins.get(pin)
         return self._writers.get(there.signal, "") if there and there.signal else ""
 
+    def stages_of(self, instance):
+        """The stages that take the outputs of a function, by the letters of their axes."""
+        if instance.name not in self._stages:
+            found = {}
+            for short, pin in instance.pins.items():
+                letter = short[0].upper()
+                if not pin.output or not pin.signal or short[1:] not in ("-correction", "-offset"):
+                    continue
+                for reader in self._readers[pin.signal]:
+                    owner, there = self.owner_of(reader)
+                    if owner is not None and owner.module in STAGES and there.startswith("offset-"):
+                        found[letter] = owner
+            self._stages[instance.name] = found
+        return self._stages[instance.name]
+
+    def sources_of(self, stage):
+        return [short for short, pin in stage.pins.items() if short.startswith("offset-") and short[-1].isdigit() and pin.signal]
+
+    def permission(self, instance):
+        """The interlock that permits a function, and the function's number there; None, -1 without one."""
+        owner, short = self.owner_of(self.writer(instance.full("enable")))
+        if owner is not None and short.startswith("function-enable-"):
+            return owner, int(short.rsplit("-", 1)[1])
+        return None, -1
+
+    def switched_by(self, pin):
+        """The function that a pin switches; None for another pin."""
+        return next((each for each in self.of(*FUNCTIONS, "axis_growth") if self.switch_of(each) == pin), None)
+
     def owner_of(self, pin):
         """The instance of a pin, and its short name; None, '' for a pin of another component."""
         for instance in self.instances:
@@ -70,10 +117,9 @@ class Machine:
 
     def switch_of(self, instance):
         """The pin by which the interlock switches a function, or the function's own enable."""
-        enable = self.writer(instance.full("enable"))
-        owner, short = self.owner_of(enable)
-        if owner is not None and short.startswith("function-enable-"):
-            return owner.full("function-switch-" + short.rsplit("-", 1)[1])
+        owner, number = self.permission(instance)
+        if owner is not None:
+            return owner.full("function-switch-%d" % number)
         return instance.full("enable") if "enable" in instance.pins and not instance.pins["enable"].signal else ""
 
 

@@ -4,6 +4,7 @@
 import time
 
 from panel import settings as settings_module
+from panel.settings import CHAIN, MDI, Write
 from panel.texts import _, number, seconds, unit_name, with_unit
 from panel.waiting import waiting
 from panel.widgets import Verdict, button, card, clear, column, flow, grow, Keypad, label, named, row, scrolled, set_text
@@ -90,8 +91,7 @@ class Components(Page):
 
     def refresh(self, values):
         for instance, words in self._rows:
-            text = state_of(instance, values)[1]
-            set_text(words, text)
+            set_text(words, self.panel.verdict_of(instance, values)[1])
 
 
 def state_of(instance, values):
@@ -119,6 +119,9 @@ class Component(Page):
 
     @property
     def title(self):
+        return self.instance.name
+
+    def of(self):
         return self.instance.name
 
     def build(self):
@@ -178,7 +181,7 @@ class Component(Page):
             self._values[short] = (value, declared.get("unit", ""))
 
     def refresh(self, values):
-        self._verdict.show_verdict(*state_of(self.instance, values))
+        self._verdict.show_verdict(*self.panel.verdict_of(self.instance, values))
         for short, (shown, unit) in self._values.items():
             now = self.instance.value(values, short)
             text = _("gone") if now is None else with_unit(now, unit)
@@ -245,50 +248,48 @@ class Edit(Page):
     def close(self):
         self.panel.open(self.back)
 
-    def _try(self, what, done):
-        refusal = self.panel.access.refusal("integrator")
-        if refusal:
-            self.panel.say(refusal, "warn")
-            return
-        why = self.panel.why_not_set(self.instance, self.short)
-        if why:
-            self.panel.say(why, "warn")
-            return
-        try:
-            value = what()
-        except settings_module.Conflict as conflict:
-            self.panel.say(str(conflict), "warn")
-            self._seen = self.panel.hal.get(self.instance.full(self.short))
-        except settings_module.Refused as refused:
-            self.panel.say(str(refused), "bad")
-        else:
-            self._seen = value
-            lost = self.panel.settings.retain_state(self.panel.hal.values())
-            self.panel.say(done.format(pin=self.instance.full(self.short), value=with_unit(value, self._unit)) + (" " + lost if lost else ""),
-                           "warn" if lost else "good")
+    def of(self):
+        return self.instance.name
+
+    def look_again(self):
+        self._seen = self.panel.hal.get(self.instance.full(self.short))
 
     def _save(self, text):
-        self._try(lambda: self.panel.settings.change(self.instance, self.short, text, seen=self._seen), _("{pin} is now {value}."))
+        name = self.instance.full(self.short)
+        self.panel.guard.change([Write(self.instance, self.short, text, self._seen)], _("Save"), _("{pin} is now {value}."), then=self.look_again,
+                                question="", asks=_("{pin} = {value}?").format(pin=name, value=text))
 
     def _undo(self):
-        self._try(lambda: self.panel.settings.undo(self.instance, self.short), _("Undone: {pin} is {value} again."))
+        try:
+            change = self.panel.settings.last_of(self.instance.full(self.short))
+        except settings_module.Refused as refused:
+            self.panel.say(str(refused), "warn")
+            return
+        self.panel.guard.undo(change, then=self.look_again)
 
     def _back_to_file(self):
-        def back():
-            value = self.panel.settings.change(self.instance, self.short, self._file[0], why="HAL file")
+        def follow():
+            self.look_again()
             self.panel.settings.keep(self.instance.full(self.short), keep=False)
-            return value
 
-        self._try(back, _("{pin} is {value}, as in the HAL file, and follows it from now on."))
+        self.panel.guard.change([Write(self.instance, self.short, self._file[0])], _("Back to the HAL file"),
+                                _("{pin} is {value}, as in the HAL file, and follows it from now on."), why="HAL file", then=follow)
 
     def refresh(self, values):
         name = self.instance.full(self.short)
         now = values.get(name)
         set_text(self._now, _("{name} is not loaded any more.").format(name=name) if now is None else with_unit(now, self._unit))
         kept = name in self.panel.kept_pins()
-        set_text(self._kept, _("Saved by retain: this value wins over the HAL file.") if kept else _("Not changed on a screen."))
+        set_text(self._kept, self._kept_words(kept, values))
         changes = [change for change in self.panel.settings.log.all() if change.pin == name][-3:]
         set_text(self._history, "\n".join(_change_line(change, self._unit) for change in reversed(changes)))
+
+
+    def _kept_words(self, kept, values):
+        if not kept:
+            return _("Not changed on a screen.")
+        lost = self.panel.settings.retain_state(values)
+        return "\u25b2 " + lost if lost else _("Saved by retain: this value wins over the HAL file.")
 
 
 def _number(text):
@@ -329,11 +330,21 @@ class Changes(Page):
             unit = instance.declared.pin(short).get("unit", "") if instance else ""
             line = row(grow(column(label(change.pin, "value"), label(_change_line(change, unit), "soft"), spacing=0)))
             line.set_border_width(6)
+            if self._can_undo(change, instance, short):
+                line.pack_end(button(_("Undo"), lambda change=change: self.panel.guard.undo(change), name=_("Undo {pin}").format(pin=change.pin)), False, False, 0)
             if instance is not None:
                 line.pack_end(button(_("Open"), lambda instance=instance, short=short: self.panel.edit(instance, short),
                                      name=_("Open {pin}").format(pin=change.pin)), False, False, 0)
             self._list.pack_start(line, False, False, 0)
         self._list.show_all()
+
+
+    def _can_undo(self, change, instance, short):
+        """The last change of a setting or of the chain, and a line of MDI that another one takes back."""
+        if change.pin == MDI:
+            return bool(change.old) and change is self.panel.settings.log.last(MDI)
+        settable = change.pin == CHAIN or (instance is not None and short in instance.settings())
+        return settable and change.why != "button" and change is self.panel.settings.log.last(change.pin)
 
 
 class Sensors(Page):

@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Changes of settings: judged, written, logged, kept by retain. Without a screen."""
 
+import collections
+import contextlib
 import json
 import math
 import os
+import random
 import re
 import tempfile
 import time
 import tomllib
 
+from panel import chains
 from panel.changes import Change, ChangeLog, now
 from panel.texts import _, with_unit
 
 S32 = (-(1 << 31), (1 << 31) - 1)
 U32 = (0, (1 << 32) - 1)
+CHAIN, MDI = "[SQUARENESS]CHAIN", "MDI"  # what a change has in the place of a pin
 SETTLING = 0.15  # s in which a component judges a new setting
 
 
@@ -58,6 +63,18 @@ def parsed(name, kind, text):
     return value
 
 
+class Write(collections.namedtuple("Write", "instance short text seen lasts", defaults=(None, True))):
+    """A setting to be written, which a user saw as `seen`; retain keeps it if it lasts."""
+
+    @property
+    def name(self):
+        return self.instance.full(self.short)
+
+    @property
+    def unit(self):
+        return self.instance.declared.pin(self.short).get("unit", "")
+
+
 class Settings:
     """The settings of one machine, in a folder that all its screens share.
 
@@ -69,26 +86,71 @@ class Settings:
         self.hal, self.who, self.machine_name, self._settle = hal, who, machine_name, settle
         self.log = ChangeLog(os.path.join(folder, "panel_changes.log"))
         self.kept_file = os.path.join(folder, "panel.toml")
+        self.session = ""  # the start of HAL that a change of the chain belongs to
 
     def change(self, instance, short, text, seen=None, why=""):
         """Writes a setting that a user saw as `seen`. Returns its value. Raises Refused, and Conflict."""
-        pin = instance.pins[short]
-        name, unit = pin.name, instance.declared.pin(short).get("unit", "")
-        value = parsed(name, pin.kind, text)
-        limits = instance.declared.pin(short)
+        return self.change_all([Write(instance, short, text, seen)], why)[0]
+
+    def change_all(self, writes, why="", chain=None):
+        """Writes settings together, or none of them. Returns their values. Raises Refused, and Conflict.
+
+        chain  (file, former, new) of a chain that is written first
+        """
+        values = [self._judged(write) for write in writes]
+        names = ", ".join(write.name for write in writes) or CHAIN
+        try:
+            with self.log.alone():
+                return self._write_all(writes, values, why, chain)
+        except OSError as error:
+            raise Refused(_("{pin} is not changed: {file}: {why}.").format(pin=names, file=error.filename, why=error.strerror)) from None
+
+    def _judged(self, write):
+        pin, limits = write.instance.pins[write.short], write.instance.declared.pin(write.short)
+        value, unit = parsed(pin.name, pin.kind, write.text), limits.get("unit", "")
         for key, beyond in (("minimum", lambda limit: value < limit), ("maximum", lambda limit: value > limit)):
             if key in limits and beyond(limits[key]):
                 which = _("at least") if key == "minimum" else _("at most")
                 raise Refused(_("{pin}: {value} is out of range: {which} {limit}.").format(
-                    pin=name, value=with_unit(value, unit), which=which, limit=with_unit(limits[key], unit)))
-        try:
-            with self.log.alone():
-                return self._write(instance, pin, unit, value, seen, why)
-        except OSError as error:
-            raise Refused(_("{pin} is not changed: {file}: {why}.").format(pin=name, file=error.filename, why=error.strerror)) from None
+                    pin=pin.name, value=with_unit(value, unit), which=which, limit=with_unit(limits[key], unit)))
+        return value
 
-    def _write(self, instance, pin, unit, value, seen, why):
-        name = pin.name
+    def _write_all(self, writes, values, why, chain):
+        olds = [self._present(write, value) for write, value in zip(writes, values)]
+        codes = {write.instance.name: self._codes(write.instance) for write in writes}
+        if chain:
+            chains.write(chain[0], chain[2])
+        done = []
+        try:
+            for write, value, old in zip(writes, values, olds):
+                done.append((write, old))
+                self._set(write, value)
+            self._settle()
+            for write, value, old in zip(writes, values, olds):
+                objection = self._objection(write.instance, codes[write.instance.name])
+                if objection:
+                    raise Refused(_("{instance} refuses {pin} = {value}: {why} It stays {old}.").format(
+                        instance=write.instance.name, pin=write.name, value=with_unit(value, write.unit), why=_(objection),
+                        old=with_unit(old, write.unit)))
+        except Refused:
+            for write, old in reversed(done):
+                self.hal.set(write.name, as_text(old))
+            self._settle()
+            if chain:
+                chains.write(chain[0], chain[1])
+            raise
+        deed = "%08x" % random.getrandbits(32) + ("@" + self.session if chain else "")
+        if chain:
+            self.log.add(Change(now(), self.who, CHAIN, chain[1], chain[2], why, deed))
+        for write, value, old in zip(writes, values, olds):
+            if not same(old, value):
+                self.log.add(Change(now(), self.who, write.name, as_text(old), as_text(value), why, deed))
+            if write.lasts:
+                self.keep(write.name)
+        return values
+
+    def _present(self, write, value):
+        name, unit, seen = write.name, write.unit, write.seen
         try:
             old = self.hal.get(name)
         except KeyError:
@@ -98,22 +160,13 @@ class Settings:
             by = _(" by {who}").format(who=change.who) if change and same_text(change.new, old) else ""
             raise Conflict(_("{pin} was changed meanwhile{by}: it was {seen} and is {now}. Your {value} is not written.").format(
                 pin=name, by=by, seen=with_unit(seen, unit), now=with_unit(old, unit), value=with_unit(value, unit)), change)
-        codes = self._codes(instance)
+        return old
+
+    def _set(self, write, value):
         try:
-            self.hal.set(name, as_text(value))
+            self.hal.set(write.name, as_text(value))
         except ValueError as error:
-            raise Refused(_("HAL refuses {pin} = {value}: {why}").format(pin=name, value=with_unit(value, unit), why=error)) from None
-        self._settle()
-        objection = self._objection(instance, codes)
-        if objection:
-            self.hal.set(name, as_text(old))
-            self._settle()
-            raise Refused(_("{instance} refuses {pin} = {value}: {why} It stays {old}.").format(
-                instance=instance.name, pin=name, value=with_unit(value, unit), why=_(objection), old=with_unit(old, unit)))
-        if not same(old, value):
-            self.log.add(Change(now(), self.who, name, as_text(old), as_text(value), why))
-        self.keep(name)
-        return value
+            raise Refused(_("HAL refuses {pin} = {value}: {why}").format(pin=write.name, value=with_unit(value, write.unit), why=error)) from None
 
     def _codes(self, instance):
         values = self.hal.values()
@@ -124,13 +177,40 @@ class Settings:
         code = self._codes(instance).get("fault-code", 0)
         return instance.declared.sentence("fault-code", code) if code and code != before.get("fault-code") else ""
 
-    def undo(self, instance, short):
-        """Puts the last change of a setting back, if its value is still in force: the log may lack a later change."""
-        last = self.log.last(instance.full(short))
+    def note(self, name, old, new, why="", deed=""):
+        """Logs a write that is no setting, such as a button. A log that cannot be written stops no button."""
+        with contextlib.suppress(OSError):
+            self.log.add(Change(now(), self.who, name, old, new, why, deed))
+
+    def undoing(self, change, machine):
+        """What takes the whole deed of a change back: writes, the chain's former text or '', and the MDI lines.
+
+        Raises Refused, also for a deed that a later change has overtaken.
+        """
+        writes, chain, lines = [], "", []
+        for each in self.log.together_with(change):
+            if each.pin == MDI:
+                if not each.old:
+                    raise Refused(_("{line} cannot be undone.").format(line=each.new))
+                lines.append(each.old)
+                continue
+            if self.log.last(each.pin) != each:
+                raise Conflict(_("{pin} was changed again since: undo that first.").format(pin=each.pin), self.log.last(each.pin))
+            if each.pin == CHAIN:
+                chain = each.old
+                continue
+            instance, short = machine.owner_of(each.pin)
+            if instance is None or short not in instance.settings():
+                raise Refused(_("{pin} is not there any more: its component was unloaded.").format(pin=each.pin))
+            pin = instance.pins[short]
+            writes.append(Write(instance, short, each.old, parsed(pin.name, pin.kind, each.new), lasts=False))
+        return writes, chain, lines
+
+    def last_of(self, name):
+        last = self.log.last(name)
         if last is None:
-            raise Refused(_("{pin} has not been changed here.").format(pin=instance.full(short)))
-        pin = instance.pins[short]
-        return self.change(instance, short, last.old, seen=parsed(pin.name, pin.kind, last.new), why="undo")
+            raise Refused(_("{pin} has not been changed here.").format(pin=name))
+        return last
 
     # --- what retain keeps ---
 

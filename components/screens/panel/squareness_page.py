@@ -1,75 +1,80 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""squareness: what is corrected now, and the way from a leaning machine to a square one, a step a page."""
+"""squareness: what is corrected now, and the way from a leaning machine to a square one."""
 
 import os
-import re
 
-from panel import squareness_program as program
+from panel import chains, squareness_program as program, squareness_state
 from panel.function_page import FunctionPage
 from panel.pages import Page
-from panel.settings import Refused
+from panel.settings import Write
 from panel.squareness_pictures import ChainPicture, LeanPicture, VolumePicture
 from panel.texts import _, in_micrometres, number
-from panel.widgets import Figures, Keypad, button, card, column, flow, grow, label, row, scrolled, style
-
-ANGLE = re.compile(r"e[abc]0[xyzuvw]$")
+from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, row, scrolled, style
 
 
 class SquarenessPage(FunctionPage):
     heading = "Squareness"  # for gettext: _("Squareness")
+    state = squareness_state
+    live = ("x-position", "y-position", "z-position", "z-tool-offset")
 
     def content(self):
         self._figures = Figures("X", "Y", "Z")
         self._errors = Figures("X", "Y", "Z")
-        self._angles = label("")
-        return [card(label(_("Correction now"), "value"), self._figures), card(label(_("Error of the tip without it"), "value"), self._errors), card(label(_("Angles in force"), "value"), self._angles)]
+        self._angles, self._pending = label(""), label("", "warn")
+        return [self._pending, card(label(_("Correction that the axes have"), "value"), self._figures),
+                card(label(_("Error of the tip without it"), "value"), self._errors), card(label(_("Angles that are set"), "value"), self._angles)]
 
     def buttons(self):
         return [button(_("Measure and set up"), lambda: self.panel.open(ChainStep(self.panel, Work(self.panel, self))), "main")]
 
-    def verdict(self, values):
-        kind, text = super().verdict(values)
-        if kind != "good":
-            return kind, text
-        if not any(self.angles(values).values()) and not self.get(values, "tables"):
-            return "off", _("No angle is set: nothing is corrected.")
-        return "good", _("Corrects the tilts that were measured.")
-
-    def angles(self, values):
-        return {short.upper(): self.get(values, short, 0.0) for short in self.instance.pins if ANGLE.match(short)}
-
     def refresh(self, values):
         super().refresh(values)
+        corrections = squareness_state.corrections(self.panel.machine, self.instance, values)
         for letter in "XYZ":
-            self._figures.show_value(letter, in_micrometres(float(self.get(values, letter.lower() + "-correction", 0.0))))
+            self._figures.show_value(letter, in_micrometres(float(corrections[letter])))
             self._errors.show_value(letter, in_micrometres(float(self.get(values, letter.lower() + "-error", 0.0))))
-        lines = ["%s  %s \u00b5m/m" % (name, number(angle * 1e6, 4)) for name, angle in self.angles(values).items() if angle]
+        lines = ["%s  %s \u00b5m/m" % (short.upper(), number(angle * 1e6, 4))
+                 for short, angle in squareness_state.angles(self.instance, values).items() if angle]
         self._angles.set_text("\n".join(lines) or _("None: nothing is corrected."))
+        pending = self.panel.guard.pending_chain()
+        self._pending.set_visible(bool(pending))
+        self._pending.set_text("\u25b2 " + pending if pending else "")
 
 
 class Work:
-    """What the steps have found so far."""
+    """What the steps have found so far: the document of plumb squareness, and its answer."""
 
     def __init__(self, panel, page):
         self.panel, self.page, self.instance = panel, page, page.instance
-        self.former_chain = panel.ini.get("SQUARENESS", "CHAIN")
+        self.former_chain = panel.guard.loaded_chain()
         self.chain = self.former_chain or program.CHAINS[0][0]
-        self.axis = self.direction = ""
-        self.arguments = []
-        self.result = None
+        self.document = self.result = None
 
-    def compute(self, arguments, add):
-        """Returns whether plumb squareness accepts them; says its reason otherwise."""
-        arguments = list(arguments)
-        if add:
-            arguments += program.in_force(self.instance, self.panel.hal.values())
+    @property
+    def new_chain(self):
+        return self.chain != self.former_chain
+
+    def begin(self, chain):
+        """Returns whether plumb squareness knows the chain."""
+        values = self.panel.hal.values()
+        self.chain = chain
+        given = program.document(chain, self.instance, values)
+        acts = squareness_state.status(self.panel.machine, self.instance, values).kind in ("good", "warn")
+        given["correction"] = "on" if acts else "off"
+        return self.compute(given)
+
+    def compute(self, document):
+        """Takes a document over, if plumb squareness accepts it; else its reason is said. Returns whether it does."""
         try:
-            self.result = program.run(self.chain, arguments, self.panel.program("plumb-squareness"))
+            self.result = program.run(document, self.panel.program("plumb-squareness"))
         except program.Refused as refused:
-            self.panel.say(str(refused), "bad")
+            self.panel.say(_("Refused: {why}").format(why=refused), "bad")
             return False
-        self.arguments = arguments
+        self.document = document
         return True
+
+    def is_measured(self):
+        return bool(self.document["leans"] or self.document["measurements"])
 
 
 class Step(Page):
@@ -77,8 +82,8 @@ class Step(Page):
 
     heading = ""
 
-    def __init__(self, panel, work, before=None):
-        self.work, self.before = work, before
+    def __init__(self, panel, work, back=None):
+        self.work, self.back = work, back or work.page
         super().__init__(panel)
 
     @property
@@ -86,15 +91,17 @@ class Step(Page):
         return _(self.heading)
 
     def build(self):
-        back = self.before or self.work.page
-        buttons = [button(_("Back"), lambda: self.panel.open(back)), button(_("Cancel"), lambda: self.panel.open(self.work.page))]
-        return scrolled(column(label(self.title, "title"), *self.content(), flow(*buttons, *self.further())))
+        buttons = [button(_("Back"), lambda: self.panel.open(self.back)), button(_("Cancel"), lambda: self.panel.open(self.work.page))]
+        return scrolled(column(label(self.title, "title"), *self.content(), flow(*self.further(), *buttons)))
 
     def content(self):
         return []
 
     def further(self):
         return []
+
+    def of(self):
+        return self.work.instance.name
 
     def go(self, step, *arguments):
         self.panel.open(step(self.panel, self.work, self, *arguments))
@@ -104,11 +111,11 @@ class ChainStep(Step):
     heading = "1. Which axis carries what?"  # for gettext: _("1. Which axis carries what?")
 
     def content(self):
-        chains = list(program.CHAINS)
-        if self.work.chain not in [chain for chain, _name in chains]:
-            chains.insert(0, (self.work.chain, "This machine"))  # for gettext: _("This machine")
+        known = list(program.CHAINS)
+        if self.work.chain not in [chain for chain, _name in known]:
+            known.insert(0, (self.work.chain, "This machine"))  # for gettext: _("This machine")
         choices = []
-        for chain, name in chains:
+        for chain, name in known:
             its = button(_(name), lambda chain=chain: self._choose(chain), name=chain)
             its.remove(its.get_child())
             words = label(_(name), "soft", chars=24)
@@ -119,83 +126,171 @@ class ChainStep(Step):
         return [label(_("Touch the picture of your machine. The axes next to the bed stand lowest.")), flow(*choices)]
 
     def _choose(self, chain):
-        self.work.chain = chain
-        self.go(AxisStep)
+        if self.work.begin(chain):
+            self.go(LeansStep)
+
+
+class LeansStep(Step):
+    """All leans of the chain, with what is in force and what was measured; measurements of squares and parts come first."""
+
+    heading = "2. What was measured?"  # for gettext: _("2. What was measured?")
+
+    def content(self):
+        self._measured, self._leans = column(spacing=4), column(spacing=4)
+        self._how = {
+            "on": button(_("Measured with the correction on: add to the present angle"), lambda: self._measured_with("on")),
+            "off": button(_("Measured with the correction off: replace the present angle"), lambda: self._measured_with("off"))}
+        return [flow(button(_("Square and indicator"), lambda: self.go(AxisStep)),
+                     button(_("Diagonals of a part"), lambda: self.go(DiagonalsStep)),
+                     button(_("Probed square or ring"), lambda: self.go(PointsStep))),
+                self._measured, label(_("Or touch a lean that you know. A lean that you do not enter stays as it is.")), self._leans,
+                flow(*self._how.values())]
+
+    def further(self):
+        return [button(_("What it will do"), self._next, "main")]
+
+    def entered(self):
+        self._show()
+
+    def _show(self):
+        for box in (self._measured, self._leans):
+            for child in box.get_children():
+                child.destroy()
+        for place, each in enumerate(self.work.document["measurements"]):
+            words = label(_measurement_in_words(each), "value")
+            self._measured.pack_start(row(grow(words), button(_("Remove"), lambda place=place: self._remove(place))), False, False, 0)
+        for lean in sorted(self.work.result["leans"], key=lambda its: not its["can_correct"]):
+            self._leans.pack_start(self._line(lean), False, False, 0)
+        for how, its in self._how.items():
+            choose(its, how == self.work.document["correction"])
+            its.set_visible(bool(self.work.document["in_force"]))
+        self._measured.show_all()
+        self._leans.show_all()
+
+    def _line(self, lean):
+        plus, minus = lean["directions"]
+        name = _("{axis} leans to {plus} or {minus}").format(axis=lean["axis"], plus=plus, minus=minus.replace("-", "\u2212"))
+        if not lean["can_correct"]:
+            return column(label(name, "value"), label("\u25cb " + program.why_not(lean), "soft"), spacing=2)
+        facts = []
+        if lean["in_force"]:
+            facts.append(_("set: {lean}").format(lean=lean_in_words(lean["in_force"])))
+        if lean["measured"]:
+            facts.append(_("measured: {lean}").format(lean=lean_in_words(lean["measured"])))
+        if lean["measured"] and lean["settled"]:
+            facts.append(_("then: {lean}").format(lean=lean_in_words(lean["settled"])))
+        its = button(name, lambda: self.go(LeanStep, lean), "row", name="%s %s" % (lean["axis"], lean["name"]))
+        its.remove(its.get_child())
+        its.add(row(grow(column(label(name, "value"), label("   ".join(facts) or _("not entered"), "soft"), spacing=2)),
+                    label(lean["name"], "soft", wrap=False)))
+        return its
+
+    def _measured_with(self, how):
+        if self.work.compute({**self.work.document, "correction": how}):
+            self._show()
+
+    def _remove(self, place):
+        left = [each for number_, each in enumerate(self.work.document["measurements"]) if number_ != place]
+        if self.work.compute({**self.work.document, "measurements": left}):
+            self._show()
+
+    def _next(self):
+        if self.work.is_measured():
+            self.go(ResultStep)
+        else:
+            self.panel.say(_("Enter a lean or a measurement."), "warn")
+
+
+def lean_in_words(angle):
+    """An angle of the output, as a lean of its + end."""
+    if not angle["angle"]:
+        return "0"
+    text = _("{angle} \u00b5m/m to {direction}").format(angle=number(abs(angle["um_per_m"]), 4), direction=angle["leans"].replace("-", "\u2212"))
+    return text + (" \u00b1%s (k=2)" % number(float("%.2g" % (angle["U"] * 1e6))) if angle["U"] else "")
+
+
+def _measurement_in_words(given):
+    if given["by"] == "square":
+        return _("Square: {axis} moves, plunger {direction}, reads {reads}").format(
+            axis=given["move"], direction=given["plunger"].replace("-", "\u2212"), reads=given["reads"].split(":")[1].replace("um", " \u00b5m"))
+    if given["by"] == "diagonals":
+        return _("Diagonals: {rising} and {falling}").format(rising=given["rising"], falling=given["falling"])
+    return _("Probed points: {file}").format(file=os.path.basename(given["file"]))
+
+
+class LeanStep(Step):
+    """To which side an axis leans, and by how much."""
+
+    def __init__(self, panel, work, back, lean):
+        self._lean, self._direction, self._unit = lean, "", program.UNITS[0]
+        super().__init__(panel, work, back)
+
+    @property
+    def title(self):
+        return _("To which side does the + end of {axis} lean?").format(axis=self._lean["axis"])
+
+    def content(self):
+        axis = self._lean["axis"]
+        self._keypad = Keypad("")
+        self._sides, self._units = {}, {}
+        for direction in self._lean["directions"]:
+            its = button("", lambda direction=direction: self._choose_side(direction),
+                         name=_("{axis} leans to {direction}").format(axis=axis, direction=direction))
+            its.remove(its.get_child())
+            its.add(LeanPicture(self.panel, axis, direction, (200, 130)))
+            self._sides[direction] = its
+        for unit in program.UNITS:
+            self._units[unit] = button(unit.replace("um", "\u00b5m"), lambda unit=unit: self._choose_unit(unit), name=_("Unit {unit}").format(unit=unit))
+        self._choose_unit(self._unit)
+        return [label(_("Touch the picture whose arrow shows to which side the + end lies. X goes to the right, Y to the back, Z upward.")),
+                row(grow(flow(*self._sides.values())), grow(self._keypad), spacing=16), flow(*self._units.values())]
+
+    def further(self):
+        return [button(_("Enter"), self._enter, "main"), button(_("Remove"), lambda: self._take(""))]
+
+    def _choose_side(self, direction):
+        self._direction = direction
+        for each, its in self._sides.items():
+            choose(its, each == direction)
+
+    def _choose_unit(self, unit):
+        self._unit = unit
+        for each, its in self._units.items():
+            choose(its, each == unit)
+
+    def _enter(self):
+        if not self._direction:
+            self.panel.say(_("Touch one of the pictures."), "warn")
+        elif not self._keypad.text:
+            self.panel.say(_("Enter an angle."), "warn")
+        else:
+            self._take(self._keypad.text + self._unit)
+
+    def _take(self, angle):
+        direction = self._direction or self._lean["directions"][0]
+        if self.work.compute(program.with_lean(self.work.document, self._lean["axis"], direction, angle)):
+            self.panel.open(self.back)
 
 
 class AxisStep(Step):
-    heading = "2. Which axis leans?"  # for gettext: _("2. Which axis leans?")
+    heading = "Square and indicator: which axis moves?"  # for gettext: _("Square and indicator: which axis moves?")
 
     def content(self):
-        axes = [button(axis, lambda axis=axis: self._choose(axis), "key", name=_("Axis {axis}").format(axis=axis))
-                for axis in _chain_axes(self.work.chain)]
-        return [ChainPicture(self.panel, self.work.chain),
-                label(_("Touch the axis whose + end is off, by a square held against another axis. "
-                        "With diagonals of a part or probed points you need not know it.")),
-                flow(*axes),
-                flow(button(_("Diagonals of a part"), lambda: self.go(DiagonalsStep)),
-                     button(_("Probed square or ring"), lambda: self.go(PointsStep)))]
-
-    def _choose(self, axis):
-        self.work.axis = axis
-        self.go(DirectionStep)
+        axes = sorted(set(program.axes_of(self.work.chain)) | set("XYZ"), key="XYZUVW".index)
+        return [ChainPicture(self.panel, self.work.chain), label(_("The indicator touches one leg of the square while this axis moves along it.")),
+                flow(*[button(axis, lambda axis=axis: self.go(PlungerStep, axis), "key", name=_("Axis {axis}").format(axis=axis)) for axis in axes])]
 
 
-def _chain_axes(chain):
-    return sorted(set(program.axes_of(chain)) | set("XYZ"), key="XYZUVW".index)
+class PlungerStep(Step):
+    heading = "Square and indicator: where does the plunger point?"  # for gettext: _("Square and indicator: where does the plunger point?")
 
-
-class DirectionStep(Step):
-    heading = "3. To which side does its + end lean?"  # for gettext: _("3. To which side does its + end lean?")
+    def __init__(self, panel, work, back, axis):
+        self._axis = axis
+        super().__init__(panel, work, back)
 
     def content(self):
-        choices = []
-        for direction in program.directions(self.work.axis):
-            its = button("", lambda direction=direction: self._choose(direction),
-                         name=_("{axis} leans to {direction}").format(axis=self.work.axis, direction=direction))
-            its.remove(its.get_child())
-            its.add(LeanPicture(self.panel, self.work.axis, direction, (220, 150)))
-            choices.append(its)
-        return [label(_("Touch the picture whose arrow shows to which side the + end lies. X goes to the right, Y to the back, Z upward.")),
-                flow(*choices)]
-
-    def _choose(self, direction):
-        self.work.direction = direction
-        self.go(AngleStep)
-
-
-class AngleStep(Step):
-    heading = "4. By how much?"  # for gettext: _("4. By how much?")
-
-    def content(self):
-        self._unit = program.UNITS[0]
-        self._keypad = Keypad("")
-        self._units = {}
-        for unit in program.UNITS:
-            self._units[unit] = button(unit.replace("um", "\u00b5m"), lambda unit=unit: self._choose(unit), name=_("Unit {unit}").format(unit=unit))
-        self._choose(self._unit)
-        text = _("{axis} leans to {direction}. Enter the angle, or what an indicator reads more over a travel.").format(
-            axis=self.work.axis, direction=self.work.direction)
-        return [row(grow(column(LeanPicture(self.panel, self.work.axis, self.work.direction), label(text))), grow(self._keypad), spacing=16),
-                flow(*self._units.values())]
-
-    def _choose(self, unit):
-        self._unit = unit
-        for each, its in self._units.items():
-            context = its.get_style_context()
-            (context.add_class if each == unit else context.remove_class)("chosen")
-
-    def further(self):
-        return [button(_("Next"), lambda: self._next(False), "main"),
-                button(_("It remained with the correction on: add it"), lambda: self._next(True)),
-                button(_("Square and indicator instead"), lambda: self.go(SquareStep))]
-
-    def _next(self, add):
-        text = self._keypad.text
-        if not text:
-            self.panel.say(_("Enter an angle."), "warn")
-        elif self.work.compute(program.lean(self.work.axis, self.work.direction, text, self._unit), add):
-            self.go(ResultStep)
+        return [flow(*[button(direction.replace("-", "\u2212"), lambda direction=direction: self.go(SquareStep, self._axis, direction), "key",
+                              name=_("Plunger {direction}").format(direction=direction)) for direction in program.directions(self._axis)])]
 
 
 class Readings(Step):
@@ -204,11 +299,11 @@ class Readings(Step):
     def fields(self):
         raise NotImplementedError
 
-    def arguments(self, values):
+    def measurement(self, values):
         raise NotImplementedError
 
-    def picture(self):
-        return None
+    def words(self):
+        return ""
 
     def content(self):
         self._texts, self._buttons, self._chosen = {}, {}, None
@@ -218,7 +313,7 @@ class Readings(Step):
             self._texts[name] = start
             self._buttons[name] = button("", lambda name=name: self._choose(name), name=name)
         self._choose(next(iter(self._texts)))
-        left = column(*([self.picture()] if self.picture() else []), *self._buttons.values(), spacing=4)
+        left = column(label(self.words()), *self._buttons.values(), spacing=4)
         return [row(grow(left), grow(self._keypad), spacing=16)]
 
     def _choose(self, name):
@@ -235,50 +330,55 @@ class Readings(Step):
     def _show(self):
         for name, its in self._buttons.items():
             its.get_child().set_text("%s: %s" % (name, self._texts[name] or "?"))
-            context = its.get_style_context()
-            (context.add_class if name == self._chosen else context.remove_class)("chosen")
+            choose(its, name == self._chosen)
 
     def further(self):
-        return [button(_("Next"), lambda: self._next(False), "main"),
-                button(_("It remained with the correction on: add it"), lambda: self._next(True))]
+        return [button(_("Enter"), self._enter, "main")]
 
-    def _next(self, add):
+    def _enter(self):
         lacking = [name for name, text in self._texts.items() if not text]
         if lacking:
             self.panel.say(_("Enter {name}.").format(name=lacking[0]), "warn")
-        elif self.work.compute(self.arguments(list(self._texts.values())), add):
-            self.go(ResultStep)
+        elif self.work.compute(program.with_measurement(self.work.document, self.measurement(list(self._texts.values())))):
+            form = self
+            while not isinstance(form, LeansStep):
+                form = form.back
+            self.panel.open(form)
 
 
 class SquareStep(Readings):
-    heading = "4. Square and indicator"  # for gettext: _("4. Square and indicator")
+    heading = "Square and indicator: readings"  # for gettext: _("Square and indicator: readings")
+
+    def __init__(self, panel, work, back, axis, direction):
+        self._axis, self._direction = axis, direction
+        super().__init__(panel, work, back)
 
     def fields(self):
         return [(_("From, mm"), "0"), (_("To, mm"), "300"), (_("Indicator reads more, \u00b5m"), ""), (_("Uncertainty of a reading, \u00b5m"), "1")]
 
-    def picture(self):
-        return label(_("True one leg of the square along {base}. Touch the other leg, the plunger towards {direction}; move {axis}.").format(
-            base=self.work.direction[1], direction=self.work.direction, axis=self.work.axis))
+    def words(self):
+        return _("True one leg of the square along {base}. Touch the other leg, the plunger towards {direction}; move {axis}.").format(
+            base=self._direction[1], direction=self._direction, axis=self._axis)
 
-    def arguments(self, values):
-        return program.square(self.work.axis, self.work.direction, *values)
+    def measurement(self, values):
+        return program.square(self._axis, self._direction, *values)
 
 
 class DiagonalsStep(Readings):
-    heading = "3. Diagonals of a part"  # for gettext: _("3. Diagonals of a part")
+    heading = "Diagonals of a part"  # for gettext: _("Diagonals of a part")
 
     def fields(self):
         return [(_("Rising diagonal, mm"), ""), (_("Falling diagonal, mm"), ""), (_("Uncertainty, \u00b5m"), "2")]
 
-    def picture(self):
-        return label(_("A square that was cut in X and Y. The rising diagonal goes from X\u2212Y\u2212 to X+Y+."))
+    def words(self):
+        return _("A square that was cut in X and Y. The rising diagonal goes from X\u2212Y\u2212 to X+Y+.")
 
-    def arguments(self, values):
+    def measurement(self, values):
         return program.diagonals("XY", *values)
 
 
 class PointsStep(Step):
-    heading = "3. Probed square or ring"  # for gettext: _("3. Probed square or ring")
+    heading = "Probed square or ring"  # for gettext: _("Probed square or ring")
 
     def content(self):
         folder = self.panel.ini.folder or "."
@@ -288,35 +388,35 @@ class PointsStep(Step):
         return [label(text), flow(*buttons)]
 
     def _choose(self, path):
-        if self.work.compute(program.points(path, "1"), False):
-            self.go(ResultStep)
+        if self.work.compute(program.with_measurement(self.work.document, program.points(path, "1"))):
+            self.panel.open(self.back)
 
 
 class ResultStep(Step):
-    heading = "5. What it will do"  # for gettext: _("5. What it will do")
+    heading = "3. What it will do"  # for gettext: _("3. What it will do")
 
     def content(self):
         result = self.work.result
         lines = []
-        for quantity in result["settled"]:
-            text = "%s  %s \u00b5m/m" % (quantity["name"], number(quantity["angle"] * 1e6, 4))
-            if "leans" in quantity:
-                text += "   " + _("{axis} leans to {direction}").format(axis=quantity["name"][3], direction=quantity["leans"])
-            if "uncertainty" in quantity:
-                text += "   \u00b1%s (k=2)" % number(2 * quantity["uncertainty"] * 1e6, 2)
-            lines.append(text)
-        notes = [label(note, "soft") for note in result["notes"] + result["unseen"]]
-        return [card(*[label(line, "value") for line in lines]),
-                row(grow(VolumePicture(self.panel, result["slopes"], _("before"))),
-                    grow(VolumePicture(self.panel, [[1, 0, 0], [0, 1, 0], [0, 0, 1]], _("after")))),
-                *notes]
+        for lean in result["leans"]:
+            if lean["measured"] and lean["settled"]:
+                lines += [label("%s  %s" % (lean["name"], lean_in_words(lean["settled"])), "value"), label(program.before_and_after(lean), "soft")]
+        corners = []
+        for corner in result["corners"]:
+            words = _("not measured now") if corner["basis"] in ("none", "in force") else program.before_and_after(corner)
+            corners.append(label("%s\u2013%s: %s" % (corner["axes"][0], corner["axes"][1], words), "soft"))
+        useless = [label("\u25b2 %s: %s" % (lean["name"], program.why_not(lean)), "warn") for lean in result["leans"]
+                   if lean["measured"] and not lean["can_correct"] and not self.work.document["measurements"]]
+        return [card(*lines), *useless, card(label(_("Angles between the axes"), "value"), *corners),
+                row(grow(VolumePicture(self.panel, result["slopes_before"], _("before"))),
+                    grow(VolumePicture(self.panel, [[1, 0, 0], [0, 1, 0], [0, 0, 1]], _("after"))))]
 
     def further(self):
         return [button(_("Test move"), lambda: self.go(TestStep), "main")]
 
 
 class TestStep(Step):
-    heading = "6. Test move, and save"  # for gettext: _("6. Test move, and save")
+    heading = "4. Test move, and save"  # for gettext: _("4. Test move, and save")
 
     def content(self):
         found = [label(_("Set up a square, one leg trued along the base axis. Touch the other leg with the indicator, set it to 0, and move by "
@@ -324,66 +424,46 @@ class TestStep(Step):
         for move in self.work.result["moves"]:
             base = move["base"] or _("the table")
             text = _("{axis} by {travel} mm, the base {base}, the plunger towards {plunger}").format(
-                axis=move["moved"], travel=number(move["travel"]), base=base, plunger=move["plunger"])
+                axis=move["moved"], travel=number(move["travel"]), base=base, plunger=move["plunger"].replace("-", "\u2212"))
+            after = in_micrometres(0.0)
+            if "uncertainty" in move:
+                after = "0 \u00b1%s (k=2)" % in_micrometres(2 * move["uncertainty"]).lstrip("+")
             lines = [label(text, "value"), label(_("before: {reading}").format(reading=in_micrometres(move["rise"])) + "   " +
-                                                 _("after: {reading}").format(reading=in_micrometres(0.0)))]
+                                                 _("after: {reading}").format(reading=after))]
             for name, rise in move["wrong"].items():
                 lines.append(label(_("if {name} has the wrong sign: {reading}").format(name=name, reading=in_micrometres(rise)), "warn"))
             found.append(card(*lines))
-        if self.work.chain != self.work.former_chain:
+        if not self.work.result["moves"]:
+            found.append(label("\u25b2 " + _("No indicator shows these angles."), "warn"))
+        if self.work.new_chain:
             found.append(label("\u25b2 " + _("The chain becomes {chain}. It takes force when LinuxCNC starts again.").format(chain=self.work.chain), "warn"))
         return found
 
     def further(self):
-        return [button(_("Save"), self._ask, "main")]
-
-    def _ask(self):
-        text = _("Save these angles? The correction changes: the axes move by it.")
-        self.panel.move(text, _("Save the angles"), self._save, needed="integrator")
+        return [button(_("Save"), self._save, "main")]
 
     def _save(self):
-        instance, saved = self.work.instance, []
-        settings = [(each["pin"], each["value"]) for each in self.work.result["settings"]]
-        named_pins = {pin for pin, _value in settings}
-        # An angle that this result does not have is no longer in force.
-        settings += [(short, "0") for short in instance.settings() if ANGLE.match(short) and short not in named_pins
-                     and self.panel.hal.get(instance.full(short))]
-        new_chain = self.work.chain != self.work.former_chain
-        try:
-            if new_chain:
-                write_chain(self.panel.ini, self.work.chain)
-                if self.work.page.switch:  # the angles are for the new chain
-                    self.panel.hal.set(self.work.page.switch, "0")
-            for pin, value in settings:
-                if value.startswith("[") or pin not in instance.settings():
-                    continue
-                self.panel.settings.change(instance, pin, value, why="squareness")
-                saved.append("%s %s" % (pin, value))
-            text = _("Saved: {settings}.").format(settings=", ".join(saved))
-            if new_chain:
-                text += " " + _("The chain takes force when LinuxCNC starts again; until then the correction is off.")
-        except (Refused, OSError, ValueError) as error:
-            self.panel.say(str(error), "bad")
+        work, instance = self.work, self.work.instance
+        writes = [Write(instance, short, value) for short, value in program.settings(work.result) if short in instance.settings()]
+        if not writes:
+            self.panel.say(_("Nothing to save: no angle was found that this machine can set."), "warn")
             return
-        lost = self.panel.settings.retain_state(self.panel.hal.values())
-        self.panel.open(self.work.page)
-        self.panel.say(text + (" " + lost if lost else ""), "warn" if lost else "good")
-
-
-def write_chain(ini, chain):
-    """Changes [SQUARENESS]CHAIN in the file that has it. Raises OSError."""
-    path = ini.place("SQUARENESS", "CHAIN")
-    if path.endswith(".expanded"):  # which LinuxCNC makes of the user's file at each start
-        path = _source_of(path[: -len(".expanded")])
-    if not path:
-        raise OSError(2, _("[SQUARENESS] of the INI file has no CHAIN"), ini.path)
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(re.sub(r"(?m)^(\s*CHAIN\s*=\s*).*$", lambda found: found[1] + chain, text, count=1))
-
-
-def _source_of(path):
-    from panel.hal_files import Ini
-
-    return Ini(path).place("SQUARENESS", "CHAIN")
+        chain = None
+        if work.new_chain:
+            try:
+                chain = (chains.place(self.panel.ini), work.former_chain, work.chain)
+            except OSError as error:
+                self.panel.say("%s: %s" % (error.filename, error.strerror), "bad")
+                return
+            axes = program.axes_of(work.chain)
+            writes += [Write(instance, short, "0") for short, angle in squareness_state.angles(instance, self.panel.hal.values()).items()
+                       if angle and short[3].upper() not in axes and short in instance.settings()]
+            if work.page.switch:  # first: the angles are for the new chain
+                owner, short = self.panel.machine.owner_of(work.page.switch)
+                writes.insert(0, Write(owner, short, "0", lasts=False))  # after the start it is on again
+        angles = ", ".join("%s %s \u00b5m/m" % (write.short.upper(), number(float(write.text) * 1e6, 4)) for write in writes if write.instance is instance)
+        saved = _("Saved: {settings}.").format(settings=angles)
+        if work.new_chain:
+            saved += " " + _("The chain takes force when LinuxCNC starts again; until then the correction is off.")
+        self.panel.guard.change(writes, _("Save the angles"), saved, why="squareness", chain=chain, question=_("Save {angles}?").format(angles=angles),
+                                then=lambda: self.panel.open(work.page))

@@ -5,7 +5,7 @@ LIGHT = {"back": "#f4f5f7", "card": "#ffffff", "text": "#15181c", "soft": "#4d55
          "good": "#0b5cad", "warn": "#a85400", "bad": "#b3170f", "button": "#e3e8ee", "curve": "#0b5cad", "curve2": "#c25e00"}
 DARK = {"back": "#16191d", "card": "#22272d", "text": "#f2f4f7", "soft": "#b4bcc7", "line": "#454d57", "pick": "#24466b",
         "good": "#6db4ff", "warn": "#ffb04d", "bad": "#ff7a70", "button": "#333a43", "curve": "#6db4ff", "curve2": "#ffb04d"}
-SYMBOL = {"good": "\u2714", "warn": "\u25b2", "bad": "\u2716", "off": "\u25cb"}
+SYMBOL = {"good": "\u2714", "warn": "\u25b2", "bad": "\u2716", "off": "\u25cb", "wait": "\u25d4"}
 
 CSS = """
 .plumb {{ background: {back}; color: {text}; font-family: "DejaVu Sans", sans-serif; font-size: 17px; }}

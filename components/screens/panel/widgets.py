@@ -49,6 +49,12 @@ def button(text, pressed, *classes, name=""):
     return style(widget, *classes)
 
 
+def choose(widget, chosen):
+    """Shows a button as the chosen one of several."""
+    context = widget.get_style_context()
+    (context.add_class if chosen else context.remove_class)("chosen")
+
+
 def column(*children, spacing=8):
     return _boxed(Gtk.Orientation.VERTICAL, children, spacing)
 
@@ -115,7 +121,7 @@ class Verdict(Gtk.Box):
     def show_verdict(self, kind, text):
         if kind != self._kind:
             for widget in (self._symbol, self._words):
-                for name in ("good", "warn", "bad"):
+                for name in ("good", "warn", "bad", "wait", "off"):
                     widget.get_style_context().remove_class(name)
                 style(widget, kind)
             self._kind = kind

@@ -227,11 +227,50 @@ class Changing(WithHost):
     def test_undo_puts_back_the_value_of_before(self):
         screen = self.screen()
         screen.change(self.growth, "window", "0.25")
-        screen.undo(self.growth, "window")
+        self.undo(screen, "growth.window")
         self.assertEqual(self.hal.get("growth.window"), 0.5)
         self.assertEqual(screen.log.all()[-1].why, "undo")
         with self.assertRaises(settings.Refused):
-            screen.undo(self.growth, "gate-floor")
+            screen.last_of("growth.gate-floor")
+
+    def undo(self, screen, pin):
+        writes, _chain, _lines = screen.undoing(screen.last_of(pin), self.machine)
+        return screen.change_all(writes, "undo")
+
+    def test_undo_puts_all_back_that_was_written_together(self):
+        screen = self.screen()
+        square = self.machine.named("square")
+        screen.change_all([settings.Write(square, "ec0x", "0.0001"), settings.Write(square, "ea0y", "0.0002")], "squareness")
+        screen.change(self.growth, "window", "0.25")
+        self.undo(screen, "square.ec0x")
+        self.assertEqual([self.hal.get("square.ec0x"), self.hal.get("square.ea0y")], [0, 0])
+        self.assertEqual(self.hal.get("growth.window"), 0.25)
+
+    def test_undo_of_a_request_is_not_kept_over_a_restart(self):
+        screen = self.screen()
+        screen.change_all([settings.Write(self.growth, "learn", "1", lasts=False)])
+        self.undo(screen, "growth.learn")
+        self.assertFalse(self.hal.get("growth.learn"))
+        self.assertEqual(screen.kept(), [])
+
+    def test_a_deed_that_was_changed_since_is_not_undone_in_part(self):
+        screen = self.screen()
+        square = self.machine.named("square")
+        screen.change_all([settings.Write(square, "ec0x", "0.0001"), settings.Write(square, "ea0y", "0.0002")], "squareness")
+        screen.change(square, "ea0y", "0.0003")
+        with self.assertRaisesRegex(settings.Conflict, "square.ea0y was changed again since"):
+            self.undo(screen, "square.ec0x")
+        self.assertEqual([self.hal.get("square.ec0x"), self.hal.get("square.ea0y")], [0.0001, 0.0003])
+
+    def test_of_settings_that_are_written_together_all_are_taken_back_if_one_is_refused(self):
+        screen = self.screen()
+        square = self.machine.named("square")
+        self.host.command("setp square.max-speed 100")
+        self.host.run(0.01)
+        with self.assertRaisesRegex(settings.Refused, "square refuses"):
+            screen.change_all([settings.Write(square, "ec0x", "0.0001"), settings.Write(square, "ea0w", "0.0002")])  # there is no W
+        self.assertEqual([self.hal.get("square.ec0x"), self.hal.get("square.ea0w")], [0, 0])
+        self.assertEqual(screen.log.all(), [])
 
     def test_a_component_that_is_gone_is_named(self):
         self.host.command("stop")
@@ -269,13 +308,13 @@ class Changing(WithHost):
                 file.write(flipped)
             self.assertEqual([change.new for change in changes.ChangeLog(path).all()], ["0.25"], (bit, bytes(flipped)))
         with self.assertRaisesRegex(settings.Conflict, "was changed meanwhile"):
-            self.screen().undo(self.growth, "window")  # of 0.25, which is not in force
+            self.undo(self.screen(), "growth.window")  # of 0.25, which is not in force
         self.assertEqual(self.hal.get("growth.window"), 0.35)
 
     def test_changes_of_before_have_no_checksum(self):
         with open(os.path.join(self.folder, "panel_changes.log"), "w", encoding="ascii") as file:
             file.write('{"time": 1.5, "who": "anna", "pin": "growth.window", "old": "0.125", "new": "0.5", "why": ""}\n')
-        self.screen().undo(self.growth, "window")
+        self.undo(self.screen(), "growth.window")
         self.assertEqual(self.hal.get("growth.window"), 0.125)
 
 
@@ -329,9 +368,10 @@ class Keeping(WithHost):
 
 class Verdicts(WithHost):
     def verdict(self, **pins):
-        values = self.hal.values()
+        on = pins.get("enable", True)
+        values = {**self.hal.values(), "interlock.0.function-switch-0": on, "interlock.0.function-enable-0": on}
         values.update({"growth." + name.replace("_", "-"): value for name, value in pins.items()})
-        return growth_state.verdict(self.growth, values)
+        return growth_state.status(self.machine, self.growth, values)
 
     WORKS = {"reference_valid": True, "enable": True, "growth_known": True, "offset_sigma": 0.0015}
 
@@ -358,7 +398,7 @@ class Verdicts(WithHost):
                 self.assertIn(words, text)
 
     def test_a_component_that_is_gone_is_said(self):
-        self.assertEqual(growth_state.verdict(self.growth, {})[0], "bad")
+        self.assertEqual(growth_state.status(self.machine, self.growth, {})[0], "bad")
 
     def test_the_machine_is_moved_only_while_it_is_safe(self):
         safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False}

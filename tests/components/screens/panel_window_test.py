@@ -24,7 +24,7 @@ ALL_FUNCTIONS = (
 )
 # Buttons to press one after the other, by the page.
 DEEPER = {
-    "Squareness": ("Measure and set up", "w-X-Y.b-Z-C-t", "Axis Y", "Y leans to +X", "Square and indicator instead"),
+    "Squareness": ("Measure and set up", "w-X-Y.b-Z-C-t", "Y EA0Y", "Back", "Square and indicator", "Axis Y", "Plunger +X"),
     "Centre height": ("Two lands",),
     "All components": ("growth", "Other settings, at their defaults", "tolerance"),
 }
@@ -72,7 +72,7 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.host.get("growth.tolerance") == 0.004, "growth.tolerance = 0.004")
         finger.await_text("growth.tolerance is now 0.004 mm.")
         finger.press("Undo the last change")
-        finger.await_text("Undone: growth.tolerance is 0.002 mm again.")
+        finger.await_text("Undone: growth.tolerance 0.002 mm again.")
         self.assertEqual(self.host.get("growth.tolerance"), 0.002)
         finger.press("Clear")
         finger.type("-1")
@@ -163,9 +163,186 @@ class Window(unittest.TestCase):
         finger.await_text("Strokes.")
         finger.press("To point R")
         finger.press("Move the axis")
-        finger.await_text("At rest.")
+        finger.await_text("At rest at point R.")
         self.assertEqual(self.host.get("chop.offset"), 0)
         self.assertTrue(self.host.get("chop.run"))
+
+    def open_chain(self, finger, chain):
+        finger.press("Squareness")
+        finger.press("Measure and set up")
+        finger.press(chain)
+
+    def set_square(self, *more):
+        with open(self.ini, "a") as file:
+            file.write("[SQUARENESS]\nCHAIN = w-X-Y.b-Z-C-t\n")
+        for line in ("setp square.max-speed 100", "setp square.ea0z 0.00002", "setp square.eb0x -0.00003", "setp square.axis-direction 1", *more):
+            self.host.command(line)
+
+    def enter_lean(self, finger, lean, direction, angle):
+        finger.press(lean)
+        finger.press(direction)
+        finger.type(angle)
+        finger.press("Enter")
+
+    def test_a_saved_lean_changes_that_lean_and_undo_takes_the_whole_save_back(self):
+        self.set_square()
+        finger = self.panel()
+        self.open_chain(finger, "w-X-Y.b-Z-C-t")
+        self.enter_lean(finger, "Y EA0Y", "Y leans to +Z", "0.03")
+        self.enter_lean(finger, "X EC0X", "X leans to +Y", "0.015")
+        finger.press("Measured with the correction off: replace the present angle")
+        finger.press("What it will do")
+        finger.await_text("EA0Y  100 \u00b5m/m to +Z")
+        finger.press("Test move")
+        finger.press("Save")
+        finger.press("Save the angles")
+        finger.until(lambda: self.angles() == [0.0001, 0.00005], "the saved angles")
+        finger.await_text("Saved: ")
+        self.assertEqual(self.others(), [0.00002, -0.00003, True])
+        finger.press("Changes")
+        finger.press("Undo square.ec0x")
+        finger.await_text("Undo 2 changes")
+        finger.press("Undo")
+        finger.until(lambda: self.angles() == [0, 0], "both angles as before")
+        self.assertEqual(self.others(), [0.00002, -0.00003, True])
+
+    def angles(self):
+        return self.host.get(["square.ea0y", "square.ec0x"])
+
+    def others(self):
+        return self.host.get(["square.ea0z", "square.eb0x", "square.axis-direction"])
+
+    def test_a_square_of_a_table_in_x_and_y_corrects_with_its_uncertainty(self):
+        self.set_square("setp square.axis-direction 0")
+        finger = self.panel()
+        self.open_chain(finger, "w-X-Y.b-Z-C-t")
+        finger.await_text("Y turns all that it carries with it")
+        self.assertFalse(finger.find("Y EC0Y"), "a lean that corrects nothing is offered")
+        for name in ("Square and indicator", "Axis Y", "Plunger +X", "Indicator reads more, \u00b5m"):
+            finger.press(name)
+        finger.type("48")
+        finger.press("Enter")
+        finger.press("What it will do")
+        finger.await_text("after: 0 \u00b19.4 \u00b5m (k=2), straightness not included")
+        finger.await_text("X\u2013Z: not measured now")
+
+    def test_nothing_is_switched_on_between_a_new_chain_and_the_next_start(self):
+        self.set_square("setp square.axis-direction 0")
+        os.chmod(self.ini, 0o664)
+        finger = self.panel()
+        self.open_chain(finger, "b-X-Y-Z-C-t")
+        self.enter_lean(finger, "Y EC0Y", "Y leans to +X", "0.03")
+        for name in ("What it will do", "Test move", "Save", "Save the angles"):
+            finger.press(name)
+        finger.await_text("The chain b-X-Y-Z-C-t is saved, and LinuxCNC runs with w-X-Y.b-Z-C-t: start LinuxCNC again.")
+        with open(self.ini) as file:
+            self.assertIn("CHAIN = b-X-Y-Z-C-t", file.read())
+        self.assertEqual(os.stat(self.ini).st_mode & 0o777, 0o664)
+        finger = self.panel(name="second")  # before the first one; it reads the changed file, and the list of changes
+        finger.press("Squareness")
+        finger.await_text("LinuxCNC runs with w-X-Y.b-Z-C-t")
+        finger.press("Switch on / off")
+        finger.await_text("Switch on: refused. The chain b-X-Y-Z-C-t is saved")
+        finger.press("All components")
+        finger.press("square")
+        finger.press("Other settings, at their defaults")
+        finger.press("enable")
+        finger.press("Switch on")
+        finger.await_text("refused. The chain b-X-Y-Z-C-t is saved")
+        self.assertFalse(self.host.get("square.enable"))
+        finger.press("Changes")
+        finger.press("Undo [SQUARENESS]CHAIN")
+        finger.press("Undo")
+        finger.until(lambda: self.host.get("square.ec0y") == 0, "the angle of before")
+        with open(self.ini) as file:
+            self.assertIn("CHAIN = w-X-Y.b-Z-C-t", file.read())
+
+    def test_a_question_dies_with_its_page(self):
+        finger = self.panel("--access", "operator")
+        finger.press("Growth of Z")
+        finger.press("Learn from the next part")
+        finger.await_text("Learn from the next part? The machine must be cold")
+        finger.press("Overview")
+        finger.rest()
+        self.assertFalse(finger.find("Learn"))
+        finger.press("Growth of Z")
+        finger.press("Switch on / off")
+        finger.await_text("refused")
+        finger.press("Squareness")
+        finger.rest()
+        self.assertFalse(finger.find_text("refused"))
+        self.assertFalse(self.host.get("growth.learn"))
+
+    def test_a_new_pin_throws_no_entry_away(self):
+        self.set_square()
+        finger = self.panel()
+        self.open_chain(finger, "w-X-Y.b-Z-C-t")
+        finger.press("Y EA0Y")
+        finger.type("0.04")
+        for line in ("loadrt and2 names=other", "loadrt thermal_growth_test names=late", "newsig later float", "net later growth.load"):
+            self.host.command(line)
+        finger.until(lambda: finger.find("Growth test"), "the page of the new component")
+        self.assertEqual([each["text"] for each in finger.widgets() if each["kind"] == "Entry"], ["0.04"])
+        finger.press("Y leans to +Z")
+        finger.press("Enter")
+        finger.await_text("measured: 133.3 \u00b5m/m to +Z")
+
+    def test_buttons_are_in_the_list_of_changes(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Chopping")
+        finger.press("Hold / go on")
+        finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
+        finger.press("Stop")
+        finger.press("Growth of Z")
+        finger.press("Acknowledge")
+        finger.press("Changes")
+        for pin in ("chop.feed-hold", "chop.stop", "growth.acknowledge"):
+            finger.await_text(pin)
+
+    def test_the_inputs_and_the_load_are_live(self):
+        for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3"):
+            self.host.command(line)
+        finger = self.panel()
+        finger.press("Growth of Z")
+        finger.until(lambda: finger.find("Load 12.5 %, a contact at 15.5 %"), "the bar of the load")
+        self.host.command("sets spindle-load 20")
+        finger.until(lambda: finger.find("Load 20 %, a contact at 15.5 %"), "the load of a contact")
+        self.host.command("setp growth.load-valid 0")
+        finger.until(lambda: finger.find("The load is not valid"), "the lost load")
+        finger.await_text("\u2716 not valid")
+        finger.await_text("The load is lost")
+
+    def test_a_lost_sensor_is_named_and_so_is_the_load_that_it_measures(self):
+        """The real modbus_sensor, of a device that does not answer."""
+        path = os.path.join(self.folder, "sensors.toml")
+        with open(path, "w") as file:
+            file.write('[[link]]\nname = "cabinet"\ntcp = "127.0.0.1:1"\n[[link.channel]]\nname = "spindle-load"\ntable = "holding"\nregister = 0\n'
+                       'type = "s16"\nunit = "%"\nevery = 0.5\nmax-age = 3\nmin = 0\nmax = 200\nmax-rate = 5000\n')
+        self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
+        self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
+        self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
+        finger = self.panel()
+        finger.press("Sensors")
+        finger.await_text("No valid value: modbus-sensor.spindle-load.")
+        finger.await_text("modbus-sensor.spindle-load")
+        finger.press("Growth of Z")
+        finger.await_text("The load is lost: its sensor reports no valid value.")
+        finger.await_text("\u2716 not valid")
+        finger.press("Overview")
+        finger.await_text("The load is lost")
+        finger.await_text("No valid value: modbus-sensor.spindle-load.")
+
+    def test_no_text_promises_retain_where_there_is_none(self):
+        finger = self.panel()
+        for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
+            finger.press(name)
+        finger.type("0.25")
+        finger.press("Save")
+        finger.await_text("No retain keeps the settings of this screen")
+        finger.rest()
+        self.assertFalse(finger.find_text("Saved by retain"))
 
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")

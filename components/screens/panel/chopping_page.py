@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""chopping: what the axis does, its stroke and sections, and the buttons of the operator."""
+
+import math
+
+from gi.repository import Gtk
+
+from panel import chopping_state, style as styles
+from panel.function_page import FunctionPage
+from panel.texts import _, in_micrometres, number, with_unit
+from panel.widgets import Figures, button, card, label, named, set_text
+
+
+class ChoppingPage(FunctionPage):
+    heading = "Chopping"  # for gettext: _("Chopping")
+    state = chopping_state
+    live = ("position", "joint-feedback", "applied-offset")
+
+    def content(self):
+        self._picture = StrokePicture(self)
+        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"), _("Speed of the stroke"),
+                                _("Point R"), _("Command"), _("Measured"))
+        self._learned = label("")
+        return [self._figures, self._picture, card(label(_("Learned correction"), "value"), self._learned)]
+
+    def buttons(self):
+        """Those whose pins have no other writer. They set pins alone, so LinuxCNC's task and io may be dead."""
+        own = self.instance.settings()
+        its = []
+        if "stop" in own:
+            its.append(button(_("Stop"), self._stop))
+        if "go-to-end" in own:
+            its.append(button(_("To point R"), self._withdraw))
+        if "feed-hold" in own:
+            its.append(button(_("Hold / go on"), self._hold))
+        if "override" in own:
+            its += [button(_("Slower"), lambda: self._faster(-0.05)), button(_("Faster"), lambda: self._faster(0.05))]
+        return its
+
+    def _stop(self):
+        """The end of strokes comes without a question."""
+        self.panel.guard.at_once(_("Stop"), lambda: self.panel.pulse(self.instance.full("stop")))
+
+    def _withdraw(self):
+        away = with_unit(round(-float(self.panel.hal.get(self.instance.full("offset"))), 4), "mu")
+        self.panel.guard.once_asked(_("Move the axis to point R? It moves by {distance}.").format(distance=away), _("Move the axis"),
+                                    lambda: self.panel.pulse(self.instance.full("go-to-end")), must_be_safe=False)
+
+    def _hold(self):
+        """A hold comes at once; the axis goes on after a question."""
+        pin = self.instance.full("feed-hold")
+        if not self.panel.hal.get(pin):
+            self.panel.guard.at_once(_("Hold / go on"), lambda: self.panel.write(pin, "1", "button"))
+        else:
+            self.panel.guard.once_asked(_("Go on with the strokes?"), _("Go on"), lambda: self.panel.write(pin, "0", "button"), must_be_safe=False)
+
+    def _faster(self, step):
+        pin = self.instance.full("override")
+        self.panel.guard.at_once(_("Faster") if step > 0 else _("Slower"), lambda: self.panel.write(
+            pin, "%.2f" % min(1.5, max(0.05, self.panel.hal.get(pin) + step)), "button"))
+
+    def refresh(self, values):
+        super().refresh(values)
+        get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
+        self._figures.show_value(_("Speed of the stroke"), "%.0f %%" % (100 * get("override", 1.0)))
+        self._figures.show_value(_("Upper dead point"), "%.4f" % get("measured-upper"))
+        self._figures.show_value(_("Lower dead point"), "%.4f" % get("measured-lower"))
+        self._figures.show_value(_("Strokes"), number(get("stroke-count", 0)))
+        self._figures.show_value(_("Cycle time"), "%.3f s" % get("actual-cycle-time"))
+        self._figures.show_value(_("Point R"), "%.4f" % get("end-position"))
+        self._figures.show_value(_("Command"), "%.4f" % get("command"))
+        self._figures.show_value(_("Measured"), "%.4f" % get("measured-position"))
+        set_text(self._learned, _("above {upper}, below {lower}; errors {upper_error} and {lower_error}; {state}").format(
+            upper=in_micrometres(get("upper-correction")), lower=in_micrometres(get("lower-correction")),
+            upper_error=in_micrometres(get("upper-error")), lower_error=in_micrometres(get("lower-error")),
+            state=_("learned") if get("learned", False) else _("not learned")))
+        self._picture.show_values({short: get(short) for short in StrokePicture.SHORTS})
+
+
+class StrokePicture(Gtk.DrawingArea):
+    """The region of the stroke with its sections, and where the axis is."""
+
+    SHORTS = ("upper", "lower", "phase", "command", "offset", "position") + tuple(
+        "section-%d-%s" % (place, part) for place in range(4) for part in ("kind", "from", "to", "ratio"))
+
+    def __init__(self, page):
+        super().__init__()
+        self._page, self._values = page, None
+        self.set_size_request(300, 230)
+        self.connect("draw", self._draw)
+        named(self, _("Stroke and sections"))
+
+    def show_values(self, values):
+        if values != self._values:
+            self._values = values
+            self.queue_draw()
+
+    def _draw(self, _area, cairo):
+        values = self._values
+        if not values:
+            return
+        width, height = self.get_allocated_width(), self.get_allocated_height()
+        dark = self._page.panel.dark
+        upper, lower = values["upper"], values["lower"]
+        span = upper - lower
+        if not math.isfinite(span) or span <= 0:
+            return
+        top, bottom, left = 26, height - 26, width * 0.3
+
+        def y(place):
+            return bottom - (place - lower) / span * (bottom - top)
+
+        cairo.select_font_face("DejaVu Sans")
+        cairo.set_font_size(16)
+        cairo.rectangle(left, top, 60, bottom - top)
+        cairo.set_source_rgb(*styles.colour(dark, "pick"))
+        cairo.fill_preserve()
+        cairo.set_source_rgb(*styles.colour(dark, "good"))
+        cairo.set_line_width(3)
+        cairo.stroke()
+        for place in range(4):
+            kind, start, end, ratio = (values["section-%d-%s" % (place, part)] for part in ("kind", "from", "to", "ratio"))
+            if not kind:
+                continue
+            if kind == 1:  # phases, as heights on the way up
+                start, end = (lower + span * (1 - math.cos(math.radians(phase))) / 2 for phase in (start, end))
+            cairo.rectangle(left + 64, y(max(start, end)), 40, abs(y(start) - y(end)))
+            cairo.set_source_rgb(*styles.colour(dark, "curve2"))
+            cairo.fill()
+            cairo.set_source_rgb(*styles.colour(dark, "text"))
+            cairo.move_to(left + 112, (y(start) + y(end)) / 2 + 5)
+            cairo.show_text("%g %%" % (ratio * 100))
+        cairo.set_source_rgb(*styles.colour(dark, "text"))
+        for place, words in ((upper, _("upper")), (lower, _("lower"))):
+            cairo.move_to(10, y(place) + 6)
+            cairo.show_text("%s %.3f" % (words, place))
+        here = values["position"] + values["offset"]
+        if math.isfinite(here):
+            at = max(top - 8, min(bottom + 8, y(here)))
+            cairo.arc(left + 30, at, 9, 0, 2 * math.pi)
+            cairo.fill()

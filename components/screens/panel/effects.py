@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How far a write moves the axes, before it is written. Without a screen.
+
+An effect has a Move for each axis that moves at once; without one the write moves nothing.
+"""
+
+import collections
+import math
+
+from panel import squareness_program as program
+from panel.settings import parsed
+from panel.squareness_state import ANGLE, corrections
+from panel.texts import _, in_micrometres, with_unit
+
+Move = collections.namedtuple("Move", "axis by exact")
+Move.__doc__ = "by is in machine units; if it is not exact, it is the largest distance either way."
+
+SMALLEST = 5e-8  # mu, that counts as a move
+
+# Settings of functions that move no axis when they are written: they act on contacts to come, or on rates and messages.
+STILL = {
+    "thermal_displacement": {
+        "learn", "cycle-running", "cycle-complete", "acknowledge", "threshold", "release", "smoothing", "debounce", "baseline-time",
+        "blanking-time", "load-latency", "reference-cycles", "window", "feed-tolerance", "feed-range", "lost-time-tolerance", "steady-time",
+        "gate-floor", "gate-cap", "confirm-contacts", "max-correction", "verify", "verify-step", "max-rate", "tool-number", "operation",
+        "date", "start-height", "clock-start", *("exclude-operation-%d" % place for place in range(8))},
+    "squareness": {"max-rate", "settling-time", "stages-ramping", "coordinated", "motion-type", "path-velocity"},
+    "axis_growth": {"max-rate", "cycle-running"},
+    "axis_offset": {"max-rate", "allow-probing", "arm"},
+    "joint_offset": {"ramp-rate", "max-rate", "joint-acceleration", "offset-acceleration"},
+}
+
+
+def effect(machine, writes, values, chain_program=None):
+    """The moves of settings that are written together; `chain_program` is (chain, path of plumb-squareness)."""
+    found = []
+    by_instance = collections.defaultdict(dict)
+    for write in writes:
+        instance, short, text = write.instance, write.short, write.text
+        function = machine.switched_by(instance.full(short))
+        if function is not None:
+            instance, short = function, "enable"
+        pin = instance.pins[short]
+        by_instance[instance.name][short] = parsed(pin.name, pin.kind, text)
+    for name, changes in by_instance.items():
+        instance = machine.named(name)
+        changes = {short: value for short, value in changes.items() if short == "enable" or value != instance.value(values, short)}
+        changes = {short: value for short, value in changes.items() if short not in STILL.get(instance.module, ())}
+        of_module = OF_MODULE.get(instance.module)
+        if changes and of_module:
+            found += of_module(machine, instance, changes, values, chain_program)
+    return [move for move in found if not abs(move.by) < SMALLEST]
+
+
+def in_words(moves):
+    """A sentence for a question; '' if nothing moves."""
+    exact = ", ".join("%s %s" % (move.axis, in_micrometres(float(move.by))) for move in moves if move.exact)
+    bounds = ", ".join("%s \u00b1%s" % (move.axis, with_unit(abs(float(move.by)), "mu")) for move in moves if not move.exact)
+    return " ".join(text for text in (_("It moves: {moves}.").format(moves=exact) if exact else "",
+                                      _("It may move, at most: {moves}.").format(moves=bounds) if bounds else "") if text)
+
+
+def _of_squareness(machine, instance, changes, values, chain_program):
+    now = corrections(machine, instance, values)
+    if "enable" in changes:
+        if not changes["enable"]:
+            return [Move(axis, -by, True) for axis, by in now.items()]
+        if instance.value(values, "enable"):
+            return []
+        # The error without correction, which the correction takes away.
+        return [Move(axis, -instance.value(values, axis.lower() + "-error", 0.0) - by, True) for axis, by in now.items()]
+    if not instance.value(values, "enable") or not instance.value(values, "all-homed"):
+        return []
+    if chain_program and all(ANGLE.match(short) for short in changes) and not instance.value(values, "axis-direction"):
+        try:
+            return _of_angles(instance, changes, values, chain_program)
+        except program.Refused:
+            pass
+    bound = abs(instance.value(values, "max-correction", 1.0))
+    return [Move(axis, abs(by) + bound, False) for axis, by in now.items()]
+
+
+def _of_angles(instance, changes, values, chain_program):
+    """To first order: the correction is the negative of the error that the change of an angle makes here."""
+    largest = abs(instance.value(values, "max-angle", 0.0))
+
+    def bounded(angle):
+        return max(-largest, min(largest, angle))
+
+    moved = dict.fromkeys("XYZ", 0.0)
+    for lean in program.leans(*chain_program):
+        if lean["pin"] not in changes:
+            continue
+        by = bounded(changes[lean["pin"]]) - bounded(instance.value(values, lean["pin"], 0.0))
+        for each in lean["corrects"]:
+            letter = each["moved"].lower()
+            travel = instance.value(values, letter + "-position", 0.0) - instance.value(values, letter + "-pivot", 0.0)
+            moved[each["error"]] -= by * each["factor"] * travel
+        for each in lean["corrects_tool"]:
+            moved[each["error"]] -= by * each["factor"] * _tool(instance, values, each["tool"])
+    return [Move(axis, by, True) for axis, by in moved.items()]
+
+
+def _tool(instance, values, axis):
+    """The part of the tool along an axis, from the gauge point to the tip."""
+    def get(short):
+        return instance.value(values, short, 0.0)
+
+    letter = axis.lower()
+    radial = get("radial-offset") / (2 if instance.value(values, "radial-is-diameter") else 1)
+    direction = math.radians(get("radial-direction"))
+    along = {"X": radial * math.cos(direction), "Y": radial * math.sin(direction), "Z": 0.0}[axis]
+    return along - get(letter + "-tool-offset") + get(letter + "-reference-tool-offset")
+
+
+def _of_growth(machine, instance, changes, values, _chain_program):
+    """Z returns at once; it follows the growth with the next cycle, or at once if its stage is armed."""
+    applied = instance.value(values, "applied-offset", 0.0)
+    on = {"enable": instance.value(values, "enable"), "dry-run": instance.value(values, "dry-run"), **changes}
+    wanted = bool(on["enable"]) and not on["dry-run"] and bool(instance.value(values, "growth-known"))
+    if not wanted:
+        return [Move("Z", -applied, True)]
+    if set(changes) <= {"enable", "dry-run"}:
+        armed = [stage.value(values, "armed", True) for stage in machine.stages_of(instance).values()]
+        if armed and not any(armed):
+            return []
+        growth = instance.value(values, "growth-estimate", 0.0)
+        bound = abs(instance.value(values, "max-offset", 0.0))
+        return [Move("Z", max(-bound, min(bound, growth)) - applied, True)]
+    return [Move("Z", abs(applied) + max(abs(instance.value(values, "max-offset", 0.0)), abs(changes.get("max-offset", 0.0))), False)]
+
+
+def _of_axis_growth(_machine, instance, changes, values, _chain_program):
+    found = []
+    for axis in "XYZ":
+        now = instance.value(values, axis.lower() + "-offset", 0.0)
+        if changes.get("enable") is False:
+            found.append(Move(axis, -now, True))
+        elif instance.value(values, "enable") or changes.get("enable"):
+            found.append(Move(axis, abs(now) + abs(instance.value(values, "max-offset", 0.0)), False))
+    return found
+
+
+def _of_stage(_machine, instance, changes, values, _chain_program):
+    now = instance.value(values, "applied-offset", 0.0)
+    axis = instance.name
+    if changes == {"enable": False}:
+        return [Move(axis, -now, True)]
+    sources = [instance.value(values, "offset-%d" % place, 0.0) for place in range(4)]
+    if now == 0 and not any(sources) and not any(short.startswith("offset-") for short in changes):
+        return []
+    bound = max(abs(instance.value(values, "max-offset", 0.0)), abs(changes.get("max-offset", 0.0)))
+    return [Move(axis, abs(now) + bound, False)]
+
+
+def _of_chopping(_machine, instance, changes, values, _chain_program):
+    if changes.get("go-to-end") or changes.get("enable") is False:
+        return [Move(_("the stroking axis"), -instance.value(values, "offset", 0.0), True)]
+    if "run" in changes and changes["run"]:
+        away = [abs(instance.value(values, short, 0.0) - instance.value(values, "position", 0.0)) for short in ("upper", "lower")]
+        return [Move(_("the stroking axis"), max(away), False)]
+    return []
+
+
+OF_MODULE = {
+    "squareness": _of_squareness, "thermal_displacement": _of_growth, "axis_growth": _of_axis_growth, "axis_offset": _of_stage,
+    "joint_offset": _of_stage, "chopping": _of_chopping,
+}

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Before every write: whether it may be, how far it moves the axes, and one question if it does."""
+
+from panel import access, chains, effects
+from panel.settings import CHAIN, Conflict, Refused, Write
+from panel.texts import _, with_unit
+
+
+class Guard:
+    """`panel` gives access, hal, settings, machine, messages and the values of LinuxCNC's task."""
+
+    def __init__(self, panel):
+        self._panel = panel
+        panel.settings.session = _session()
+
+    def values(self):
+        panel = self._panel
+        return {**panel.hal.values(), **panel.task_values()}
+
+    # --- buttons ---
+
+    def at_once(self, action, do, needed="operator"):
+        """What must never wait: a stop, a hold, an acknowledgement."""
+        if not self._refused(action, self._panel.access.refusal(needed)):
+            self._do(action, do)
+
+    def once_asked(self, text, action, do, needed="operator", must_be_safe=True):
+        """One question; it is refused, with the reason, while the machine cannot move safely."""
+        def refused():
+            why = self._panel.access.refusal(needed)
+            if not why and must_be_safe:
+                why = access.unsafe(self.values())
+            return self._refused(action, why)
+
+        if not refused():
+            self._panel.ask(text, action, lambda: refused() or self._do(action, do))
+
+    def _refused(self, action, why):
+        if why:
+            self._panel.say(_("{action}: refused. {why}").format(action=action, why=why), "warn")
+        return bool(why)
+
+    def _do(self, action, do):
+        try:
+            do()
+        except (OSError, ValueError, RuntimeError, KeyError) as error:
+            self._panel.say("%s: %s" % (action, error), "bad")
+
+    # --- settings ---
+
+    def change(self, writes, action, done="", why="", needed="integrator", question="", asks="", chain=None, then=None, must_be_on=False):
+        """Settings that are written together.
+
+        done      the sentence after it; {pin} and {value} are those of the first one
+        question  is asked in any case
+        asks      is asked if an axis moves
+        chain     (file, former, new) of squareness
+        then      is called after it
+        """
+        def judged():
+            """Why not, '' if it may be, and the words of its moves."""
+            refusal = self._panel.access.refusal(needed)
+            if refusal:
+                return refusal, ""
+            values = self.values()
+            moves = effects.effect(self._panel.machine, writes, values, self._chain_program())
+            refusal = "" if chain and chain[2] == self.loaded_chain() else self._switches_on_new_chain(writes)
+            if not refusal and must_be_on:
+                refusal = access.unsafe(values)
+            if not refusal and moves and not _switches_off(self._panel.machine, writes):
+                refusal = access.busy(values)
+            words = effects.in_words(moves)
+            if words and values.get("motion.motion-enabled") is False:
+                words = _("The machine is off. When it is on: {moves}").format(moves=words)
+            return refusal, words
+
+        def do():
+            if self._refused(action, judged()[0]):
+                return
+            self._write(writes, action, done, why, chain, then)
+
+        try:
+            refusal, words = judged()
+        except Refused as refused:
+            self._panel.say(str(refused), "bad")
+            return
+        if self._refused(action, refusal):
+            return
+        if words or question:
+            self._panel.ask(" ".join(text for text in (question or asks or action + "?", words) if text), action, do)
+        else:
+            do()
+
+    def _write(self, writes, action, done, why, chain, then):
+        settings = self._panel.settings
+        try:
+            values = settings.change_all(writes, why, chain)
+        except Conflict as conflict:
+            self._panel.say(str(conflict), "warn")
+            self._panel.conflict()
+            return
+        except (Refused, OSError) as refused:
+            self._panel.say(str(refused), "bad")
+            return
+        if then:
+            then()
+        lost = settings.retain_state(self._panel.hal.values())
+        text = done.format(pin=writes[0].name, value=with_unit(values[0], writes[0].unit)) if writes else done
+        if text or lost:
+            self._panel.say(" ".join(part for part in (text, lost) if part), "warn" if lost else "good")
+
+    def switch(self, pin, on, title):
+        """A function, by its switch. Switching off always works."""
+        owner, short = self._panel.machine.owner_of(pin)
+        action = _("Switch on") if on else _("Switch off")
+        question = (_("Switch {name} on?") if on else _("Switch {name} off?")).format(name=title)
+        self.change([Write(owner, short, "1" if on else "0")], action, why="switch", needed="operator", question=question, must_be_on=on)
+
+    def undo(self, change, then=None):
+        """The whole deed that a change belongs to."""
+        panel = self._panel
+        try:
+            writes, chain, lines = panel.settings.undoing(change, panel.machine)
+            chain = (chains.place(panel.ini), change_of(CHAIN, panel.settings.log.together_with(change)).new, chain) if chain else None
+        except (Refused, OSError) as refused:
+            panel.say(str(refused), "warn")
+            return
+        action = _("Undo")
+        for line in lines:
+            self.once_asked(_("Undo by {line}?").format(line=line), action, lambda line=line: panel.mdi(line, action))
+        if not writes:
+            return
+        names = ", ".join("%s %s" % (write.name, _shown(write)) for write in writes)
+        done = _("Undone: {changes} again.").format(changes=names.replace("{", "").replace("}", ""))
+        self.change(writes, action, done, why="undo", chain=chain, then=then, question=_("Undo {count} changes: {names}?").format(
+            count=len(writes), names=names) if len(writes) > 1 or chain else "")
+
+    # --- the chain of squareness ---
+
+    def loaded_chain(self):
+        """The chain that the running LinuxCNC was started with."""
+        session = self._panel.settings.session
+        since = [change for change in self._panel.settings.log.all() if change.pin == CHAIN and session and change.deed.endswith("@" + session)]
+        if since and not self._panel.ini.path.endswith(".expanded"):
+            return since[0].old
+        return self._panel.ini.get("SQUARENESS", "CHAIN")
+
+    def pending_chain(self):
+        """The sentence about a chain that waits for the next start; '' without one."""
+        loaded = self.loaded_chain()
+        waits = chains.in_file(self._panel.ini) if loaded else ""
+        if not waits or waits == loaded:
+            return ""
+        return _("The chain {chain} is saved, and LinuxCNC runs with {loaded}: start LinuxCNC again.").format(chain=waits, loaded=loaded)
+
+    def _switches_on_new_chain(self, writes):
+        for write in writes:
+            function = self._panel.machine.switched_by(write.name)
+            module = function.module if function else write.instance.module if write.short == "enable" else ""
+            if module == "squareness" and write.text.lower() in ("1", "true"):
+                return self.pending_chain()
+        return ""
+
+    def _chain_program(self):
+        chain = self.loaded_chain()
+        return (chain, self._panel.program("plumb-squareness")) if chain else None
+
+
+def change_of(pin, changes):
+    return next(change for change in changes if change.pin == pin)
+
+
+def _shown(write):
+    try:
+        return with_unit(float(write.text), write.unit)
+    except ValueError:
+        return write.text
+
+
+def _switches_off(machine, writes):
+    return all(write.text in ("0", "false") and (write.short == "enable" or machine.switched_by(write.name)) for write in writes)
+
+
+def _session():
+    """What distinguishes this start of HAL from all others, whatever the clock shows; '' if the system does not tell."""
+    from panel.hal_access import MEMORY_KEY
+
+    try:
+        with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
+            boot = file.read().strip()
+        with open("/proc/sysvipc/shm", encoding="ascii") as file:
+            head, *lines = [line.split() for line in file]
+    except OSError:
+        return ""
+    its = next((words for words in lines if int(words[0]) & 0xFFFFFFFF == MEMORY_KEY), None)
+    return "%s.%s.%s" % (boot, its[head.index("shmid")], its[head.index("ctime")]) if its else ""

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The window: navigation on the left, a page on the right, messages and questions below."""
+
+from gi.repository import Gdk, Gtk
+
+from panel import style as styles
+from panel.embedding import forward_keys, is_viewable, put_into
+from panel.messages import Messages
+from panel.texts import _
+from panel.widgets import button, choose, clear, column, grow, label, row, scrolled, style
+
+NARROW = 640  # px
+SIDE = 184  # px
+
+
+class Window:
+    """dark is the theme; into is the window of a screen around it, or None."""
+
+    def __init__(self, size, into, dark, closed):
+        self.dark, self._into = dark, into
+        self.gtk = Gtk.Window(title="Plumb") if into is None else Gtk.Plug.new(into)
+        self.gtk.set_default_size(*size)
+        self.gtk.connect("destroy", lambda _window: closed())
+        self._css = Gtk.CssProvider()
+        Gtk.StyleContext.add_provider_for_screen(Gdk.Screen.get_default(), self._css, Gtk.STYLE_PROVIDER_PRIORITY_APPLICATION)
+        self._buttons, self._names = {}, column(spacing=4)
+        navigation = scrolled(self._names)
+        navigation.grows = False
+        navigation.set_hexpand(False)
+        navigation.set_size_request(SIDE, -1)
+        self._stack = Gtk.Box(orientation=Gtk.Orientation.VERTICAL)
+        self._stack.set_border_width(8)
+        self._stack.grows = True
+        self.messages = Messages()
+        text = _("The realtime threads stand still: these values are old. Is LinuxCNC still alive?")
+        self._standstill = style(label(styles.SYMBOL["bad"] + "  " + text), "bad", "message")
+        self._standstill.set_no_show_all(True)
+        content = row(navigation, grow(self._stack), spacing=0)
+        content.grows = True
+        self._sides, self._narrow = (content, navigation), False
+        self.gtk.connect("size-allocate", lambda _window, place: self._arrange(place.width))
+        self.gtk.add(style(column(content, self._standstill, self.messages, spacing=0), "plumb"))
+        self._theme()
+
+    def _arrange(self, width):
+        """Where it is narrow, the navigation is a row above the page."""
+        from gi.repository import GLib
+
+        content, navigation = self._sides
+        wanted = Gtk.Orientation.VERTICAL if width < NARROW else Gtk.Orientation.HORIZONTAL
+        if content.get_orientation() == wanted:
+            return
+        narrow = wanted == Gtk.Orientation.VERTICAL
+
+        def change():
+            content.set_orientation(wanted)
+            self._names.set_orientation(Gtk.Orientation.HORIZONTAL if narrow else Gtk.Orientation.VERTICAL)
+            self._names.set_valign(Gtk.Align.START if narrow else Gtk.Align.FILL)
+            policies = (Gtk.PolicyType.AUTOMATIC, Gtk.PolicyType.NEVER) if narrow else (Gtk.PolicyType.NEVER, Gtk.PolicyType.AUTOMATIC)
+            navigation.set_policy(*policies)
+            navigation.set_size_request(-1 if narrow else SIDE, -1)
+            navigation.set_vexpand(not narrow)
+            self._narrow = narrow
+            self._wrap()
+            return False
+
+        GLib.idle_add(change)  # not while places are given out
+
+    def _wrap(self):
+        """Words of a row stand in one line; they would break after each letter."""
+        for child in self._names.get_children():
+            words = child if isinstance(child, Gtk.Label) else child.get_child()
+            words.set_line_wrap(not self._narrow)
+
+    def _theme(self):
+        Gtk.Settings.get_default().set_property("gtk-application-prefer-dark-theme", self.dark)
+        Gtk.Settings.get_default().set_property("gtk-enable-animations", False)
+        self._css.load_from_data(styles.css(self.dark).encode())
+
+    def toggle_theme(self):
+        self.dark = not self.dark
+        self._theme()
+        self.gtk.queue_draw()
+
+    def show(self, by_number):
+        """With its number on the standard output, where the screen around it asks for that."""
+        self.gtk.show_all()
+        if self._into is not None or by_number:
+            Gdk.error_trap_push()  # the screen around it may end first, and its windows with it
+        if self._into is not None:
+            put_into(self.gtk, self._into)
+            forward_keys(self.gtk)
+        if by_number:
+            print(self.gtk.get_window().get_xid(), flush=True)  # QtDragon reads this line, and never again
+
+    def show_navigation(self, pages, opened, level):
+        clear(self._names)
+        self._buttons = {}
+        for page in pages:
+            its = button(page.title, lambda page=page: opened(page))
+            self._buttons[page] = its
+            self._names.pack_start(its, False, False, 0)
+        self._names.pack_end(button(_("Light / dark"), self.toggle_theme), False, False, 0)
+        self._names.pack_end(label(_(level), "soft"), False, False, 0)
+        self._wrap()
+        self._names.show_all()
+
+    def show_page(self, page):
+        """Old questions and messages go with the page that they came from."""
+        self.messages.hush()
+        self._empty()
+        page.widget.set_vexpand(True)
+        self._stack.pack_start(page.widget, True, True, 0)
+        for each, its in self._buttons.items():
+            choose(its, each is page)
+        page.widget.show_all()
+
+    def show_sentence(self, text):
+        """Instead of pages."""
+        self.messages.hush()
+        clear(self._names)
+        self._empty()
+        self._stack.pack_start(label(text, "title"), False, False, 40)
+        self._stack.show_all()
+
+    def _empty(self):
+        for child in self._stack.get_children():
+            self._stack.remove(child)
+
+    def show_standstill(self, stands):
+        self._standstill.set_visible(stands)
+
+    def is_seen(self):
+        """Whether the window and all around it are on the screen."""
+        window = self.gtk.get_window()
+        if window is None:
+            return False
+        if self._into is None:
+            return not window.get_state() & Gdk.WindowState.ICONIFIED
+        try:
+            return is_viewable(window.get_xid())
+        except Exception:  # the screen around it is closing
+            return False
