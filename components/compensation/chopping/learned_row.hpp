@@ -31,6 +31,7 @@ struct LearnedRow : hal::Group {
     hal::Field<double> lower_first{this, "lower-first", "mu", "That correction when it was first learned."};
     hal::Field<double> upper_first{this, "upper-first", "mu", "That correction when it was first learned."};
     hal::Field<double> reversal{this, "reversal", "mu/s2", "Acceleration at the dead points."};
+    hal::Field<double> proven{this, "proven", "mu/s2", "Largest acceleration that the joint has followed."};
 
 private:
     // Each field, and its place in what was learned.
@@ -46,6 +47,7 @@ private:
         visit(lower_first, its.first_offset[0]);
         visit(upper_first, its.first_offset[1]);
         visit(reversal, its.reversal);
+        visit(proven, its.proven);
     }
 };
 
