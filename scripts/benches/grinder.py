@@ -11,7 +11,7 @@ import tempfile
 
 import numpy as np
 
-from support import charts
+from support import charts, drives
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import percentile_lines
 from support.recordings import write_rows
@@ -330,9 +330,14 @@ def main():
         tasks = [(command, seed) for command in commands for seed in seeds]
         outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
         results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(commands)}
+        axes = [(plant, seed, weak) for plant in drives.PLANTS for weak in drives.WEAK for seed in seeds]
+        found = simulate_all(drives.simulate, axes, drives.DURATION * len(axes), place_of(options))
+        by_drive = {}
+        for (plant, _, weak), outcome in zip(axes, found):
+            by_drive.setdefault((plant, weak), []).append(outcome)
         [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
         print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s\n")
-        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
+        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + drives.table(by_drive) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
         paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
         with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
             draw(paths[:2], record_cycle(folder), results)

@@ -5,6 +5,7 @@ import unittest
 
 import grinder
 from bench_runs import run_bench
+from support import drives
 
 
 def results(learned=((0.5, -1), (1, 3))):
@@ -49,6 +50,27 @@ class OneAxis(unittest.TestCase):
         self.assertLess(max(map(abs, grinder.simulate("strong", 3, lambda seconds: True)[0])), 2)
         for command in ("constant", "trapezoid", "crank"):
             self.assertTrue(5 < max(map(abs, errors[command])) < 2000, command)
+
+
+class Drives(unittest.TestCase):
+    """Axes with too little force, or less later; the whole table is in the bench."""
+
+    def outcomes(self, weak, seeds):
+        return {(plant, seed): drives.simulate(plant, seed, weak, lambda seconds: True) for plant in drives.PLANTS for seed in seeds}
+
+    def test_an_axis_with_enough_force_learns_and_a_later_loss_is_told_within_a_stroke(self):
+        for axis, outcome in self.outcomes(False, (1, 2, 4)).items():
+            self.assertFalse(outcome.silent, axis)
+            self.assertTrue(outcome.learned, axis)
+            self.assertLessEqual(outcome.beyond, 5, axis)
+            self.assertFalse(outcome.late, axis)
+            self.assertTrue(not outcome.affected or outcome.fault_later in (13, 20, 21), axis)
+
+    def test_a_weak_drive_is_told_and_passes_no_dead_point(self):
+        for axis, outcome in self.outcomes(True, (20, 39, 79)).items():
+            self.assertFalse(outcome.silent, axis)
+            self.assertIn(outcome.fault, (21, 22), axis)
+            self.assertLess(outcome.beyond, 50, axis)
 
 
 class Drift(unittest.TestCase):

@@ -116,8 +116,15 @@ moves.
 upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
 correction in force they come one stroke later.
 - Joint moves (another position): The stroke stays where it is. The end is at the new position.
-- Learning: Holds while speed, sections or region change, and for the first stroke. Eight strokes are remembered. After a restart retain(1) restores them with their first corrections: the stroke begins slow,
-and takes them up as far as the slow strokes confirm them.
+- Learning: Holds while speed, sections or region change, and for the first stroke. The speed rises as the axis shows
+the force for it: a stroke accelerates by a new value and brakes by one that was shown. A drive that is too weak keeps
+the speed that it has followed, fault 22. Eight strokes are remembered.
+- Proven acceleration: Regions and speeds below the largest acceleration that this joint has followed begin at full
+speed. After a restart retain(1) restores the strokes: one cycle at four fifths of the speed confirms them.
+- Passing a dead point by more than max-beyond: Learning begins again, fault 13. After the second time the last good
+speed stays, fault 23, until learn is set false and true, or forget rises.
+- Jam, loss of force, a scale that does not follow: Fault 21 in the same stroke, which is stopped.
+- A scale that slips: Both dead points move the same way. Two such cycles stop the stroke, fault 19.
 - Dead points that a scale cannot have measured: Not learned; the second one in a row stops the stroke.
 - Near a dead point with a correction: No stop and no hold ends outside the region.
 - max-offset, max-rate: A smaller one waits until the axis rests. A max-offset that the stroke does not fit into is refused
@@ -353,7 +360,9 @@ private:
     }
 
     Oscillation::Settings wanted() const noexcept {
-        return in_force_.stroke(supervision_.part(in_force_.values()), position_);
+        Oscillation::Settings its = in_force_.stroke(supervision_.part(in_force_.values()), position_);
+        if (in_force_.values().learn) supervision_.learning().restrain(its);
+        return its;
     }
 
     StrokeSupervision::Seen seen(const Now& now) noexcept {
@@ -366,7 +375,7 @@ private:
         motion_.oscillation().see_axis(
             now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
         motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns,
-                      feed_hold || values.override_value == 0, values.stop()},
+                      feed_hold || values.override_value == 0 || supervision_.recovers(), values.stop()},
                      wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
                          return values.learn ? supervision_.learning().offset(upper, reversal, speed) : 0;
                      });

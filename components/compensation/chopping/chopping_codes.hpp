@@ -24,7 +24,12 @@ enum class Fault : std::int32_t {
     weak,
     drift,
     bound,
-    withdrawing
+    withdrawing,
+    slips,
+    lost,
+    lags,
+    weak_drive,
+    last_good
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -78,6 +83,23 @@ constexpr const char* sentence(Fault fault) {
         case Fault::withdrawing:
             return "The stroke was refused: the axis was on its way to position. Set run false, and start "
                    "again.";
+        case Fault::slips:
+            return "Both measured dead points moved the same way: the scale slips, or the joint has lost its "
+                   "position; nothing was learned, and the stroke was stopped.";
+        case Fault::lost:
+            return "The axis did not turn at a dead point: drive or scale has failed; the stroke was "
+                   "stopped.";
+        case Fault::lags:
+            return "The axis follows later than in its last strokes, or runs ahead: it jams, the drive has "
+                   "lost "
+                   "force, or the scale does not follow; the stroke was stopped.";
+        case Fault::weak_drive:
+            return "The drive lacks the force for this speed: the axis strokes at the largest speed that it "
+                   "has "
+                   "followed, until learn is set false and true.";
+        case Fault::last_good:
+            return "The axis passed a dead point by more than max-beyond twice: the last good speed stays "
+                   "until learn is set false and true.";
         default: return nullptr;
     }
 }

@@ -3,22 +3,37 @@
 
 #include "components/math/oscillation/dead_point_learning.hpp"
 #include "components/math/oscillation/dead_point_meter.hpp"
+#include "components/math/oscillation/lag_model.hpp"
 #include "components/math/oscillation/oscillation_leg.hpp"
+#include "components/math/oscillation/shown_acceleration.hpp"
+
+#include <algorithm>
+#include <cmath>
 
 namespace plumb {
 
-// Measures each dead point, compares it with the commanded one, and learns from it.
+// Watches the axis in each period: its lag, the acceleration that it shows, and its dead points. Compares
+// them with the command, and learns from them.
 class DeadPointWatch {
 public:
     using Arrival = OscillationLeg::Arrival;
+    using Verdict = DeadPointLearning::Verdict;
 
-    enum class Event { none, corrected, beyond, wrong_scale };
+    enum class Event { none, corrected, beyond, wrong_scale, slips, lost, lags, falls_behind };
 
     // Of the strokes that are planned now.
     struct Present {
         bool learns = false;
         bool without_override = true;
         double speed = 0;  // mu/s
+    };
+
+    // Of this period; mu, mu/s, mu/s2, without the lead.
+    struct Sample {
+        double measured = 0, command = 0, velocity = 0, acceleration = 0;
+        bool second_half = false, upward = false;
+        double duration = 0, dt = 0.001;  // s, of the stroke, and of the period
+        double speed = 0;                 // mu/s, peak of the stroke
     };
 
     DeadPointLearning& learning() noexcept { return learning_; }
@@ -28,24 +43,40 @@ public:
     void begin() noexcept {
         arrival_[0] = arrival_[1] = {};
         doubts_[0] = doubts_[1] = 0;
-        metering_ = false;
+        lag_.begin();
+        pause();
     }
 
     // The next dead point is not that of a whole stroke.
-    void pause() noexcept { metering_ = false; }
+    void pause() noexcept {
+        metering_ = whole_ = false;
+        paused_ = true;
+        shown_.cancel();
+    }
 
     void arrive(const Arrival& arrival) noexcept { arrival_[arrival.upper] = arrival; }
 
-    // A measured position; a dead point is between the second halves of two strokes.
-    Event step(double measured, bool second_half, bool upward, const Present& present) noexcept {
-        Event event = Event::none;
-        if (second_half && (!metering_ || upward != upward_)) {
-            if (metering_) event = evaluate(upward_, present);
-            metering_ = true;
-            upward_ = upward;
-            meter_.begin(upward);
+    // A dead point is between the second halves of two strokes.
+    Event step(const Sample& now, const Present& present) noexcept {
+        const bool turned = !paused_ && now.upward != upward_now_;
+        paused_ = false;
+        upward_now_ = now.upward;
+        if (turned) {
+            lag_.stroke(whole_);
+            whole_ = true;
+            shown_.begin(now.upward, now.duration, now.dt);
         }
-        if (metering_) meter_.step(measured);
+        if (shown_.step(now.command, now.measured) && present.without_override && now.speed == present.speed)
+            learning_.shown(!now.upward, shown_.commanded(), shown_.done());
+        Event event = lag(now, present);
+        if (now.second_half && (!metering_ || now.upward != upward_)) {
+            const Event its = metering_ ? evaluate(upward_, present) : Event::none;
+            if (event == Event::none) event = its;
+            metering_ = true;
+            upward_ = now.upward;
+            meter_.begin(now.upward);
+        }
+        if (metering_) meter_.step(now.measured);
         return event;
     }
 
@@ -55,9 +86,29 @@ public:
     double error(bool upper) const noexcept { return error_[upper]; }        // mu, positive outside
 
 private:
+    // Whether the lag is far from that of the last strokes: a jam, or a drive without force. It grows at most
+    // with the square of the speed.
+    Event lag(const Sample& now, const Present& present) noexcept {
+        const double sign = now.upward ? 1 : -1, lag = sign * (now.command - now.measured);
+        const double rest = sign * lag_.step(now.command, now.velocity, now.acceleration, now.measured);
+        if (!present.learns || !whole_ || !lag_.known()) return Event::none;
+        const double faster = std::max(present.speed / std::max(lag_.speed(), 1e-9), 1.0);
+        const bool rises = learning_.rising() && present.without_override;
+        const double part = lag_.strokes() < 6 ? 0.2 : 0.05;
+        const double most =
+            10 * learning_.most_beyond() + faster * faster * (2 * lag_.band() + part * lag_.peak());
+        // An axis that follows closer than it did is no fault, one that runs ahead of its command is.
+        if (rest <= most && std::min(-rest, -lag) <= most) return Event::none;
+        lag_.begin();
+        if (!rises) return Event::lags;
+        learning_.fall_behind();
+        return Event::falls_behind;
+    }
+
     Event evaluate(bool upper, const Present& present) noexcept {
         const Arrival& its = arrival_[upper];
-        if (!meter_.found() || !its.happened) return Event::none;
+        if (!its.happened) return Event::none;
+        if (!meter_.found()) return present.learns && its.regular ? Event::lost : Event::none;
         position_[upper] = meter_.position();
         error_[upper] = upper ? position_[1] - its.bound : its.bound - position_[0];
         if (!present.learns || !its.regular || its.first) return Event::none;
@@ -66,19 +117,22 @@ private:
         if (doubts_[upper] >= 2) return Event::wrong_scale;
         if (doubts_[0] + doubts_[1] > 0 || !present.without_override || its.speed != present.speed)
             return Event::none;
-        const int beyond = learning_.beyond();
-        learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed);
-        if (learning_.beyond() == beyond) return Event::corrected;
-        learning_.restart();
-        return Event::beyond;
+        if (its.braking != learning_.braking() || !learning_.has(upper, its.bound)) return Event::none;
+        switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed)) {
+            case Verdict::beyond: return Event::beyond;
+            case Verdict::slips: return Event::slips;
+            default: return Event::corrected;
+        }
     }
 
     DeadPointLearning learning_;
     DeadPointMeter meter_;
+    LagModel lag_;
+    ShownAcceleration shown_;
     Arrival arrival_[2];  // lower, upper
     double position_[2] = {0, 0}, error_[2] = {0, 0};
     int doubts_[2] = {0, 0};  // of the scale, in a row
-    bool metering_ = false, upward_ = false;
+    bool metering_ = false, upward_ = false, upward_now_ = false, whole_ = false, paused_ = true;
 };
 
 }  // namespace plumb

@@ -26,6 +26,8 @@ struct LearnedRow final : hal::RecordRow<DeadPointLearning::Learned> {
     Field<double> upper_first{this, record.first_offset[1], "upper-first", "mu",
                               "That correction when it was first learned."};
     Field<double> reversal{this, record.reversal, "reversal", "mu/s2", "Acceleration at the dead points."};
+    Field<double> proven{this, record.proven, "proven", "mu/s2",
+                         "Largest acceleration that the joint has followed."};
 };
 
 }  // namespace plumb

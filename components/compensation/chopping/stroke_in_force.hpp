@@ -68,6 +68,7 @@ public:
     DeadPointLearning::Settings learning() const noexcept {
         DeadPointLearning::Settings its = values_.learning;
         its.inset = values_.inset_of(upper_ - lower_);
+        its.demand = values_.demand(upper_ - lower_);
         return its;
     }
 

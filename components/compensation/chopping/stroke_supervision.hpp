@@ -8,7 +8,9 @@
 #include "components/compensation/chopping/stroke_motion.hpp"
 #include "components/math/oscillation/measured_phase.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace plumb {
 
@@ -33,12 +35,16 @@ public:
     void begin(const Seen& seen) noexcept {
         watch_.begin();
         clock_.begin();
+        recovery_ = 0;
         if (seen.measurable) phase_.begin(seen.measured);
     }
 
     // A stroke begins, or has other settings.
     void select(const StrokeInForce& in_force) noexcept {
-        if (in_force.values().learn) learning().select(in_force.learned_stroke(), in_force.learning());
+        if (in_force.values().learn)
+            learning().select(in_force.learned_stroke(), in_force.learning());
+        else
+            learning().open();
     }
     void pause() noexcept { watch_.pause(); }
 
@@ -48,10 +54,11 @@ public:
         if (motion.moves() && seen.measurable && values.max_following_error > 0 &&
             std::abs(seen.measured - last_commanded_) > values.max_following_error)
             found = {Fault::following, true, false};
-        last_commanded_ = seen.commanded;
+        const double commanded = std::exchange(last_commanded_, seen.commanded);
+        recovery_ = std::max(recovery_ - dt, 0.0);
         if (seen.measurable) phase_.step(seen.measured, motion.oscillation().plan());
         arrive(seen, motion, in_force, dt);
-        look(seen, motion, in_force, found);
+        look({seen.measurable, seen.measured, commanded}, motion, in_force, dt, found);
         return found;
     }
 
@@ -65,11 +72,16 @@ public:
         if (!values.learn) return Fault::none;
         const DeadPointLearning& its = learning();
         return blind                                           ? Fault::feedback
+               : its.weak_drive()                              ? Fault::weak_drive
+               : its.capped()                                  ? Fault::last_good
                : its.weak()                                    ? Fault::weak
                : !its.learned() && its.cycles() >= most_cycles ? Fault::not_learned
                : its.drift() > values.max_drift                ? Fault::drift
                                                                : Fault::none;
     }
+
+    // The stroke is held until the axis, which fell behind, rests.
+    bool recovers() const noexcept { return recovery_ > 0; }
 
     DeadPointLearning& learning() noexcept { return watch_.learning(); }
     const DeadPointLearning& learning() const noexcept { return watch_.learning(); }
@@ -78,7 +90,8 @@ public:
     const CycleClock& clock() const noexcept { return clock_; }
 
 private:
-    static constexpr int most_cycles = 30;  // of learning
+    static constexpr int most_cycles = 30;        // of learning
+    static constexpr double recovery_time = 0.5;  // s
 
     void arrive(const Seen& seen, const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
         clock_.step(dt);
@@ -89,7 +102,8 @@ private:
         if (!arrival.upper) fit_cycle_time(motion.oscillation(), in_force);
     }
 
-    void look(const Seen& seen, const StrokeMotion& motion, const StrokeInForce& in_force,
+    // The command is that of the period before, which the axis has seen.
+    void look(const Seen& seen, const StrokeMotion& motion, const StrokeInForce& in_force, double dt,
               Findings& found) noexcept {
         const Oscillation& oscillation = motion.oscillation();
         if (!motion.moves() || !seen.measurable || oscillation.state() == Oscillation::State::braking ||
@@ -99,9 +113,22 @@ private:
             return;
         }
         const StrokeValues& values = in_force.values();
-        switch (watch_.step(seen.measured, oscillation.second_half(), oscillation.upward(),
-                            {values.learn, values.override_value == 1, in_force.speed(part(values))})) {
-            case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true, found.corrected}; break;
+        const LeadingCommand& command = motion.leading();
+        const DeadPointWatch::Sample now{seen.measured,
+                                         seen.commanded,
+                                         command.velocity(),
+                                         command.acceleration(),
+                                         oscillation.second_half(),
+                                         oscillation.upward(),
+                                         oscillation.plan().duration(),
+                                         dt,
+                                         oscillation.speed()};
+        switch (watch_.step(now, {values.learn, values.override_value == 1, in_force.speed(part(values))})) {
+            case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true}; break;
+            case DeadPointWatch::Event::slips: found = {Fault::slips, true}; break;
+            case DeadPointWatch::Event::lost: found = {Fault::lost, true}; break;
+            case DeadPointWatch::Event::lags: found = {Fault::lags, true}; break;
+            case DeadPointWatch::Event::falls_behind: recovery_ = recovery_time; break;
             case DeadPointWatch::Event::beyond: found.fault = Fault::beyond; [[fallthrough]];
             case DeadPointWatch::Event::corrected: found.corrected = true; break;
             case DeadPointWatch::Event::none: break;
@@ -125,6 +152,7 @@ private:
     MeasuredPhase phase_;
     CycleClock clock_;
     double last_commanded_ = 0;  // mu
+    double recovery_ = 0;        // s, left
 };
 
 }  // namespace plumb

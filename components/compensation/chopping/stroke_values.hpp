@@ -71,6 +71,13 @@ struct StrokeValues {
     std::size_t jerk_samples(double dt) const noexcept {
         return static_cast<std::size_t>(std::max(std::ceil(jerk_time / dt - 1e-9), 1.0));
     }
+    // Mu/s2, the largest acceleration of a stroke of this length, at most.
+    double demand(double length) const noexcept {
+        bool even = true;
+        for (const SpeedSection& each : stroke.sections) even &= each.kind == SpeedSection::off;
+        const Reciprocation base{0, length, peak_speed(length)};
+        return even ? std::min(base.peak_acceleration(), stroke.acceleration) : stroke.acceleration;
+    }
     double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
 
     // As it is learned between these dead points: one number stands for its sections, dwells, lead and exact

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/oscillation/climb.hpp"
 #include "components/math/oscillation/learned_strokes.hpp"
+#include "components/math/oscillation/oscillation_settings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,17 +16,17 @@ namespace plumb {
 // Learns how far the commanded ends of a stroke must lie beyond its dead points, so that the axis reaches
 // these and does not pass them. Outward is positive at both ends, in mu.
 //
-// A new stroke begins slow, and inside the dead points by an inset. The speed rises while the overshoot that
-// is predicted for it stays within the inset; the overshoot of an axis grows with the square of the speed.
-// At full speed each measured error corrects its end by a part, the gain. Strokes that were learned before
-// are remembered. After a restart they begin slow, too, and use their learned corrections as far as the
-// axis confirms them.
+// A new stroke begins inside the dead points by an inset, and slow where its acceleration is above the one
+// that this joint has proven. The speed rises as Climb has it, while the overshoot that is predicted for it
+// stays within the inset. At full speed each measured error corrects its end. Strokes that were learned
+// before are remembered. After a restart they begin at reduced speed and are at full speed in their second
+// cycle, if the axis confirms what was learned.
 class DeadPointLearning {
 public:
     using Stroke = LearnedStrokes::Stroke;
     using Learned = LearnedStrokes::Learned;
 
-    static constexpr double slow = 0.2;  // of the speed, in the beginning
+    static constexpr double slow = Climb::slow;
 
     struct Settings {
         double inset = 0;        // mu, of a stroke that is not learned
@@ -32,12 +34,16 @@ public:
         double most = 0;         // mu, the largest correction either way
         double tolerance = 0;    // mu, of a learned dead point
         double most_beyond = 0;  // mu, beyond a dead point
+        double demand = 0;       // mu/s2, the largest acceleration of the stroke at full speed
 
         bool operator==(const Settings& other) const noexcept {
             return inset == other.inset && gain == other.gain && most == other.most &&
-                   tolerance == other.tolerance && most_beyond == other.most_beyond;
+                   tolerance == other.tolerance && most_beyond == other.most_beyond && demand == other.demand;
         }
     };
+
+    // What a measured dead point has brought. slips: the scale has moved against the joint.
+    enum class Verdict { none, beyond, slips };
 
     // Takes up a stroke: one that it has learned with its corrections, any other one from the beginning.
     void select(const Stroke& stroke, const Settings& settings) noexcept {
@@ -45,28 +51,44 @@ public:
         if (stroke == stroke_ && used_) return;
         stroke_ = stroke;
         used_ = true;
+        climb_.open();
+        trips_ = 0;
+        if (limit_ > 0 && limit_ < settings.demand) climb_.cap(limit_ / settings.demand);
         begin();
         const Learned* known = strokes_.find(stroke);
-        if (!known || !strokes_.proven(stroke)) return;
+        if (!known || !strokes_.proven(stroke) || climb_.capped()) return;
         for (std::size_t i = 0; i < 2; ++i) {
-            offset_[i] = bounded(known->offset[i], settings.most);
-            excess_[i] = -offset_[i];
+            const double its = known->offset[i];
+            offset_[i] = bounded(its > 0 ? again * its : its, settings.most);
+            excess_[i] = -its;
         }
         excess_speed_ = {stroke.speed, stroke.speed};
         reference_ = known->reversal;
-        factor_ = 1;
+        climb_.begin(1);
         drift_ = drift_from(known->first_offset);
     }
 
     // From the beginning, for the selected stroke: the axis is not the one that learned it.
     void restart() noexcept {
         strokes_.doubt(stroke_);
-        begin(true);
+        proven_ = 0;
+        doubted_ = true;
+        begin();
     }
 
     void forget() noexcept {
         strokes_.forget();
+        proven_ = 0;
+        open();
         begin();
+    }
+
+    // A person has decided that the axis may rise again above its last good speed.
+    void open() noexcept {
+        climb_.open();
+        trips_ = 0;
+        limit_ = 0;
+        weak_drive_ = doubted_ = false;
     }
 
     const LearnedStrokes& strokes() const noexcept { return strokes_; }
@@ -74,8 +96,21 @@ public:
     // Remembers a stroke that was learned before a restart; false if it is impossible.
     bool restore(const Learned& learned) noexcept { return strokes_.restore(learned); }
 
-    // The part of the full speed at which the next stroke may run.
-    double speed_factor() const noexcept { return factor_; }
+    // The part of the full speed at which the next stroke may run, and the part of its acceleration by which
+    // it brakes.
+    double speed_factor() const noexcept { return climb_.factor(); }
+    double braking() const noexcept { return climb_.braking(); }
+    bool at_full_speed() const noexcept { return climb_.complete() && !climb_.capped(); }
+    bool rising() const noexcept { return !climb_.complete(); }
+    bool capped() const noexcept { return climb_.capped(); }  // the last good speed stays
+    bool weak_drive() const noexcept { return weak_drive_; }  // it has shown its largest force
+
+    // Below full speed no stroke needs more acceleration than it shows at this factor.
+    void restrain(OscillationSettings& settings) const noexcept {
+        if (at_full_speed()) return;
+        settings.acceleration = std::min(settings.acceleration, 1.05 * settings_.demand) * climb_.level();
+        settings.braking = climb_.braking();
+    }
 
     // Where the end of a stroke lies, with the acceleration of its reversal and its speed. An end beyond the
     // dead point comes back with the acceleration, as the axis then follows closer. One inside goes farther
@@ -91,28 +126,48 @@ public:
     bool plausible(bool upper, double error, double used, double speed) const noexcept {
         const double faster = excess_speed_[upper] > 0 ? speed / excess_speed_[upper] : 1;
         const double last = excess_[upper], grown = last * faster * faster;
-        const double slack = 0.1 * (stroke_.upper - stroke_.lower) + settings_.inset, excess = error - used;
+        const double slack = 0.1 * length() + settings_.inset, excess = error - used;
         return excess >= std::min(last, grown) - slack && excess <= std::max(last, grown) + slack;
+    }
+
+    // Whether a dead point is one of the stroke that it learns.
+    bool has(bool upper, double bound) const noexcept {
+        return bound == (upper ? stroke_.upper : stroke_.lower);
+    }
+
+    // The largest accelerations of a stroke that left an end: of the command and of the axis.
+    void shown(bool upper, double commanded, double done) noexcept {
+        climb_.shown(upper, commanded, done);
+        shown_[upper] = commanded;
+    }
+
+    // The axis has fallen behind a stroke, which was given up, while the speed rises.
+    void fall_behind() noexcept {
+        climb_.fall_behind();
+        note_weakness();
     }
 
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
     // acceleration of the reversal, and the speed, of strokes at the present speed factor.
-    void measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
+    Verdict measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
         error_[upper] = error;
+        used_offset_[upper] = used;
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
         known_[upper] = true;
-        if (factor_ == 1) {
-            if (error > settings_.most_beyond) ++beyond_;
-            const double gain = error > settings_.most_beyond ? 1 : settings_.gain;
-            offset_[upper] = bounded(used - gain * error, settings_.most);
+        if (climb_.complete()) {
+            offset_[upper] = bounded(used - correction(error), settings_.most);
             reference_ = acceleration;
+        } else if (error > settings_.most_beyond) {
+            offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
         }
-        if (known_[0] && known_[1]) cycle();
+        return known_[0] && known_[1] ? cycle() : Verdict::none;
     }
 
     bool learned() const noexcept { return good_ >= 2; }
     int cycles() const noexcept { return cycles_; }  // at full speed
+    double most_beyond() const noexcept { return settings_.most_beyond; }
+    double demand() const noexcept { return settings_.demand; }
     // Mu, since the stroke was first learned.
     double drift() const noexcept { return drift_; }
     // A correction is at its bound, and the dead point is not reached.
@@ -122,51 +177,121 @@ public:
         };
         return cycles_ > 0 && (at_bound(0) || at_bound(1));
     }
-    int beyond() const noexcept { return beyond_; }  // dead points that the axis has passed by too much
 
 private:
-    void begin(bool distrusts = false) noexcept {
-        distrusts_ = distrusts;
-        offset_ = {-settings_.inset, -settings_.inset};
-        excess_ = excess_speed_ = {};
-        reference_ = 0;
-        factor_ = slow;
+    double length() const noexcept { return stroke_.upper - stroke_.lower; }
+    // Mu, what a drive that saturates may overshoot.
+    double room() const noexcept { return std::min(settings_.inset, 10 * settings_.most_beyond); }
+
+    void begin() noexcept {
+        climb_.begin(first_factor());
+        const double overshoot = std::max(0.0, 1.3 * per_acceleration_ * settings_.demand * climb_.level());
+        offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
+        excess_ = excess_speed_ = last_excess_ = {};
+        last_turning_ = reference_ = 0;
         known_ = {false, false};
-        settling_ = true;
-        cycles_ = good_ = beyond_ = 0;
+        cycles_ = good_ = slips_ = 0;
+        was_learned_ = false;
         drift_ = 0;
     }
 
-    void cycle() noexcept {
+    // At once at full speed where the joint has proven the acceleration since the start. One that it has
+    // proven before that is confirmed by a cycle.
+    double first_factor() const noexcept {
+        if (!(settings_.demand > 0)) return slow;
+        const double now = std::min(nearly * proven_ / settings_.demand, 1.0);
+        const double before =
+            doubted_ ? 0 : std::min(nearly * strokes_.largest_proven() / settings_.demand, 1.0);
+        return std::max(std::sqrt(std::max(now, before / Climb::fastest)), slow);
+    }
+
+    // Mu, by which the end moves inward. From far inside the stroke gets longer, and the axis closer: the
+    // correction leaves as much as that can be.
+    double correction(double error) const noexcept {
+        if (error > settings_.most_beyond) return error;
+        const double wrong = std::abs(error);
+        if (cycles_ > 3 || wrong <= 2 * settings_.tolerance) return settings_.gain * error;
+        const double lag = std::max({-excess_[0], -excess_[1], 0.0});
+        const double part = wrong > 20 * settings_.tolerance ? 0.1 : 0.03;
+        const double kept = std::max(part, std::min(2.2 * lag / length(), 1 - settings_.gain)) * wrong;
+        return error > 0 ? error : -(wrong - kept);
+    }
+
+    Verdict cycle() noexcept {
         known_ = {false, false};
-        if (factor_ < 1) {
-            if (settling_)
-                settling_ = false;
-            else
-                rise();
-            return;
+        const bool beyond = std::max(error_[0], error_[1]) > settings_.most_beyond;
+        if (!climb_.complete()) {
+            if (beyond) return pass_beyond();
+            rise();
+            return Verdict::none;
         }
+        if (slips()) return ++slips_ >= 2 ? Verdict::slips : Verdict::none;
+        slips_ = 0;
+        if (beyond) return pass_beyond();
         if (cycles_ < 1000000) ++cycles_;
         const bool within =
             std::abs(error_[0]) <= settings_.tolerance && std::abs(error_[1]) <= settings_.tolerance;
         good_ = within ? std::min(good_ + 1, 2) : 0;
-        if (!learned()) return;
+        if (!climb_.capped()) {
+            const double largest = std::min(shown_[0], shown_[1]) / seen_part;
+            proven_ = std::max(proven_, std::min(settings_.demand, largest));
+            if (reference_ > 0)
+                per_acceleration_ = std::max(excess_[0], excess_[1]) / std::max(reference_, 1e-9);
+        }
+        if (!learned()) return Verdict::none;
+        was_learned_ = true;
+        doubted_ = false;
+        if (climb_.capped()) return Verdict::none;  // not learned for the full speed
         const Learned* known = strokes_.find(stroke_);
         const std::array<double, 2> first = known ? known->first_offset : offset_;
         drift_ = drift_from(first);
-        strokes_.remember({stroke_, offset_, first, reference_});
+        strokes_.remember({stroke_, offset_, first, reference_, proven_});
+        return Verdict::none;
+    }
+
+    // Both dead points have moved the same way by as much: the scale has, or the joint. Such a cycle corrects
+    // nothing.
+    bool slips() noexcept {
+        const double apart = std::abs(error_[0] - error_[1]) / 2,
+                     common = std::abs(error_[0] + error_[1]) / 2;
+        if (!was_learned_ || apart <= std::max(2 * settings_.tolerance, 3 * common)) return false;
+        offset_ = used_offset_;
+        return true;
+    }
+
+    // The first time learning begins again. After the second one the speed stays at the last good one.
+    Verdict pass_beyond() noexcept {
+        if (++trips_ >= 2) {
+            climb_.cap_before();
+            limit_ = climb_.ceiling() * settings_.demand;
+        }
+        restart();
+        return Verdict::beyond;
     }
 
     // The inset takes the growth of the overshoot, with a reserve of 30 %.
     void rise() noexcept {
-        const double overshoot = std::max({excess_[0], excess_[1], 0.0}), before = factor_;
-        for (std::size_t i = 0; i < 2; ++i)
+        const double now = climb_.turning();
+        double slope = 0;  // mu of overshoot a level
+        for (std::size_t i = 0; i < 2; ++i) {
+            slope = std::max(slope, excess_[i] / now);
+            if (now - last_turning_ > 0.05 * now && last_turning_ > 0)
+                slope = std::max(slope, (excess_[i] - last_excess_[i]) / (now - last_turning_));
             offset_[i] = bounded(-settings_.inset - std::max(excess_[i], 0.0), settings_.most);
-        const double room = overshoot > 0 ? std::sqrt(1 + settings_.inset / (1.3 * overshoot)) : fastest_rise;
-        factor_ = std::min(factor_ * std::min(room, fastest_rise), 1.0);
-        if (factor_ > 0.98) factor_ = 1;
-        settling_ = true;
-        if (factor_ == 1 && !distrusts_) take_up(1 / (before * before));
+        }
+        last_turning_ = now;
+        last_excess_ = excess_;
+        const double level = climb_.level();
+        const double growth = slope > 0 ? 1 + settings_.inset / (1.3 * slope * level) : Climb::fastest;
+        climb_.rise(growth, length(), room());
+        note_weakness();
+        if (climb_.complete() && !climb_.capped() && !doubted_) take_up(1 / now);
+    }
+
+    void note_weakness() noexcept {
+        if (!climb_.weak()) return;
+        weak_drive_ = true;
+        limit_ = climb_.ceiling() * settings_.demand;
     }
 
     // What was learned before a restart, not farther out than the axis at reduced speed predicts, with a
@@ -185,17 +310,26 @@ private:
         return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
     }
 
-    static constexpr double fastest_rise = 2.5;
+    static constexpr double seen_part = 0.95;  // of the peak of a crank, in a mean of 30 degrees
+    static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
+    static constexpr double again = 0.975;     // of a correction, in the first stroke of a region
 
     Settings settings_;
     Stroke stroke_;
     LearnedStrokes strokes_;
-    bool used_ = false, settling_ = true, distrusts_ = false;
-    std::array<double, 2> offset_{}, error_{};
+    Climb climb_;
+    bool used_ = false, was_learned_ = false, weak_drive_ = false;
+    bool doubted_ = false;  // the axis is not the one that learned
+    std::array<double, 2> offset_{}, used_offset_{}, error_{};
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
+    std::array<double, 2> last_excess_{};              // at the level before
+    std::array<double, 2> shown_{};                    // mu/s2, of the last strokes from both ends
     std::array<bool, 2> known_{};
-    double reference_ = 0, factor_ = slow, drift_ = 0;
-    int cycles_ = 0, good_ = 0, beyond_ = 0;
+    double last_turning_ = 0, reference_ = 0, drift_ = 0;
+    double proven_ = 0;            // mu/s2, of this joint since the start
+    double per_acceleration_ = 0;  // s2, the overshoot of this joint
+    double limit_ = 0;             // mu/s2, of the last good speed, until open(); 0: none
+    int cycles_ = 0, good_ = 0, trips_ = 0, slips_ = 0;
 };
 
 }  // namespace plumb

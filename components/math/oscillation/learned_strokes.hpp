@@ -28,6 +28,7 @@ public:
         Stroke stroke;
         std::array<double, 2> offset{}, first_offset{};  // mu, now, and when it was first learned
         double reversal = 0;                             // mu/s2, the acceleration at the dead points
+        double proven = 0;  // mu/s2, the largest one that the joint has shown; 0 in an old record
 
         // False for NaN too.
         bool valid() const noexcept {
@@ -36,7 +37,7 @@ public:
                    stroke.speed > 0 && within(stroke.speed, 1e6) && stroke.acceleration > 0 &&
                    within(stroke.acceleration, 1e9) && within(offset[0], 1e3) && within(offset[1], 1e3) &&
                    within(first_offset[0], 1e3) && within(first_offset[1], 1e3) && reversal > 0 &&
-                   within(reversal, 1e9);
+                   within(reversal, 1e9) && proven >= 0 && within(proven, 1e9);
         }
     };
 
@@ -55,6 +56,14 @@ public:
     }
     void doubt(const Stroke& stroke) noexcept {
         if (find(stroke)) proven_[static_cast<std::size_t>(place_of(stroke))] = false;
+    }
+
+    // Mu/s2, of the joint, in any stroke; 0 if there is none.
+    double largest_proven() const noexcept {
+        double largest = 0;
+        for (int i = 0; i < count_; ++i)
+            largest = std::max({largest, (*this)[i].proven, (*this)[i].reversal});
+        return largest;
     }
 
     // In the place of the oldest one where all are taken.

@@ -118,6 +118,7 @@ public:
     double stroke_time(bool upward) const noexcept { return duration_[upward]; }  // s, of the last plan
     const StrokePlan& plan() const noexcept { return plans_[running_]; }          // that runs, or ran last
     bool upward() const noexcept { return plan().upward(); }
+    double speed() const noexcept { return leg().arrival.speed; }  // mu/s, peak of the present stroke
     bool second_half() const noexcept { return state_ == State::stroke && time_ > plan().duration() / 2; }
     bool late() const noexcept { return late_; }  // a plan was not ready at a dead point
     // The axis was not at the last dead point within the time of the exact stop.
@@ -218,7 +219,7 @@ private:
             now.lower = lower_;
             now.upper = upper_;
         }
-        leg.acceleration = now.acceleration;
+        leg.acceleration = now.acceleration * now.braking;
         planner_.begin(leg.kind == Kind::closing
                            ? OscillationLeg::to_position(from, end(), now)
                            : leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned),

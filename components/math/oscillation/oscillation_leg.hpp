@@ -26,6 +26,7 @@ struct OscillationLeg {
         double offset = 0;        // outward, of the commanded end
         double acceleration = 0;  // of the reversal
         double speed = 0;         // mu/s, peak
+        double braking = 1;       // part of the acceleration
     };
 
     Kind kind = Kind::none;
@@ -71,7 +72,8 @@ struct OscillationLeg {
         StrokeRequest request;
         request.from = from;
         request.largest_speed = now.largest_speed;
-        request.acceleration = now.acceleration;
+        request.acceleration = whole ? now.acceleration : now.acceleration * now.braking;
+        request.braking = whole ? now.braking : 1;
         request.to = std::clamp(end, now.lowest, now.highest);
         if (upward ? request.to <= from + nothing : request.to >= from - nothing) request.to = bound;
         const double behind = whole    ? from
@@ -93,6 +95,7 @@ struct OscillationLeg {
         arrival.offset = upward ? request.to - bound : bound - request.to;
         arrival.acceleration = at_turn;
         arrival.speed = now.speed;
+        arrival.braking = now.braking;
         return request;
     }
 
@@ -103,7 +106,7 @@ struct OscillationLeg {
         request.to = to;
         request.shape = {std::min(from, to), std::max(from, to), fastest};
         request.largest_speed = std::min(now.speed, now.largest_speed);
-        request.acceleration = now.acceleration;
+        request.acceleration = now.acceleration * now.braking;
         return request;
     }
 

@@ -17,6 +17,7 @@ struct OscillationSettings {
     double lower = 0, upper = 0;              // dead points, lower < upper
     double speed = 0;                         // mu/s, peak, with the override
     double acceleration = 0;                  // mu/s2, the largest
+    double braking = 1;                       // the part of it that brakes, and ends any other motion
     double largest_speed = 0;                 // mu/s
     double lower_dwell = 0, upper_dwell = 0;  // s
     double exact_stop = 0;           // s, the longest wait for the axis at a dead point, before its dwell
@@ -31,7 +32,7 @@ struct OscillationSettings {
 
     bool operator==(const OscillationSettings& other) const noexcept {
         const auto all = [](const OscillationSettings& its) {
-            return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.largest_speed,
+            return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.braking, its.largest_speed,
                             its.lower_dwell, its.upper_dwell, its.exact_stop, its.lowest, its.highest,
                             its.end_position, its.strokes, its.spark_out, its.upward_first, its.timed,
                             its.ending, its.sections);

@@ -18,13 +18,14 @@ struct StrokeRequest {
     Reciprocation shape;         // its speed at each position bounds that of the stroke; contains from and to
     double largest_speed = 0;    // mu/s, above 0
     double acceleration = 0;     // mu/s2, above 0
+    double braking = 1;          // part of the acceleration by which it brakes, least_braking to 1
     SpeedSections::Spans spans;  // of the direction from `from` to `to`
 
     bool operator==(const StrokeRequest& other) const noexcept {
         return from == other.from && to == other.to && shape.lower == other.shape.lower &&
                shape.upper == other.shape.upper && shape.speed == other.shape.speed &&
                largest_speed == other.largest_speed && acceleration == other.acceleration &&
-               spans == other.spans;
+               braking == other.braking && spans == other.spans;
     }
 };
 
@@ -77,6 +78,7 @@ private:
 class StrokePlanner {
 public:
     static constexpr std::size_t passes = 3;
+    static constexpr double least_braking = 0.5;
     static constexpr std::size_t most_work = passes * StrokePlan::most_nodes;  // nodes of a plan
 
     // from != to.
@@ -126,7 +128,8 @@ private:
                 add_mark(way);
                 const double before = wanted(way, ratio_at(way - 2 * nothing()));
                 const double after = wanted(way, ratio_at(way + 2 * nothing()));
-                add_mark(way + (after - before) / (2 * request_.acceleration));
+                const double slope = after < before ? braking() : request_.acceleration;
+                add_mark(way + (after - before) / (2 * slope));
             }
         std::sort(marks_.begin(), marks_.begin() + marks_count_);
     }
@@ -174,8 +177,17 @@ private:
 
     // The largest v^2 at a position with a ratio.
     double wanted(double way, double ratio) const noexcept {
-        return std::min(chord * request_.shape.speed_squared(where(way)) * ratio * ratio,
+        return std::min(chord * request_.shape.speed_squared(where(way)) * ratio * ratio * eased(way),
                         request_.largest_speed * request_.largest_speed);
+    }
+
+    double braking() const noexcept { return request_.acceleration * request_.braking; }
+
+    // The square of the speed falls from a quarter of the way to three quarters to what the braking needs. So
+    // the deceleration is nowhere above that at the end, for least_braking and more.
+    double eased(double way) const noexcept {
+        const double part = std::clamp(2 * way / length_ - 0.5, 0.0, 1.0);
+        return 1 + part * (request_.braking - 1);
     }
 
     // The largest v^2 at a node: that of the slower of its two neighbours. ratio_ is that of the interval
@@ -189,7 +201,7 @@ private:
     void backward() noexcept {
         const std::size_t i = --next_;
         const double d = plan_->way_[i + 1] - plan_->way_[i];
-        square_[i] = std::min(square_[i], square_[i + 1] + 2 * request_.acceleration * d);
+        square_[i] = std::min(square_[i], square_[i + 1] + 2 * braking() * d);
         plan_->speed_[i + 1] = std::sqrt(square_[i + 1]);
         if (i > 0) return;
         plan_->speed_[0] = 0;

@@ -710,7 +710,7 @@ TEST_F(Chopping, ALearnedStrokeWithSectionsKeepsTheAcceleration) {
         bench.command(line);
     start();
     double worst = 0;
-    for (int i = 0; i < 30; ++i) worst = std::max(worst, hardest(commands(1)));
+    for (int i = 0; i < 60; ++i) worst = std::max(worst, hardest(commands(1)));
     EXPECT_EQ(get("learned"), 1);
     EXPECT_GT(get("upper-correction"), 0.1);
     EXPECT_LE(worst, 1000 * 1.01);
@@ -728,7 +728,7 @@ struct Learned : Chopping {
 
 TEST_F(Learned, AnAxisThatGoesBeyondStartsLearningAgain) {
     ASSERT_EQ(get("learned"), 1);
-    bench.set("axis.servo-gain", 60);
+    bench.set("axis.servo-gain", 24);
     bench.run(4);
     EXPECT_EQ(get("fault-code"), 13);
     EXPECT_LT(get("speed-factor"), 1);
@@ -762,6 +762,45 @@ TEST_F(Learned, AnEndAtRSpoilsNoDeadPoint) {
     }
 }
 
+// The way to R, a hold and an end at a dead point are no lag of the axis.
+TEST_F(Learned, NoEndAndNoHoldIsTakenForALackOfForce) {
+    ASSERT_EQ(get("learned"), 1);
+    bench.expect("f == 0", {{"f", "chop.fault-code"}});
+    for (int i = 0; i < 40; ++i) {
+        bench.run(0.3 + 0.037 * i);
+        set("stop-kind", i % 3);
+        set(i % 4 == 3 ? "feed-hold" : "run", i % 4 == 3 ? 1 : 0);
+        bench.run(1.5);
+        set("feed-hold", 0);
+        set("run", 0);
+        bench.run(0.2);
+        set("run", 1);
+        bench.run(0.01);
+    }
+}
+
+TEST_F(Learned, AJamAndADriveWithoutForceAreToldInTheStroke) {
+    ASSERT_EQ(get("learned"), 1);
+    const double stroke = 3.1416 * 12 / 60 / 2;
+    for (const bool jam : {true, false}) {
+        bench.run(jam ? 0.4 : 0.55);
+        bench.set(jam ? "axis.friction" : "axis.force-limit", jam ? 20 : 200);
+        const double begin = bench.time();
+        while (get("fault-code") == 0 && bench.time() < begin + 5) bench.run(0.005);
+        EXPECT_EQ(get("fault-code"), 21);
+        EXPECT_LE(bench.time() - begin, stroke);
+        bench.run(1);
+        EXPECT_EQ(get("active"), 0);
+        bench.set(jam ? "axis.friction" : "axis.force-limit", jam ? 0.15 : 5000);
+        bench.run(1);
+        set("run", 0);
+        bench.run(0.5);
+        start();
+        bench.run(3);
+        EXPECT_EQ(get("fault-code"), 0) << "strokes again";
+    }
+}
+
 TEST_F(Learned, AnAxisThatChangesOverTimeIsReported) {
     ASSERT_EQ(get("learned"), 1);
     EXPECT_LT(get("drift"), 0.001);
@@ -784,8 +823,10 @@ TEST_F(Chopping, FrictionThatGrowsOverWeeksIsReported) {
     double before = get("drift");
     for (const double friction : {0.4, 0.5, 0.6}) {
         EXPECT_EQ(get("fault-code"), 0) << friction;
-        bench.set("axis.friction", friction);
-        bench.run(20);
+        for (int i = 9; i >= 0; --i) {
+            bench.set("axis.friction", friction - 0.01 * i);
+            bench.run(4);
+        }
         EXPECT_GT(get("drift"), 2 * before) << friction;
         EXPECT_NEAR(bench.get("axis.truth-upper"), -8, 2 * um) << "corrected nevertheless";
         before = get("drift");
@@ -826,7 +867,7 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     wire(later);
     later.set("axis.servo-gain", 20);
     for (const char* field : {"lower", "upper", "speed", "acceleration", "sections", "lower-offset",
-                              "upper-offset", "lower-first", "upper-first", "reversal"})
+                              "upper-offset", "lower-first", "upper-first", "reversal", "proven"})
         later.set(std::string("chop.restore-") + field, get(std::string("row-") + field));
     later.set("chop.restore", 1);
     later.run(0.01);
@@ -834,10 +875,10 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
         later.command(line);
     later.run(0.5);
-    EXPECT_EQ(later.get("chop.speed-factor"), 0.2);
+    EXPECT_NEAR(later.get("chop.speed-factor"), std::sqrt(0.6), 0.03) << "confirmed first";
     later.run(4);
     later.expect("u <= -7.998 && l >= -20.002", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
-    for (int i = 0; i < 60 && later.get("chop.speed-factor") < 1; ++i) later.run(0.5);
+    EXPECT_EQ(later.get("chop.speed-factor"), 1);
     later.run(1.5);
     EXPECT_NEAR(later.get("chop.upper-correction"), get("upper-correction"), 0.05) << "in its first cycles";
     later.run(8);
@@ -864,8 +905,8 @@ TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {
 
 TEST_F(Learned, AScaleThatDoesNotFollowStopsTheStroke) {
     bench.command("unlinkp chop.joint-feedback");
-    bench.run(3);
-    EXPECT_EQ(get("fault-code"), 12);
+    bench.run(1);
+    EXPECT_EQ(get("fault-code"), 21);
     EXPECT_EQ(get("active"), 0);
     const double place = get("command");
     EXPECT_GE(place, -20);

@@ -284,5 +284,45 @@ TEST(StrokePlan, ASlowSectionIsSlowOverItsWholeLengthAndNoSlower) {
     }
 }
 
+// What the axis has not shown yet, it accelerates by and does not brake by.
+TEST(StrokePlan, BrakesByAPartOfItsAcceleration) {
+    Random random(5);
+    for (int i = 0; i < rounds(400, 100); ++i) {
+        SCOPED_TRACE(i);
+        const Region region = drawn(random);
+        for (const bool upward : {true, false}) {
+            StrokeRequest request = region.stroke(upward);
+            request.acceleration = std::min(request.acceleration, request.shape.peak_acceleration() * 4);
+            request.braking = random.uniform(0.5, 1);
+            const auto plan = planned(request);
+            const double most = request.acceleration * (1 + 1e-3);
+            for (double part = 0; part < 1; part += 0.002) {
+                const StrokePlan::Moment now = plan->at(part * plan->duration());
+                const double along = upward ? now.acceleration : -now.acceleration;
+                ASSERT_LE(along, most);
+                ASSERT_GE(along, -most * request.braking) << part;
+            }
+            EXPECT_NEAR(plan->at(plan->duration() - 1e-9).position, request.to, nm);
+        }
+    }
+}
+
+// Of a crank without sections: from half of its acceleration on, the deceleration is largest at the end.
+TEST(StrokePlan, ACrankThatBrakesByAPartKeepsItsOtherHalf) {
+    StrokeRequest request;
+    request.shape = {0, 40, 100};
+    request.to = 40;
+    request.largest_speed = 1e9;
+    request.acceleration = 1e9;
+    for (const double braking : {0.5, 0.7, 1.0}) {
+        request.braking = braking;
+        const auto plan = planned(request);
+        const double hardest = request.shape.peak_acceleration();
+        EXPECT_NEAR(plan->first_acceleration(), hardest, 1e-3 * hardest);
+        for (double time = 0; time < plan->duration(); time += 1e-3)
+            ASSERT_GE(plan->at(time).acceleration, -braking * hardest * (1 + 1e-3)) << braking << " " << time;
+    }
+}
+
 }  // namespace
 }  // namespace plumb

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/blocks/pi.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/plants/drawn.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace plumb {
+
+struct SimElasticAxis final : hal::Component {
+    static constexpr hal::About about{
+        "sim_elastic_axis",
+        "simulated axis of two masses: PI velocity loop, spring, friction with memory",
+        R"(
+sim_elastic_axis is a second axis on which chopping is benched; sim_grinder(9) is the first. A motor moves a load through
+a spring. The drive has a position loop with feed-forward, a PI velocity loop on the motor and a limited force:
+
+    vc = servo-gain (c - xm) + feed-forward c'       c: position-cmd, command-delay later
+    u  = K (vc - vm) + K^2 / 4 integral(vc - vm)     within +-force-limit, K: velocity-gain
+    (1 - load-part) vm' = u - f
+    load-part vl'       = f - friction               f: spring and its damping
+
+The friction has a memory: it acts as a spring until the load has moved by friction-travel, in each direction. All
+forces are per mass of both, in mm/s2. Lengths are millimetres.)",
+        hal::Wiring{R"(
+  loadrt chopping         names=chop
+  loadrt sim_elastic_axis names=ram
+
+  net z-command  chop.command => ram.position-cmd
+  net z-measured ram.position => chop.joint-feedback
+
+  addf chop.update servo-thread
+  addf ram.update  servo-thread)"},
+        {},
+        hal::Behaviour{R"(
+- seed: 0 is the typical axis; any other number draws one. A value that you set is used as it is; 0 is none of it.
+- force-part: The force that the drive has now, as a part of force-limit: a brown-out.
+- jammed: The load stands, whatever the motor does.
+- slip: Moves the reading of the scale, which is at the load.
+- Truth: truth-... pins are for scoring only.
+- Invalid input: The last good value stays.)"},
+        hal::Limits{"Use millimetres only."},
+        hal::SeeAlso{"chopping(9), sim_grinder(9)"}};
+
+    static constexpr hal::Role role = hal::Role::plant;
+    using Component::Component;
+
+    hal::In<std::int32_t> seed{this, "seed", 0, "Number of the axis; 0 is the typical one."};
+    hal::In<double> position_cmd{this, "position-cmd", 0, "mu", "Command of the drive."};
+    hal::In<double> force_part{this, "force-part", 1, "1", "Force of the drive now, part of force-limit."};
+    hal::In<bool> jammed{this, "jammed", false, "The load stands."};
+    hal::In<double> slip{this, "slip", 0, "mu", "Added to the reading of the scale."};
+
+    Drawn servo_gain{this, "servo-gain", 30, 15, 60, "1/s", "Gain Kv of the position loop"};
+    Drawn feed_forward{this, "feed-forward", 0.5, 0, 1.25, "1", "Part of the commanded velocity fed forward"};
+    Drawn velocity_gain{this, "velocity-gain", 150, 90, 190, "1/s", "Gain of the velocity loop"};
+    Drawn force_limit{this, "force-limit", 3000, 1000, 10000, "mu/s2", "Largest acceleration by the motor"};
+    Drawn friction{this, "friction", 100, 30, 200, "mu/s2", "Friction of the load"};
+    Drawn friction_travel{
+        this, "friction-travel", 0.01, 0.002, 0.03, "mu", "Travel in which friction builds up"};
+    Drawn load_part{this, "load-part", 0.4, 0.2, 0.6, "1", "Part of the mass that is behind the spring"};
+    Drawn resonance{this, "resonance", 80, 30, 120, "Hz", "Resonance of the load on a motor that stands"};
+    Drawn damping{this, "damping", 0.05, 0.02, 0.1, "1", "Damping of that resonance"};
+    Drawn command_delay{this, "command-delay", 0.002, 0.001, 0.004, "s", "Delay of the command"};
+    Drawn resolution{this, "resolution", 0.0002, 0.0001, 0.001, "mu", "Step of the scale"};
+
+    hal::Out<double> position{this, "position", "mu", "Position that the scale reads."};
+    hal::Out<double> truth_position{this, "truth-position", "mu", "Position of the load."};
+    hal::Out<double> truth_upper{this, "truth-upper", "mu", "Upper dead point of the last stroke."};
+    hal::Out<double> truth_lower{this, "truth-lower", "mu", "Lower dead point of the last stroke."};
+    hal::Out<double> truth_force_limit{this, "truth-force-limit", "mu/s2", "The force-limit of this axis."};
+    hal::Out<double> truth_friction{this, "truth-friction", "mu/s2", "The friction of this axis."};
+    hal::Function run{this, "update", &SimElasticAxis::update, hal::Place::machine,
+                      "After the command of the axis."};
+
+    void update(double dt) noexcept {
+        const double given = position_cmd, part = force_part, moved = slip;
+        command_ = usable(given, 1e6, command_);
+        if (!started_) {
+            started_ = true;
+            late_.fill(command_);
+            motor_ = load_ = last_ = farthest_ = command_;
+        }
+        read();
+        part_ = std::clamp(usable(part, 1e6, part_), 0.0, 1.0);
+        slip_ = usable(moved, 1e6, slip_);
+        jams_ = jammed;
+        newest_ = (newest_ + 1) % late_.size();
+        late_[newest_] = command_;
+        const double target = delayed(dt), from = last_;
+        last_ = target;
+        for (int i = 1; i <= steps; ++i)
+            step(from + (target - from) * i / steps, (target - from) / dt, dt / steps);
+        watch();
+        const double reading = load_ + slip_;
+        position = step_ > 0 ? std::round(reading / step_) * step_ : reading;
+        truth_position = load_;
+        truth_force_limit = limit_;
+        truth_friction = friction_;
+    }
+
+private:
+    static constexpr int steps = 20;  // within a period
+
+    void read() noexcept {
+        const std::int32_t number = seed;
+        gain_ = servo_gain(number);
+        forward_ = feed_forward(number);
+        velocity_gain_ = velocity_gain(number);
+        limit_ = std::max(force_limit(number), 1.0);
+        friction_ = friction(number);
+        travel_ = std::max(friction_travel(number), 1e-6);
+        load_mass_ = std::clamp(load_part(number), 0.01, 0.99);
+        resonance_ = 2 * pi * std::max(resonance(number), 1.0);
+        damping_ = damping(number);
+        delay_ = command_delay(number);
+        step_ = resolution(number);
+    }
+
+    // The command of some time ago, between two periods.
+    double delayed(double dt) const noexcept {
+        const double periods = std::clamp(delay_ / dt, 0.0, static_cast<double>(late_.size() - 2));
+        const auto whole = static_cast<std::size_t>(periods);
+        const double part = periods - static_cast<double>(whole);
+        const auto back = [this](std::size_t n) {
+            return late_[(newest_ + late_.size() - n) % late_.size()];
+        };
+        return back(whole) * (1 - part) + back(whole + 1) * part;
+    }
+
+    void step(double command, double command_velocity, double dt) noexcept {
+        const double wanted = gain_ * (command - motor_) + forward_ * command_velocity;
+        const double error = wanted - motor_velocity_, most = limit_ * part_;
+        const double force = velocity_gain_ * error + velocity_gain_ * velocity_gain_ / 4 * integral_;
+        const double driven = std::clamp(force, -most, most);
+        if (force == driven || force * error < 0) integral_ += error * dt;
+        const double spring = load_mass_ * (resonance_ * resonance_ * (motor_ - load_) +
+                                            2 * damping_ * resonance_ * (motor_velocity_ - load_velocity_));
+        motor_velocity_ += (driven - spring) / (1 - load_mass_) * dt;
+        if (jams_)
+            load_velocity_ = 0;
+        else
+            load_velocity_ += (spring - resisting(load_velocity_, dt)) / load_mass_ * dt;
+        motor_ += motor_velocity_ * dt;
+        load_ += load_velocity_ * dt;
+    }
+
+    // Dahl: a spring that yields, F' = (friction / travel) v (1 - F / friction), to either side.
+    double resisting(double velocity, double dt) noexcept {
+        if (!(friction_ > 0)) return 0;
+        const double end = std::copysign(friction_, velocity);
+        held_ = end + (held_ - end) * std::exp(-std::abs(velocity) * dt / travel_);
+        return held_;
+    }
+
+    // Dead points of the load, by its reversals.
+    void watch() noexcept {
+        const double sign = upward_ ? 1 : -1, least = 0.05;  // mm, no reversal of its own
+        if (sign * (load_ - farthest_) >= 0) {
+            farthest_ = load_;
+        } else if (sign * (farthest_ - load_) > least) {
+            if (upward_)
+                truth_upper = farthest_;
+            else
+                truth_lower = farthest_;
+            upward_ = !upward_;
+            farthest_ = load_;
+        }
+    }
+
+    std::array<double, 64> late_{};
+    std::size_t newest_ = 0;
+    bool started_ = false, jams_ = false, upward_ = true;
+    double gain_ = 0, forward_ = 0, velocity_gain_ = 0, limit_ = 1, friction_ = 0, travel_ = 1,
+           load_mass_ = 0.5, resonance_ = 1, damping_ = 0, delay_ = 0, step_ = 0, part_ = 1, slip_ = 0;
+    double command_ = 0, last_ = 0, integral_ = 0, held_ = 0;
+    double motor_ = 0, motor_velocity_ = 0, load_ = 0, load_velocity_ = 0, farthest_ = 0;
+};
+
+hal::Model hal::model() {
+    return model_of<SimElasticAxis>();
+}
+
+}  // namespace plumb
