@@ -52,7 +52,7 @@ METHODS = {
 }
 
 RESULTS = ["trial.done", "trial.moved", "centre.value-valid", "centre.fault-code", "centre.hold-code", "centre.height"]
-RESULTS += ["centre.sigma", "centre.within", "trial.truth-effective-height"]
+RESULTS += ["centre.sigma", "centre.within", "centre.on-centre", "trial.truth-effective-height"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,6 +81,7 @@ class Outcome:
     moved: np.ndarray
     fault: np.ndarray
     hold: np.ndarray
+    centred: np.ndarray  # on-centre was said
 
     @property
     def residual(self):
@@ -131,6 +132,7 @@ class Lathe:
                 "centre.land-diameter": work.diameter,
                 "centre.clearance-angle": case.clearance,
                 "centre.stock-diameter": work.stock - 0.002,
+                "centre.pass-depth": work.pass_depth,
                 "centre.max-sigma": 0.05,
                 "centre.max-move": 1.1 * work.highest,
             }
@@ -177,9 +179,9 @@ def simulate(case, seeds, progress):
             rows.append(lathe.run())
             if not progress((done + 1) * AT_A_TIME):
                 break
-    _, moved, valid, fault, hold, height, sigma, within, truth = np.array(rows, float).T
+    _, moved, valid, fault, hold, height, sigma, within, centred, truth = np.array(rows, float).T
     known = np.where(valid > 0, UM * height, np.nan)
-    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, hold)
+    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, hold, centred > 0)
 
 
 @dataclasses.dataclass
