@@ -32,7 +32,8 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(x, -100.02, delta=0.012)
         self.assertTrue(self.facts["on centre"])
         self.assertEqual(self.facts["centred"]["T2"], self.facts["before"]["T2"])
-        self.assertGreaterEqual(self.facts["copies"], 1)
+        self.assertGreaterEqual(self.facts["copies"], 2)
+        self.assertTrue(self.facts["last copy"], "the one after the height was stored")
 
     def test_diameter_is_the_programmed_one_after_it(self):
         self.assertGreater(abs(self.facts["turned before"] - 9.8), 0.03)

@@ -72,6 +72,8 @@ class Shift(Scenario):
         self.machine.run("centre.ngc")
         self.note("centred", self.table())
         self.note("copies", len(glob.glob("tool.tbl.*")))
+        with open("tool.tbl.copy-%d" % len(glob.glob("tool.tbl.copy-*"))) as last, open("tool.tbl") as table:
+            self.note("last copy", last.read().partition("\n")[2] == table.read())
         self.note("on centre", self.host.get("centre.on-centre"))
         self.machine.mdi("M3 S1000")
         self.note("turned after", self.turned(4, 10))
