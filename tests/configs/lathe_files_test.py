@@ -122,6 +122,34 @@ class ToolTable(unittest.TestCase):
                 self.assertEqual(read(table), content)
                 self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0)
 
+    def test_every_digit_that_flips_is_found_and_accepted_or_restored_by_the_commands_of_the_message(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = os.path.join(folder, "my tool.tbl")
+            write(table, WHOLE)
+            subprocess.run([CHECK, "--copy", table], check=True)
+            damage = runpy.run_path(CHECK)["damage"]
+            self.assertIsNone(damage(table))
+            digits = [place for place, letter in enumerate(WHOLE) if letter.isdigit()]
+            self.assertGreater(len(digits), 20)
+            for place in digits:
+                for bit in range(4):
+                    write(table, WHOLE[:place] + chr(ord(WHOLE[place]) ^ 1 << bit) + WHOLE[place + 1 :])
+                    self.assertIsNotNone(damage(table), read(table))
+            for choice in ("accept", "restore"):
+                write(table, WHOLE)
+                subprocess.run([CHECK, "--copy", table], check=True)
+                changed = WHOLE.replace("X-115", "X-117")
+                write(table, changed)
+                done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
+                self.assertEqual(done.returncode, 1)
+                self.assertIn("  was  T2 P2 X-115 ;fine\n  is   T2 P2 X-117 ;fine", done.stderr)
+                line = next(line for line in done.stderr.splitlines() if choice in line)
+                subprocess.run(["sh", "-c", line.split(": ", 1)[1]], check=True)
+                self.assertEqual(read(table), changed if choice == "accept" else WHOLE)
+                self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0)
+            write(table, WHOLE.replace("X-115", "X-116.25"))
+            self.assertIsNone(damage(table), "a touch-off")
+
     def test_the_last_copy_is_the_one_with_the_highest_number_whatever_the_clock_shows(self):
         with tempfile.TemporaryDirectory() as folder:
             table = os.path.join(folder, "tool.tbl")

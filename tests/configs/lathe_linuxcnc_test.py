@@ -32,7 +32,8 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(x, -100.02, delta=0.012)
         self.assertTrue(self.facts["on centre"])
         self.assertEqual(self.facts["centred"]["T2"], self.facts["before"]["T2"])
-        self.assertGreaterEqual(self.facts["copies"], 1)
+        self.assertGreaterEqual(self.facts["copies"], 2)
+        self.assertTrue(self.facts["last copy"], "the one after the height was stored")
 
     def test_diameter_is_the_programmed_one_after_it(self):
         self.assertGreater(abs(self.facts["turned before"] - 9.8), 0.03)
@@ -95,6 +96,9 @@ class Shift(unittest.TestCase):
             ("radius", "The entry is the radius, not the diameter"),
             ("inch", "The entry is in inches"),
             ("sign", "Y may not move, and nothing is stored"),
+            ("other tool's cut", "tool or offsets are not those of M450"),
+            ("other tool's diameter", "tool or offsets are not those of M450"),
+            ("air", "The tool removed nothing"),
         ):
             with self.subTest(name):
                 self.assertIn(text, "\n".join(self.facts[name]))
@@ -110,6 +114,14 @@ class Shift(unittest.TestCase):
 
     def test_height_too_small_to_store_ends_no_program(self):
         self.assertEqual(self.facts["small"], [[True, 0, True], [False, 3, True]])
+        before, after = self.facts["only X"]
+        self.assertAlmostEqual(after[0] - before[0], -0.06, delta=2e-5)
+        self.assertEqual(after[1], before[1])
+        self.assertRegex("\n".join(self.messages), r"M454 changes X of tool *1 from *%.4f to *%.4f" % (before[0], after[0]))
+
+    def test_cuts_that_met_no_stock_are_not_on_centre(self):
+        self.assertFalse(self.facts["air on centre"])
+        self.assertEqual(self.facts["unchecked"], [6, False])
 
     def test_abort_leaves_the_table_and_the_operator_goes_on(self):
         self.assertTrue(self.facts["resumed"])

@@ -72,6 +72,8 @@ class Shift(Scenario):
         self.machine.run("centre.ngc")
         self.note("centred", self.table())
         self.note("copies", len(glob.glob("tool.tbl.*")))
+        with open("tool.tbl.copy-%d" % len(glob.glob("tool.tbl.copy-*"))) as last, open("tool.tbl") as table:
+            self.note("last copy", last.read().partition("\n")[2] == table.read())
         self.note("on centre", self.host.get("centre.on-centre"))
         self.machine.mdi("M3 S1000")
         self.note("turned after", self.turned(4, 10))
@@ -135,6 +137,14 @@ class Shift(Scenario):
             self.machine.mdi("M451")
             self.machine.mdi("M452 P%g" % diameter)
         self.note("sign", self.refused("M454"))
+        self.machine.mdi("M450 P1 Q2 D10")
+        self.machine.mdi("T2 M6 G43")
+        self.note("other tool's cut", self.refused("M451"))
+        self.machine.mdi("T1 M6 G43")
+        self.first_cut(1)
+        self.machine.mdi("T2 M6 G43")
+        self.note("other tool's diameter", self.refused("M452 P10.2"))
+        self.machine.mdi("T1 M6 G43")
         self.note("untouched", self.table() == before)
 
     def first_cut(self, y):
@@ -160,16 +170,36 @@ class Shift(Scenario):
             self.facts["hand"].append([mode, length, after[0] - before[0], after[1] - before[1]])
         self.machine.mdi("G8 G21 G0 X12 Y0")
         self.note("small", [])
-        for height in (0.001, 0.008):
+        for height in (0.001, 0.012):
             before = self.table()
             self.machine.mdi("G0 X12 Y0")
             self.machine.mdi("M450 P1 Q2 D10")
             for step in (1, -1):
                 self.machine.mdi("G0 X5 Y%g" % step)
                 self.machine.mdi("M451")
-                self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5.03, step + height)))
+                self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5, step + height)))
             self.machine.mdi("M454")
             self.facts["small"].append([self.host.get("centre.on-centre"), self.host.get("centre.hold-code"), self.table() == before])
+        # Only X is wrong.
+        before = self.table()["T1"]
+        self.machine.mdi("G0 X12 Y0")
+        self.machine.mdi("M450 P1 Q2 D10 E10.6")
+        for step in (1, -1):
+            self.machine.mdi("G0 X5 Y%g" % step)
+            self.machine.mdi("M451")
+            self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5.06, step)))
+        self.machine.mdi("M454")
+        self.note("only X", [before, self.table()["T1"]])
+        # Not checked for air.
+        self.host.set("centre.stock-diameter", 0)
+        self.machine.mdi("G0 X12 Y0")
+        self.machine.mdi("M450 P1 Q2 D10")
+        for step in (1, -1):
+            self.machine.mdi("G0 X5 Y%g" % step)
+            self.machine.mdi("M451")
+            self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5, step)))
+        self.note("unchecked", self.host.get(["centre.verdict-code", "centre.on-centre"]))
+        self.host.set("centre.stock-diameter", 10.6)
         self.machine.mdi("G0 X12 Y0")
 
     def interrupted(self):
@@ -295,6 +325,12 @@ class Shift(Scenario):
         self.fresh_tool()
         self.machine.run("step.ngc")
         self.note("by step", self.table()["T1"])
+        # A tool that is 0.4 mm wrong in X touches no bar.
+        self.fresh_tool()
+        for block in ("G10 L1 P1 X-99.6 Y0", "G43", "G0 X10 Y0", "M3 S1000"):
+            self.machine.mdi(block)
+        self.note("air", self.refused(LANDS + " E10.6"))
+        self.note("air on centre", self.host.get("centre.on-centre"))
 
     def bend(self):
         """The height under the cut, then by spring passes."""

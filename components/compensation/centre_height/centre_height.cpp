@@ -33,6 +33,7 @@ sources.)",
   net height-cuts    motion.analog-out-11  => centre.program-cuts
   net height-stored  motion.digital-out-13 => centre.stored
   net height-at-rest motion.digital-out-14 => centre.at-rest
+  net height-stock   motion.analog-out-15  => centre.program-stock
   net height-measure centre.measure        => motion.digital-in-08
   net height-at-cut  centre.cut-taken      => motion.digital-in-14
   net height-taken   centre.value-taken    => motion.digital-in-09
@@ -44,7 +45,7 @@ sources.)",
   addf motion-controller servo-thread
   addf centre.update     servo-thread
 
-LinuxCNC needs num_dio=15 and num_aio=15 in the loadrt line of motmod. A gauge gives diameter and value-ready, and takes
+LinuxCNC needs num_dio=15 and num_aio=16 in the loadrt line of motmod. A gauge gives diameter and value-ready, and takes
 measure as its request. configs/functions/centre_height has all lines, and M-codes for them.)"},
                                       hal::SettingUp{R"(
 1. Set method 1, two lands. From the same stock and at the same X, cut a land with Y at land-1-y and one at land-2-y, both
@@ -53,13 +54,15 @@ against the present Y. Cut land 1, land 2, land 2, land 1 if you have room: wear
 3. Set clearance-angle to that of the tool, and land-diameter. land-1-y and land-2-y then avoid the side that rubs.
 4. Raise start at the Y for which you want the height. After each cut raise cut-done; measure becomes true. Set
 entered-diameter and raise entered, or let a gauge give diameter and value-ready; value-taken becomes true. Lower all
-again. When all cuts have their diameter, value-valid or fault becomes true. Set stock-diameter: two lands that the tool
-did not reach are equal, as those of a tool on centre.
+again. When all cuts have their diameter, value-valid or fault becomes true. Set stock-diameter or program-stock to the
+measured diameter of the stock: two lands that the tool did not reach are equal, as those of a tool on centre.
 5. To compute without motion, set keyed, cuts, cut-diameter-N, cut-x-N and cut-y-N, and raise compute. For the two cuts of the
 source you can enter travel, as a radius, in place of cut-x-N.
 6. Watch height and sigma on a few parts. Then set automatic true, and move Y by y-move when move-allowed is true.
-Correct the tool's X by x-correction at the same time.
-7. Repeat until on-centre is true.)"},
+Correct the tool's X by x-correction when x-allowed is true.
+7. Repeat until on-centre is true. If verdict-code is 5, the cuts do not show it: cut as many as cuts-needed.
+8. Cut all diameters with a last pass of the same depth, and set pass-depth to it. The work bends by the depth of a pass; unequal
+depths count in sigma by bend-per-depth.)"},
                                       hal::Behaviour{R"(
 - start: The procedure begins. All cuts are forgotten; the present Y is the one for which height is valid.
 - cut-done: X and Y of this moment are the positions of the cut. cut-taken and measure are true. A fast gauge answers at once, and
@@ -73,8 +76,13 @@ with at-rest true, by spring passes: bend is then the difference of both heights
 - abort: A rising edge stops the procedure at any step, and no value is valid. A rising edge of resume continues with the cuts
 that have their diameter; start begins again.
 - stored: A rising edge ends the procedure and forgets the height, so that no program stores it twice.
-- height below three sigmas, below twice within for two cuts: hold-code is 3, and move-allowed stays false.
-- height within tolerance: on-centre is true, and move-allowed stays false.
+- verdict-code: Y and X are two answers, each by its own sigma. The error of each is known to be within tolerance if its size
+and 1.645 sigmas are at most tolerance, or known to be wrong if it is at least three sigmas, for Y by two cuts twice within.
+- on-centre: Y and X are within tolerance. X counts if x-is-radius is true. Without the diameter of the stock on-centre stays false.
+- Neither within tolerance nor wrong: hold-code is 3, nothing may be stored, and cuts-needed with remedy-code give the cuts that would
+do, if the height is as measured. Further cuts belong to the same procedure.
+- A cut counts only if its diameter is below that of the stock, by three sigmas of both, and follows from X of the tool within
+max-x-correction and max-move; else fault 16 or 20.
 - fault: No value is valid, and move-allowed is false.
 - Settings: They count at the moment of value-ready and of compute.)"},
                                       hal::Limits{R"(

@@ -27,6 +27,7 @@ enum class Fault : std::int32_t {
     clearance,
     no_step,
     no_solution,
+    implausible,
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -52,6 +53,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::clearance: return "The tool rubs at this height: its clearance angle is too small.";
         case Fault::no_step: return "The method needs cuts at two positions of Y.";
         case Fault::no_solution: return "The cuts do not determine the height: move X and Y independently.";
+        case Fault::implausible:
+            return "The diameter does not follow from X of the tool. The tool did not cut, or its X or Y is "
+                   "wrong by more than max-x-correction or max-move.";
         default: return nullptr;
     }
 }
@@ -63,7 +67,8 @@ constexpr const char* sentence(Hold hold) {
         case Hold::value_only: return "The setting automatic is false: move Y by hand.";
         case Hold::sign:
             return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
-        case Hold::insignificant: return "The height is smaller than its uncertainty allows to correct.";
+        case Hold::insignificant:
+            return "The height is not known well enough: cut again. cuts-needed gives the number of cuts.";
         case Hold::sigma: return "The uncertainty of the height exceeds max-sigma.";
         case Hold::move: return "The move of Y exceeds max-move.";
         case Hold::at_rest: return "The height is that at rest. Y is corrected by the height under the cut.";
@@ -81,6 +86,37 @@ constexpr const char* sentence(State state) {
         case State::known: return "The height is known.";
         case State::refused: return "The cuts give no height; fault-code gives the cause. Begin again.";
         case State::aborted: return "The procedure is interrupted: resume it, or begin again.";
+        default: return nullptr;
+    }
+}
+
+// The answer for Y and X of the tool.
+enum class Verdict : std::int32_t { none, on_centre, both, y, x, unsure, unchecked, held };
+constexpr const char* sentence(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::on_centre: return "The tool is on centre. Nothing to store.";
+        case Verdict::both: return "Y and X of the tool are wrong. M454 stores both.";
+        case Verdict::y: return "Y of the tool is wrong. M454 stores Y; X stays.";
+        case Verdict::x: return "X of the tool is wrong. M454 stores X; Y stays.";
+        case Verdict::unsure:
+            return "Not known well enough: cut again. cuts-needed and remedy-code give the cuts.";
+        case Verdict::unchecked:
+            return "The tool seems on centre, but the cuts are not checked for air. Enter the diameter of "
+                   "the "
+                   "stock: M450 E.";
+        case Verdict::held: return "Y or X is wrong, but nothing may be stored. hold-code gives the cause.";
+        default: return nullptr;
+    }
+}
+
+// The cuts that make an unknown height known.
+enum class Remedy : std::int32_t { none, more_cuts, lands, finer };
+constexpr const char* sentence(Remedy remedy) {
+    switch (remedy) {
+        case Remedy::more_cuts: return "Cut more lands in the same order, cuts-needed in all.";
+        case Remedy::lands: return "Begin again with two lands in the order 1 2 2 1, cuts-needed in all.";
+        case Remedy::finer:
+            return "16 cuts are not enough: take a larger land-step, a finer gauge or a larger tolerance.";
         default: return nullptr;
     }
 }

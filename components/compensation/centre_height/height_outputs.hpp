@@ -23,12 +23,19 @@ struct HeightOutputs final : hal::Group {
     hal::Out<bool> value_valid{this, "value-valid", "The height is valid."};
     hal::Out<bool> sign_known{this, "sign-known", "The height has a sign."};
     hal::Out<bool> move_allowed{this, "move-allowed", "Y may move by y-move."};
-    hal::Out<bool> on_centre{this, "on-centre", "The height is within tolerance of target-height."};
+    hal::Out<bool> on_centre{
+        this, "on-centre", "Y and X of the tool are within tolerance with 95 %, by cuts that met the stock."};
+    hal::Out<bool> x_allowed{this, "x-allowed", "X of the tool may change by x-correction."};
+    hal::Out<bool> checked_for_air{this, "checked-for-air", "The diameter of the stock is known."};
+    hal::Code<Verdict> verdict{this, "verdict-code", "Answer for Y and X of the tool."};
+    hal::Code<Remedy> remedy{this, "remedy-code", "Cuts that make an unknown height known."};
+    hal::Out<std::int32_t> cuts_needed{this, "cuts-needed", "Number of cuts that remedy-code asks for."};
     hal::Out<double> height{this, "height", "mu", "Height of the tip; its size if the sign is unknown."};
     hal::Out<double> size{this, "height-size", "mu", "Size of the height."};
     hal::Out<double> sigma{this, "sigma", "mu", "Sigma of the height."};
     hal::Out<double> within{this, "within", "mu", "Sigma of a height of 0: on centre within."};
     hal::Out<double> tip_x{this, "tip-x", "mu", "Distance of the tip from the axis in X, at the first cut."};
+    hal::Out<double> x_sigma{this, "x-sigma", "mu", "Sigma of x-correction."};
     hal::Out<double> theta{this, "theta", "deg", "Angle of the tip above X, at the first cut."};
     hal::Out<double> by_diameter_1{this, "height-by-diameter-1", "1", "Change of height with diameter 1."};
     hal::Out<double> by_diameter_2{this, "height-by-diameter-2", "1", "Change of height with diameter 2."};
@@ -36,7 +43,7 @@ struct HeightOutputs final : hal::Group {
     hal::Out<double> smallest_diameter{this, "smallest-diameter", "mu", "Smallest diameter at this height."};
     hal::Out<double> y_move{this, "y-move", "mu", "Move of Y to target-height."};
     hal::Out<double> x_correction{this, "x-correction", "mu",
-                                  "Added to the tool's X, as a radius, when Y moves."};
+                                  "Added to the tool's X, as a radius, if x-allowed."};
     hal::Out<double> target_x{this, "target-x", "mu", "Position of X for target-diameter, at this height."};
     hal::Out<bool> target_reachable{this, "target-reachable", "The target-diameter is above the smallest."};
     hal::Out<double> land_1_y{this, "land-1-y", "mu", "Y of the first land, against the present one."};
@@ -58,8 +65,15 @@ struct HeightOutputs final : hal::Group {
         hold = valid ? procedure.hold() : Hold::none;
         value_valid = valid;
         sign_known = valid && result.signed_;
-        move_allowed = valid && procedure.hold() == Hold::none && !procedure.on_centre();
-        on_centre = valid && procedure.on_centre();
+        const HeightVerdict& its = procedure.verdict();
+        move_allowed = valid && its.y_moves;
+        x_allowed = valid && its.x_changes;
+        on_centre = valid && its.verdict == Verdict::on_centre;
+        checked_for_air = now.good && now.stock_diameter > 0;
+        verdict = valid ? its.verdict : Verdict::none;
+        remedy = valid ? its.remedy : Remedy::none;
+        cuts_needed = valid ? its.cuts_needed : 0;
+        x_sigma = if_valid(result.sigma_x);
         height = if_valid(result.height);
         size = if_valid(std::abs(result.height));
         sigma = if_valid(result.sigma);
@@ -73,7 +87,7 @@ struct HeightOutputs final : hal::Group {
         disagreement = result.disagreement;
         smallest_diameter = if_valid(2 * std::abs(result.height));
         y_move = valid && result.signed_ ? procedure.move() : 0;
-        x_correction = valid && result.signed_ ? procedure.correction() : 0;
+        x_correction = if_valid(procedure.correction());
         bend_known = procedure.bend().known();
         bend = procedure.bend().bend();
         bend_sigma = procedure.bend().sigma();

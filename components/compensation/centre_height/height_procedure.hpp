@@ -3,6 +3,7 @@
 
 #include "components/compensation/centre_height/height_codes.hpp"
 #include "components/compensation/centre_height/height_settings.hpp"
+#include "components/compensation/centre_height/height_verdict.hpp"
 #include "components/compensation/centre_height/tip_height.hpp"
 #include "components/compensation/centre_height/tool_bend.hpp"
 #include "components/compensation/centre_height/turned_cuts.hpp"
@@ -34,7 +35,7 @@ public:
     const ToolBend& bend() const noexcept { return bend_; }
     double move() const noexcept { return move_; }              // of Y
     double correction() const noexcept { return correction_; }  // of X
-    bool on_centre() const noexcept { return on_centre_; }
+    const HeightVerdict& verdict() const noexcept { return verdict_; }
 
     // Y at which the height is wanted, and the X that the program calls 0.
     void begin(const Settings& now, double y, double x_zero) noexcept {
@@ -127,10 +128,24 @@ private:
         const SkewedAxes axes(now.angle);
         const double rise = now.target_height - result_.height;
         move_ = axes.travel_for(rise);
-        correction_ = (cuts_.programmed(0) - result_.x - axes.x_of(move_)) * now.outward();
-        on_centre_ = std::abs(rise) <= now.tolerance;
         hold_ = reason_to_hold(now, rise);
-        if (on_centre_ && hold_ == Hold::insignificant) hold_ = Hold::none;  // nothing is to be moved
+        const double size =
+            result_.signed_ ? std::abs(rise) : std::abs(now.target_height) + std::abs(result_.height);
+        HeightVerdict::Asked asked;
+        asked.y = {size, result_.sigma};
+        const bool stays = HeightVerdict::centred(asked.y, hold_, now.tolerance);
+        if (stays && hold_ != Hold::value_only) hold_ = Hold::none;
+        const bool y_moves = !stays && result_.signed_ && hold_ != Hold::insignificant;
+        correction_ =
+            correction_of_x(y_moves ? axes.x_of(move_) : 0, y_moves ? 0 : result_.height) * now.outward();
+        asked.x = {std::abs(correction_), result_.sigma_x};
+        asked.x_asked = now.x_is_radius && cuts_.programmed(0) > 0;
+        asked.hold = hold_;
+        asked.checked_for_air = now.stock_diameter > 0;
+        asked.automatic = now.automatic;
+        asked.largest_x = now.max_x_correction;
+        verdict_ = HeightVerdict::of(asked, now.tolerance);
+        verdict_.ask_for_cuts(asked, now, cuts_.count, cuts_[0].radius, CutFit::most);
         if (result_.signed_ && hold_ != Hold::disagreement)
             bend_.take(now.tool, now.at_rest, result_.height - axes.height_of(y_origin_), result_.sigma);
     }
@@ -143,7 +158,15 @@ private:
 
     void forget() noexcept {
         result_ = TipHeight{};
+        verdict_ = HeightVerdict{};
         fault_ = Fault::none;
+    }
+
+    // Of a tip that Y moves in X by `moved` and that then has this height: the programmed radius is turned.
+    double correction_of_x(double moved, double height) const noexcept {
+        const double programmed = cuts_.programmed(0);
+        const double tip = std::sqrt(std::max((programmed - height) * (programmed + height), 0.0));
+        return (height != 0 && tip > 0 ? tip : programmed) - result_.x - moved;
     }
 
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
@@ -167,7 +190,7 @@ private:
     Hold hold_ = Hold::none;
     ToolBend bend_;
     double y_origin_ = 0, move_ = 0, correction_ = 0;
-    bool on_centre_ = false;
+    HeightVerdict verdict_;
 };
 
 }  // namespace plumb

@@ -71,7 +71,20 @@ struct HeightSettings final : hal::Group {
     hal::In<bool> air_cut_check{this, "air-cut-check", false,
                                 "Each cut is on the land of the one before, and must go deeper."};
     hal::In<double> stock_diameter{
-        this, "stock-diameter", 0, "mu", "Diameter before the cuts, for lands; 0: unchecked.", lengths};
+        this, "stock-diameter", 0, "mu", "Diameter before the cuts; 0: not checked for air.", lengths};
+    hal::In<double> program_stock{this, "program-stock", 0, "mu",
+                                  "Diameter of the stock by a word of a program; 0: the pin stock-diameter."};
+    hal::In<double> stock_sigma{this,  "stock-sigma", 0.01, "mu", "Sigma of the diameter of the stock.",
+                                sigmas};
+    hal::In<double> pass_depth{this,
+                               "pass-depth",
+                               0,
+                               "mu",
+                               "Depth of the last pass of each cut, in radius; 0: each cut is one pass.",
+                               lengths};
+    hal::In<double> bend_per_depth{
+        this,  "bend-per-depth", 0.005, "1", "Sigma of the bend of work and tool per depth of a pass.",
+        sigmas};
 
     hal::In<bool> at_rest{this, "at-rest", false,
                           "The cuts are spring passes, without bend: the height is that at rest."};
@@ -88,10 +101,12 @@ struct HeightSettings final : hal::Group {
     hal::In<double> diameter_factor{this,   "diameter-factor", 1, "1", "Multiplies a diameter before that.",
                                     factors};
     hal::In<double> max_move{this, "max-move", 0.5, "mu", "Largest move of Y.", lengths};
+    hal::In<double> max_x_correction{
+        this, "max-x-correction", 0.5, "mu", "Largest correction of the tool's X.", lengths};
     hal::In<double> max_sigma{this,   "max-sigma", 0.02, "mu", "Largest sigma of a height that moves Y.",
                               lengths};
-    hal::In<double> tolerance{this,   "tolerance", 0.002, "mu", "Distance from target-height that is good.",
-                              lengths};
+    hal::In<double> tolerance{
+        this, "tolerance", 0.002, "mu", "Largest error of Y and X of a tool on centre.", lengths};
     hal::In<double> target_diameter{this,   "target-diameter", 0, "mu", "Diameter to turn, for target-x.",
                                     lengths};
 
@@ -107,6 +122,7 @@ struct HeightSettings final : hal::Group {
         double sign = 0, target_height = 0, correction_offset = 0, correction_factor = 1;
         double diameter_offset = 0, diameter_factor = 1, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
+        double stock_sigma = 0, pass_depth = 0, max_x_correction = 0;
 
         double tool = 0;
 
@@ -114,6 +130,9 @@ struct HeightSettings final : hal::Group {
             return (diameter_offset + diameter_factor * diameter) / 2;
         }
         double outward() const noexcept { return outward_is_minus ? -1 : 1; }
+        bool same_land() const noexcept {
+            return air_cut_check || method == Method::two_cuts || method == Method::y_step;
+        }
         double rubbing() const noexcept { return inverted ? -1 : 1; }
     };
 
@@ -150,7 +169,13 @@ struct HeightSettings final : hal::Group {
         now.known_x_sigma = read(known_x_sigma);
         now.land_step = read(land_step);
         now.land_diameter = read(land_diameter);
-        now.stock_diameter = read(stock_diameter);
+        const double own_stock = read(stock_diameter), its_stock = program_stock;
+        const bool has_stock = its_stock >= 0 && its_stock <= farthest;
+        now.stock_diameter = its_stock > 0 ? its_stock : own_stock;
+        now.stock_sigma = read(stock_sigma);
+        now.pass_depth = read(pass_depth);
+        now.sigmas.bend = read(bend_per_depth);
+        now.max_x_correction = read(max_x_correction);
         now.target_height = read(target_height);
         now.correction_offset = read(correction_offset);
         now.correction_factor = read(correction_factor);
@@ -162,7 +187,7 @@ struct HeightSettings final : hal::Group {
         now.target_diameter = read(target_diameter);
 
         const bool has_method = method_word == 0 || (method_word > 0.5 && method_word < 4.5);
-        now.good = read.good() && has_post && has_method;
+        now.good = read.good() && has_post && has_method && has_stock;
         if (now.good && method_word != 0)
             now.method = static_cast<Method>(static_cast<int>(method_word - 0.5));
         return now;

@@ -10,6 +10,8 @@
 #include "components/math/turning/prediction.hpp"
 #include "components/math/turning/two_cuts.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -23,7 +25,7 @@ struct TipHeight {
     bool signed_ = false;
     double height = 0;  // at Y = 0, or |height| if the sign is unknown
     double sigma = 0, within = 0;
-    double x = 0, theta = 0;  // at the first cut, theta in rad
+    double x = 0, sigma_x = 0, theta = 0;  // at the first cut, theta in rad
     double by_diameter_1 = 0, by_diameter_2 = 0, by_travel = 0;
     double disagreement = 0;  // in sigmas
     double predicted = 0;     // diameter of the last cut, by the estimate
@@ -63,8 +65,22 @@ struct TipHeight {
             i == 0 || (settings.inside ? cut.radius > cuts[i - 1].radius : cut.radius < cuts[i - 1].radius);
         if (same_land && !deeper) return i == 1 ? Fault::order : Fault::air_cut;
         const double stock = settings.stock_diameter / 2;
-        if (stock > 0 && (settings.inside ? cut.radius <= stock : cut.radius >= stock)) return Fault::air_cut;
-        return Fault::none;
+        const double depth = (settings.inside ? cut.radius - stock : stock - cut.radius);
+        const double unsure = 3 * std::hypot(settings.sigmas.radius(), settings.stock_sigma / 2);
+        if (stock > 0 && !(depth > unsure)) return Fault::air_cut;
+        return plausible(settings, cuts, i) ? Fault::none : Fault::implausible;
+    }
+
+    // Whether a tool whose X and Y are wrong by no more than the limits can leave this radius.
+    static bool plausible(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
+        const double programmed = cuts.programmed(i);
+        if (!settings.x_is_radius || !(programmed > 0)) return true;
+        const SkewedAxes axes(settings.angle);
+        const double x = std::abs(programmed + axes.x_of(cuts[i].y)), dx = settings.max_x_correction;
+        const double y = std::abs(axes.height_of(cuts[i].y)), dy = settings.max_move;
+        const double unsure = 3 * settings.sigmas.radius();
+        return cuts[i].radius >= std::hypot(std::max(x - dx, 0.0), std::max(y - dy, 0.0)) - unsure &&
+               cuts[i].radius <= std::hypot(x + dx, y + dy) + unsure;
     }
 
     static TipHeight of(const Settings& settings, const TurnedCuts& cuts) noexcept {
@@ -97,7 +113,8 @@ private:
         }
         const double travel = entered ? cuts.travel : moved;
         const TwoCuts two =
-            TwoCuts::of(cuts[0].radius, cuts[1].radius, travel, settings.inside, settings.sigmas);
+            TwoCuts::of(cuts[0].radius, cuts[1].radius, travel, settings.inside, settings.sigmas,
+                        depth_of(settings, cuts, 1) - depth_of(settings, cuts, 0));
         fault = fault_of(two.refusal);
         if (fault != Fault::none) return;
         signed_ = settings.sign != 0;
@@ -105,6 +122,7 @@ private:
         sigma = two.sigma();
         within = two.floor();
         x = two.x1;
+        sigma_x = two.sigma_x1;
         theta = two.theta;
         by_diameter_1 = two.sensitivity(two.by_r1) / 2;
         by_diameter_2 = two.sensitivity(two.by_r2) / 2;
@@ -136,6 +154,7 @@ private:
         height = fit.y - first;
         sigma = within = fit.sigma_y;
         x = fit.x - axes.x_of(cuts[0].y);
+        sigma_x = fit.sigma_x;
         theta = std::atan2(height, x);
         disagreement = fit.excess;
         compare(settings, cuts);
@@ -164,11 +183,28 @@ private:
         const SkewedAxes axes(settings.angle);
         const Cut& last = cuts[cuts.count - 1];
         const double step = last.y - cuts[0].y;
-        return {last.x - cuts[0].x + axes.x_of(step), axes.height_of(step), 0};
+        const double deeper = depth_of(settings, cuts, cuts.count - 1) - depth_of(settings, cuts, 0);
+        return {last.x - cuts[0].x + axes.x_of(step), axes.height_of(step), deeper, 0};
+    }
+
+    // Depth of the last pass of a cut. Only differences count, so that lands of one stock need not know it.
+    // The first cut of a land is as deep as the second if the stock is not known.
+    static double depth_of(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
+        if (settings.at_rest) return 0;
+        const double stock = settings.stock_diameter / 2;
+        const bool same_land = settings.same_land();
+        if (!same_land && !(stock > 0) && settings.pass_depth > 0) return settings.pass_depth;
+        const double before = same_land && i > 0 ? cuts[i - 1].radius : stock;
+        const double depth =
+            same_land && i == 0 && !(stock > 0) ? cuts[0].radius - cuts[1].radius : before - cuts[i].radius;
+        const double whole = settings.inside ? -depth : depth;
+        return settings.pass_depth > 0 ? std::min(whole, settings.pass_depth) : whole;
     }
 
     static CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) noexcept {
-        return CutFit::of(cuts.cuts.data(), count, SkewedAxes(settings.angle), settings.sigmas,
+        std::array<Cut, CutFit::most> its = cuts.cuts;
+        for (std::size_t i = 0; i < count; ++i) its[i].depth = depth_of(settings, cuts, i);
+        return CutFit::of(its.data(), count, SkewedAxes(settings.angle), settings.sigmas,
                           {settings.known_x, settings.known_x_sigma, settings.x_known},
                           settings.method == Method::two_lands);
     }

@@ -19,19 +19,22 @@ namespace plumb {
 // mu.
 struct Cut {
     double x = 0, y = 0, radius = 0;
+    double depth = 0;  // of its last pass; only differences count
 };
 
 // Height y and distance x of a tip from the axis, signed, from any number of cuts at two or more positions of
 // Y. Each cut gives
 //
 //     r^2 = rho^2 + 2 x dx + dx^2 + 2 y dy + dy^2 + 2 r drift k + 2 (y + dy) rise k + 2 r (r - r1) scale
+//           + 2 (x + dx) push p + 2 (y + dy) drag p
 //
-// with dx, dy, r1 of the first cut and k its number from the middle one; linear in rho^2, x, y, drift, rise
-// and scale. The free rho^2 is the radius of the first cut, so that its error, common to all differences,
-// counts once: generalised least squares. If all cuts have one X, x follows from y. Wear, growth and the lift
-// of the spindle are a drift of the radius and a rise of the tip. They are 0 within sigmas.drift: a row of
-// its own for each. The scale of the gauge is 0 within sigmas.scale. Many cuts at the same few diameters do
-// not lessen its error.
+// with dx, dy, r1 of the first cut, k its number from the middle one, and p the depth of its pass less that
+// of the first; linear in rho^2, x, y, drift, rise, scale, push and drag. The free rho^2 is the radius of the
+// first cut, so that its error, common to all differences, counts once: generalised least squares. If all
+// cuts have one X, x follows from y. Wear, growth and the lift of the spindle are a drift of the radius and a
+// rise of the tip. They are 0 within sigmas.drift: a row of its own for each. The scale of the gauge is 0
+// within sigmas.scale. Many cuts at the same few diameters do not lessen its error. Push and drag are the
+// bend of work and tool per depth, in X and in Y, each 0 within sigmas.bend: only unequal depths show them.
 class CutFit {
 public:
     static constexpr std::size_t most = 16;
@@ -67,12 +70,14 @@ public:
         std::array<Point, most> points;
         double farthest_x = 0, farthest_y = 0;
         std::size_t farthest = 0;
-        bool one_x = true;
+        bool one_x = true, unequal = false;
         for (std::size_t i = 0; i < count; ++i) {
             const double step = cuts[i].y - cuts[0].y;
             points[i].dx = cuts[i].x - cuts[0].x + axes.x_of(step);
             points[i].dy = axes.height_of(step);
             points[i].radius = cuts[i].radius;
+            points[i].deeper = cuts[i].depth - cuts[0].depth;
+            unequal |= std::abs(points[i].deeper) > same * cuts[0].radius;
             one_x &= std::abs(cuts[i].x - cuts[0].x) <= same * cuts[0].radius;
             farthest_x = std::max(farthest_x, std::abs(points[i].dx));
             if (std::abs(points[i].dy) > farthest_y) {
@@ -89,7 +94,7 @@ public:
         for (int round = 0; round < 60; ++round) {
             const double x = known.valid ? known.x : std::sqrt(std::max(r1 * r1 - y * y, 0.0));
             fit = CutFit{};
-            fit.solve(points.data(), count, scale, find_x, sigmas, known, x, y);
+            fit.solve(points.data(), count, scale, find_x, sigmas, known, x, y, unequal);
             if (fit.refusal != Refusal::none) return fit;
             const double change = std::abs(fit.y - y);
             y = fit.y;
@@ -104,13 +109,13 @@ private:
     static constexpr double same = 1e-9;  // relative difference of X that is rounding
 
     struct Point {
-        double dx = 0, dy = 0, radius = 0;
+        double dx = 0, dy = 0, radius = 0, deeper = 0;
     };
     struct Scale {
         double x, y;
     };
 
-    static constexpr int rows_most = most + 5, unknowns_most = 7;
+    static constexpr int rows_most = most + 7, unknowns_most = 9;
     static constexpr double steadiness = 20;  // cuts in which a drift changes by itself, at the soonest
     using Rows =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows_most, unknowns_most>;
@@ -125,10 +130,12 @@ private:
 
     // With x as an unknown, or with the given one; `y_now` is about y. Each row has a noise of 1.
     void solve(const Point* points, std::size_t count, const Scale& scale, bool find_x,
-               const CutSigmas& sigmas, const Known& known, double given_x, double y_now) noexcept {
+               const CutSigmas& sigmas, const Known& known, double given_x, double y_now,
+               bool unequal) noexcept {
         const bool with_known = find_x && known.valid, drifts = sigmas.drift > 0, scales = sigmas.scale > 0;
         const int needed = find_x ? 3 : 2, y_column = needed - 1, scale_column = needed + (drifts ? 3 : 0);
-        const int unknowns = scale_column + (scales ? 1 : 0);
+        const bool bends = unequal && sigmas.bend > 0;
+        const int bend_column = scale_column + (scales ? 1 : 0), unknowns = bend_column + (bends ? 2 : 0);
         const int cuts = static_cast<int>(count), measured = cuts + (with_known ? 1 : 0);
         if (measured < needed) return void(*this = refused(Refusal::too_few));
         const double r1 = points[0].radius, width = r1 * scale.y;
@@ -154,6 +161,11 @@ private:
             if (drifts) a(row, needed + 1) = weight * 2 * h * k / r1;
             if (drifts) a(row, needed + 2) = weight * 2 * p.radius * k * k / r1;
             if (scales) a(row, scale_column) = weight * 2 * p.radius * (p.radius - r1) / width;
+            if (bends) {
+                const double beside = std::sqrt(std::max(p.radius * p.radius - h * h, 0.0));
+                a(row, bend_column) = weight * 2 * beside * p.deeper / width;
+                a(row, bend_column + 1) = weight * 2 * h * p.deeper / width;
+            }
             b(row) = weight *
                      ((p.radius - r1) * (p.radius + r1) - p.dx * p.dx - p.dy * p.dy -
                       (find_x ? 0 : 2 * given_x * p.dx)) /
@@ -168,7 +180,11 @@ private:
             a(measured, needed) = a(measured + 1, needed + 1) = per_drift / sigmas.drift;
             a(measured + 2, needed + 2) = steadiness * per_drift / sigmas.drift;
         }
-        if (scales) a(a.rows() - 1, scale_column) = 1 / sigmas.scale;
+        if (scales) a(measured + scale_column - needed, scale_column) = 1 / sigmas.scale;
+        if (bends) {
+            const int bend_row = measured + bend_column - needed;
+            a(bend_row, bend_column) = a(bend_row + 1, bend_column + 1) = 1 / sigmas.bend;
+        }
 
         // Columns of like size, so that the rank shows.
         const Sizes sizes = a.colwise().norm();

@@ -22,8 +22,13 @@ struct Prediction {
 // A further cut: place of the tip against the first cut, with skewed axes resolved, and its number.
 struct FurtherCut {
     double dx = 0, dy = 0;
+    double deeper = 0;  // its last pass than that of the first cut
     double drifts = 0;  // cuts between the middle of the known ones, or the first of two, and this one
 };
+
+inline double square(double z) noexcept {
+    return z * z;
+}
 
 // By two cuts, x1 and y squared of which are known. `y` is the signed height of the tip at the first cut.
 // `outward` is 1 for internal turning, where X goes outward to cut deeper, else -1. The radius is 0 if the
@@ -46,8 +51,9 @@ inline Prediction predict(const TwoCuts& two, const Cut& first, const Cut& secon
         (per_r2 * (second.radius - first.radius) - 2 * radius * (radius - first.radius)) * sigmas.scale;
     const double noise =
         std::sqrt(per_r1 * per_r1 * s * s + per_r2 * per_r2 * s * s + per_travel * per_travel * t * t +
-                  4 * radius * radius * s * s + 4 * x * x * t * t + of_step * of_step + of_y * of_y +
-                  of_drift * of_drift + of_scale * of_scale) /
+                  square(2 * radius * further.deeper * sigmas.bend) + 4 * radius * radius * s * s +
+                  4 * x * x * t * t + of_step * of_step + of_y * of_y + of_drift * of_drift +
+                  of_scale * of_scale) /
         (2 * radius);
     return {radius, std::max(noise, 1e-9 * radius)};
 }
@@ -55,8 +61,8 @@ inline Prediction predict(const TwoCuts& two, const Cut& first, const Cut& secon
 // By a fit of the other cuts. `first` and `measured` are the radii of the first cut and of the further one.
 inline Prediction predict(const CutFit& others, double first, double measured, const FurtherCut& further,
                           const CutSigmas& sigmas) noexcept {
-    const double own =
-        std::hypot(sigmas.radius(), sigmas.drift * further.drifts, sigmas.scale * (measured - first));
+    const double own = std::hypot(std::hypot(sigmas.radius(), sigmas.drift * further.drifts),
+                                  sigmas.scale * (measured - first), sigmas.bend * further.deeper);
     return {others.predicted(further.dx, further.dy),
             std::hypot(others.sigma_predicted(further.dx, further.dy), own, 1e-9 * measured)};
 }

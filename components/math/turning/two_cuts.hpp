@@ -34,7 +34,7 @@ struct TwoCuts {
 
     double y_squared = 0;  // may be below 0 within its uncertainty
     double sigma_y_squared = 0;
-    double x1 = 0;                               // of the tip at the first cut
+    double x1 = 0, sigma_x1 = 0;                 // of the tip at the first cut
     double theta = 0;                            // rad, between X and the radius of the first cut
     double by_r1 = 0, by_r2 = 0, by_travel = 0;  // derivatives of y squared
     Refusal refusal = Refusal::none;
@@ -51,8 +51,10 @@ struct TwoCuts {
         return least > 0 ? of_square / (2 * least) : 0;
     }
 
-    // Both radii above 0. `inside` is internal turning, where X goes outward to cut deeper.
-    static TwoCuts of(double r1, double r2, double travel, bool inside, const CutSigmas& sigmas) noexcept {
+    // Both radii above 0. The last pass of the second cut is `deeper` than that of the first. `inside` is
+    // internal turning, where X goes outward to cut deeper.
+    static TwoCuts of(double r1, double r2, double travel, bool inside, const CutSigmas& sigmas,
+                      double deeper = 0) noexcept {
         TwoCuts cuts;
         if (!(travel > 0)) return refused(Refusal::travel);
         if (inside ? !(r2 > r1) : !(r2 < r1)) return refused(Refusal::order);
@@ -72,10 +74,18 @@ struct TwoCuts {
         const double d = (cuts.by_r2 - cuts.by_r1) * half;
         const double e = (cuts.by_r2 * y / r2 - cuts.by_r1 * y / r1) * half;
         const double f = cuts.by_r2 * (r1 - r2) * sigmas.scale;
-        cuts.sigma_y_squared = std::sqrt(a * a + b * b + c * c + d * d + e * e + f * f);
+        const double g = cuts.by_r2 * deeper * sigmas.bend;
+        cuts.sigma_y_squared = std::sqrt(a * a + b * b + c * c + d * d + e * e + f * f + g * g);
         if (cuts.y_squared < -3 * cuts.sigma_y_squared - rounding * r1 * r1)
             return refused(Refusal::short_travel);
         cuts.theta = std::atan2(cuts.y(), cuts.x1);
+        const double x_by_r1 = -r1 / outward * radius, x_by_r2 = r2 / outward * radius;
+        const double x_by_travel = (1 + cuts.x1 / outward) * sigmas.travel;
+        const double x_by_drift = (r1 + r2) / outward * half,
+                     x_by_scale = r2 * (r1 - r2) / outward * sigmas.scale;
+        const double x_by_bend = r2 / outward * deeper * sigmas.bend;
+        cuts.sigma_x1 = std::hypot(std::hypot(x_by_r1, x_by_r2, x_by_travel),
+                                   std::hypot(x_by_drift, x_by_scale), x_by_bend);
         return cuts;
     }
 

@@ -23,6 +23,7 @@ class Work:
     deepest: float  # of two cuts
     step: float  # of lands
     highest: float  # error of the tool's height, either way
+    tolerance: float  # of a tool on centre
     force: float
     pass_depth: float
     bush: bool
@@ -32,7 +33,7 @@ class Work:
         return self.diameter + 2 * self.step * (1 if self.diameter < 5 else 0.6)
 
 
-WORKS = {1: Work(1.0, 0.2, 0.2, 0.1, 5, 0.01, True), 10: Work(10.0, 5.0, 1.0, 0.5, 50, 0.05, False)}
+WORKS = {1: Work(1.0, 0.2, 0.2, 0.1, 0.005, 5, 0.01, True), 10: Work(10.0, 5.0, 1.0, 0.5, 0.01, 50, 0.05, False)}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,7 +53,7 @@ METHODS = {
 }
 
 RESULTS = ["trial.done", "trial.moved", "centre.value-valid", "centre.fault-code", "centre.hold-code", "centre.height"]
-RESULTS += ["centre.sigma", "centre.within", "trial.truth-effective-height"]
+RESULTS += ["centre.sigma", "centre.within", "centre.on-centre", "trial.truth-effective-height"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Case:
     clearance: float = 0  # deg
     edge: float = 0.005  # mm, the largest built-up edge
     micrometer: bool = False
+    near: bool = False  # the tool is close to the tolerance, and the cut light
 
     @property
     def repeatability(self):
@@ -81,6 +83,7 @@ class Outcome:
     moved: np.ndarray
     fault: np.ndarray
     hold: np.ndarray
+    centred: np.ndarray  # on-centre was said
 
     @property
     def residual(self):
@@ -131,6 +134,9 @@ class Lathe:
                 "centre.land-diameter": work.diameter,
                 "centre.clearance-angle": case.clearance,
                 "centre.stock-diameter": work.stock - 0.002,
+                "centre.pass-depth": work.pass_depth,
+                "centre.tolerance": work.tolerance,
+                "centre.x-is-radius": not case.near,  # X is not asked
                 "centre.max-sigma": 0.05,
                 "centre.max-move": 1.1 * work.highest,
             }
@@ -139,13 +145,14 @@ class Lathe:
     def draw(self, case, seed):
         """The height of the tool and the force of a cut; the seed of the lathe draws the rest."""
         work, drawn = WORKS[case.diameter], random.Random(f"lathe {case.diameter} {seed}")
-        height = drawn.uniform(-work.highest, work.highest)
+        highest = 2 * work.tolerance if case.near else work.highest
+        height = drawn.uniform(-highest, highest)
         self.set(
             {
                 "lathe.seed": seed,
                 "lathe.height-error": abs(height),
                 "lathe.side": 1 if height > 0 else -1,
-                "lathe.cutting-force": drawn.uniform(work.force / 50, work.force),
+                "lathe.cutting-force": drawn.uniform(work.force / 50, work.force / (10 if case.near else 1)),
                 "centre.sign": 0 if METHODS[case.method].plan else 1 if height > 0 else -1,
             }
         )
@@ -177,9 +184,9 @@ def simulate(case, seeds, progress):
             rows.append(lathe.run())
             if not progress((done + 1) * AT_A_TIME):
                 break
-    _, moved, valid, fault, hold, height, sigma, within, truth = np.array(rows, float).T
+    _, moved, valid, fault, hold, height, sigma, within, centred, truth = np.array(rows, float).T
     known = np.where(valid > 0, UM * height, np.nan)
-    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, hold)
+    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, hold, centred > 0)
 
 
 @dataclasses.dataclass

@@ -198,6 +198,9 @@ TEST_F(CentreHeight, AfterTheMoveEachProgrammedRadiusIsTurned) {
 }
 
 TEST_F(CentreHeight, EveryMethodAndPostFindsTheHeight) {
+    for (const char* pin : {"gauge-sigma", "gauge-scale-sigma", "cut-repeatability", "travel-sigma",
+                            "step-sigma", "drift-sigma", "bend-per-depth"})
+        set(pin, 1e-6);
     for (const int post : {0, 3}) {
         const std::string number = std::to_string(post);
         set("post", post);
@@ -483,6 +486,7 @@ TEST_F(CentreHeight, RedundantLandsMustAgree) {
 
 TEST_F(CentreHeight, RedundantCutMustAgree) {
     const Lathe lathe;
+    set("pass-depth", 0.05);  // however deep a cut, so that it bends the work by the same
     set("sign", 1);
     set("max-sigma", 1);
     for (const int method : {two_cuts, y_step}) {
@@ -639,6 +643,8 @@ TEST_F(CentreHeight, StoredHeightIsForgotten) {
 }
 
 TEST_F(CentreHeight, TargetHeightAndHabitsOfTheMachineCount) {
+    set("stock-diameter", 12);
+    set("tolerance", 0.02);
     set("target-height", 0.01);
     set("correction-offset", 0.002);
     set("correction-factor", 1.5);
@@ -684,7 +690,7 @@ TEST_F(CentreHeight, ShowsWhichDiameterCanBeTurnedAndWhere) {
 
 TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
     for (const char* pin : {"gauge-sigma", "gauge-scale-sigma", "cut-repeatability", "travel-sigma",
-                            "step-sigma", "drift-sigma", "known-x-sigma"})
+                            "step-sigma", "drift-sigma", "known-x-sigma", "bend-per-depth"})
         set(pin, 0);
     const Lathe lathe;
     set("x-known", 1);
@@ -700,6 +706,165 @@ TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
     key(two_cuts, {{2 * lathe.radius(0.5, 0), 0.5, 0}, {2 * lathe.radius(0.1, 0), 0.1, 0}});
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
     EXPECT_EQ(get("move-allowed"), 1);
+}
+
+enum Verdicts { none, on_centre, both, only_y, only_x, unsure, unchecked, held };
+
+// Four lands of a tool that is close to the centre.
+class CloseToCentre : public CentreHeight {
+protected:
+    CloseToCentre() {
+        set("x-is-radius", 1);
+        set("stock-diameter", 10.6);
+        set("tolerance", 0.005);
+        set("cut-repeatability", 0.0005);
+    }
+    void cut_lands(const Lathe& lathe, int lands = 4) {
+        place(10, 0);
+        begin(lands, two_lands);
+        for (int i = 0; i < lands; ++i) cut(lathe, 5, i % 4 == 0 || i % 4 == 3 ? 1 : -1);
+    }
+    void expect_verdict(int code) {
+        EXPECT_EQ(get("verdict-code"), code);
+        EXPECT_EQ(get("on-centre"), code == on_centre);
+        EXPECT_EQ(get("move-allowed"), code == both || code == only_y);
+        EXPECT_EQ(get("x-allowed"), code == both || code == only_x);
+    }
+};
+
+TEST_F(CloseToCentre, OnCentreIsKnownByNineteenInTwenty) {
+    cut_lands({0, 0.001});
+    ASSERT_LE(0.001 + 1.645 * get("sigma"), 0.005);
+    expect_verdict(on_centre);
+    EXPECT_EQ(get("cuts-needed"), 0);
+    set("tolerance", 0.001 + 1.6 * get("sigma"));
+    pulse("compute");
+    expect_verdict(unsure);
+    expect_held(3);
+    set("tolerance", 0.005);
+    set("max-sigma", 0.05);
+    set("cut-repeatability", 0.002);
+    pulse("compute");
+    expect_verdict(unsure);
+}
+
+// As many cuts as it asks for do answer.
+TEST_F(CloseToCentre, CutsThatItAsksForMakeTheHeightKnown) {
+    set("cut-repeatability", 0.0018);
+    cut_lands({0, 0.0005});
+    expect_verdict(unsure);
+    EXPECT_EQ(get("remedy-code"), 1);
+    const int needed = static_cast<int>(get("cuts-needed"));
+    EXPECT_GT(needed, 4);
+    EXPECT_LE(needed, 16);
+    for (int i = 4; i < needed; ++i) cut({0, 0.0005}, 5, i % 4 == 0 || i % 4 == 3 ? 1 : -1);
+    EXPECT_EQ(get("cut-number"), needed);
+    expect_verdict(on_centre);
+    set("cut-repeatability", 0.02);
+    set("max-sigma", 1);
+    pulse("compute");
+    EXPECT_EQ(get("remedy-code"), 3) << "no number of cuts";
+    EXPECT_EQ(get("cuts-needed"), 0);
+}
+
+TEST_F(CloseToCentre, TwoCutsThatDoNotKnowAskForLands) {
+    set("sign", 1);
+    set("max-sigma", 1);
+    begin(2, two_cuts);
+    cut({0, 0.1}, 5, 0);
+    cut({0, 0.1}, 2.5, 0);
+    expect_verdict(unsure);
+    EXPECT_EQ(get("remedy-code"), 2);
+    EXPECT_GE(get("cuts-needed"), 4);
+}
+
+TEST_F(CloseToCentre, YAndXAreTwoAnswers) {
+    cut_lands({0.05, 0});
+    expect_verdict(only_x);
+    EXPECT_NEAR(get("x-correction"), -0.05, 1e-6);
+    EXPECT_GT(get("x-sigma"), 0);
+    EXPECT_LT(get("x-sigma"), 0.002);
+    cut_lands({0, 0.05});
+    expect_verdict(only_y);
+    cut_lands({0.05, 0.05});
+    expect_verdict(both);
+    EXPECT_NEAR(get("x-correction"), -0.05, 1e-6);
+    set("automatic", 0);
+    pulse("compute");
+    expect_verdict(held);
+    set("automatic", 1);
+    set("x-is-radius", 0);
+    cut_lands({0.05, 0});
+    expect_verdict(on_centre);
+    EXPECT_EQ(get("x-allowed"), 0) << "the programmed radius is not known";
+}
+
+// With the noise of the gauge, and a bar that is not exactly its nominal diameter.
+TEST_F(CloseToCentre, ToolThatTouchesNothingIsNotOnCentre) {
+    for (const double off : {0.0, 0.001, -0.001, -0.015}) {
+        SCOPED_TRACE(off);
+        begin(4, two_lands);
+        place(5, 1);
+        pulse("cut-done");
+        enter(10.6 + off);
+        expect_refused(16);
+        EXPECT_EQ(get("on-centre"), 0);
+    }
+    for (const char* pin : {"stock-diameter", "program-stock"}) {
+        set("stock-diameter", 0);
+        set("program-stock", 0);
+        cut_lands({0, 0});
+        expect_verdict(unchecked);
+        EXPECT_EQ(get("checked-for-air"), 0);
+        set(pin, 10.6);
+        cut_lands({0, 0});
+        expect_verdict(on_centre);
+        EXPECT_EQ(get("checked-for-air"), 1);
+    }
+    for (const double stock : {-1.0, 1e9, std::nan("")}) {
+        set("program-stock", stock);
+        pulse("compute");
+        expect_refused(8);
+    }
+}
+
+TEST_F(CloseToCentre, DiameterMustFollowFromXOfTheTool) {
+    for (const double error : {0.49, 0.52, -0.49, -0.52}) {
+        SCOPED_TRACE(error);
+        set("stock-diameter", 13);
+        set("max-move", 0.001);
+        begin(2, two_lands);
+        place(5, 0);
+        pulse("cut-done");
+        enter(2 * (5 + error));
+        EXPECT_EQ(get("fault-code"), std::abs(error) < 0.5 ? 0 : 20);
+    }
+}
+
+// The work bends by 5 um per mm of depth, away from the tool.
+TEST_F(CloseToCentre, UnequalDepthsCountInSigma) {
+    set("max-sigma", 1);
+    const auto height_of = [&](const std::array<double, 3>& depths) {
+        double radius = 5.3;
+        begin(3, y_step);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double y = i == 2 ? 1 : 0;
+            radius -= depths[i];
+            place(std::sqrt(radius * radius - (y + 0.1) * (y + 0.1)), y);
+            pulse("cut-done");
+            enter(2 * (radius + 0.005 * depths[i]));
+        }
+        return get("height");
+    };
+    const double equal = height_of({0.8, 0.8, 0.8}), sigma = get("sigma");
+    EXPECT_NEAR(equal, 0.1, 2 * sigma);
+    const double unequal = height_of({0.3, 2, 0.5});
+    EXPECT_GT(std::abs(unequal - 0.1), 3 * std::abs(equal - 0.1)) << "what unequal depths do";
+    EXPECT_GT(get("sigma"), 1.5 * sigma);
+    EXPECT_NEAR(unequal, 0.1, 2 * get("sigma"));
+    set("pass-depth", 0.1);
+    height_of({0.3, 2, 0.5});
+    EXPECT_LT(get("sigma"), 1.2 * sigma) << "all passes are as deep";
 }
 
 // Whatever an input holds, no output is nonsense, and Y moves no further than max-move.

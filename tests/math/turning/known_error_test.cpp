@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/math/turning/known_error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace plumb {
+namespace {
+
+// A tool outside the tolerance is said to be within it in at most one of 20 measurements.
+TEST(KnownError, IsWithinByNineteenInTwenty) {
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(0, 1);
+    constexpr double tolerance = 5;
+    constexpr int count = 20000;
+    int said = 0;
+    for (int i = 0; i < count; ++i)
+        said += KnownError{std::abs(tolerance + noise(random)), 1}.within(tolerance);
+    EXPECT_LT(said, 0.055 * count);
+    EXPECT_GT(said, 0.045 * count);
+}
+
+TEST(KnownError, ASigmaBeyondTheToleranceIsNeverWithin) {
+    EXPECT_TRUE((KnownError{0, 3}.within(5)));
+    EXPECT_FALSE((KnownError{0, 3.1}.within(5)));
+    EXPECT_FALSE((KnownError{0, std::nan("")}.within(5)));
+}
+
+TEST(KnownError, IsSignificantFromThreeSigmasOn) {
+    EXPECT_TRUE((KnownError{3, 1}.significant()));
+    EXPECT_FALSE((KnownError{2.99, 1}.significant()));
+    EXPECT_FALSE((KnownError{0, 0}.significant()));
+}
+
+// With so many more cuts the sigma is just small enough for one of both answers.
+TEST(KnownError, MoreCutsMakeItKnown) {
+    for (const double size : {0.0, 1.0, 3.0, 4.9, 5.0, 7.0}) {
+        constexpr double tolerance = 5, sigma = 4;
+        const double more = KnownError{size, sigma}.more_cuts(tolerance);
+        EXPECT_GT(more, 1) << size;
+        const KnownError enough{size, sigma / std::sqrt(more * 1.001)},
+            few{size, sigma / std::sqrt(more * 0.99)};
+        EXPECT_TRUE(enough.within(tolerance) || enough.significant()) << size;
+        EXPECT_FALSE(few.within(tolerance) || few.significant()) << size;
+    }
+}
+
+}  // namespace
+}  // namespace plumb
