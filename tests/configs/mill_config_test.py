@@ -379,8 +379,8 @@ class Readme(unittest.TestCase):
 
         blocks = re.findall(r"```hal\n(.*?)```", self.page, re.S)
         self.assertEqual(len(blocks), 3)
-        with open(os.path.join(self.machine, "load.ini"), "w") as file:
-            file.write(next(block for block in re.findall(r"```ini\n(.*?)```", self.page, re.S) if "MB2HAL" in block))
+        with open(os.path.join(self.machine, "load.toml"), "w") as file:
+            file.write(next(block for block in re.findall(r"```ini\n(.*?)```", self.page, re.S) if "[[link]]" in block))
         for block in blocks:
             with plumb.Host() as host:
                 host.command("loadrt threads name1=servo-thread period1=1000000")
@@ -388,7 +388,7 @@ class Readme(unittest.TestCase):
                     if re.search("YOUR-CARD|lcec", line):
                         line = re.sub("(YOUR-CARD|lcec)[^ ]*", "", line)
                     if line.startswith("loadusr"):
-                        line = line.replace("load.ini", os.path.join(self.machine, "load.ini"))
+                        line = line.replace("load.toml", os.path.join(self.machine, "load.toml"))
                     if line:
                         host.command(line)
                 host.command("start")
