@@ -389,6 +389,7 @@ class Readme(unittest.TestCase):
                         line = re.sub("(YOUR-CARD|lcec)[^ ]*", "", line)
                     if line.startswith("loadusr"):
                         line = line.replace("load.toml", os.path.join(self.machine, "load.toml"))
+                        line = line.replace("modbus_sensor", os.path.join(BUILD, "bin", "modbus_sensor"))
                     if line:
                         host.command(line)
                 host.command("start")
