@@ -67,33 +67,12 @@ inline Registrar& registrar(Component* component) {
     return component->registrar_;
 }
 
-// The sections of a component's manual page that its declarations do not give. A text consists of paragraphs;
-// lines that begin with blanks keep their shape, "1. " begins a step, "- " begins an item "Term: text".
-struct Wiring {
-    const char* text = "";
-};
-struct SettingUp {
-    const char* text = "";
-};
-struct Behaviour {
-    const char* text = "";
-};
-struct Limits {
-    const char* text = "";
-};
-struct SeeAlso {
-    const char* pages = "";  // halcmd(1), motion(9)
-};
-
+// The page is the text of the manual page that the declarations do not give; hal/page.hpp says how it is
+// written. NAME.page beside NAME.cpp is embedded as `page` by #include "pages/NAME.page.hpp".
 struct About {
     const char* name;
     const char* summary;
-    const char* description;
-    Wiring wiring = {};
-    SettingUp setting_up = {};
-    Behaviour behaviour = {};
-    Limits limits = {};
-    SeeAlso see_also = {};
+    const char* page;
 };
 
 // A task of a program that needs no HAL, `PROGRAM --NAME FILE`. It may throw; its result is the exit status.

@@ -2,6 +2,7 @@
 #include "hal/manual.hpp"
 
 #include "hal/markup.hpp"
+#include "hal/page.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -93,9 +94,11 @@ void write_codes(std::ostream& out, const Declarations& declared) {
     }
 }
 
-void write_section(std::ostream& out, const char* heading, const std::string& text) {
+void write_section(std::ostream& out, const Page& page, const std::string& heading) {
+    const std::string text = page.section(heading);
     if (text.empty()) return;
-    out << ".SH " << heading << '\n';
+    const bool one_word = heading.find(' ') == std::string::npos;
+    out << ".SH " << (one_word ? heading : '"' + heading + '"') << '\n';
     write_description(out, text);
 }
 
@@ -160,6 +163,7 @@ void write_all_pins(std::ostream& out, const Declarations& declared) {
 
 std::string manual(const Model& model, int section) {
     const Declarations declared(model);
+    const Page page(model.about.page);
     const std::string name = escaped(model.about.name);
     std::ostringstream out;
     out << ".\\\" SPDX-License-Identifier: GPL-2.0-or-later\n"
@@ -177,22 +181,22 @@ std::string manual(const Model& model, int section) {
         else
             out << "\n.RI [ \\-\\-" << escaped(option.name) << " \" value]\"";
     out << '\n';
-    write_section(out, "DESCRIPTION", model.about.description);
-    write_section(out, "WIRING", model.about.wiring.text);
-    write_section(out, "\"SETTING UP\"", model.about.setting_up.text);
-    write_section(out, "BEHAVIOUR", model.about.behaviour.text);
+    write_section(out, page, "DESCRIPTION");
+    write_section(out, page, "WIRING");
+    write_section(out, page, "SETTING UP");
+    write_section(out, page, "BEHAVIOUR");
     write_options(out, declared, section);
     write_tasks(out, model);
     if (section == 9) write_functions(out, declared);
     write_all_pins(out, declared);
     write_offsets(out, declared);
     write_codes(out, declared);
-    write_section(out, "LIMITS", model.about.limits.text);
+    write_section(out, page, "LIMITS");
     if (section == 9)
         out << ".SH UNLOADING\nStop the threads first:\n.IP\n.nf\nhalcmd stop\nhalcmd unloadrt " << name
             << "\n.fi\n.PP\nLinuxCNC does not wait for a running function. If you unload any component "
                "while the threads run, you can kill\n.BR rtapi_app .\n";
-    write_see_also(out, model.about.see_also.pages);
+    write_see_also(out, page.section("SEE ALSO"));
     out << ".SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();
 }

@@ -50,8 +50,8 @@ inline bool has_length_default(const PinInfo& pin) {
 // and a load line under SYNOPSIS.
 std::string manual(const Model& model, int section);
 
-// The declarations as JSON, for programs: pins, outputs that move an axis, codes and their sentences, options,
-// functions.
+// The declarations as JSON, for programs: pins, outputs that move an axis, codes and their sentences,
+// options, functions.
 std::string declarations(const Model& model);
 
 }  // namespace plumb::hal

@@ -4,6 +4,7 @@
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "pages/sim_drive_load.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,40 +12,8 @@
 namespace plumb {
 
 struct SimDriveLoad final : hal::Component {
-    static constexpr hal::About about{"sim_drive_load",
-                                      "simulated spindle drive: the load that it reports",
-                                      R"(
-sim_drive_load turns the power of a cut into the load of the spindle motor, in percent of its rating, as a drive
-reports it:
-
-    true load = idle + pulse + coolant + cut
-    idle      = (idle + idle-speed (n / 10000)^1.5) (1 - warm-decline w)
-    cut       = 100 cutting-power / rated-power x part gain
-                x (1 + wear-rise tool-wear) x tooth and runout ripple
-    load      = true load, through a lag, sampled by the drive's own clock,
-                with white and 1/f noise, rounded
-
-w rises to 1 with warm-tau while the spindle turns.)",
-                                      hal::Wiring{R"(
-  loadrt sim_drive_load names=drive
-
-  net cutting-power     mill.cutting-power        => drive.cutting-power
-  net speed program.spindle-speed-cmd => drive.spindle-speed-cmd
-  net tool-number       program.tool-number       => drive.tool-number
-  net load              drive.load                => growth.load
-
-  addf drive.update servo-thread
-
-configs/mill/bench.hal has all lines.)"},
-                                      {},
-                                      hal::Behaviour{R"(
-- Change of speed: A pulse stands while the spindle changes its speed, and briefly at a tool change.
-- Part gain: Each cycle draws a new one, for material and chucking.
-- Truth: truth-... pins are for scoring only.
-- seed: 0 is the typical drive; any other number draws one.
-- Invalid input: The last good value stays.)"},
-                                      hal::Limits{"Ripple is averaged over the period of the thread."},
-                                      hal::SeeAlso{"sim_mill(9), thermal_displacement(9)"}};
+    static constexpr hal::About about{"sim_drive_load", "simulated spindle drive: the load that it reports",
+                                      page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

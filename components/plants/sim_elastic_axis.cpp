@@ -2,6 +2,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "pages/sim_elastic_axis.page.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,38 +14,8 @@ namespace plumb {
 
 struct SimElasticAxis final : hal::Component {
     static constexpr hal::About about{
-        "sim_elastic_axis",
-        "simulated axis of two masses: PI velocity loop, spring, friction with memory",
-        R"(
-sim_elastic_axis is a second axis on which chopping is benched; sim_grinder(9) is the first. A motor moves a load through
-a spring. The drive has a position loop with feed-forward, a PI velocity loop on the motor and a limited force:
-
-    vc = servo-gain (c - xm) + feed-forward c'       c: position-cmd, command-delay later
-    u  = K (vc - vm) + K^2 / 4 integral(vc - vm)     within +-force-limit, K: velocity-gain
-    (1 - load-part) vm' = u - f
-    load-part vl'       = f - friction               f: spring and its damping
-
-The friction has a memory: it acts as a spring until the load has moved by friction-travel, in each direction. All
-forces are per mass of both, in mm/s2. Lengths are millimetres.)",
-        hal::Wiring{R"(
-  loadrt chopping         names=chop
-  loadrt sim_elastic_axis names=ram
-
-  net z-command  chop.command => ram.position-cmd
-  net z-measured ram.position => chop.joint-feedback
-
-  addf chop.update servo-thread
-  addf ram.update  servo-thread)"},
-        {},
-        hal::Behaviour{R"(
-- seed: 0 is the typical axis; any other number draws one. A value that you set is used as it is; 0 is none of it.
-- force-part: The force that the drive has now, as a part of force-limit: a brown-out.
-- jammed: The load stands, whatever the motor does.
-- slip: Moves the reading of the scale, which is at the load.
-- Truth: truth-... pins are for scoring only.
-- Invalid input: The last good value stays.)"},
-        hal::Limits{"Use millimetres only."},
-        hal::SeeAlso{"chopping(9), sim_grinder(9)"}};
+        "sim_elastic_axis", "simulated axis of two masses: PI velocity loop, spring, friction with memory",
+        page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

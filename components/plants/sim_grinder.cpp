@@ -2,6 +2,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "pages/sim_grinder.page.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,41 +14,7 @@ namespace plumb {
 
 struct SimGrinder final : hal::Component {
     static constexpr hal::About about{
-        "sim_grinder",
-        "simulated reciprocating axis: drive, friction, backlash, load and scale",
-        R"(
-sim_grinder is the axis on which chopping is benched. Its drive has a position loop with feed-forward, a velocity loop of
-the second order, a limited force, and friction:
-
-    c  = position-cmd, command-delay later
-    vc = servo-gain (c - xm) + feed-forward c'
-    u  = W^2 S(vc - v) - 2 damping W v,  within +-force-limit
-    v' = u - friction - wheel force,  xm' = v
-
-W is 2 pi velocity-loop, S the integral. Friction is that of Coulomb, greater at rest (Stribeck), as a part of
-force-limit. The load follows the motor through backlash, and on a spring of load-resonance if that is not 0. Lengths are
-millimetres.)",
-        hal::Wiring{R"(
-  loadrt chopping    names=chop
-  loadrt sim_grinder names=grinder
-
-  net z-command  chop.command     => grinder.position-cmd
-  net z-measured grinder.position => chop.joint-feedback
-
-  addf chop.update    servo-thread
-  addf grinder.update servo-thread
-
-configs/grinder/bench.hal has all lines.)"},
-        {},
-        hal::Behaviour{R"(
-- seed: 0 is the typical axis; any other number draws one. A value that you set is used as it is; 0 is none of it.
-- scale-at-load: The scale reads the load; false, the motor.
-- Wheel force: Acts between contact-low and contact-high, against the motion.
-- Drive off: With enabled false the motor stops at once, and the drive starts from where it is.
-- Truth: truth-... pins are for scoring only. Dead points are those of the load, per stroke.
-- Invalid input: The last good value stays.)"},
-        hal::Limits{"Use millimetres only. The load does not act back on the motor."},
-        hal::SeeAlso{"chopping(9), joint_offset(9)"}};
+        "sim_grinder", "simulated reciprocating axis: drive, friction, backlash, load and scale", page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

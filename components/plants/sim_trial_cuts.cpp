@@ -2,6 +2,7 @@
 #include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
+#include "pages/sim_trial_cuts.page.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,36 +14,7 @@ namespace plumb {
 
 struct SimTrialCuts final : hal::Component {
     static constexpr hal::About about{"sim_trial_cuts",
-                                      "trial cuts of a simulated lathe, where no LinuxCNC moves it",
-                                      R"(
-sim_trial_cuts takes the place of the part program on which centre_height is benched. It cuts what a method needs, each
-land at another Z, and each cut from the same side of X and Y. It lets the gauge measure. If Y may move it moves Y, and
-corrects X. Then it turns a land of finish-diameter. Lengths are millimetres. Plans:
-
-  0  two cuts of the same land: diameter, then second-diameter
-  1  lands at land-1-y and land-2-y, in the order 1 2 2 1 1 2 2 1, pairs times
-  2  a step of Y: two cuts of the same land, and a third one, deeper, with Y most of the way to land-1-y
-  3  eight lands at two X and two Y)",
-                                      hal::Wiring{R"(
-  loadrt sim_trial_cuts names=trial
-
-  net x-position  trial.x-position  => lathe.x-position
-  net cut-done    trial.cut-done    => centre.cut-done
-  net cut-measure centre.measure    => trial.measure
-  net y-move      centre.y-move     => trial.y-move
-
-  addf trial.update  servo-thread
-  addf lathe.update  servo-thread
-  addf centre.update servo-thread
-
-configs/lathe/bench.hal has all lines.)"},
-                                      {},
-                                      hal::Behaviour{R"(
-- start: A rising edge begins, with X and Y uncorrected and a new bar.
-- Each step of the sequence takes two periods. cut-time is the time that a cut with its measurement takes on a real lathe.
-- done: true after the finishing land. A fault or a height that is not valid ends the cuts; the finishing land is turned.)"},
-                                      hal::Limits{"Use millimetres only."},
-                                      hal::SeeAlso{"sim_lathe(9), centre_height(9)"}};
+                                      "trial cuts of a simulated lathe, where no LinuxCNC moves it", page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

@@ -8,6 +8,7 @@
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "pages/joint_offset.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -66,88 +67,8 @@ constexpr const char* sentence(Fault fault) {
 }
 
 struct JointOffset final : hal::Component {
-    static constexpr hal::About about{"joint_offset",
-                                      "adds an offset to a joint of LinuxCNC, between motion and drive",
-                                      R"(
-joint_offset adds up to four offsets to the command of a drive, and takes their sum from the feedback of the drive. It
-works in every mode and costs no speed of the axis. LinuxCNC does not see the offset:
-
-    drive-command  = joint-command  + applied-offset
-    joint-feedback = drive-feedback - applied-offset (of the last period)
-
-Use one instance for each joint. The two joints of a gantry get a stage each, with the same offsets.
-
-A small correction, as of squareness(9), remains in drive-command while the machine is off. The offset of a stroke, as of
-chopping(9), is millimetres: set release-at-off of its source, and net released to the component.)",
-                                      hal::Wiring{R"(
-  loadrt joint_offset names=x-stage unit=[TRAJ]LINEAR_UNITS
-
-  setp x-stage.min-limit [JOINT_0]MIN_LIMIT
-  setp x-stage.max-limit [JOINT_0]MAX_LIMIT
-  setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION
-  setp x-stage.offset-acceleration 500
-
-  net x-homed          joint.0.homed          => x-stage.homed
-  net motion-enabled   motion.motion-enabled  => x-stage.motion-enabled
-  net x-position       joint.0.pos-cmd        => x-stage.position
-  net x-joint-cmd      joint.0.motor-pos-cmd  => x-stage.joint-command
-  net x-motor-fb       x-drive.out            => x-stage.drive-feedback
-  net x-correction     square.x-correction    => x-stage.offset-0
-  net x-motor-cmd      x-stage.drive-command  => x-drive.in
-  net x-joint-fb       x-stage.joint-feedback => joint.0.motor-pos-fb
-  net x-inhibit-homing x-stage.inhibit-homing => motion.homing-inhibit
-
-  addf motion-command-handler  servo-thread
-  addf x-stage.update-feedback servo-thread
-  addf motion-controller       servo-thread
-  addf square.update           servo-thread
-  addf x-stage.update          servo-thread
-  addf x-drive                 servo-thread
-
-x-drive is your drive. If it has separate functions, it reads before update-feedback and writes after update. With more
-than one stage, interlock(9) joins all inhibit-homing; then net its heartbeat to each stage, too.
-
-Through this stage LinuxCNC's feedback does not contain the offset; only the feedback of the drive does. A component
-that needs the position of the encoder takes the signal at drive-feedback, here x-motor-fb, and applied-offset.
-
-A pid whose command-deriv has joint.0.vel-cmd follows the offset late. Net this to x-stage.joint-velocity, and
-x-stage.drive-velocity to command-deriv.)"},
-                                      hal::SettingUp{R"(
-1. Set min-limit, max-limit, joint-acceleration and offset-acceleration as above. Before that no offset is applied.
-2. Check that the drive can follow MAX_ACCELERATION + offset-acceleration, and MAX_VELOCITY + max-rate.
-3. Check the order of the functions with plumb doctor --running.
-4. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults.)"},
-                                      hal::Behaviour{R"(
-- Not homed: No offset. A present one is released at ramp-rate.
-- Homed, machine turned on, enable: The offset comes at ramp-rate. ramping is true meanwhile.
-- In motion: The offset follows its sources without lag, at most at max-rate. The following error grows by the speed of
-the offset times the lag of the drive.
-- At max-offset: The offset brakes in time, and stops there. A source that stops there itself passes unchanged.
-- max-offset below the present offset: It is refused, and nothing moves. It comes into force when the offset can stop
-within it. A smaller offset-acceleration waits in the same way.
-- Machine off, emergency stop: The offset holds, and turning on moves nothing. Later changes of the sources follow at
-ramp-rate after the machine is on.
-- Machine off with release-at-off: That source becomes part of the position of the joint. In the next period
-joint-feedback contains it, motion copies joint-feedback into its command, and drive-command stays. LinuxCNC then shows
-and limits the true position, and homing is permitted. released is 1 until the machine is on. If the machine is on again
-within one period, nothing is released.
-- Not homed while the machine is on, with a source of release-at-off in force: The offset holds until the machine is off.
-- Abort: The offset stays.
-- Homing: LinuxCNC refuses to home while inhibit-homing is true. Unhome the joint, wait until its offset is 0, and home.
-If the origin moves with an offset in force, the offset is released until the joint is unhomed and homed again.
-- Near a soft limit: An offset towards the limit fades out, and limited is true. The distance in which it fades is
-4 x offset x joint-acceleration / offset-acceleration: 0.8 mm for 0.05 mm, 2000 and 500 mm/s2. There the sources have
-a quarter of offset-acceleration, elsewhere all of it.
-- Interlock unloaded, not called, or with a fault of the order (heartbeat stands still): The offset holds, except near a soft limit, also when the
-joint is unhomed. Later changes of the sources follow at ramp-rate when interlock is called again.
-- Invalid source or position: The last good value stays.
-- Contradiction: max-offset comes first, then the soft limits, offset-acceleration, and max-rate.)"},
-                                      hal::Limits{R"(
-Backlash and screw compensation of LinuxCNC look like a moved origin. Home such a joint again if it moved while its
-offset was released.
-
-A joint that is itself beyond a soft limit is not taken back.)"},
-                                      hal::SeeAlso{"squareness(9), interlock(9), axis_offset(9), motion(9)"}};
+    static constexpr hal::About about{
+        "joint_offset", "adds an offset to a joint of LinuxCNC, between motion and drive", page};
 
     static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;

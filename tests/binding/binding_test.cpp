@@ -3,6 +3,7 @@
 #include "hal/component.hpp"
 #include "hal/manual.hpp"
 #include "hal/offset.hpp"
+#include "hal/page.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/module.hpp"
@@ -183,6 +184,32 @@ TEST_F(Binding, SentencesOfCodesAreDeclared) {
         {"fault-code", {{1, "The value to add is below -100."}, {3, "The value to add is beyond +-100."}}},
         {"half", {{1, "The order is below 50."}, {2, "The order is 50 or more."}}}};
     EXPECT_EQ(sentences, expected);
+}
+
+TEST(Page, HasATextForEachHeading) {
+    const hal::Page page(
+        "\nOne value.\n\nIT STANDS here.\n\nWIRING\n  net a\n\n  LIMITS\n\nSEE ALSO\nmotion(9)\n");
+    EXPECT_EQ(page.section("DESCRIPTION"), "\nOne value.\n\nIT STANDS here.\n\n");
+    EXPECT_EQ(page.section("WIRING"), "  net a\n\n  LIMITS\n\n");
+    EXPECT_EQ(page.section("SEE ALSO"), "motion(9)\n");
+    EXPECT_EQ(page.section("LIMITS"), "");
+    EXPECT_EQ(hal::Page("\nDESCRIPTION\nTwo.\n").section("DESCRIPTION"), "\nTwo.\n");
+}
+
+TEST(Page, RefusesAHeadingThatIsUnknownOrStandsTwice) {
+    const auto message = [](const char* text) -> std::string {
+        try {
+            hal::Page{text};
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(message("One.\n\nLIMTS\nNone.\n"),
+              "the heading LIMTS is not one of DESCRIPTION, WIRING, SETTING UP, "
+              "BEHAVIOUR, LIMITS, SEE ALSO");
+    EXPECT_EQ(message("One.\n\nDESCRIPTION\nTwo.\n"), "the heading DESCRIPTION stands there twice");
+    EXPECT_EQ(message("\nLIMITS\nA.\n\nLIMITS\nB.\n"), "the heading LIMITS stands there twice");
 }
 
 TEST_F(Binding, CodesAreListedOnTheManualPage) {

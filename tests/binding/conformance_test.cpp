@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Every shipped module obeys the same rules about names, units, words, time, bad values and truth.
+#include "hal/manual.hpp"
 #include "hal/markup.hpp"
+#include "hal/page.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/hal_pins.hpp"
 #include "tests/support/impossible.hpp"
@@ -83,9 +85,10 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
                offset.value + ": what limits its acceleration is not one sentence: " + offset.accelerated_by);
     demand(!declared.functions.empty(), "no function");
     demand(model.role != hal::Role::none, "no role");
-    demand(*model.about.wiring.text != 0, "no wiring");
-    demand(*model.about.behaviour.text != 0, "no behaviour");
-    std::istringstream wiring(model.about.wiring.text);
+    const hal::Page page(model.about.page);
+    for (const char* heading : {"DESCRIPTION", "WIRING", "BEHAVIOUR"})
+        demand(!page.section(heading).empty(), std::string("no ") + heading);
+    std::istringstream wiring(page.section("WIRING"));
     for (std::string line; std::getline(wiring, line);)
         demand(line.empty() || line.front() != ' ' || line.size() <= 72,
                "a line of the wiring is too wide: " + line);
@@ -362,7 +365,7 @@ TEST(ConformanceRules, CatchBadDeclarations) {
             "max-offset: its default is out of its range", "flag: a bit or a count has no unit, not 'mu'",
             "nameless: not one sentence: no period", "fault-code 1: not one sentence: something",
             "out: what limits its acceleration is not one sentence: nothing",
-            "update: its order is not a sentence: anywhere", "no role", "no wiring", "no behaviour"));
+            "update: its order is not a sentence: anywhere", "no role", "no WIRING", "no BEHAVIOUR"));
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {

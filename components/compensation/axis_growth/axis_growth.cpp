@@ -6,6 +6,7 @@
 #include "hal/codes.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "pages/axis_growth.page.hpp"
 
 #include <array>
 #include <cmath>
@@ -14,82 +15,7 @@ namespace plumb {
 
 struct AxisGrowth final : hal::Component {
     static constexpr hal::About about{
-        "axis_growth",
-        "compensates thermal growth of X, Y and Z, by temperatures and spindle speed",
-        R"(
-A machine that warms displaces its tool in X, Y and Z, by 20 to 70 um. axis_growth follows up to four temperature sensors and
-the spindle speed, and outputs the offset of each axis that brings the tool back. The offset may depend on the position of
-the axis, as where a screw expands. plumb-growth(1) computes the settings from a growth test of the machine.
-
-Use it where sensors are mounted, and for any work. The theory and the figures are in
-components/compensation/axis_growth/README.md of the sources.)",
-        hal::Wiring{R"(
-For X. Wire Y and Z in the same way.
-
-  loadrt axis_growth  names=axis-growth unit=[TRAJ]LINEAR_UNITS
-  loadrt joint_offset names=x-stage,y-stage,z-stage \
-         unit=[TRAJ]LINEAR_UNITS
-
-  setp axis-growth.enable    true
-  setp axis-growth.max-speed [TRAJ]MAX_LINEAR_VELOCITY
-
-  net x-position      joint.0.pos-cmd
-  net x-position      => axis-growth.x-position x-stage.position
-  net all-homed       motion.is-all-homed => axis-growth.all-homed
-  net spindle-speed   spindle.0.speed-out
-  net spindle-speed   => axis-growth.spindle-speed
-  net cycle-running   motion.digital-out-00
-  net cycle-running   => axis-growth.cycle-running
-  net spindle-warm    => axis-growth.temperature-0
-  net spindle-valid   => axis-growth.temperature-valid-0
-  net spindle-age     => axis-growth.temperature-age-0
-  net x-growth-offset axis-growth.x-offset
-  net x-growth-offset => x-stage.offset-0
-
-  addf motion-command-handler  servo-thread
-  addf x-stage.update-feedback servo-thread
-  addf motion-controller       servo-thread
-  addf axis-growth.update      servo-thread
-  addf x-stage.update          servo-thread
-
-spindle-warm, spindle-valid and spindle-age come from your sensor, such as modbus_sensor(1) or can_sensor(1). Number the sensors
-as in the growth test. joint_offset(9) has the other lines of a stage.
-
-thermal_displacement(9) may correct Z on the same machine. Give it the feedback of LinuxCNC, joint.2.motor-pos-fb, which does
-not contain the offset of joint_offset(9): then it measures the growth that axis_growth leaves. Set its expected-growth and
-unexplained-growth to a fifth.)"},
-        hal::SettingUp{R"(
-1. Mount the sensors: the spindle bearing, the column or bed, and the air. Net them to thermal_growth_test(9), too.
-2. Run a growth test from the cold machine, with the dry cycle of your work.
-3. plumb growth identify LOG prints the setp lines, and how much of the drift they would have removed. Copy them to
-axis_growth_settings.hal.
-4. Set enable true, and repeat the growth test on another day. The report shows the gain, 1 for a perfect compensation.
-5. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults.)"},
-        hal::Behaviour{R"(
-- Start, not homed, a sensor never valid: No offset, and nothing moves.
-- Temperatures, speed, enable, settings: The offsets change at max-rate, at most, as a vector.
-- Motion: The part that depends on the position follows without lag.
-- Position faster than max-speed: A position that changes faster, by more than a tenth, did not move. The offset follows at
-max-rate.
-- Temperature invalid, or older than max-age: Its last good value holds, and doubt is true. After hold-time the offset
-returns to 0, within as long again.
-- Growth in doubt: doubt-code gives the reason. authority is the part of the growth that is applied, of the axis that is
-least certain. It falls with the uncertainty of the law, beyond the temperatures of the growth test, and with the age of a
-lost temperature. With a larger harmless more of an uncertain growth is applied.
-- In a cycle (cycle-running): authority never falls, so that no step is cut into a part.
-- Machine off, emergency stop: joint_offset(9) holds the offset, and turning on moves nothing.
-- Abort: The offsets follow the temperatures as before.
-- Invalid position or speed: The last good value stays.
-- Invalid settings: The last good set stays in force, as a whole.)"},
-        hal::Limits{R"(
-A sensor that is frozen but reports valid values looks like a machine that stands still. A sensor with an offset displaces the
-axes by as much as that many kelvin. Repeat the growth test after you change a sensor.
-
-The law is that of the growth test. Another dry cycle, coolant, or an open door can warm the machine in a way that the sensors
-do not show. The artifact and the work expand themselves; axis_growth does not correct the work.
-
-There is no sensor of the growth itself. thermal_displacement(9) measures what remains in Z.)"},
-        hal::SeeAlso{"plumb-growth(1), thermal_growth_test(9), joint_offset(9), thermal_displacement(9)"}};
+        "axis_growth", "compensates thermal growth of X, Y and Z, by temperatures and spindle speed", page};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

@@ -17,6 +17,7 @@
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 #include "hal/records.hpp"
+#include "pages/chopping.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,123 +28,7 @@ namespace plumb {
 
 struct Chopping final : hal::Component {
     static constexpr hal::About about{
-        "chopping",
-        "strokes an axis between two dead points, while others follow a contour",
-        R"(
-chopping moves a linear axis to and fro between two dead points: the wheel of a grinder, the ram of a planer, a saw. The
-other axes follow their program meanwhile. The speed is that of a crank. Sections of the stroke get speeds of their
-own, such as slow in contact and fast in air, within one limit for the whole acceleration.
-
-The output is an offset for joint_offset(9) that starts and ends at 0, where the program left the axis, point R. An
-extra joint takes command instead. chopping measures both dead points and corrects them, so that the axis reaches them
-and does not pass them.
-
-The theory and the figures are in components/compensation/chopping/README.md of the sources.)",
-        hal::Wiring{R"(
-For Z. joint_offset(9) has the other lines of the stage.
-
-  loadrt chopping     names=chop    unit=[TRAJ]LINEAR_UNITS
-  loadrt joint_offset names=z-stage unit=[TRAJ]LINEAR_UNITS
-
-  setp chop.min-limit [JOINT_2]MIN_LIMIT
-  setp chop.max-limit [JOINT_2]MAX_LIMIT
-  setp chop.upper     -5
-  setp chop.lower    -45
-  setp chop.feed     200
-  setp z-stage.max-offset 500
-  setp z-stage.max-rate   500
-  setp z-stage.release-at-off-0 true
-
-  net motion-enabled motion.motion-enabled  => chop.motion-enabled
-  net z-homed        joint.2.homed          => chop.homed
-  net z-position     joint.2.pos-cmd        => chop.position
-  net z-fb           joint.2.pos-fb         => chop.joint-feedback
-  net z-limited      z-stage.limited        => chop.stage-limited
-  net z-released     z-stage.released       => chop.stage-released
-  net chop-run       motion.digital-out-01  => chop.run
-  net z-chop         chop.offset            => z-stage.offset-0
-  net z-chop                                => chop.applied-offset
-
-  addf motion-command-handler  servo-thread
-  addf z-stage.update-feedback servo-thread
-  addf motion-controller       servo-thread
-  addf chop.update             servo-thread
-  addf z-stage.update          servo-thread
-
-An extra joint, such as joint 3, needs no stage. LinuxCNC homes it, and then leaves it to HAL. Net joint.3.homed to
-chop.homed, joint.3.pos-fb to chop.joint-feedback, and chop.command to joint.3.posthome-cmd. Set chop.position to point
-R. configs/grinder/extra.hal has all lines.
-
-LinuxCNC watches neither the soft limits nor the following error of an extra joint. chopping does: set min-limit,
-max-limit and max-following-error.)"},
-        hal::SettingUp{R"(
-1. Set min-limit and max-limit of the joint, and max-feed, max-acceleration and jerk-time for its drive. With joint_offset
-set its max-offset and max-rate at least to those here, its offset-acceleration to eight times max-acceleration and twice
-its joint-acceleration, at least, and taper to 3: over three times its length it takes an offset away before a limit.
-2. Set the dead points and the feed. Set run true: the axis strokes. Set it false: the axis returns to R.
-3. Watch upper-error and lower-error. They show how far the measured dead points lie beyond the set ones. phase-lag shows
-how late the axis is.
-4. Set learn true, on a scale at the load. The first cycles are slow and end 5 % of the stroke inside, at most inset.
-Set max-correction above the lag at a dead point, about the acceleration there / (2 Kv^2).
-5. Set sections: kind 2, from, to and ratio for a window of heights.
-6. With a lead, set jerk-time to at least 2 lead max-acceleration / (max-output-accel - max-acceleration).)"},
-        hal::Behaviour{R"(
-- Start: A rising edge of run, from anywhere. Outside the dead points the axis moves to the far one first.
-- run false, stop true: The stop that stop-kind selects, after spark-out strokes.
-- enable false: A withdrawal, whatever stop-kind is. The stroke goes on to the dead point nearest R, if need be by way of
-the other one, and then to R: without dwell, spark-out, infeed or a new region. feed-hold does not stop it. The
-override multiplies its speed, and 0 counts as 1. An axis at rest stays where it is.
-- go-to-end: A rising edge while the axis strokes withdraws it. At rest it returns the axis to position at once, also
-where enable is false. It goes before run and before a hold that is there; a later hold stops it while enable is true.
-- Withdrawal: It lasts until the axis rests, also where enable returns or stop-kind changes. Then a rising edge of run
-starts the next strokes; one before that is refused. Only these end it before R: machine off, not homed, a following
-error (fault 10) and a wrong scale (fault 12).
-- feed-hold, override 0: The axis brakes within its region, and stands. It goes on in its direction.
-- Abort of a program: Let it set run false. The axis returns to R. Net feed-wait to a function-settling of interlock(9):
-moves wait until then. HAL cannot hold a jog: jog another axis out of the work.
-- End of a program: It ends the strokes that the program began, unless outlast is true. Those of MDI go on.
-- Machine off, emergency stop: The axis stands, and turning on moves nothing. With stage-released the offset becomes part
-of position in that period: LinuxCNC shows and limits the true place of the axis, offset is 0, and point R is there. An
-extra joint keeps its offset. The next rising edge of run starts where the axis is.
-- Speed, override, dwell, sections: Changes come with the next stroke or the one after it.
-- exact-stop: The dwell begins when the measured axis is as near to its dead point, at the latest after exact-stop-time.
-- program-word: A word of a program goes before its setting until the axis rests. An invalid word is refused and changes
-nothing. Word 12 asks whether a stroke from program-value is possible: program-refused and the fault answer, and nothing
-moves.
-- Frequency, cycle-time: Kept in the mean where learned ends make the stroke longer, if max-acceleration permits it.
-- Lead, jerk-time: Changes come with the next start.
-- Dead points: Taken over at the start, by each change of shift, or when crossing-position crosses crossing-at. A new
-upper dead point comes with an upward stroke, a new lower one with a downward stroke, so that nothing steps. With a
-correction in force they come one stroke later.
-- Joint moves (another position): The stroke stays where it is. The end is at the new position.
-- Learning: Holds while speed, sections or region change, and for the first stroke. The speed rises as the axis shows
-the force for it: a stroke accelerates by a new value and brakes by one that was shown. A drive that is too weak keeps
-the speed that it has followed, fault 22. Eight strokes are remembered.
-- Proven acceleration: Regions and speeds below the largest acceleration that this joint has followed begin at full
-speed. After a restart retain(1) restores the strokes: one cycle at four fifths of the speed confirms them.
-- Passing a dead point by more than max-beyond: Learning begins again, fault 13. After the second time the last good
-speed stays, fault 23, until learn is set false and true, or forget rises.
-- Jam, loss of force, a scale that does not follow: Fault 21 in the same stroke, which is stopped.
-- A scale that slips: Both dead points move the same way. Two such cycles stop the stroke, fault 19.
-- Dead points that a scale cannot have measured: Not learned; the second one in a row stops the stroke.
-- Near a dead point with a correction: No stop and no hold ends outside the region.
-- max-offset, max-rate: A smaller one waits until the axis rests. A max-offset that the stroke does not fit into is refused
-with all other changes. At rest it is refused below the present offset, and nothing moves. Where the joint moves so that
-max-offset would be passed, the offset brakes in time.
-- Invalid settings: The last good set stays in force, as a whole. Before the start, the stroke is refused; the fault lasts until run is false.
-- Invalid position, feedback: The last good position stays; dead points are not learned, and measured-phase stands.
-- Not homed: The stroke stops at once. With stage-released the offset holds until the machine is off. A stage without
-release-at-off ramps it down, and offset returns to 0 after 1 s. An extra joint stays where it is; its command returns to
-R only when homing moves the joint. A homed that returns moves nothing.)"},
-        hal::Limits{R"(
-A correction needs a scale at the load. On a scale at the motor backlash and windup remain.
-
-Measured dead points are those of the scale. What the wheel bends is not in them.
-
-A stroke must last at least 16 periods.
-
-With jerk-time and without learning each stroke ends max-acceleration jerk-time^2 / 24 short, at most.)"},
-        hal::SeeAlso{"joint_offset(9), interlock(9), retain(1), sim_grinder(9), motion(9)"}};
+        "chopping", "strokes an axis between two dead points, while others follow a contour", page};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

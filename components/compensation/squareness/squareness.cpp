@@ -8,6 +8,7 @@
 #include "hal/component.hpp"
 #include "hal/message.hpp"
 #include "hal/offset.hpp"
+#include "pages/squareness.page.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -18,127 +19,8 @@
 namespace plumb {
 
 struct Squareness final : hal::Component {
-    static constexpr hal::About about{"squareness",
-                                      "corrects tilted columns and rails, for the tool in use",
-                                      R"(
-Guides are never quite square. Where a column or a rail leans, the tip of the tool is not where the axes are, and a longer
-tool is further off. squareness takes the chain of axes and the tilt of each guide. It outputs the correction of X, Y and
-Z that brings the tip to its nominal place, tool length and radial offset included. Error tables can add straightness,
-pitch, yaw and scale. It needs no sensor; plumb-squareness(1) computes the settings from measurements.
-
-The theory and the figures are in components/compensation/squareness/README.md of the sources.)",
-                                      hal::Wiring{R"(
-For X. Wire Y and Z in the same way.
-
-  loadrt squareness names=square chain=w-Z.b-X-Y-C-t \
-         unit=[TRAJ]LINEAR_UNITS
-  loadrt joint_offset names=x-stage,y-stage,z-stage \
-         unit=[TRAJ]LINEAR_UNITS
-
-  setp square.enable    true
-  setp square.max-speed [TRAJ]MAX_LINEAR_VELOCITY
-  setp square.ec0y      -0.00016
-
-  net x-position    joint.0.pos-cmd     => square.x-position
-  net x-position                        => x-stage.position
-  net x-velocity    joint.0.vel-cmd     => square.x-velocity
-  net all-homed     motion.is-all-homed => square.all-homed
-  net x-tool-offset motion.tooloffset.x => square.x-tool-offset
-  net x-correction  square.x-correction => x-stage.offset-0
-  net ramping       interlock.ramping   => square.stages-ramping
-  net coordinated   motion.coord-mode   => square.coordinated
-  net motion-type   motion.motion-type  => square.motion-type
-  net path-velocity motion.current-vel  => square.path-velocity
-  net settling      square.settling     => motion.feed-inhibit
-  net settling                          => motion.feed-hold
-
-  addf motion-command-handler  servo-thread
-  addf x-stage.update-feedback servo-thread
-  addf motion-controller       servo-thread
-  addf square.update           servo-thread
-  addf x-stage.update          servo-thread
-
-The positions are those of joint.N.pos-cmd: they contain neither the correction nor screw compensation. Do not net
-joint.N.motor-pos-cmd. joint_offset(9) has the other lines of a stage. interlock(9) joins ramping of all stages.
-max-rate of a stage must be above the speed of the correction in a rapid, and max-offset at least max-correction.
-configs/portal/stages.hal has all lines. For the feed-forward of a drive take x-corrected-velocity. A cross rail W that
-corrects its own travel needs a stage too, with w-correction; configs/portal/w_axis.hal has its lines.)"},
-                                      hal::SettingUp{R"(
-1. Write the chain as in ISO 10791: the axes that carry the work before b, the bed; the axes that carry the tool after it.
-w-Z.b-X-Y-C-t is a column on X with the spindle head on Y and the work on Z. w-X.b-W-Y-Z-C-t is a portal with a cross
-rail W. X, Y and Z come in any order, with at most one of U, V and W.
-2. Measure the tilts with enable false. plumb-squareness(1) turns the readings of square, diagonals or probe into setp
-lines. The tilts are those of ISO 230-1 in rad, turns about X, Y and Z by the right hand. An axis leans to the side of its
-+ end:
-
-    Y to +X: EC0Y < 0   Z, W to +X: EB0Z, EB0W > 0   X to +Y: EC0X > 0
-    Y to +Z: EA0Y > 0   Z, W to +Y: EA0Z, EA0W < 0   X to +Z: EB0X < 0
-
-3. Set axis-direction false if all that an axis carries turns with its tilt, and true if the axes across it stay level.
-Set to-bed true if the tilt of an axis on a parallel one, such as Z on W, was measured against the bed.
-4. Set the pivots to the position where the tilts displace nothing, such as the place where the machine was squared.
-Set L-tool-follows false for a spindle or table that was set up square on a leaning guide.
-5. Check the sign with one move: with enable true, an indicator that climbs the square stands still.
-6. Leave parallel-axis-corrects false if U, V or W is clamped while it cuts: it stays, and X, Y and Z correct for it. With
-true it corrects its own travel: what its tilt, some nm, and the scale in its table, such as EZW, take from it.
-7. For more than tilts, load tables of the errors of ISO 230-1, in mm and rad on every machine:
-
-    # machine: portal mill 7
-    # date: 2026-11-20
-    # temperature: 20.1 degC
-    Y,EXY,EYY,EZY,EAY,EBY,ECY
-    0,0,0,0,0,0,0
-    50,0.0012,-0.003,0,0,0,1.5e-5
-    # end, seal 3fd7b136, 2 rows
-
-The first column is the machine position. The last line counts the rows of all tables in the file, so that half a copy is
-refused. The lines in front are optional. The seal is the CRC-32, as in zip, of all other lines that are not empty, each with a
-line feed; with it, a changed or damaged file is refused. plumb squareness --table FILE checks a file, and with --seal writes
-the seal. Without a seal, write # end, 2 rows: the table is used, and the load names it. Tables add to the tilts: do not give
-one squareness in both. A rising edge of reload reads the tables again.
-8. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults and the tables.
-9. For a boring bar with its tip in one direction, set radial-offset and radial-direction. For a single-point tool that
-the spindle turns to the contour, as in interpolation turning, set tip-on-contour true, and let the program call
-o<contour_tip> instead of G41 or G42. configs/portal has the nets, contour_tip.hal, and the subroutine. The radius then
-takes the place of radial-offset. See LIMITS.)"},
-                                      hal::Behaviour{R"(
-- Start, not homed: No correction, and nothing moves.
-- All joints homed, enable, edited angle, new table: The correction changes at max-rate, at most. ramping is true meanwhile.
-- Motion: The correction follows without lag. corrected-velocity is the velocity of joint and correction together.
-- Machine off, emergency stop: joint_offset holds the correction, and turning on moves nothing.
-- Abort: The correction stays.
-- Another tool (G43, G49) or radial offset: The correction changes at max-rate; 50 um take half a second. settling is
-true until ramping and stages-ramping are false, and LinuxCNC waits with the next move. Jogs do not wait.
-- In a cut: settling is never true. A cut lasts from the first feed to the next rapid, or to the end of all motion.
-- Settling ends early: unsettled is true, and unsettled-code gives the cause.
-- tip-on-contour with G41 or G42: The radius points from the tool's axis to the contour, square to the commanded path.
-The correction follows an arc without lag, at most at max-rate. At a corner the direction jumps, and the correction
-changes at max-rate; 5 um take 50 ms. At rest the direction stays. G40 and jogs have no radius. settling stays false.
-- compensation-side contradicts the sign of compensation-radius: After 1 s of motion the correction of the radius returns
-to 0 at max-rate, and fault is true until they agree.
-- Position faster than max-speed: A position that changes faster, by more than a tenth, did not move. The correction
-follows at max-rate.
-- Invalid position or tool offset: The last good value stays, and the velocity counts as 0.
-- Invalid settings: The last good set stays in force, as a whole. Positions, tools, enable and all-homed go on.
-- Invalid tables: None of the new ones is used. The old ones stay, and LinuxCNC shows file, line and reason.
-- Position outside a table: The value at the end of the table holds.)"},
-                                      hal::Limits{R"(
-A square or a diagonal shows the corner between two axes, not which of the two leans. Where one axis carries the other,
-its tilt turns both: let plumb-squareness(1) compute the setting.
-
-Net both pins of settling. LinuxCNC 2.9 ignores feed-inhibit after M49 or M51 P0, and feed-hold after M53 P0. After M53 P0
-together with one of the others, a cut begins early. LinuxCNC never holds threads and rigid taps: put a move before G33
-and G33.1.
-
-Never let o<contour_tip> give the radius of a rotating cutter. A rotating cutter cuts a floor with its lowest point, on
-whichever side G41 has it: the correction would make an error of its own. G41 and G42 alone give no radius. The lathe
-tools of G18 with an orientation are not supported.
-
-Other ramps do not make settling true: enable, an edited angle, new tables, the machine turned on. Let a program wait
-for them with M66 on the signal ramping.
-
-A tilt is valid for the travel over which you measured it. Drift since the measurement remains.)"},
-                                      hal::SeeAlso{"plumb-squareness(1), joint_offset(9), linuxcnc_link(1)"}};
+    static constexpr hal::About about{"squareness", "corrects tilted columns and rails, for the tool in use",
+                                      page};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

@@ -11,6 +11,7 @@
 #include "components/math/contact/growth_by_contact.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "pages/thermal_displacement.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,136 +46,7 @@ constexpr const char* sentence(Fault fault) {
 struct ThermalDisplacement final : hal::Component {
     static constexpr hal::About about{
         "thermal_displacement",
-        "compensates thermal growth along Z, measured by the contacts of the tools with the work",
-        R"(
-A warm spindle grows and cuts too deep, 20 to 70 um within half an hour. thermal_displacement measures this growth
-without a sensor. The load of the motor rises when a tool meets the work. The component compares the Z position of
-this contact with the contact that it learned on a cold machine. It outputs the difference as an offset of the Z origin.
-
-Use it for repeated parts with plunging end mills. It corrects Z only. The theory, the symbols and the figures are in
-components/compensation/thermal_displacement/README.md of the sources.)",
-        hal::Wiring{R"(
-  loadrt thermal_displacement names=growth unit=[TRAJ]LINEAR_UNITS
-  loadrt axis_offset          names=z-stage unit=[TRAJ]LINEAR_UNITS
-
-  net z-motor-fb                               => growth.z-position
-  net spindle-load                             => growth.load
-  net z-velocity-cmd joint.2.vel-cmd           => growth.z-velocity-cmd
-  net motion-type    motion.motion-type        => growth.motion-type
-  net operation      motion.program-line       => growth.operation
-  net spindle-speed spindle.0.speed-out => growth.spindle-speed-cmd
-  net tool-number    iocontrol.0.tool-number   => growth.tool-number
-  net feed-override  halui.feed-override.value => growth.feed-override
-  net cycle-running  motion.digital-out-00     => growth.cycle-running
-  net cycle-complete motion.digital-out-01     => growth.cycle-complete
-  net learn          motion.digital-out-02     => growth.learn
-  net z-offset       growth.z-offset           => z-stage.offset-0
-  net applied-offset z-stage.applied-offset    => growth.applied-offset
-
-  addf motion-command-handler servo-thread
-  addf motion-controller      servo-thread
-  addf growth.update          servo-thread
-  addf z-stage.update         servo-thread
-
-  setp growth.enable  1
-  setp growth.dry-run 1
-
-spindle-load is the load of the spindle motor or of the Z motor, 0 to 100 percent of its rating. Give a new value every
-10 ms or faster. z-motor-fb is the position of the encoder, and it must contain the offset. Through axis_offset this is
-your signal at joint.2.motor-pos-fb. Through joint_offset it is the feedback of the drive, at z-stage.drive-feedback.
-
-operation identifies a cut. It is the program line, or a number that the program sets with M68. axis_offset(9) has the
-other lines of the stage, and configs/mill/stages.hal has all of them.)"},
-        hal::SettingUp{R"(
-1. Keep dry-run true. Let the program begin a cycle with M65 P1 and M64 P0, and end it with M64 P1 and M65 P0.
-2. Run a part and watch contacts: it counts every plunge. If it misses some, reduce threshold. Four to five times
-load-noise is a good value, read while the tool feeds through air. Use at most a third of the rise of the lightest cut.
-3. Exclude drills and cuts from the side with exclude-operation-N. Their load does not show the Z position of the work.
-4. Let the machine stand overnight. Set learn true (M64 P2) before the cycle starts, and run one part. reference-valid
-becomes true, and reference-sigma shows how good it is. learning-failed-code gives the reason if nothing was learnt. To
-learn again, repeat this step.
-5. Run parts as usual. displacement follows the spindle; displacement-sigma is its uncertainty.
-6. Set dry-run false when the growth is at least three times displacement-sigma.
-7. Once, verify that the contacts are of the work: set verify-step to 0.02 mm, and verify true before a cycle whose part
-does not count. The offset is displaced by that much in this cycle. An operation whose load rises at the same place of
-the program all the same is withdrawn, and doubt-code is 5. Set verify-step to 0 again.
-8. Only to compare the times of the contacts instead of their coordinates: add
-
-  net z-motor-offset joint.2.motor-offset  => growth.z-motor-offset
-  net start-height   motion.analog-out-03  => growth.start-height
-
-  setp growth.by-time 1
-
-and set the start height in the program, right before each plunge, in machine units:
-
-  G0 Z3
-  M68 E3 Q[#<_abs_z> - 1]
-  G1 Z-2 F100
-
-The clock starts 1 mm below Z3, where the tool has its feed. contact-time shows the time of the last contact. Learn again.
-9. With clock-from-program, the clock starts with the cycle. Then all cycles must begin alike within lost-time-tolerance, and
-LinuxCNC's cycles do not. Net motion.digital-out-07 to clock-start, and write M65 P7 and M62 P7 right before each plunge: the
-clock starts with the plunge. o<growth_clock> call [1] of configs/functions has the lines of steps 8 and 9, for programs in
-mm and in inches.
-
-plumb-contacts(1) finds the settings from a recording. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch
-machine it converts the defaults.)"},
-        hal::Behaviour{R"(
-- Start of LinuxCNC: z-offset is 0. It follows the growth again after the first accepted contact. retain(1) keeps the
-reference over a restart. A growth above gate-floor needs two contacts that agree.
-- A contact far from the growth that was expected: Within gate-floor it counts in part, beyond it not at all, until
-another contact agrees. Then the offset follows whole. Beyond gate-floor this is a contact of another tool, if the
-reference has one and the growth was known.
-- A contact that no other agrees with in three cycles: Within gate-floor its reference is taken to be off by as much. Beyond
-it the operation is withdrawn until it is learnt again, as is one whose contacts move with the offset. doubt is true.
-- Growth in doubt: doubt-code gives the reason, before the cut that it concerns. authority is the part of the growth that
-is applied. It falls with the uncertainty of the growth, with disagreement of the contacts, and with time. In a cycle it
-never falls. While the machine begins to warm only a part is applied; doubt is true where an offset may do harm, or where
-it was applied and no longer is.
-- No contact counts, or load-valid is false: z-offset holds in this cycle. After hold-time it returns to 0, at the start
-of a cycle, within as long again. The next contacts bring it back.
-- In a cycle: z-offset changes at most at max-rate, only while the tool is clear of the work and does not feed down.
-- Between cycles: z-offset does not move. If it is no longer applied, it returns to 0.
-- Abort: z-offset holds. The cycle does not count.
-- Machine off, emergency stop: Z does not move. axis_offset applies the offset again when the next cycle starts.
-- enable false, dry-run true: z-offset returns to 0 at max-rate.
-- Learning: z-offset returns to 0 first. The cycle counts if cycle-complete is true when cycle-running falls. An
-aborted cycle, a fault, or an offset that is not 0 sets learning-failed. So do contacts of one tool that disagree in how
-the load rises; if they disagree in the next cycle too, the other contacts are learnt alone.
-- Another program or tool set: The reference is refused (refusal-code) and z-offset returns to 0. Learn again, or raise
-acknowledge. The same happens if all contacts of a complete cycle came with a feed or override beyond feed-range.
-- Another feed or override: By time the contact is rejected. By coordinate it is compared within feed-range, and is less
-certain.
-- Change of spindle speed: Contacts within blanking-time are rejected. One that follows later in the same approach counts.
-- Feed hold, stop, change of override: Contacts within steady-time are rejected.
-- By time, no clock: Contacts are rejected, and nothing is learnt from them. The codes of rejection and learning name it.
-- By time, a stop on the way, or a cycle that begins unlike the reference: Contacts whose lost time differs by more than
-lost-time-tolerance are rejected.
-- Invalid input: Contacts are ignored and z-offset holds. An input is invalid if it is not a number or beyond 1e6.
-- Growth beyond the gate: The contact is rejected and z-offset holds.)"},
-        hal::Limits{R"(
-A contact measures tool, spindle, work and wear together. Odd stock, or a longer tool that is the only gauge, looks like
-growth within the gate (15 to 60 um), and shifts the work by as much. With gauges of two tools each shows the error of the
-other.
-
-A load event of the program, as coolant that comes on late, looks like a contact that never moves. While the offset stands,
-nobody can distinguish it from a machine that does not grow. A verifying cycle can.
-
-Only plunges with an end mill give the Z position. Drills and cuts from the side do not.
-
-The result is as good as the load. With a noisy, late or coarse load, offset-sigma is large and authority small.
-
-The reference is as good as its learning cycle. A tool that wears, or one that seats differently, moves the origin.
-
-After a long rest the growth may be beyond the gate. Every contact is then rejected, the offset holds, and fault is
-true. Look after the machine, and learn again.
-
-Between contacts the offset follows a model of the spindle speed. The temperature of the shop shows at the next contact.
-
-The reference holds at most 64 contacts.
-
-By time, plumb-contacts(1) cannot judge a recording: it compares coordinates.)"},
-        hal::SeeAlso{"axis_offset(9), joint_offset(9), retain(1), linuxcnc_link(1), plumb-contacts(1)"}};
+        "compensates thermal growth along Z, measured by the contacts of the tools with the work", page};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

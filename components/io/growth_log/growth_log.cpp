@@ -3,6 +3,7 @@
 #include "components/io/growth_log/growth_log_writer.hpp"
 #include "components/io/growth_log/growth_rows.hpp"
 #include "hal/component.hpp"
+#include "pages/growth_log.page.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -30,88 +31,7 @@ constexpr const char* sentence(LogFault fault) {
 
 struct GrowthLogProgram final : hal::Component {
     static constexpr hal::About about{
-        "growth_log",
-        "writes the log of thermal_growth_test, and gives it back after a restart",
-        R"(
-growth_log writes each touch, temperature and event of a growth test into a CSV file, as it comes. The file is complete at any
-moment: after a crash or a power cut the test goes on where it was.)",
-        hal::Wiring{R"(
-  loadrt thermal_growth_test names=growth-test unit=[TRAJ]LINEAR_UNITS
-  loadusr -W growth_log --file $(CONFIG_DIR)/growth.toml
-
-  net log-fault growth-log.fault
-
-growth_log finds the pins of growth-test by their names. Do not net row, row-... and restore-... of growth-test.)"},
-        hal::SettingUp{R"(
-1. Write the TOML file. machine and folder are required. Lengths are millimetres.
-
-    machine      = "mill 3"
-    folder       = "/home/mill/growth"     # of the logs
-    component    = "growth-test"           # the default
-    ball         = 6                       # diameter of the probe's ball
-    table        = "B"                     # or "A", a trunnion
-    tolerance    = { x = 0.01, y = 0.01, z = 0.01 }
-    warming      = "spindle"               # or "axes", or "none"
-    compensation = "thermal_displacement"  # under test, as the report names it
-    [[sensor]]
-    number = 1
-    name   = "spindle"
-    [[bore]]                               # from the centre of the table
-    number = 1                             # at the orientation 0; z of the face
-    x = 0
-    y = -60
-    z = 60
-    kind = "bore"                          # or "sphere", whose x, y and z are those of its centre
-
-Set unit = 25.4 on an inch machine.
-
-2. Start the program of the test. growth_log begins a file growth-DATE-TIME.csv, with the next
-number of the folder in its head. The log with the highest number is the last one, whatever the clock shows. A log of
-before without a number is the last one only if it is the only one.
-3. See lines count up.)"},
-        hal::Behaviour{R"(
-- Each record: It is on the disk within 0.1 s. kill -9 and a power cut lose at most the bore that is being probed.
-- Start after a test that did not stop: The records of the last log are given back, and resumable becomes true. With
-growth-test.resume the test goes on in the same file. Without, a new file begins.
-- Torn last line: It is cut off when the test is resumed, and nothing else is changed.
-- Break: While the computer runs on, growth-test.gap is the time since the last record. After a restart of the computer the
-time is not known: gap is -1, the times behind it are too short, and the report notes it. No clock is asked.
-- Last log that is damaged, or of another machine: It stays as it is. The next test has a file of its own.
-- Log whose number is damaged, or two logs with the highest number: Nothing is resumed, as the last log is not known. The
-message names the file: move it out of the folder.
-- Second growth_log with the same folder: It is refused.
-- Full disk: fault 2. The records wait in growth-test, and growth_log tries again.
-
-Format of a log. The first line is growth-log,2; then come lines of the head; then records, numbered from 1, in the order of
-time. Times are s since the test began, lengths of records machine units. Behind its last field each line has a comma and a
-checksum: the CRC-32, as in zip, of all lines up to it, without their checksums, each with a line feed. A log with a changed or
-damaged line is refused, with the line. Line ends of DOS change no checksum. Logs of before, with growth-log,1, have no
-checksums and are read and resumed as they are.
-
-    unit,MM                      # millimetres in a machine unit
-    machine,NAME
-    begun,DATE
-    ball,MM
-    table,B
-    tolerance,X,Y,Z              # mm
-    warming,spindle
-    compensation,NAME
-    sensor,NUMBER,NAME
-    bore,NUMBER,X,Y,Z            # mm
-    sphere,NUMBER,X,Y,Z          # mm, instead of a bore
-    touch,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
-        DIRECTION,X,Y,Z,X-OFFSET,Y-OFFSET,Z-OFFSET       (one line)
-    temperature,N,TIME,SENSOR,DEGC,VALID,AGE
-    speed,N,TIME,RPM             # mean since the last one
-    event,N,TIME,PASS,VISIT,BORE,TURNED,COMPENSATED,COOLED,
-        NAME,NUMBER                                      (one line)
-
-Events are begin, pass-begin, pass-end, cycle-end, stop (with its reason), resumed (1 if the length of the break is not known),
-measured and rejected (a visit that counts, or not), fault (with its code) and end.)"},
-        hal::Limits{R"(
-A log ends with its folder: copy it to keep it, under a name that does not begin with growth- or in another folder. Lines must
-not be edited.)"},
-        hal::SeeAlso{"thermal_growth_test(9), plumb-growth(1), retain(1)"}};
+        "growth_log", "writes the log of thermal_growth_test, and gives it back after a restart", page};
 
     static constexpr hal::Role role = hal::Role::program;
     using Component::Component;

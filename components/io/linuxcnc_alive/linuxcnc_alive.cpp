@@ -5,6 +5,7 @@
 #include "components/io/linuxcnc_alive/task_status.hpp"
 #include "hal/component.hpp"
 #include "hal/message.hpp"
+#include "pages/linuxcnc_alive.page.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -15,51 +16,8 @@
 namespace plumb {
 
 struct LinuxcncAlive final : hal::Component {
-    static constexpr hal::About about{
-        "linuxcnc_alive",
-        "shows interlock whether LinuxCNC's task and io live",
-        R"(
-linuxcnc_alive has a heartbeat for LinuxCNC's task and one for its io. A heartbeat stands still if the program was killed or
-stopped, or hangs. interlock(9) then lets strokes end and holds the feed. Without it a stroke goes on after the death of task,
-and neither Stop nor the emergency stop of LinuxCNC reaches it.)",
-        hal::Wiring{R"(
-Task is service 4 of interlock, io is service 5.
-
-  loadusr -W linuxcnc_alive
-
-  setp interlock.service-timeout-4  2.5
-  setp interlock.service-timeout-5  2.5
-  setp interlock.feed-services     48
-
-  net task-beat  linuxcnc-alive.task-heartbeat => interlock.service-heartbeat-4
-  net io-beat    linuxcnc-alive.io-heartbeat   => interlock.service-heartbeat-5
-  net program    linuxcnc-alive.program-running => interlock.program-running
-
-LinuxCNC starts task after the HAL files. The heartbeat of task begins then.)"},
-        hal::SettingUp{R"(
-1. Load your longest program, and run the remaps and subroutines in Python that you have, with a busy computer.
-2. Read the longest pauses: halcmd show pin 'linuxcnc-alive.longest*'.
-3. Set service-timeout-4 and service-timeout-5 of interlock to three times the longest pause, and to 2.5 s at least.
-4. Try it with the axes clear and nothing in the machine: end task by kill -9, and watch interlock.feed-inhibit.)"},
-        hal::Behaviour{R"(
-- Start before LinuxCNC's task: task-heartbeat waits.
-- Task: It counts the cycles of its main loop in LinuxCNC's status. The heartbeat changes with this count.
-- io: The heartbeat changes with the number of times that io has slept, as the kernel counts it. LinuxCNC 2.9's own counter
-of io changes only when io has work. In LinuxCNC 2.10 io is a part of task, and this is the sleep of task.
-- kill -9, SIGSTOP, a debugger, a loop without end: The heartbeat stands still. It goes on with the program.
-- Task dies: program-running keeps its value. A program that was cut off counts as running.
-- A Python remap, or a file of Python, that does not return to task: The heartbeat stands still meanwhile. A remap that waits
-has to yield, as LinuxCNC's documents say.
-- linuxcnc_alive dies or is stopped: Both heartbeats stand still.
-- Another program is stopped while it holds the lock of LinuxCNC's status: task cannot write its status, and its heartbeat
-stands still.
-
---period is the time between two looks. It adds to the time in which a loss is seen; 0.1 s is the longest.)"},
-        hal::Limits{R"(
-A task that lives and ignores the operator is not noticed.
-
-An [EMCIO]EMCIO that is not LinuxCNC's io or iov2 needs a component iocontrol in HAL and a loop that sleeps.)"},
-        hal::SeeAlso{"interlock(9), chopping(9), linuxcnc_link(1), linuxcnc(1)"}};
+    static constexpr hal::About about{"linuxcnc_alive", "shows interlock whether LinuxCNC's task and io live",
+                                      page};
 
     static constexpr hal::Role role = hal::Role::program;
     using Component::Component;

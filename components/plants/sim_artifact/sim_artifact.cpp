@@ -6,6 +6,7 @@
 #include "components/plants/sim_artifact/temperature_sensors.hpp"
 #include "components/plants/sim_artifact/touch_probe.hpp"
 #include "components/plants/sim_artifact/warm_machine.hpp"
+#include "pages/sim_artifact.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,39 +16,7 @@ namespace plumb {
 struct SimArtifact final : hal::Component {
     static constexpr hal::About about{
         "sim_artifact",
-        "simulated machine that grows, with an artifact on its table and a probe in its spindle",
-        R"(
-sim_artifact is the machine on which thermal_growth_test is benched: a machine that warms, with eight bores in an artifact on
-a table that turns about Y, a touch probe, four temperature sensors, and a compensation under test.
-
-With play true it plays the whole test, touch by touch, in any thread period up to 1 s. With play false axes, table and
-spindle come from LinuxCNC, and the probe touches where the ball meets the artifact. Lengths are millimetres.)",
-        hal::Wiring{R"(
-  loadrt sim_artifact names=artifact
-
-  net x-motor-cmd x-stage.drive-command => artifact.x-position-cmd
-  net x-motor-fb  artifact.x-position   => x-stage.drive-feedback
-  net table-motor-cmd => artifact.table-position-cmd
-  net spindle-speed spindle.0.speed-out
-  net spindle-speed => artifact.spindle-speed-cmd
-  net probe artifact.probe => motion.probe-input
-
-  addf artifact.update servo-thread
-
-Wire Y and Z like X. configs/growth has all lines.)"},
-        {},
-        hal::Behaviour{R"(
-- Machine: seed draws its growth, its sensors, its probe and its compensation. seed 0 is the typical one.
-- Artifact: Bores 1 to 8 have a diameter of 30 mm, through blocks with a face towards the spindle at both orientations. A
-sphere of 20 mm stands above the centre of the table on both sides; play leaves it out. The ball of the probe has 6 mm.
-- Position: It follows the command with a lag of 3 ms, and contains the compensation if the command does.
-- Probe: A rising edge of tool-changed seats it again. The ball touches after its pre-travel.
-- Compensation: It follows the temperatures of spindle and bed as its sensors show them. compensation-fault spoils it.
-- Truth: truth-... pins are for scoring only. truth-x-deviation is the deviation of the bore at the present orientation that
-a perfect probe would find without compensation.
-- Invalid input: The last good value stays.)"},
-        hal::Limits{"Use millimetres only. Temperatures and growth do not depend on the load of cutting."},
-        hal::SeeAlso{"thermal_growth_test(9), growth_log(1), plumb-growth(1)"}};
+        "simulated machine that grows, with an artifact on its table and a probe in its spindle", page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

@@ -6,6 +6,7 @@
 #include "components/plants/drawn.hpp"
 #include "components/plants/sim_lathe/turned_stock.hpp"
 #include "hal/component.hpp"
+#include "pages/sim_lathe.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -91,43 +92,7 @@ private:
 };
 
 struct SimLathe final : hal::Component {
-    static constexpr hal::About about{
-        "sim_lathe",
-        "simulated lathe whose tool is not on centre",
-        R"(
-sim_lathe is the lathe on which centre_height is benched. Its tool leaves the radius
-
-    r = hypot(X + c_r + e_x, Y + e_y - c_t)
-
-where c_r and c_t are the bend of the work under the cut, a cantilever in a chuck that yields, or in a guide bush. e_x has
-the scale and the backlash of X, growth, wear and built-up edge. e_y has the height error of the tool, the scale and the
-backlash of Y, and the lift of the spindle. The stock keeps its state: a tool that does not reach it removes nothing. A
-gauge or an operator measures lands. Lengths are millimetres.)",
-        hal::Wiring{R"(
-  loadrt sim_lathe names=lathe
-
-  net x-position   joint.0.pos-cmd    => lathe.x-position
-  net y-position   joint.1.pos-cmd    => lathe.y-position
-  net z-position   joint.2.pos-cmd    => lathe.z-position
-  net cut-measure  centre.measure     => lathe.measure
-  net cut-diameter lathe.diameter     => centre.diameter
-  net value-ready  lathe.value-ready  => centre.value-ready
-
-  addf lathe.update servo-thread
-
-configs/lathe/bench.hal has all lines.)"},
-        {},
-        hal::Behaviour{R"(
-- seed: Another one draws another lathe, with new stock. Lathe 0 has typical values.
-- new-stock: A rising edge puts a new bar into the chuck.
-- A cut: It begins when the tool meets the work, with another built-up edge and more wear, and ends when the tool is 0.2 mm clear.
-- Z: It counts from the chuck. If Z jumps by more than 1 mm in a period the tool does not cut on its way.
-- Gauge: It measures the land at gauge-z; if that is negative, where the tool has cut last, or gauge-offset beside it. Where the
-tool stands still the work springs back into it.
-- Truth: truth-... pins are for scoring only.
-- Invalid input: The last good value stays.)"},
-        hal::Limits{"Use millimetres only. The tip is a point, and the stock consists of discs of 0.1 mm."},
-        hal::SeeAlso{"centre_height(9)"}};
+    static constexpr hal::About about{"sim_lathe", "simulated lathe whose tool is not on centre", page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

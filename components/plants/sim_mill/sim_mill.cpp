@@ -4,50 +4,13 @@
 #include "components/plants/sim_mill/cut_truth.hpp"
 #include "components/plants/sim_mill/machine_growth.hpp"
 #include "components/plants/sim_mill/tool_engagement.hpp"
+#include "pages/sim_mill.page.hpp"
 
 namespace plumb {
 
 struct SimMill final : hal::Component {
-    static constexpr hal::About about{
-        "sim_mill",
-        "simulated mill: Z axis, thermal growth, tool and work",
-        R"(
-sim_mill is the machine on which thermal_displacement is benched. The Z axis follows its command. Heat, wear and the
-seat of the tool displace the tip:
-
-    z'  = Kv (z-position-cmd + z-offset - z)
-    tip = z - growth + wear + seat - tool-deviation
-
-Lengths are millimetres; + points away from the work. Growth is the sum of the spindle (fast), of head and column (slow,
-opposite), of the ball screw and of the shop air. growth-replay replaces it by a measured curve.)",
-        hal::Wiring{R"(
-  loadrt sim_part_program names=program
-  loadrt sim_mill         names=mill
-  loadrt sim_drive_load   names=drive
-
-  net z-position-cmd    program.z-position-cmd    => mill.z-position-cmd
-  net speed program.spindle-speed-cmd => mill.spindle-speed-cmd
-  net tool-number       program.tool-number       => mill.tool-number
-  net work-top          program.work-top          => mill.work-top
-  net work-present      program.work-present      => mill.work-present
-  net cutting-power     mill.cutting-power        => drive.cutting-power
-
-  addf program.update servo-thread
-  addf mill.update    servo-thread
-  addf drive.update   servo-thread
-
-configs/mill/bench.hal has all lines.)"},
-        {},
-        hal::Behaviour{R"(
-- Contact: The tool meets the work where tip = work-top + stock-deviation. A chip lies chip-height above it.
-- Cut: It takes the power kc A F of a sharp tool. The chip of an end mill grows over one turn, that of a drill over its
-point, and a cut from the side with side-entry.
-- Truth: truth-... pins are for scoring only. truth-tip-error is the height of the tip above that of a cold machine with
-the same servo. truth-cut-error is its value at the deepest point, latched when the tool leaves the work.
-- seed: 0 is the typical machine; any other number draws one.
-- Invalid input: The last good value stays.)"},
-        hal::Limits{"The growth does not follow one exponential. Use millimetres only."},
-        hal::SeeAlso{"sim_part_program(9), sim_drive_load(9), thermal_displacement(9)"}};
+    static constexpr hal::About about{"sim_mill", "simulated mill: Z axis, thermal growth, tool and work",
+                                      page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

@@ -2,51 +2,14 @@
 #include "components/plants/drawn.hpp"
 #include "components/plants/sim_part_program/part_cycle.hpp"
 #include "components/plants/sim_part_program/program_upset.hpp"
+#include "pages/sim_part_program.page.hpp"
 
 namespace plumb {
 
 struct SimPartProgram final : hal::Component {
     static constexpr hal::About about{
-        "sim_part_program",
-        "simulated part program: a cycle of plunge cuts, and events that disturb it",
-        R"(
-sim_part_program moves Z without LinuxCNC. It makes a part in every cycle-interval. Each operation has a tool change if
-the tool is another one, a rapid to 6 mm above the work, a feed to depth, a dwell and a rapid up. Then the last tool
-mills sides (operation 0) until the next part. Speeds are trapezoids; z-velocity-cmd is positive away from the work.
-
-    operation  tool            occurrences
-    10         1 end mill 12   1, 2
-    20         2 drill 8       1
-    30         3 face mill 32  1, from the side
-    40         4 end mill 10   1
-
-These are of machine 0. Any other seed draws diameters, speeds, levels and depths.)",
-        hal::Wiring{R"(
-  loadrt sim_part_program names=program
-
-  net z-position-cmd program.z-position-cmd => mill.z-position-cmd
-  net cycle-running  program.cycle-running  => growth.cycle-running
-  net cycle-complete program.cycle-complete => growth.cycle-complete
-  net learn          program.learn          => growth.learn
-  net operation      program.operation      => mill.operation
-  net operation                             => growth.operation
-
-  addf program.update servo-thread
-
-configs/mill/bench.hal has all lines.)"},
-        {},
-        hal::Behaviour{R"(
-- Event: with probability event-rate one event, drawn by seed, disturbs a cycle after the learning cycles. Or event
-selects one, by the numbers of truth-event, for cycle event-cycle; 0 selects every cycle.
-- event-height: the height of a chip (0.5 mm at most), a blank (0.3 mm), another part (5 mm), a tool (2 mm) or an edited
-program (1 mm), either way except for a chip.
-- event-factor: multiplies the feed or the speed of one operation. The speed changes within 1 mm above the work.
-- Abort: the machine stands until the next cycle.
-- Coolant: with coolant-height it comes on in each plunge, at a place of the program that no offset moves.
-- Edit: all later cycles have another program-id, and their work is higher by event-height.
-- Truth: truth-... pins are for scoring only.)"},
-        hal::Limits{"Use millimetres only."},
-        hal::SeeAlso{"sim_mill(9), sim_drive_load(9), thermal_displacement(9)"}};
+        "sim_part_program", "simulated part program: a cycle of plunge cuts, and events that disturb it",
+        page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

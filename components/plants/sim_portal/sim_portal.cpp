@@ -2,6 +2,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/plants/sim_portal/box_artifact.hpp"
 #include "components/plants/sim_portal/portal_axis.hpp"
+#include "pages/sim_portal.page.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,50 +10,7 @@
 namespace plumb {
 
 struct SimPortal final : hal::Component {
-    static constexpr hal::About about{
-        "sim_portal",
-        "simulated machine with tilted columns and rails",
-        R"(
-sim_portal is the machine on which squareness is benched. It is one of two machines, in the notation of ISO 10791:
-
-    w-Z.b-X-Y-C-t      a column on X, a spindle head on Y, the work on Z
-    w-X.b-W-Y-Z-C-t    a portal: cross rail W, saddle Y, ram Z, work on X
-
-The tip is a product of poses, body after body, exact for any angle (ISO 230-1, in rad):
-
-    pose = R(EA0, EB0, EC0) . move by q e + (EX, EY, EZ) . R(EA, EB, EC)
-    R    = Rz(EC) Ry(EB) Rx(EA)
-    tip  = (poses of the work's side)^-1 (poses of the tool's side) T
-    T    = (radial-offset in radial-direction, -tool-length)
-
-The side of the work moves by -q e - (EX, EY, EZ). Positions count from a pivot, where only the tilt is wrong. Lengths are
-millimetres. Each axis follows its command y: y' = servo-gain (cmd - y).)",
-        hal::Wiring{R"(
-  loadrt sim_portal names=portal
-
-  net x-motor-cmd x-stage.drive-command => portal.x-position-cmd
-  net x-nominal   joint.0.pos-cmd       => portal.x-nominal
-
-  addf portal.update servo-thread
-
-Wire the other axes in the same way. configs/portal/bench.hal has all lines.)"},
-        {},
-        hal::Behaviour{R"(
-- axis-direction: Guides that cross a tilted guide below them were shimmed true. The saddle of a leaning rail stays level;
-ram and tool lean.
-- to-bed: The tilt of the ram was measured against the bed, not against the rail.
-- L-tool-follows false: A tool or work that was shimmed square on an axis does not turn with it.
-- Tip error: truth-x-error = truth-x-tip - truth-x-nominal. The nominal tip is that of an ideal machine with the same
-drives, so that following error is not part of the tip error.
-- Errors beyond tilts: seed draws straightness, pitch and yaw of each axis, curves without offset or slope. The nose of the
-ram bends towards +X with the square of its length. The tilts of Y on the column, of W and Z on the portal drift. seed 0
-has none of these. truth-x-beyond-tilts is their part of the tip error.
-- Instrument: truth-gauge-... are the error motions of one axis at any position, the columns of an error table.
-- Touch probe: Its ball has its centre in the tip. It meets a box in the work, with a bore if there is one.
-- Truth: truth-... pins are for scoring only.
-- Invalid input: The last good value stays.)"},
-        hal::Limits{"Use millimetres only. The machine is rigid but for the ram."},
-        hal::SeeAlso{"squareness(9), joint_offset(9)"}};
+    static constexpr hal::About about{"sim_portal", "simulated machine with tilted columns and rails", page};
 
     static constexpr hal::Role role = hal::Role::plant;
     using Component::Component;

@@ -9,6 +9,7 @@
 #include "components/stages/axis_offset/guest_pins.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "pages/axis_offset.page.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -16,109 +17,8 @@
 namespace plumb {
 
 struct AxisOffset final : hal::Component {
-    static constexpr hal::About about{
-        "axis_offset",
-        "brings an offset into an axis of LinuxCNC by external offsets",
-        R"(
-axis_offset applies up to four offsets to an axis by LinuxCNC's external offsets. They show in the DRO. They use
-OFFSET_AV_RATIO of the speed and acceleration of the axis; planned moves keep the rest. No source moves the axis before
-a cycle start arms the stage. Use one instance for each axis.
-
-The own part follows the sum of the sources at max-rate, within max-offset. Another user of the external offsets of this
-axis is the guest. Its part moves as LinuxCNC would move it without the stage:
-
-    counts += round((own + guest-request - offset-request) / scale))",
-        hal::Wiring{R"(
-  loadrt axis_offset names=z-stage unit=[TRAJ]LINEAR_UNITS
-
-  net z-offset        growth.z-offset         => z-stage.offset-0
-  net motion-enabled  motion.motion-enabled   => z-stage.motion-enabled
-  net all-homed       motion.is-all-homed     => z-stage.all-homed
-  net motion-type     motion.motion-type      => z-stage.motion-type
-  net offset-limited  motion.eoffset-limited  => z-stage.offset-limited
-  net z-request       axis.z.eoffset-request  => z-stage.offset-request
-  net z-in-force      axis.z.eoffset          => z-stage.offset-in-force
-  net z-counts        z-stage.counts          => axis.z.eoffset-counts
-  net z-counts-scale  z-stage.counts-scale    => axis.z.eoffset-scale
-  net z-offset-enable z-stage.offset-enable   => axis.z.eoffset-enable
-  net z-offset-clear  z-stage.offset-clear    => axis.z.eoffset-clear
-  net cycle-start     motion.digital-out-00   => z-stage.arm
-  net probing-refused z-stage.probing-refused => motion.feed-inhibit
-  net probing-refused                         => halui.abort
-  net applied-offset  z-stage.applied-offset  => growth.applied-offset
-
-  addf motion-command-handler servo-thread
-  addf motion-controller      servo-thread
-  addf growth.update          servo-thread
-  addf z-stage.update         servo-thread
-
-Through this stage LinuxCNC's feedback contains the offset: joint.N.motor-pos-fb. A component that needs the
-position of the program subtracts applied-offset and guest-applied from it.
-
-External offsets that something else moves, such as QtDragon, eoffset_per_angle or a torch height control, become the
-guest. In its HAL files replace the left pins by the right ones:
-
-  axis.z.eoffset-counts   z-stage.guest-counts
-  axis.z.eoffset-scale    z-stage.guest-scale
-  axis.z.eoffset-enable   z-stage.guest-enable
-  axis.z.eoffset-clear    z-stage.guest-clear
-  axis.z.eoffset-request  z-stage.guest-request
-  axis.z.eoffset          z-stage.guest-applied
-  motion.eoffset-active   z-stage.guest-active)"},
-        hal::SettingUp{R"(
-1. Write OFFSET_AV_RATIO = 0.2 into the section [AXIS_Z] of the INI file.
-2. Let the program set M64 P0 when a cycle starts. This arms the stage.
-3. Let a program that needs the offset wait with M66 until uncompensated is false, after it has armed the stage.
-4. Keep programs away from the soft limits by max-offset.
-5. Keep unit=[TRAJ]LINEAR_UNITS in the loadrt line: on an inch machine it converts the defaults.)"},
-        hal::Behaviour{R"(
-- Start: No offset. The first rising edge of arm, with the machine on and homed, arms the stage.
-- Machine off, emergency stop: The stage is disarmed. Nothing moves. When the machine is turned on, LinuxCNC forgets the
-offset and the displayed position changes; uncompensated is true. The next cycle start applies the offset again.
-- Abort: The offset holds.
-- Guest: It moves the axis whenever the machine is on and homed, armed or not. LinuxCNC limits its speed and
-acceleration; max-offset and max-rate do not. Its counts take effect as changes, and changes while the machine is off or
-unhomed are lost, as without the stage. armed, uncompensated and probing-refused ignore its part.
-- Guest disabled (guest-enable false): Its part stops where it is. Changes of its counts are lost.
-- Guest cleared (guest-clear): Its part returns at once, at the speed of LinuxCNC. The own part stays.
-- enable false: An armed stage takes the offset back at max-rate.
-- clear: Takes the own part back, armed or not, and disarms. LinuxCNC then clears the rest, unless a guest needs it.
-- Probing (G38): The offset holds while a probing move runs. A move that begins with an offset in force is refused:
-probing-refused holds and aborts it. Results such as #5063 contain the offset. If allow-probing is true, subtract it.
-- Touch-off (G10 L20): Correct while uncompensated is false. Otherwise the offset is added to the new origin a
-second time.
-- Homing: Take the offset back first, also the guest's. If the joints become homed with an offset in force, the offset
-stays and the stage cannot be armed (see FAULTS).
-- Soft limit: LinuxCNC holds the axis there, and limited is true. The offset comes back when the axis leaves the limit.
-While the guest is at rest the own part is the one that is missing.
-- Interlock unloaded, not called, or with a fault of the order (heartbeat stands still): The offset holds and the stage is disarmed. clear still
-takes the offset back. When interlock is called again, the next cycle start arms the stage.
-- Joint mode: The output waits until LinuxCNC applies offsets again.
-- Invalid source: The last good value stays.
-- Invalid guest-scale, or a guest beyond 1000: The guest's part holds. The change follows when the input is good again.
-
-The stage asks LinuxCNC for the sum of its own offset and the guest's. It is always in one of these states:
-
-  state        armed  own offset      guest's offset  begins when
-  off          false  holds           holds           the machine is off or not homed
-  disarmed     false  holds           moves           the machine is on and homed
-  armed        true   moves           moves           arm rises
-  taking back  false  returns to 0    moves           clear is true
-  lost         false  holds           holds           LinuxCNC does not take the counts (fault 4)
-
-The stage leaves armed when the machine goes off, and stays disarmed until arm rises. It leaves lost when it is armed, or when
-clear rises.)"},
-        hal::Limits{R"(
-External offsets do not work in joint mode. They take a part of the speed and acceleration of the axis all the time.
-
-At a soft limit LinuxCNC stops axis and offset abruptly. The stage cannot brake before it.
-
-LinuxCNC shows the sum of both parts alone. While the guest is under way, applied-offset is the offset that was asked
-for, and guest-applied the rest. There is one guest; add the counts of several, as scaled_s32_sums does.
-
-joint_offset(9) works in every mode and costs no speed, but you must wire it between motion and drive.)"},
-        hal::SeeAlso{
-            "thermal_displacement(9), interlock(9), joint_offset(9), eoffset_per_angle(9), motion(9)"}};
+    static constexpr hal::About about{"axis_offset",
+                                      "brings an offset into an axis of LinuxCNC by external offsets", page};
 
     static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;

@@ -338,7 +338,7 @@ TEST(SquarenessTables, AreRefusedAtLoadWithFileLineAndReason) {
 TEST(SquarenessTables, ExampleOfTheManualPageIsTaken) {
     const Module module(BUILD_DIR "/modules/squareness.so");
     const std::string margin = "\n    ", end = "# end, seal 3fd7b136, 2 rows\n";
-    std::string page = module.model().about.setting_up.text;
+    std::string page = module.model().about.page;
     for (std::size_t at = 0; (at = page.find(margin, at)) != std::string::npos;)
         page.erase(at + 1, margin.size() - 1);
     const std::size_t from = page.find("# machine: "), to = page.find(end, from) + end.size();
