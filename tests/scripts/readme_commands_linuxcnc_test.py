@@ -144,12 +144,12 @@ COMMANDS = {
         "scripts/bench axis_growth": Other("scripts/benches/README.md"),
     },
     "configs/grinder/README.md": {
-        "cp -rL ...": COPY,
+        "plumb example ...": COPY,
         "plumb run --speed 10 -- linuxcnc grinder.ini": Run(),
         "plumb bench bench.hal ...": Run(then="test -s grinder.csv"),
     },
     "configs/growth/README.md": {
-        "cp -rL ...": Run("empty", then="test -f growth.ini"),
+        "plumb example ...": Run("empty", then="test -f growth.ini"),
         "plumb run --speed 10 -- linuxcnc growth.ini": LONG,
         "plumb growth report logs/growth-*.csv": REPORT,
         "plumb growth identify ...": IDENTIFY,
@@ -157,7 +157,7 @@ COMMANDS = {
         "plumb run --speed 10 -- linuxcnc identified.ini": LONG,
     },
     "configs/lathe/README.md": {
-        "cp -rL ...": COPY,
+        "plumb example ...": COPY,
         "export ...": EXPORT,
         "plumb run --speed 10 -- linuxcnc -r lathe.ini": Run(then="grep -q '^T1 .* Y-0' tool.tbl"),
         "plumb bench configs/lathe/bench.hal ...": Run(".", then="test -s lathe.csv"),
@@ -165,7 +165,7 @@ COMMANDS = {
         "plumb bench configs/lathe/by_hand.hal ...": Run(".", then="grep -q '^1,-0.03' height.csv"),
     },
     "configs/mill/README.md": {
-        "cp -rL ...": COPY,
+        "plumb example ...": COPY,
         "export ...": EXPORT,
         "plumb run --speed 10 -- linuxcnc mill.ini setup.ngc ...": MILL_PAGE,
         "plumb run -- linuxcnc axis.ini": Started("mill/axis.ini"),
@@ -184,7 +184,7 @@ COMMANDS = {
         "plumb bench configs/mill/bench.hal ...": LONG,
     },
     "configs/portal/README.md": {
-        "cp -rL ...": COPY,
+        "plumb example ...": COPY,
         "export ...": EXPORT,
         "plumb run --speed 10 -- linuxcnc column.ini ...": Run(),
         "plumb run -- linuxcnc axis_portal.ini": Started("portal/axis_portal.ini"),
@@ -200,7 +200,7 @@ COMMANDS = {
         "plumb run --speed 10 -- linuxcnc three_axis.ini part.ngc ...": Run(before="cp sample.ngc part.ngc", then="test -s part.csv"),
         "linuxcnc -r three_axis.ini": STOCK,
         "plumb run -- linuxcnc axis.ini": Started("three_axis/axis.ini"),
-        "cp -rL ...": COPY,
+        "plumb example ...": COPY,
     },
     "hal/host/README.md": {
         "build/bin/plumb bench limit.hal ...": OWN_HAL,
@@ -316,7 +316,6 @@ class Running(unittest.TestCase):
             before = next(each.text for each in pages.commands(found.page) if each.text.startswith("new()"))
         if how is COPY:
             then = "ls %s/*.ini" % os.path.basename(configuration)
-        line = line.replace("/usr/share/linuxcnc/aux_examples/plumb/", os.path.join(ROOT, "configs", ""))
         line = re.sub(r"\blinuxcnc (?!-r)", "linuxcnc -r ", line)  # else it shows a window
         line = re.sub(r"^scripts/bench\b", "/usr/bin/python3 scripts/benches", line)  # else it sets up and builds
         variables = linuxcnc_runs.environment(self.folder)

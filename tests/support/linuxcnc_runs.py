@@ -32,8 +32,10 @@ speed = 10  # times real time
 
 
 def copy_configuration(name, folder, copy="machine"):
-    """Copies it as LinuxCNC's picker and `cp -rL` do: with the targets of its links."""
-    return shutil.copytree(os.path.join(ROOT, "configs", name), os.path.join(folder, copy))
+    """Copies it by `plumb example`, and returns its folder."""
+    place = os.path.join(folder, copy)
+    subprocess.run([os.path.join(BUILD, "bin", "plumb"), "example", name, place], stdout=subprocess.DEVNULL, timeout=60, check=True)
+    return place
 
 
 def own_ini(ini, **sections):
