@@ -43,7 +43,8 @@ std::string command_manual(const CLI::App& command, const CommandPage& page) {
         for (const CLI::Option* option : command.get_options())
             if (!option->get_group().empty()) write_option(option);
     }
-    out << ".SH SEE ALSO\n" << page.see_also << "\n.SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
+    out << ".SH SEE ALSO\n"
+        << page.see_also << ",\n.BR plumb\\-glossary (7)\n.SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();
 }
 

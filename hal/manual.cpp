@@ -102,15 +102,16 @@ void write_section(std::ostream& out, const Page& page, const std::string& headi
     write_description(out, text);
 }
 
-// Pages are named in a text: halcmd(1), motion(9).
+// Pages are named in a text: halcmd(1), motion(9). The glossary is one of them.
 void write_see_also(std::ostream& out, const std::string& pages) {
-    if (pages.empty()) return;
     out << ".SH SEE ALSO\n";
     std::istringstream words(pages);
     for (std::string page; words >> page;) {
         const std::size_t bracket = page.find('(');
+        if (page.back() != ',') page += ',';
         out << ".BR " << escaped(page.substr(0, bracket)) << ' ' << page.substr(bracket) << '\n';
     }
+    out << ".BR plumb\\-glossary (7)\n";
 }
 
 void write_options(std::ostream& out, const Declarations& declared, int section) {
@@ -198,6 +199,17 @@ std::string manual(const Model& model, int section) {
                "while the threads run, you can kill\n.BR rtapi_app .\n";
     write_see_also(out, page.section("SEE ALSO"));
     out << ".SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
+    return out.str();
+}
+
+std::string glossary(const std::string& text) {
+    std::ostringstream out;
+    out << ".\\\" SPDX-License-Identifier: GPL-2.0-or-later\n"
+        << ".TH PLUMB\\-GLOSSARY 7 \"\" Plumb LinuxCNC\n"
+        << ".SH NAME\nplumb\\-glossary \\- the words of Plumb's pages, messages and screens\n.SH "
+           "DESCRIPTION\n";
+    write_description(out, text.substr(text.find('\n') + 1));
+    out << ".SH SEE ALSO\n.BR plumb (1)\n.SH LICENSE\nGPL\\-2.0\\-or\\-later\n";
     return out.str();
 }
 

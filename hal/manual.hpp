@@ -50,6 +50,9 @@ inline bool has_length_default(const PinInfo& pin) {
 // and a load line under SYNOPSIS.
 std::string manual(const Model& model, int section);
 
+// The manual page plumb-glossary(7): the text of GLOSSARY.md below its heading.
+std::string glossary(const std::string& text);
+
 // The declarations as JSON, for programs: pins, outputs that move an axis, codes and their sentences,
 // options, functions.
 std::string declarations(const Model& model);

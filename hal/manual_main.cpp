@@ -1,17 +1,25 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// manual MODULE.so: prints the module's manual page; manual --json MODULE.so: its declarations.
+// manual MODULE.so: prints the module's manual page; manual --json MODULE.so: its declarations; manual
+// --glossary FILE: the page of the words.
 #include "hal/manual.hpp"
 #include "hal/standard_output.hpp"
 
 #include <dlfcn.h>
 
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <string_view>
 
 int main(int argc, char** argv) {
+    if (argc == 3 && std::string_view(argv[1]) == "--glossary") {
+        std::ifstream file(argv[2]);
+        std::cout << plumb::hal::glossary({std::istreambuf_iterator<char>(file), {}});
+        return plumb::when_written(file ? 0 : 1, "manual");
+    }
     const bool as_json = argc == 3 && std::string_view(argv[1]) == "--json";
     if (argc != 2 && !as_json) {
-        std::cerr << "usage: manual [--json] MODULE.so\n";
+        std::cerr << "usage: manual [--json] MODULE.so | --glossary FILE\n";
         return 2;
     }
     void* const module = dlopen(argv[argc - 1], RTLD_LAZY);  // lazily: HAL is not here, and nothing is called

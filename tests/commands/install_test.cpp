@@ -60,6 +60,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/bin/plumb-host",
                                     "/usr/share/man/man1/plumb-bench.1",
                                     "/usr/share/man/man1/plumb-doctor.1",
+                                    "/usr/share/man/man7/plumb-glossary.7",
                                     "/usr/share/plumb/retain.json",
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
@@ -75,6 +76,18 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
         wanted.push_back("/usr/share/man/man1/" + program.path().filename().string() + ".1");
     ASSERT_GT(wanted.size(), 12u);
     EXPECT_THAT(files_below(stage.path()), IsSupersetOf(wanted));
+}
+
+TEST_F(Installed, EveryPageNamesTheGlossary) {
+    int pages = 0;
+    for (const char* section : {"man1", "man9"})
+        for (const fs::directory_entry& page : fs::directory_iterator(stage / "usr/share/man" / section)) {
+            std::ifstream file(page.path());
+            const std::string text{std::istreambuf_iterator<char>(file), {}};
+            EXPECT_THAT(text, HasSubstr(".BR plumb\\-glossary (7)")) << page.path();
+            ++pages;
+        }
+    EXPECT_GT(pages, 20);
 }
 
 TEST_F(Installed, NothingOfTheTestsIsInstalled) {

@@ -42,6 +42,16 @@ class Links(unittest.TestCase):
                     path = os.path.join(ROOT, os.path.dirname(page), link)
                     self.assertTrue(os.path.exists(path), f"{page}: {link}")
 
+    def test_every_page_of_a_folder_links_to_the_glossary(self):
+        for page in pages():
+            if page.endswith("README.md"):
+                self.assertIn("GLOSSARY.md)", read(page), page)
+
+    def test_the_glossary_is_in_the_order_of_the_alphabet(self):
+        terms = [term.lower() for term in re.findall(r"^- (.*?): ", read("GLOSSARY.md"), re.M)]
+        self.assertGreater(len(terms), 40)
+        self.assertEqual(terms, sorted(terms))
+
     def test_every_function_in_the_table_is_there(self):
         table = re.findall(r"^\| \[?`(\w+)`", read("README.md"), re.M)
         commands = re.findall(r"^\| `plumb (\w+)`", read("README.md"), re.M)
