@@ -150,7 +150,7 @@ static int carry_out(int argc, char** argv) {
     identifying->add_option("log", log, "Log of growth_log.")->required()->type_name("LOG");
     identifying
         ->add_option("--sensors", identify.sensors,
-                     "Sensors to use; all but that of the artifact by default.")
+                     "Sensors to use; by default all but the artifact's.")
         ->delimiter(',')
         ->type_name("A,B");
     identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")

@@ -47,7 +47,7 @@ the corner stays as it is when Y leans. So give the reading of a square or of di
 These fields are common to all measurements:
 
   u=LENGTH         standard uncertainty of a single reading; U is twice that
-  own-u=ANGLE      that of the artifact or square; 0 without this field
+  own-u=ANGLE      u of the artifact or square itself; 0 without this field
   object=part      these axes have drawn the shape: they cut the part, or
                    moved along a path for a laser or a ballbar
   object=artifact  the shape is true, and a probe on these axes measured it
@@ -55,7 +55,7 @@ These fields are common to all measurements:
 object decides the sign: a part that is longer along a diagonal comes from axes to which an artifact seems shorter there.
 
 Several measurements of the same axes become their weighted mean. If readings scatter more than stated, the uncertainty is
-widened; it is never narrowed. own-u does not become smaller by repeating, because it is that of one square. State u
+widened; it is never narrowed. own-u does not become smaller by repeating: it belongs to one square. State u
 honestly: the scatter of a few readings shows little.)"},
          {"DIAGONALS",
           R"(For a square or rectangle whose sides lie along the axes:

@@ -33,7 +33,7 @@ struct LinuxcncAlive final : hal::Component {
     hal::Out<double> longest_io_pause{this, "longest-io-pause", "s",
                                       "Longest time between two cycles of io since its first one."};
     hal::Option<std::string> nml{
-        this, "nml", "", "LinuxCNC's NML file, absolute path; by default that of the running LinuxCNC."};
+        this, "nml", "", "LinuxCNC's NML file, absolute path; by default the file of the running LinuxCNC."};
 
     void prepare() override {
         const std::string& given = hal::absolute_path("nml", nml);

@@ -26,7 +26,7 @@ struct LatheGauge final : hal::Group {
     hal::In<double> beam_size{this, "beam-size", 20, "mu", "Width of a rectangular beam, radius of a round."};
     hal::In<bool> beam_round{this, "beam-round", false, "The beam is round, not rectangular."};
     hal::In<double> beam_height{this, "beam-height", 2, "mu", "Rectangular beam along the work."};
-    hal::In<double> beam_offset{this, "beam-offset", 0, "mu", "Middle of the work off that of the beam."};
+    hal::In<double> beam_offset{this, "beam-offset", 0, "mu", "Distance from the middle of the beam to the middle of the work."};
 
     Drawn laser_noise{this, "laser-noise", 0.0003, 0.0001, 0.0005, "mu", "Noise of the laser"};
     Drawn linearity{this, "linearity", 0.0007, 0.0005, 0.001, "mu", "Amplitude of its nonlinearity"};

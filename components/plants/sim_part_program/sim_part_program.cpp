@@ -21,10 +21,10 @@ struct SimPartProgram final : hal::Component {
                                           "Number of cycles to learn from, the first ones."};
     hal::In<bool> relearn{this, "relearn", false, "Learn from the next cycle too."};
     hal::In<double> cycle_interval{this, "cycle-interval", 300, "s",
-                                   "Time from the start of a cycle to that of the next."};
+                                   "Time from the start of a cycle to the next start."};
     hal::In<double> sides_speed{
         this, "sides-speed", -1, "rpm",
-        "Speed for milling the sides; 0 for none of it, negative for that of the last cut."};
+        "Speed for milling the sides; 0 for none of it, negative for the speed of the last cut."};
     Upsets upsets{this};
     Drawn contact_feed{this, "contact-feed", 1.6667, 1.3, 2, "mu/s", "Feed of the descent"};
     hal::In<double> coolant_height{this, "coolant-height", 0, "mu",
