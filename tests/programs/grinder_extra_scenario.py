@@ -14,6 +14,10 @@ def halcmd(line):
     subprocess.run(["halcmd", *line.split()], check=True)
 
 
+def components():
+    return subprocess.run(["halcmd", "list", "comp"], stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+
+
 class Shift(Scenario):
     columns = [
         "scene",
@@ -95,7 +99,8 @@ class Shift(Scenario):
 
     def retain_again(self):
         """As after a restart: chopping has forgotten all. Until it is restored no stroke begins."""
-        halcmd("unloadusr retain")
+        halcmd("unloadusr retain")  # which does not wait for its last look
+        self.await_condition(lambda: "retain" not in components(), "the end of retain")
         self.host.set("chop.forget", 1)
         self.await_pin("chop.rows", 0)
         self.host.set("chop.forget", 0)

@@ -93,8 +93,10 @@ class Figures(unittest.TestCase):
 
     def test_a_row_counts_moves_that_made_it_worse(self):
         moved = np.array([True, True, False, True])
-        outcome = Outcome(np.array([10.0, 1, 0, 5]), np.array([12.0, 4, 9, 5]), np.array([1.0, 2, 1, 1]), np.full(4, 5.0), moved, np.zeros(4), np.array([0.0, 0, 3, 0]))
+        centred = np.array([True, True, False, False])
+        outcome = Outcome(np.array([10.0, 1, 0, 5]), np.array([12.0, 4, 9, 5]), np.array([1.0, 2, 1, 1]), np.full(4, 5.0), moved, np.zeros(4), np.array([0.0, 0, 3, 0]), centred)
         self.assertEqual(lathe.worse(outcome), 1)
+        self.assertEqual(lathe.said_on_centre([(Case(1, "lands ABBA"), outcome)]), (2, 1))  # within 5 um
         # Errors of all four heights by their sigma: 2, 1.5, 9 and 0; of two cuts those of the squares by 25 um2.
         for method, ratio in (("two cuts", "1.87"), ("lands ABBA", "4.67")):
             row = lathe.row(Case(10, method), outcome)

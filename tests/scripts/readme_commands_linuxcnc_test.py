@@ -160,7 +160,7 @@ COMMANDS = {
         "plumb example ...": COPY,
         "export ...": EXPORT,
         "plumb run --speed 10 -- linuxcnc -r lathe.ini": Run(then="grep -q '^T1 .* Y-0' tool.tbl"),
-        "plumb bench configs/lathe/bench.hal ...": Run(".", then="test -s lathe.csv"),
+        "plumb bench bench.hal ...": Run(then="test -s lathe.csv"),
         "plumb run -- linuxcnc axis.ini": Started("lathe/axis.ini"),
         "plumb bench configs/lathe/by_hand.hal ...": Run(".", then="grep -q '^1,-0.03' height.csv"),
     },
@@ -298,7 +298,7 @@ class Running(unittest.TestCase):
         for path in glob.glob(os.path.join(ROOT, "configs", "*", "*.ini")):
             name = os.path.basename(os.path.dirname(path))
             if not os.path.exists(os.path.join(cls.clone, "configs", name)):
-                linuxcnc_runs.copy_configuration(name, os.path.join(cls.clone, "configs"), name)
+                shutil.copytree(os.path.dirname(path), os.path.join(cls.clone, "configs", name))
         with open(os.path.join(cls.clone, "limit.hal"), "w", encoding="utf-8") as file:
             file.write(re.search(r"```hal\n(.*?)```", pages.read("hal/host/README.md"), re.S)[1])
 
