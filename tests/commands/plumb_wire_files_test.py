@@ -18,6 +18,7 @@ from wire_sample import plumb_wire, read, snapshot, write
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
 sys.path.insert(1, WIRING)
 import copies  # noqa: E402
+import driver_pages  # noqa: E402
 import error_tables  # noqa: E402
 from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
@@ -333,6 +334,47 @@ class Pins(unittest.TestCase):
             self.assertTrue(found.learn(words))
             self.assertEqual(learnt["lcec.0.2.torque"], wanted)
             self.assertFalse(found.learn(words))  # it helps once
+
+    def test_a_manual_page_tells_what_the_files_do_not(self):
+        hal = "loadrt opto_ac5\nloadrt mesa_7i65\nloadusr -Wn vfd gs2_vfd -n vfd\nnet load vfd.load-percentage\n"
+        hal += "net revision vfd.firmware-revision\nnet led => opto_ac5.0.port1.in-01\n"
+        hal += "net turns hm2_7i76e.0.encoder.00.rawcounts\nsetp hm2_7i76e.0.packet-error-limit 0\n"
+        hal += "net level hm2_7i76e.0.analogin3\nnet mine vfd.nonesuch\n"
+        ours = self.stand_ins(hal)
+        for pin, expected in (
+            ("vfd.load-percentage", ["float", "OUT"]),
+            ("vfd.firmware-revision", ["s32", "OUT"]),
+            ("opto_ac5.0.port1.in-01", ["bit", "OUT"]),
+            ("hm2_7i76e.0.packet-error-limit", ["s32", "IN"]),
+            ("hm2_7i76e.0.analogin3", ["float", "OUT"]),  # not on the page
+            ("vfd.nonesuch", ["float", "IN"]),
+        ):
+            self.assertEqual(ours._kind(pin), expected, pin)
+
+    def test_the_ways_in_which_pages_write_a_pin(self):
+        text = [
+            ".TP", "(float, in) card.\\fI<Number>\\fR.timer\\-us", ".IP <name>.at\\-speed\\ (bit,\\ out)", ".B card.\\fIN\\fB.level\\fR s32 rw \\fR",
+            "\\fBcard.[\\fINUMBER\\fB\\fR].in\\-[\\fIPIN\\fB\\fR] OUT bit", "card.N.in\\-NN\\-invert bit in", ".IP <name>.SetF", "(float, out)",
+            "card.<p>.reset (U32)", ".SS Counter", "Counters have names like card.<N>.counter.<Instance>.", "(s32 out) count and count-not",
+            "(bit, in) a, b, and c (default 0): the three", ".SS Other", "(bit in) lost", "A sentence about (bit, in) things.",
+        ]  # fmt: skip
+        page = driver_pages.Page("\n".join(text))
+        for pin, expected in (
+            ("card.0.timer-us", ["float", "IN"]),
+            ("any.name.at-speed", ["bit", "OUT"]),
+            ("card.1.level", ["s32", "IN"]),
+            ("card.0.in-03", ["bit", "OUT"]),
+            ("card.0.in-03-invert", ["bit", "IN"]),
+            ("hv.SetF", ["float", "OUT"]),
+            ("card.0.reset", ["u32", None]),
+            ("card.0.counter.01.count-not", ["s32", "OUT"]),
+            ("card.0.counter.01.b", ["bit", "IN"]),
+            ("card.0.counter.01.c", ["bit", "IN"]),
+            ("card.0.counter.01.lost", None),
+            ("card.0", None),
+        ):
+            self.assertEqual(page.kind(pin), expected, pin)
+        self.assertEqual(driver_pages.page_of("no-page-has-this-name").pins, [])
 
     def test_an_input_and_its_inverse_contradict_each_other(self):
         limits = "hm2_7i76e.0.7i76.0.0.input-0"
