@@ -123,7 +123,7 @@ class StandIns:
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
         self.all = self._values("\n".join([*self.texts.values(), commands]))
-        self.nets = self._signals()
+        self.nets = hal_text.nets_of(self.all)
         self._stand_in_for_drivers()
         self._stand_in_for_programs()
 
@@ -136,19 +136,6 @@ class StandIns:
             return self.ini.get(found[1], found[2] or found[3]) or found[0]
 
         return hal_text.VALUE.sub(value, re.sub(r"\\\n", " ", text))
-
-    def _signals(self):
-        """All pins of each signal, and those that an arrow calls its source."""
-        found = {}
-        for line in self.all.splitlines():
-            words = line.split("#")[0].split()
-            if len(words) > 2 and words[0] in ("net", "linksp", "linkps"):
-                pins = [word for word in words[2:] if word not in hal_text.ARROWS]
-                signal = found.setdefault(words[1], ([], set()))
-                signal[0].extend(pins)
-                if "=>" in words:
-                    signal[1].update(words[2 : words.index("=>")])
-        return found
 
     def _pins(self, prefix):
         """Type and direction of each pin that the HAL files name behind a prefix."""
