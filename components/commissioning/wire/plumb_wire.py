@@ -148,7 +148,7 @@ class Wire:
         self.numbers = None
         self.given_joints = parse_joints(arguments.joints)
         self.given_pins = given_pins(dict(map(named_file, arguments.stand_in)))
-        self.needs_halui = any(function.axis_offset for function in self.functions)
+        self.needs_halui = any(function.needs_halui for function in self.functions)
         self.motmod = {}  # options that motmod lacks
         self.added = []  # (section, name, value) of the INI file
         self.written = None
