@@ -22,6 +22,7 @@ import driver_pages  # noqa: E402
 import error_tables  # noqa: E402
 from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
+import later_files  # noqa: E402
 import stand_ins  # noqa: E402
 import trial  # noqa: E402
 import writing  # noqa: E402
@@ -290,6 +291,35 @@ class Order(unittest.TestCase):
         done = subprocess.run(command, cwd=home, stderr=subprocess.PIPE, text=True, check=False)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
+
+
+class Later(unittest.TestCase):
+    """Files of the user that use pins and signals of ours."""
+
+    def test_lines_with_pins_and_signals_of_ours_go_and_a_signal_that_a_stage_took_over_stays(self):
+        home = own_folder(self)
+        os.mkdir(os.path.join(home, "plumb"))
+        ours = "loadrt squareness names=square\nloadrt joint_offset names=x-stage\nloadusr -Wn link linuxcnc_link --x y\nunlinkp joint.0.motor-pos-cmd\n"
+        ours += "net x-correction square.x-correction => x-stage.offset-0\nnet x-cmd x-stage.drive-command\nnet\n"
+        write(os.path.join(home, "plumb", "stages.hal"), ours)
+        with open(os.path.join(home, "plumb", "mine_settings.hal"), "wb") as file:
+            file.write(b"# Ma\xdf\nsetp square.x 1\n")
+        theirs = {
+            "main.hal": "net x-cmd joint.0.motor-pos-cmd => drive.in\n",
+            "other.hal": "# square.x-error\nnet x-cmd => scope.in\nnet my-x-correction mysquare.out\n",
+            "mine.hal": "net seen square.x-error \\\n => scope.a\nnet x-correction => scope.b\nnet link-up link.connected\nsetp scope.c 1\n",
+            "mine.tcl": "net seen square.x-error scope.a\n",
+        }
+        for name, text in theirs.items():
+            write(os.path.join(home, name), text)
+        found = later_files.LaterFiles(os.path.join(home, "plumb"))
+        paths = [os.path.join(home, name) for name in theirs]
+        self.assertEqual(found.first(paths, home), os.path.join(home, "mine.hal"))
+        pattern = found.pattern(hal_text.nets_of("".join(theirs.values())))
+        left = {name: found.without(name, text, pattern) for name, text in theirs.items()}
+        expected = {**theirs, "mine.hal": "\n\n\n\nsetp scope.c 1\n", "mine.tcl": ""}
+        self.assertEqual(left, expected)
+        self.assertIsNone(later_files.LaterFiles(os.path.join(home, "nowhere")).first(paths, home))
 
 
 class Pins(unittest.TestCase):

@@ -15,9 +15,9 @@ class LaterFiles:
     def __init__(self, folder):
         self.instances, self.written, self.unlinked = set(), {}, set()
         names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
-        for name in names:
-            if name.endswith(".hal") and os.path.isfile(os.path.join(folder, name)):
-                self._take(hal_text.read(os.path.join(folder, name)))
+        for path in (os.path.join(folder, name) for name in names if name.endswith(".hal")):
+            if os.path.isfile(path) and not os.path.islink(path):
+                self._take(hal_text.parse(_text(path)))
 
     def _take(self, commands):
         for command in commands:
@@ -29,7 +29,7 @@ class LaterFiles:
                 self.instances.update(words[:1])
             elif command.name == "unlinkp":
                 self.unlinked.update(command.words)
-            elif command.name == "net":
+            elif command.name == "net" and command.words:
                 signal, writer, _ = hal_text.pins_of_net(command.words)
                 if writer:
                     self.written[signal] = writer
