@@ -155,7 +155,7 @@ class StandIns:
         return next(filter(None, (page.kind(name) for page in pages)), [None, None])
 
     def _told(self, name):
-        """Type and direction of a pin, as far as LinuxCNC and its pages tell them."""
+        """Type and direction of a pin, as far as LinuxCNC and its pages give them."""
         told = _known(name, KNOWN) or self._on_page(name)
         return [given or likely for given, likely in zip(told, _known(name, LIKELY) or [None, None])]
 
