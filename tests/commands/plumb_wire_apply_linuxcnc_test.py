@@ -51,6 +51,17 @@ class Apply(Sample):
         self.assertFalse([line for line in lines if line.startswith("#INCLUDE")])  # which LinuxCNC would not find here
 
         self.assertEqual(self.wire_ini("--check")[0], 0)
+        # A file of the user's with a pin and a signal of ours keeps its place behind ours.
+        write(os.path.join(home, "mine.hal"), "loadrt sum2 names=mine\nnet mine-in square.x-error \\\n  => mine.in0\nnet x-correction => mine.in1\n")
+        write(self.ini(AXIS_MM), applied.decode().replace("HALFILE = plumb/order.tcl", "HALFILE = plumb/order.tcl\r\nHALFILE = mine.hal"))
+        status, output, flat = self.wire_ini("squareness", "--apply")
+        self.assertEqual(status, 0, output)
+        files = re.findall(r"(?m)^HALFILE = (\S+)\r$", read_bytes(self.ini(AXIS_MM)).decode())
+        self.assertEqual(files[-3:], ["plumb/plumb.hal", "plumb/order.tcl", "mine.hal"])
+        self.assertRegex(read(os.path.join(self.folder(AXIS_MM), "squareness.hal")), r"(?m)^net x-correction ")
+        self.assertEqual(self.wire_ini("--check")[0], 0)
+        os.unlink(os.path.join(home, "mine.hal"))
+        write(self.ini(AXIS_MM), applied.decode())
         write(self.ini(AXIS_MM), re.sub(r"(?s)(\[JOINT_0\].*?MAX_ACCELERATION *= *)[\d.]+", r"\g<1>400", applied.decode()))
         status, output, flat = self.wire_ini("--check")
         self.assertEqual(status, 1, output)

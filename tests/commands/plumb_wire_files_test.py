@@ -18,9 +18,11 @@ from wire_sample import plumb_wire, read, snapshot, write
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
 sys.path.insert(1, WIRING)
 import copies  # noqa: E402
+import driver_pages  # noqa: E402
 import error_tables  # noqa: E402
 from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
+import later_files  # noqa: E402
 import stand_ins  # noqa: E402
 import trial  # noqa: E402
 import writing  # noqa: E402
@@ -291,6 +293,35 @@ class Order(unittest.TestCase):
         self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
 
 
+class Later(unittest.TestCase):
+    """Files of the user that use pins and signals of ours."""
+
+    def test_lines_with_pins_and_signals_of_ours_go_and_a_signal_that_a_stage_took_over_stays(self):
+        home = own_folder(self)
+        os.mkdir(os.path.join(home, "plumb"))
+        ours = "loadrt squareness names=square\nloadrt joint_offset names=x-stage\nloadusr -Wn link linuxcnc_link --x y\nunlinkp joint.0.motor-pos-cmd\n"
+        ours += "net x-correction square.x-correction => x-stage.offset-0\nnet x-cmd x-stage.drive-command\nnet\n"
+        write(os.path.join(home, "plumb", "stages.hal"), ours)
+        with open(os.path.join(home, "plumb", "mine_settings.hal"), "wb") as file:
+            file.write(b"# Ma\xdf\nsetp square.x 1\n")
+        theirs = {
+            "main.hal": "net x-cmd joint.0.motor-pos-cmd => drive.in\n",
+            "other.hal": "# square.x-error\nnet x-cmd => scope.in\nnet my-x-correction mysquare.out\n",
+            "mine.hal": "net seen square.x-error \\\n => scope.a\nnet x-correction => scope.b\nnet link-up link.connected\nsetp scope.c 1\n",
+            "mine.tcl": "net seen square.x-error scope.a\n",
+        }
+        for name, text in theirs.items():
+            write(os.path.join(home, name), text)
+        found = later_files.LaterFiles(os.path.join(home, "plumb"))
+        paths = [os.path.join(home, name) for name in theirs]
+        self.assertEqual(found.first(paths, home), os.path.join(home, "mine.hal"))
+        pattern = found.pattern(hal_text.nets_of("".join(theirs.values())))
+        left = {name: found.without(name, text, pattern) for name, text in theirs.items()}
+        expected = {**theirs, "mine.hal": "\n\n\n\nsetp scope.c 1\n", "mine.tcl": ""}
+        self.assertEqual(left, expected)
+        self.assertIsNone(later_files.LaterFiles(os.path.join(home, "nowhere")).first(paths, home))
+
+
 class Pins(unittest.TestCase):
     """The pins that stand in for a driver."""
 
@@ -333,6 +364,47 @@ class Pins(unittest.TestCase):
             self.assertTrue(found.learn(words))
             self.assertEqual(learnt["lcec.0.2.torque"], wanted)
             self.assertFalse(found.learn(words))  # it helps once
+
+    def test_a_manual_page_tells_what_the_files_do_not(self):
+        hal = "loadrt opto_ac5\nloadrt mesa_7i65\nloadusr -Wn vfd gs2_vfd -n vfd\nnet load vfd.load-percentage\n"
+        hal += "net revision vfd.firmware-revision\nnet led => opto_ac5.0.port1.in-01\n"
+        hal += "net turns hm2_7i76e.0.encoder.00.rawcounts\nsetp hm2_7i76e.0.packet-error-limit 0\n"
+        hal += "net level hm2_7i76e.0.analogin3\nnet mine vfd.nonesuch\n"
+        ours = self.stand_ins(hal)
+        for pin, expected in (
+            ("vfd.load-percentage", ["float", "OUT"]),
+            ("vfd.firmware-revision", ["s32", "OUT"]),
+            ("opto_ac5.0.port1.in-01", ["bit", "OUT"]),
+            ("hm2_7i76e.0.packet-error-limit", ["s32", "IN"]),
+            ("hm2_7i76e.0.analogin3", ["float", "OUT"]),  # not on the page
+            ("vfd.nonesuch", ["float", "IN"]),
+        ):
+            self.assertEqual(ours._kind(pin), expected, pin)
+
+    def test_the_ways_in_which_pages_write_a_pin(self):
+        text = [
+            ".TP", "(float, in) card.\\fI<Number>\\fR.timer\\-us", ".IP <name>.at\\-speed\\ (bit,\\ out)", ".B card.\\fIN\\fB.level\\fR s32 rw \\fR",
+            "\\fBcard.[\\fINUMBER\\fB\\fR].in\\-[\\fIPIN\\fB\\fR] OUT bit", "card.N.in\\-NN\\-invert bit in", ".IP <name>.SetF", "(float, out)",
+            "card.<p>.reset (U32)", ".SS Counter", "Counters have names like card.<N>.counter.<Instance>.", "(s32 out) count and count-not",
+            "(bit, in) a, b, and c (default 0): the three", ".SS Other", "(bit in) lost", "A sentence about (bit, in) things.",
+        ]  # fmt: skip
+        page = driver_pages.Page("\n".join(text))
+        for pin, expected in (
+            ("card.0.timer-us", ["float", "IN"]),
+            ("any.name.at-speed", ["bit", "OUT"]),
+            ("card.1.level", ["s32", "IN"]),
+            ("card.0.in-03", ["bit", "OUT"]),
+            ("card.0.in-03-invert", ["bit", "IN"]),
+            ("hv.SetF", ["float", "OUT"]),
+            ("card.0.reset", ["u32", None]),
+            ("card.0.counter.01.count-not", ["s32", "OUT"]),
+            ("card.0.counter.01.b", ["bit", "IN"]),
+            ("card.0.counter.01.c", ["bit", "IN"]),
+            ("card.0.counter.01.lost", None),
+            ("card.0", None),
+        ):
+            self.assertEqual(page.kind(pin), expected, pin)
+        self.assertEqual(driver_pages.page_of("no-page-has-this-name").pins, [])
 
     def test_an_input_and_its_inverse_contradict_each_other(self):
         limits = "hm2_7i76e.0.7i76.0.0.input-0"

@@ -20,6 +20,7 @@ from applying import COPY, Applied, changes  # noqa: E402
 from error_tables import unsealed  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
+from later_files import LaterFiles  # noqa: E402
 from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
 from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
@@ -139,6 +140,7 @@ class Wire:
             raise Impossible(wrapped(sentence % (self.folder, character(odd[0]))))
         self.output = Output(folder, self.home, os.path.basename(self.ini_path), "@PROJECT_VERSION@")
         self.applied = Applied(folder, self.home, self.ini_path)
+        self.later = LaterFiles(folder)
         if arguments.apply or arguments.remove:
             self.applied.forbid_running()
         self.functions = self._numbered(functions, known, arguments.remove)
@@ -146,7 +148,7 @@ class Wire:
         self.numbers = None
         self.given_joints = parse_joints(arguments.joints)
         self.given_pins = given_pins(dict(map(named_file, arguments.stand_in)))
-        self.needs_halui = any(function.axis_offset for function in self.functions)
+        self.needs_halui = any(function.needs_halui for function in self.functions)
         self.motmod = {}  # options that motmod lacks
         self.added = []  # (section, name, value) of the INI file
         self.written = None
@@ -182,7 +184,7 @@ class Wire:
         self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
         with temporary_folder() as folder:
-            trials = Trials(self.home, folder, plumb_program(), self.given_pins)
+            trials = Trials(self.home, folder, plumb_program(), self.given_pins, self.later)
             wiring = self.joined(trials, joints)
             self.tell_stand_ins(trials.stand_ins)
             files = self.files(wiring)
@@ -238,7 +240,8 @@ class Wire:
             raise Impossible("No function is wired in %s." % self.output.folder)
         ini = self.fresh_ini()
         with temporary_folder() as folder:
-            wiring = self.joined(Trials(self.home, folder, plumb_program(), self.given_pins), joints_of(ini, self.given_joints))
+            trials = Trials(self.home, folder, plumb_program(), self.given_pins, self.later)
+            wiring = self.joined(trials, joints_of(ini, self.given_joints))
         files = self.files(wiring)
         found = self.output.differences(files)
         changed = self.changed_ini().changed()
@@ -273,6 +276,16 @@ class Wire:
         ini.drop_include(self.include)
         ini.drop("RS274NGC", "REMAP", self.is_former)
         return ini
+
+    def first_later(self, ini):
+        """The place of the first HALFILE of the user that uses something of ours, and so comes behind our own."""
+        places = {}
+        for place in ini.named("HAL", "HALFILE"):
+            words = place.text.split("=", 1)[1].split()
+            path = os.path.join(self.home, words[0]) if words else ""
+            if os.path.isfile(path) and words[0] not in (self.halfile, self.order):
+                places[path] = place
+        return places.get(self.later.first(places, self.home))
 
     def is_former(self, remap):
         """Whether an earlier version of ours has written this value of REMAP: our code and our subroutine, with other words."""
@@ -403,7 +416,11 @@ class Wire:
         ini = self.fresh_ini()
         self.added = [("HAL", "HALFILE", self.halfile), ("HAL", "HALFILE", self.order)]
         for line in self.added:
-            ini.add(*line)
+            behind = self.first_later(ini)
+            if behind:
+                ini.insert(behind, *line[1:])
+            else:
+                ini.add(*line)
 
         def give(section, name, value):
             ini.set(section, name, value)

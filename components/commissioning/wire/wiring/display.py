@@ -11,7 +11,7 @@ import traceback
 
 import linuxcnc
 import plumb
-from hal_state import SHOWN
+from hal_state import SHOWN, State
 from numbers_of_programs import renumbered
 from plumb_linuxcnc import Machine, OperatorError, Overdue
 
@@ -118,6 +118,14 @@ class Machinery:
         """A straight move in machine coordinates."""
         self.machine.mdi("G53 G0 " + " ".join("%s%.6f" % item for item in positions.items()))
         self.machine.wait(0.3)
+
+    def lacking_velocity(self, letter):
+        """The feed-forward inputs of a drive behind the stage of an axis that do not have the velocity of the offset."""
+        state, axis = State(show()), letter.lower()
+        command = self.names.get(axis + "-motor-cmd", axis + "-motor-cmd")
+        fed = [name + "-deriv" for name, pin in state.pins.items() if name.endswith(".command") and pin.signal == command]
+        signals = {name: state.signals.get(state.signal_of(name)) for name in fed}
+        return [name for name, signal in signals.items() if signal and signal.writer != axis + "-stage.drive-velocity"]
 
     def position(self, letter):
         self.machine.poll()

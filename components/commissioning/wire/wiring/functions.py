@@ -66,6 +66,12 @@ class Function:
         return [command.words for command in self.commands(axes) if command.name == "net"]
 
     @property
+    def needs_halui(self):
+        """Whether it or interlock for it joins pins of halui."""
+        own = any(word.startswith("halui.") for words in self.nets(self.axes) for word in words)
+        return bool(own or self.axis_offset or self.stroke)
+
+    @property
     def modules(self):
         """The instances of each module that it loads."""
         return {

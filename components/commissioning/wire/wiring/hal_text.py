@@ -39,6 +39,20 @@ def pins_of_net(words):
     return signal, rest[0] if arrow else None, rest[arrow + 1 :]
 
 
+def nets_of(text):
+    """All pins of each signal in the text of HAL files, and those that an arrow calls its source."""
+    found = {}
+    for line in text.splitlines():
+        words = line.split("#")[0].split()
+        if len(words) > 2 and words[0] in ("net", "linksp", "linkps"):
+            pins = [word for word in words[2:] if word not in ARROWS]
+            signal = found.setdefault(words[1], ([], set()))
+            signal[0].extend(pins)
+            if "=>" in words:
+                signal[1].update(words[2 : words.index("=>")])
+    return found
+
+
 def halfiles(ini, folder):
     """The HAL files that the INI file names, found as LinuxCNC finds them, each with those that it sources."""
     library = os.environ.get("HALLIB_DIR", "/usr/share/linuxcnc/hallib")
@@ -55,6 +69,11 @@ def halfiles(ini, folder):
             yield from _with_sourced(found, folder, seen)
     for value in ini.all("HAL", "HALCMD"):
         yield from _sourced(value, folder, seen)
+
+
+def with_sourced(path, folder):
+    """A HAL file and those that it sources."""
+    return list(_with_sourced(path, folder, set()))
 
 
 def _with_sourced(path, folder, seen):

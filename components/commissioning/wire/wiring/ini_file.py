@@ -141,6 +141,10 @@ class IniFile:
         else:
             lines.insert(after.line + 1, line + self._end(after.path))
 
+    def insert(self, place, name, value):
+        """Adds a line in front of the one at this place."""
+        self.texts[place.path].insert(place.line, "%s = %s%s" % (name, value, self._end(place.path)))
+
     def _end(self, path):
         """What stands before the line feed in a file."""
         return "\r" if "\r\n" in self.original[path] else ""

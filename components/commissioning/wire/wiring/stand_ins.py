@@ -8,6 +8,7 @@ import shutil
 
 import hal_text
 import writing
+from driver_pages import page_of
 from sandbox import OWN
 from texts import Impossible
 from trial import script
@@ -70,7 +71,6 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"(stepgen|pwmgen)\.\d+\.(step|dir|pwm|up|down|phase-.)", BIT, "OUT"),
     (r"parport\.\d+\.pin-\d+-in(-not)?", BIT, "OUT"),
     (r"parport\.\d+\.reset-time", U32, "IN"),
-    (r"parport\.\d+\..*", BIT, "IN"),
     (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)", FLOAT, "OUT"),
     (r"hm2_.*\.encoder\.\d+\.index-enable", BIT, "IO"),
     (r"hm2_.*\.(encoder|resolver)\.\d+\.count", S32, "OUT"),
@@ -79,7 +79,6 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
      r"has_bit|clear|reset|out|invert_.*|output-\d+|spinena|spindir|control-type|has_bitten)", BIT, "IN"),
     (r"hm2_.*\.(step_type|output-type|dirsetup|dirhold|steplen|stepspace|pwm_frequency|pdm_frequency|timeout_ns)", U32, "IN"),
     (r"hm2_.*\.analogin\d+", FLOAT, "OUT"),
-    (r"hm2_.*", FLOAT, "IN"),
     (r"cia402\.\d+\.statusword", U32, "IN"),
     (r"cia402\.\d+\.controlword", U32, "OUT"),
     (r"cia402\.\d+\.(opmode-display|drv-actual-position|drv-actual-velocity)", S32, "IN"),
@@ -91,6 +90,11 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"lcec\..*(controlword|control-word|cia-controlword)", U32, "IN"),
     (r"lcec\..*(statusword|status-word|cia-statusword)", U32, "OUT"),
 ]
+LIKELY = [  # the other pins of these drivers, where their manual pages do not have them
+    (r"parport\.\d+\..*", BIT, "IN"),
+    (r"hm2_.*", FLOAT, "IN"),
+]
+PAGES = {"hostmot2": ("hostmot2", "sserial")}  # of a driver with others than the one of its name
 TYPES = (BIT, FLOAT, S32, U32)
 DIRECTIONS = {"IN": "IN", "OUT": "OUT", "IO": "IO", "I/O": "IO"}
 LIKE_A_BIT = re.compile(
@@ -114,11 +118,12 @@ class StandIns:
         self.drivers, self.programs = [], []
         self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
         self.trial, self.ini, self.described, self.numbers = trial, ini, {}, {}
+        self.pages = []  # the beginning of a pin's name, and a manual page that can have the pin
         trial.read.update(files)
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
         self.all = self._values("\n".join([*self.texts.values(), commands]))
-        self.nets = self._signals()
+        self.nets = hal_text.nets_of(self.all)
         self._stand_in_for_drivers()
         self._stand_in_for_programs()
 
@@ -132,19 +137,6 @@ class StandIns:
 
         return hal_text.VALUE.sub(value, re.sub(r"\\\n", " ", text))
 
-    def _signals(self):
-        """All pins of each signal, and those that an arrow calls its source."""
-        found = {}
-        for line in self.all.splitlines():
-            words = line.split("#")[0].split()
-            if len(words) > 2 and words[0] in ("net", "linksp", "linkps"):
-                pins = [word for word in words[2:] if word not in hal_text.ARROWS]
-                signal = found.setdefault(words[1], ([], set()))
-                signal[0].extend(pins)
-                if "=>" in words:
-                    signal[1].update(words[2 : words.index("=>")])
-        return found
-
     def _pins(self, prefix):
         """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
@@ -157,14 +149,26 @@ class StandIns:
         kind, direction = self._guess(name)
         return [self.learnt.get(name, kind), self.learnt.get("direction of " + name, direction)]
 
+    def _on_page(self, name):
+        """Type and direction of a pin in the manual page of its driver."""
+        pages = (page for head, page in self.pages if re.match(head, name))
+        return next(filter(None, (page.kind(name) for page in pages)), [None, None])
+
+    def _told(self, name):
+        """Type and direction of a pin, as far as LinuxCNC and its pages give them."""
+        told = _known(name, KNOWN) or self._on_page(name)
+        return [given or likely for given, likely in zip(told, _known(name, LIKELY) or [None, None])]
+
     def _guess(self, name):
-        known = _known(name)
-        if known:
-            return known
+        told = self._told(name)
+        return [given or used for given, used in zip(told, self._by_use(name))] if None in told else told
+
+    def _by_use(self, name):
+        """Type and direction of a pin by the signals and values that the user's files give it."""
         others, is_source = [], False
         for pins, sources in self.nets.values():
             if name in pins:
-                others += [kind for kind in map(_known, pins) if kind]
+                others += [kind for kind in map(self._told, pins) if None not in kind]
                 is_source = is_source or name in sources
         value = re.search(r"^\s*(?:HALCMD\s*=\s*)?setp\s+%s\s+(\S+)" % re.escape(name), self.all, re.M)
         if others:
@@ -189,6 +193,10 @@ class StandIns:
             self.drivers.append("hostmot2")
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
         functions, described = [], []
+        for module in self.drivers:
+            names = PAGES.get(module, (module,))
+            prefix = PREFIXES.get("hostmot2" if module.startswith("hm2_") else module, module)
+            self.pages += [(r"%s(\.\d+)?\." % prefix, page_of(name)) for name in names]
         for module in self.drivers:
             prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=\w)" % PREFIXES.get(module, module)
             heads = sorted(set(re.findall(prefix, self.all)))
@@ -232,6 +240,7 @@ class StandIns:
             if not program or name in self.programs or not (is_given or self._cannot_run_here(program)):
                 continue
             self.programs.append(name)
+            self.pages.append((re.escape(name) + r"\.", page_of(os.path.basename(program))))
             special = SPECIAL.get(os.path.basename(program), {})
             self._describe(name, {**self._pins(name), **special.get("pins", {})}, special.get("follow", {}))
             self._cover(name, program)
@@ -367,8 +376,8 @@ def given_pins(texts):
     return learnt
 
 
-def _known(name):
-    return next(([kind, direction] for pattern, kind, direction in KNOWN if re.fullmatch(pattern, name)), None)
+def _known(name, pins=KNOWN + LIKELY):
+    return next(([kind, direction] for pattern, kind, direction in pins if re.fullmatch(pattern, name)), None)
 
 
 def _inverse(pin):

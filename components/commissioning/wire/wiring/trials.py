@@ -44,10 +44,10 @@ ATTEMPTS = 30  # to find types and directions of the pins of a driver
 
 
 class Trials:
-    """The trials of one machine, in a folder of their own. `plumb` is the program plumb."""
+    """The trials of one machine, in a folder of their own. `plumb` is the program plumb; `later` is LaterFiles."""
 
-    def __init__(self, home, folder, plumb, learnt=None):
-        self.home, self.folder, self.plumb = home, folder, plumb
+    def __init__(self, home, folder, plumb, learnt, later):
+        self.home, self.folder, self.plumb, self.later = home, folder, plumb, later
         self.learnt = dict(learnt or {})  # about the pins that stand in
         self.stand_ins = self.trial = None
 
@@ -61,6 +61,7 @@ class Trials:
             ini = written.copy()
             self.trial = Trial(ini, os.path.join(self.folder, name, str(turn)), self.plumb)
             self.stand_ins = StandIns(self.trial, ini, files, self.learnt)
+            self._leave_out(self.trial, self.stand_ins)
             self.snapshot(self.trial, ini)
             try:
                 found = self.trial.run("look", postgui=postgui)
@@ -78,6 +79,15 @@ class Trials:
         if machine.thread is None:
             raise Impossible("No thread of this configuration runs motion-controller.")
         return machine
+
+    def _leave_out(self, trial, stand_ins):
+        """Takes the lines that use something of ours out of files of the user, where ours is not loaded."""
+        pattern = self.later.pattern(stand_ins.nets)
+        for path, text in stand_ins.texts.items():
+            left = self.later.without(path, text, pattern)
+            if left != text:
+                stand_ins.texts[path] = left
+                trial.place(path, left)
 
     @staticmethod
     def snapshot(trial, ini):
@@ -121,6 +131,7 @@ class Trials:
             return ""
         trial = Trial(ini, os.path.join(self.folder, "bare"), self.plumb)
         stand_ins = StandIns(trial, ini, machine.files, self.learnt)
+        self._leave_out(trial, stand_ins)
         self.drive(trial, ini, machine, stand_ins)
         try:
             seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={}, moved={})["seen"]
