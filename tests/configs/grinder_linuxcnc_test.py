@@ -346,6 +346,13 @@ class ExtraJoint(Recorded):
         self.assertIn("Z270.000000 is outside of the soft limits", self.facts["message"])
         self.assertIn("R10.000000 has no meaning on an extra joint", self.facts["with_r"])
 
+    def test_strokes_end_with_their_program_and_moves_wait_for_r(self):
+        self.assertEqual(self.facts["after_m2"], [1, 1, 1, 1])
+        self.assertEqual(self.facts["after_its_move"], [1, 0])
+        y, active = self.of("joint.1.pos-cmd", "program_ends"), self.of("chop.active", "program_ends") == 1
+        last = np.flatnonzero(active)[-1]
+        self.assertAlmostEqual(y[last], 5, delta=nm)
+
     def test_words_are_positions_of_the_joint(self):
         z, active = self.of("joint.3.motor-pos-cmd", "by_words"), self.of("chop.active", "by_words") == 1
         self.assertAlmostEqual(z.min(), -40, delta=0.2)

@@ -23,6 +23,7 @@ class Shift(Scenario):
         "scene",
         "joint.3.motor-pos-cmd",
         "motion.current-vel",
+        "joint.1.pos-cmd",
         "chop.active",
         "chop.command",
         "chop.fault-code",
@@ -34,6 +35,7 @@ class Shift(Scenario):
             self.turn_on,
             self.cross_feed,
             self.beyond_a_limit,
+            self.program_ends,
             self.by_words,
             self.under_inhibit,
             self.learn,
@@ -62,6 +64,19 @@ class Shift(Scenario):
         self.facts["message"] = self.message_of(lambda: self.machine.mdi("G81.1 Z270 Q-470 P24000"))
         self.facts["with_r"] = self.message_of(lambda: self.machine.mdi("G81.1 Z200 Q-400 R10 P24000"))
 
+    def program_ends(self):
+        """M2 without G80.1: the strokes end, and the move of the next program waits for R."""
+        with open("strokes.ngc", "w") as file:
+            file.write("G90 G21\nG81.1 Z200 Q-400 P24000\nG1 Y5 F600\nM2\n")
+        self.machine.start("strokes.ngc")
+        self.await_pin("chop.stroking", 1)
+        self.await_pin("chop.stroking", 0)
+        get = self.host.get
+        self.facts["after_m2"] = [get("chop.active"), get("chop.run"), get("motion.feed-inhibit"), get("motion.feed-hold")]
+        self.machine.mdi("G1 Y0 F600")
+        self.facts["after_its_move"] = [get("chop.at-end"), get("joint.1.pos-cmd")]
+        self.machine.mdi("G80.1")
+
     def by_words(self):
         """Positions of the joint, whatever the work and the tool of Z; and the shift while it strokes."""
         self.machine.mdi("G10 L2 P1 Z-3")
@@ -78,6 +93,7 @@ class Shift(Scenario):
     def under_inhibit(self):
         """No code needs a move that waits."""
         get = self.host.get
+        halcmd("unlinkp motion.feed-inhibit")
         self.host.set("motion.feed-inhibit", 1)
         self.machine.mdi("M481 I-20 J20 P0.5")
         self.machine.mdi("G81.1 Z40 Q-80 P6000")
@@ -88,6 +104,7 @@ class Shift(Scenario):
         self.machine.mdi("G80.1")
         self.facts["inhibited_end"] = [get("chop.command"), get("chop.at-end"), get("motion.feed-inhibit")]
         self.host.set("motion.feed-inhibit", 0)
+        halcmd("net chop-waits motion.feed-inhibit")
 
     def learn(self):
         """What retain keeps."""

@@ -41,6 +41,17 @@ struct ChoppingAxis : testing::Test {
     std::vector<double> commands(double seconds) {
         return bench.trace(seconds, {"chop.command"}).column("chop.command");
     }
+    // From now on: the acceleration of the command, and its place.
+    void bound_all_periods(double low, double high) {
+        for (const char* line :
+             {"loadrt ddt names=speed,growth", "net command => speed.in", "net v speed.out growth.in",
+              "addf speed servo-thread", "addf growth servo-thread"})
+            bench.command(line);
+        bench.run(0.01);
+        bench.expect("abs(a) <= 1010", {{"a", "growth.out"}});
+        bench.expect("z >= " + std::to_string(low) + " && z <= " + std::to_string(high),
+                     {{"z", "chop.command"}});
+    }
     double highest() {
         const std::vector<double> z = commands(1);
         return *std::max_element(z.begin(), z.end());

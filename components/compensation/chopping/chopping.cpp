@@ -42,7 +42,10 @@ struct Chopping final : hal::Component {
                          "Strokes are permitted; false withdraws the axis to position."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
-    hal::In<bool> feed_hold{this, "feed-hold", false, "Brake and stand within the region."};
+    hal::In<bool> feed_hold{this, "feed-hold", false, "Stand where hold-kind selects, and go on when false."};
+    hal::In<bool> emergency_hold{this, "emergency-hold", false,
+                                 "Brake at once and stand within the region, also amid a stroke, where a "
+                                 "wheel in contact marks the work."};
     hal::In<bool> go_to_end{this, "go-to-end", false,
                             "A rising edge moves the axis to position, and ends strokes."};
     hal::In<bool> shift{this, "shift", false, "Each change takes over the dead points while stroking."};
@@ -259,8 +262,7 @@ private:
         const bool moved = motion_.moves();
         motion_.oscillation().see_axis(
             now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
-        motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns,
-                      feed_hold || values.override_value == 0 || supervision_.recovers(), values.stop()},
+        motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns, hold(), values.stop()},
                      wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
                          return values.learn ? supervision_.learning().offset(upper, reversal, speed) : 0;
                      });
@@ -270,6 +272,13 @@ private:
         if (!motion_.moves() && offset_.kept_back() && offset_.stands()) rest_ = offset_.value();
         const double target = motion_.moves() ? motion_.leading().position() - position_ : rest_;
         offset_.step(target, !now.on && now.homed, dt);
+    }
+
+    Oscillation::Stop hold() const noexcept {
+        const StrokeValues& values = in_force_.values();
+        const bool at_once = emergency_hold, held = feed_hold;
+        if (at_once || supervision_.recovers()) return Oscillation::Stop::at_once;
+        return held || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
     }
 
     void rest_at(double place) noexcept { rest_ = std::abs(place) <= nothing ? 0 : place; }

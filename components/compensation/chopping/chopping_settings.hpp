@@ -43,7 +43,7 @@ struct ChoppingSettings final : hal::Group {
         speeds{StrokeValues::slowest, 1e6};
     static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, wait_times{0.001, 10},
         lead_times{0, 1}, gains{0.01, 0.95};
-    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, tapers{0, 100};
+    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, hold_kinds{0, 1}, tapers{0, 100};
     static constexpr hal::Range counts{0};
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
@@ -82,6 +82,10 @@ struct ChoppingSettings final : hal::Group {
         "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once; 3 at the "
         "lower, 4 at the upper dead point.",
         stop_kinds};
+    hal::In<std::int32_t> hold_kind{this, "hold-kind", 1,
+                                    "Hold: 0 at the next dead point, then to position; 1 at the next dead "
+                                    "point. emergency-hold holds at once.",
+                                    hold_kinds};
     hal::In<bool> refuse_slower{this, "refuse-slower", false,
                                 "Refuse a stroke that max-acceleration makes slower, and do not limit it."};
     hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
@@ -152,6 +156,7 @@ struct ChoppingSettings final : hal::Group {
         now.stroke.spark_out = setting(spark_out);
         now.stroke.upward_first = upward_first;
         now.set_stop_kind(setting(stop_kind));
+        now.hold_kind = setting(hold_kind);
         now.exact_stop = setting(exact_stop);
         now.stroke.exact_stop = setting(exact_stop_time);
         now.refuse_slower = refuse_slower;

@@ -27,8 +27,8 @@ public:
     // Of a period.
     struct Orders {
         bool runs = true, permitted = true;
-        bool returns = false;  // in this period
-        bool hold = false;
+        bool returns = false;             // in this period
+        Stop hold = Stop::none;           // at_once, dead_point or end_position
         Stop usual = Stop::end_position;  // if it does not run
     };
 
@@ -62,7 +62,7 @@ public:
         if (state_ == State::rest) return command_.rest();
         obey(now, settings);
         oscillation_.set(settings);
-        oscillation_.step(dt, now.hold && !passes_hold_ && !forbidden_, nodes, learned);
+        oscillation_.step(dt, passes_hold_ || forbidden_ ? Stop::none : now.hold, nodes, learned);
         command_.step(oscillation_.position(), its_.lead, dt);
         if (oscillation_.state() == Oscillation::State::rest && command_.settled()) state_ = State::rest;
     }
@@ -85,7 +85,7 @@ private:
 
     void obey(const Orders& now, const Settings& settings) noexcept {
         forbidden_ |= !now.permitted;
-        passes_hold_ = (passes_hold_ || now.returns) && now.hold;
+        passes_hold_ = (passes_hold_ || now.returns) && now.hold != Stop::none;
         if (failed_) return oscillation_.stop(Stop::at_once);
         if (forbidden_ || now.returns) state_ = State::returning;
         if (state_ == State::returning) return withdraw(settings);

@@ -84,18 +84,20 @@ public:
         velocity_ = acceleration_ = 0;
     }
 
-    // One period of dt s. `nodes` is the largest number of nodes to plan in it; `hold` brakes, and holds.
+    // One period of dt s. `nodes` is the largest number of nodes to plan in it. `hold` holds: at_once, at the
+    // next dead_point or at the end_position.
     template <class Learned>
-    void step(double dt, bool hold, std::size_t nodes, const Learned& learned) noexcept {
+    void step(double dt, Stop hold, std::size_t nodes, const Learned& learned) noexcept {
         arrival_.happened = false;
         if (state_ == State::rest) return;
         period_ = dt;
+        take_hold(hold);
         replan(nodes, learned);
         planner_.step(pace_);
         time_ += dt;
-        if (state_ == State::stroke) run_stroke(hold, dt);
+        if (state_ == State::stroke) run_stroke(dt);
         if (state_ == State::braking) run_braking();
-        if (state_ == State::waiting) wait(hold);
+        if (state_ == State::waiting) wait();
         show();
     }
 
@@ -132,6 +134,19 @@ private:
 
     Stop ending() const noexcept { return stop_ == Stop::none ? settings_.ending : stop_; }
 
+    // A hold at the end position, and its end, plan another way.
+    void take_hold(Stop hold) noexcept {
+        if (hold == hold_) return;
+        if (hold == Stop::end_position || hold_ == Stop::end_position) changed_ = stops_ = true;
+        hold_ = hold;
+    }
+
+    // Whether it goes to the end position for a hold, from there. An axis that has not left its start stays.
+    bool pauses_from(double position) const noexcept {
+        return hold_ == Stop::end_position && stop_ == Stop::none && leg().kind != Kind::none &&
+               !is_end(position);
+    }
+
     static bool is_chosen(Stop stop) noexcept { return stop == Stop::lower || stop == Stop::upper; }
 
     // Whether the strokes may end where the leg that runs ends, or that ran last.
@@ -143,6 +158,8 @@ private:
         return std::clamp(settings_.end_position, settings_.lowest, settings_.highest);
     }
 
+    bool is_end(double position) const noexcept { return std::abs(end() - position) <= nothing; }
+
     // Whether the dead point nearest the end is the upper one.
     bool near_is_upper() const noexcept { return std::abs(upper_ - end()) <= std::abs(lower_ - end()); }
 
@@ -150,8 +167,7 @@ private:
     bool closes_from(double position) const noexcept {
         const bool upper = near_is_upper();
         if (next_ == Kind::regular) return leg().homeward || leg().arrival.upper == upper;
-        return std::abs(end() - position) <= nothing ||
-               (upper ? position >= upper_ - nothing : position <= lower_ + nothing);
+        return is_end(position) || (upper ? position >= upper_ - nothing : position <= lower_ + nothing);
     }
 
     // Begins to plan the next leg, once for each, and again when something has changed while there is time.
@@ -192,8 +208,12 @@ private:
             leg.homeward = leg.kind != Kind::closing && !closes_from(from);
             if (!leg.homeward) leg.kind = Kind::closing;
             upward = near_is_upper();
+        } else if (leg.kind != Kind::closing && pauses_from(from)) {
+            leg.kind = Kind::closing;
+            leg.pauses = true;
         } else if (leg.kind == Kind::first) {
-            upward = from <= settings_.lower || (from < settings_.upper && restart_upward_);
+            upward =
+                from <= settings_.lower + nothing || (from < settings_.upper - nothing && restart_upward_);
             if (is_chosen(stop_)) {
                 upward = stop_ == Stop::upper;
                 if (upward ? from >= upper_ - nothing : from <= lower_ + nothing) leg.kind = Kind::none;
@@ -208,7 +228,7 @@ private:
                 if (!leg.sparks) leg.kind = ending() == Stop::end_position ? Kind::closing : Kind::none;
             }
         }
-        if (leg.kind == Kind::closing && std::abs(end() - from) <= nothing) leg.kind = Kind::none;
+        if (leg.kind == Kind::closing && is_end(from)) leg.kind = Kind::none;
         if (leg.kind == Kind::none && runs && this->leg().ends_outside() && !can_stop_at_bound())
             leg.kind = Kind::regular;
         if (leg.kind == Kind::none) return;
@@ -240,17 +260,18 @@ private:
         if (leg().kind != Kind::closing) (upward ? upper_ : lower_) = leg().arrival.bound;
         if (leg().kind == Kind::first && !leg().homeward)
             (upward ? lower_ : upper_) = upward ? settings_.lower : settings_.upper;
-        begin_plan(leg().kind == Kind::closing ? Kind::closing : Kind::regular);
+        begin_plan(leg().kind != Kind::closing ? Kind::regular : leg().pauses ? Kind::first : Kind::closing);
     }
 
-    void run_stroke(bool hold, double dt) noexcept {
+    void run_stroke(double dt) noexcept {
         if (time_ < plan().duration()) {
             const StrokePlan::Moment now = plan().at(time_);
             move_to(now);
-            if (hold || stop_ == Stop::at_once)
-                brake(now, leg().acceleration, hold && stop_ != Stop::at_once);
-            else if (next().kind == Kind::none && !due_ && leg().ends_outside())
-                brake_to_bound(now, dt);
+            const bool ends = next().kind == Kind::none && !due_;
+            if (hold_ == Stop::at_once || stop_ == Stop::at_once)
+                brake(now, leg().acceleration, stop_ != Stop::at_once);
+            else if ((ends || hold_ == Stop::dead_point) && leg().ends_outside())
+                brake_to_bound(now, dt, !ends);
             return;
         }
         time_ -= plan().duration();
@@ -287,10 +308,10 @@ private:
     }
 
     // At the last moment at which it can stop at the dead point, where the stroke itself ends beyond.
-    void brake_to_bound(const StrokePlan::Moment& now, double dt) noexcept {
+    void brake_to_bound(const StrokePlan::Moment& now, double dt, bool holds) noexcept {
         const double deceleration = needed(now);
         if (deceleration > leg().acceleration || needed(plan().at(time_ + dt)) <= leg().acceleration) return;
-        begin_braking({now, deceleration}, false);
+        begin_braking({now, deceleration}, holds);
         strokes_ += leg().kind == Kind::regular;
     }
 
@@ -312,10 +333,10 @@ private:
         state_ = State::waiting;
         wait_ = 0;
         time_ = 0;
-        begin_plan(leg().kind == Kind::closing ? Kind::closing : Kind::first);
+        begin_plan(leg().kind == Kind::closing && !leg().pauses ? Kind::closing : Kind::first);
     }
 
-    void wait(bool hold) noexcept {
+    void wait() noexcept {
         velocity_ = acceleration_ = 0;
         const bool inside = position_ >= lower_ - nothing && position_ <= upper_ + nothing;
         due_ |= stop_ == Stop::withdraw && !withdraws();
@@ -324,16 +345,25 @@ private:
             return;
         }
         settle();
-        held_ = hold && (inside || next_ != Kind::regular);
+        held_ = holds(inside);
         if (held_) {
             time_ = std::min(time_, wait_);
             return;
         }
-        late_ = !settles_ && time_ >= wait_ && next_ == Kind::regular && (due_ || planner_.busy());
+        late_ = !settles_ && time_ >= wait_ && next_ == Kind::regular && !pauses_from(position_) &&
+                (due_ || planner_.busy());
         if (due_ || planner_.busy()) wait_ = std::max(wait_, time_);
         if (settles_ || due_ || planner_.busy() || time_ < wait_) return;
         take_up(time_ - wait_);
         move_to(plan().at(time_));
+    }
+
+    // Whether the axis stands for a hold where it waits.
+    bool holds(bool inside) const noexcept {
+        if (hold_ == Stop::none) return false;
+        if (hold_ == Stop::end_position)
+            return is_end(position_) || (stop_ == Stop::none && leg().kind == Kind::none);
+        return inside || next_ != Kind::regular;
     }
 
     // The dwell begins when the axis is there, or when the time of the exact stop has passed.
@@ -348,7 +378,7 @@ private:
     // outside, and from which the end is inward, the axis must not wait for another: a cycle more, then.
     bool withdraws() const noexcept {
         if (next().kind == Kind::closing) return true;
-        if (next().kind == Kind::none) return std::abs(end() - position_) <= nothing;
+        if (next().kind == Kind::none) return is_end(position_);
         const bool outward = upward() ? end() >= position_ : end() <= position_;
         return !closes_from(position_) || (leg().ends_outside() && !outward);
     }
@@ -370,7 +400,7 @@ private:
 
     Settings settings_;
     State state_ = State::rest;
-    Stop stop_ = Stop::none;
+    Stop stop_ = Stop::none, hold_ = Stop::none;
     StrokePlan plans_[2];     // of the leg that runs, and of the next one
     OscillationLeg legs_[2];  // in the same order
     int running_ = 0;

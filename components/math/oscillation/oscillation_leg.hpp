@@ -35,6 +35,7 @@ struct OscillationLeg {
     double exact_stop = 0;         // s, the longest wait for the axis before the dwell
     bool sparks = false;           // without infeed
     bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
+    bool pauses = false;           // to the end for a hold: strokes go on after it
     bool clipped = false;          // by the soft limits
     double acceleration = 0;       // mu/s2, the largest by which it was planned
     OscillationSettings settings;  // when it was planned

@@ -26,13 +26,15 @@ def _motion(machine, instance, values):
 
     away = with_unit(round(float(get("offset", 0.0)), 4), "mu")
     if get("held"):
-        if get("feed-hold"):
+        if get("feed-hold") or get("emergency-hold"):
             return Status("warn", _("Held: the axis stands {distance} from point R. It goes on after the hold.").format(distance=away))
         return Status("warn", _("Held by the speed 0: the axis stands {distance} from point R.").format(distance=away))
     if get("withdrawing"):
         return Status("warn", _("The axis is on its way to point R."))
     if get("feed-wait"):
         return Status("warn", _("Moves wait until the axis is at point R. Jogs do not wait: jog another axis, not this one."))
+    if get("stroking") and (get("feed-hold") or get("override", 1) == 0):
+        return Status("warn", _("A hold is ordered: the axis goes on to a dead point or to point R, and stands there."))
     if get("active"):
         keeper = withheld(machine, instance, values)
         strokes = _("Strokes. {count} strokes so far.").format(count=get("stroke-count"))

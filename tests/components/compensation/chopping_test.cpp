@@ -35,18 +35,18 @@ void stroke_beyond(Bench& bench, long period_ns) {
 }
 
 // All inputs but those that stop an axis dead, without its drive, and the acceleration itself.
-const Live live{
-    {{"chopping", "chop"}},
-    bring_to_life,
-    3.6,
-    1,
-    {{},
-     {"run",          "stop",          "enable",     "feed-hold",      "go-to-end",      "shift",
-      "upper",        "lower",         "position",   "feed",           "override",       "max-offset",
-      "max-rate",     "lead",          "jerk-time",  "stop-kind",      "joint-feedback", "learn",
-      "program-word", "program-value", "exact-stop", "exact-stop-time"},
-     {}},
-    stroke_beyond};
+const Live live{{{"chopping", "chop"}},
+                bring_to_life,
+                3.6,
+                1,
+                {{},
+                 {"run",          "stop",           "enable",     "feed-hold",      "go-to-end",
+                  "shift",        "emergency-hold", "hold-kind",  "upper",          "lower",
+                  "position",     "feed",           "override",   "max-offset",     "max-rate",
+                  "lead",         "jerk-time",      "stop-kind",  "joint-feedback", "learn",
+                  "program-word", "program-value",  "exact-stop", "exact-stop-time"},
+                 {}},
+                stroke_beyond};
 
 using Chopping = ChoppingAxis;
 
@@ -529,24 +529,78 @@ TEST_F(Chopping, TheStrokeStaysWhenTheJointMovesAndEndsAtTheNewPlace) {
     bench.run(1);
 }
 
-TEST_F(Chopping, HoldsWithinTheRegionAndGoesOn) {
+// At a dead point, or at R by way of one; only an emergency hold stands amid a stroke.
+TEST_F(Chopping, HoldsWhereItsKindSaysAtAnyPhaseAndGoesOn) {
+    Random random(21);
+    bound_all_periods(-20, 0);
     start();
     bench.run(1);
-    for (const char* pin : {"feed-hold", "override"}) {
-        const bool hold = std::string(pin) == "feed-hold";
-        set(pin, hold ? 1 : 0);
-        bench.run(0.5);
-        EXPECT_EQ(get("held"), 1) << pin;
-        const double place = get("command");
-        EXPECT_GE(place, -20);
-        EXPECT_LE(place, -8);
-        bench.run(0.5);
-        EXPECT_EQ(get("command"), place);
-        set(pin, hold ? 0 : 1);
-        bench.run(2);
-        EXPECT_EQ(get("held"), 0) << pin;
-    }
+    for (const std::string pin : {"feed-hold", "override", "emergency-hold"})
+        for (const int kind : {0, 1})
+            for (int i = 0; i < 12; ++i) {
+                SCOPED_TRACE(pin + " " + std::to_string(kind) + " " + std::to_string(i));
+                const bool emergency = pin == "emergency-hold", by_override = pin == "override";
+                set("hold-kind", kind);
+                bench.run(random.uniform(0.6, 1.3));
+                set(pin, by_override ? 0 : 1);
+                bench.run(emergency ? 0.1 : kind == 0 ? 1.4 : 0.33);  // a stroke is 0.314 s
+                EXPECT_EQ(get("held"), 1);
+                const double place = get("command");
+                if (emergency) {
+                    EXPECT_GE(place, -20);
+                    EXPECT_LE(place, -8);
+                } else if (kind == 0) {
+                    EXPECT_EQ(place, 0);
+                } else {
+                    EXPECT_LT(std::min(std::abs(place + 8), std::abs(place + 20)), nm);
+                }
+                bench.run(random.uniform(0, 0.3));
+                EXPECT_EQ(get("command"), place);
+                set(pin, by_override ? 1 : 0);
+                bench.run(1.6);
+                EXPECT_EQ(get("held"), 0);
+                EXPECT_EQ(get("stroking"), 1);
+            }
+    bench.run(1);
     EXPECT_NEAR(get("actual-cycle-time"), 0.628, 0.002);
+}
+
+// Also the kind, while it stands or is on its way there; released at any time.
+TEST_F(Chopping, NoHoldBreaksALimitWhateverChangesMeanwhile) {
+    Random random(22);
+    bound_all_periods(-20.5, 0.5);
+    set("jerk-time", 0.01);
+    set("learn", 1);
+    start();
+    bench.run(30);
+    for (int i = 0; i < rounds(300, 60); ++i) {
+        SCOPED_TRACE(i);
+        const double parts[] = {0, 0.5, 1};
+        switch (random.index(6)) {
+            case 0:
+            case 1: set("feed-hold", random.index(2)); break;
+            case 2: set("emergency-hold", random.index(4) == 0); break;
+            case 3: set("hold-kind", random.index(2)); break;
+            case 4: set("override", parts[random.index(3)]); break;
+            case 5: set("run", random.index(3) > 0); break;
+        }
+        bench.run(random.uniform(0.01, 0.7));
+        if (HasFailure()) return;
+    }
+    EXPECT_EQ(get("fault-code"), 0);
+    set("run", 0);
+    for (const char* pin : {"feed-hold", "emergency-hold"}) set(pin, 0);
+    set("override", 1);
+    bench.run(4);
+    EXPECT_EQ(get("at-end"), 1);
+}
+
+TEST_F(Chopping, AHoldKindThatIsNoneIsRefused) {
+    set("hold-kind", 2);
+    start();
+    bench.run(0.5);
+    EXPECT_EQ(get("fault-code"), 3);
+    EXPECT_EQ(get("active"), 0);
 }
 
 TEST_F(Chopping, GivesInfeedPulsesButNotInSparkOut) {

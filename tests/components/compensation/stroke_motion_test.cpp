@@ -81,7 +81,7 @@ TEST_F(Motion, ALostPermissionReturnsItWhateverComesLater) {
     run(dt);
     EXPECT_EQ(it.state(), State::returning);
     now.permitted = true;
-    now.hold = true;
+    now.hold = Stop::at_once;
     now.runs = false;
     run(4);
     EXPECT_EQ(it.state(), State::rest);
@@ -91,19 +91,19 @@ TEST_F(Motion, ALostPermissionReturnsItWhateverComesLater) {
 TEST_F(Motion, AnOrderToReturnPassesTheHoldThatIsThereAndALaterOneStopsIt) {
     start();
     run(2);
-    now.hold = true;
+    now.hold = Stop::at_once;
     run(1);
     EXPECT_TRUE(it.oscillation().held());
     now.returns = true;
     run(0.1);
     EXPECT_EQ(it.state(), State::returning);
     EXPECT_FALSE(it.oscillation().held());
-    now.hold = false;
+    now.hold = Stop::none;
     run(dt);
-    now.hold = true;
+    now.hold = Stop::at_once;
     run(3);
     EXPECT_TRUE(it.oscillation().held());
-    now.hold = false;
+    now.hold = Stop::none;
     run(3);
     EXPECT_EQ(it.state(), State::rest);
     EXPECT_EQ(place(), 50);
@@ -114,7 +114,7 @@ TEST_F(Motion, AHoldThatComesRightAfterAnOrderWithoutOneStopsIt) {
     run(2);
     now.returns = true;
     run(dt);
-    now.hold = true;
+    now.hold = Stop::at_once;
     run(3);
     EXPECT_TRUE(it.oscillation().held());
 }

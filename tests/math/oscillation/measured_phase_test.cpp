@@ -71,7 +71,7 @@ TEST(MeasuredPhase, NoiseOfTheScaleDoesNotTurnIt) {
 TEST(MeasuredPhase, AnAxisThatSwingsAtAHoldKeepsItsDirection) {
     Follower axis(usual());
     for (int i = 0; i < 3000 || std::abs(axis.watched.it.phase() - 0.4 * pi) > 0.02; ++i) axis.step();
-    axis.watched.hold = true;
+    axis.watched.hold = Stop::at_once;
     for (int i = 0; i < 400; ++i) axis.step();
     ASSERT_TRUE(axis.watched.it.held());
     const double stands = axis.watched.it.position(), command = axis.watched.it.phase();

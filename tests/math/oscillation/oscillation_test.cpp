@@ -57,7 +57,7 @@ TEST(Oscillation, CycleTimeIsThatOfThePlanAndNeverDrifts) {
     const double z = watched.it.position();
     const double periods = std::floor(rounds(3600, 300) / cycle) * cycle / dt;
     const auto whole = static_cast<int>(periods);
-    for (int i = 0; i < whole; ++i) watched.it.step(dt, false, nodes, [](auto...) { return 0.0; });
+    for (int i = 0; i < whole; ++i) watched.it.step(dt, Stop::none, nodes, [](auto...) { return 0.0; });
     const double before = watched.it.position(), part = periods - whole;
     watched.step();
     // Where it is fast, at 100 mm/s: 1 nm is 10 ns.
@@ -137,11 +137,11 @@ TEST(Oscillation, AStopAtTheUpperOrTheLowerDeadPointRestsThere) {
                 settings.spark_out = sparks;
                 Watched watched(settings);
                 watched.run(when);
-                watched.hold = when > 1.5;
-                if (watched.hold) watched.run(0.3);
+                watched.hold = when > 1.5 ? Stop::at_once : Stop::none;
+                if (when > 1.5) watched.run(0.3);
                 const int before = watched.it.strokes();
                 watched.stop(stop);
-                watched.hold = false;
+                watched.hold = Stop::none;
                 watched.until([&] { return watched.it.state() == State::rest; });
                 if (watched.it.position() == 50)  // it had not left R, which is beyond
                     EXPECT_EQ(when, 0);
@@ -210,7 +210,7 @@ TEST(Oscillation, NoStopOrHoldEndsBeyondADeadPointThatIsCommandedOutside) {
             watched.offset[0] = watched.offset[1] = 0.2;
             watched.run(when);
             if (kind == Stop::none)
-                watched.hold = true;
+                watched.hold = Stop::at_once;
             else
                 watched.stop(kind);
             watched.until([&] { return watched.it.state() == State::rest || watched.it.held(); });
@@ -228,13 +228,13 @@ TEST(Oscillation, AHeldStrokeGoesOnInItsDirection) {
     for (double when = 1; when < 2; when += 0.0377) {
         Watched watched(usual());
         watched.run(when);
-        watched.hold = true;
+        watched.hold = Stop::at_once;
         watched.until([&] { return watched.it.held(); });
         const double place = watched.it.position();
         const bool upward = watched.it.upward();
         watched.run(0.5);
         EXPECT_EQ(watched.it.position(), place);
-        watched.hold = false;
+        watched.hold = Stop::none;
         const std::size_t before = watched.arrivals.size();
         watched.until([&] { return watched.arrivals.size() > before; });
         if (place > 10.001 && place < 39.999) {
@@ -403,6 +403,78 @@ TEST(Oscillation, AnOverrideComesWithAStrokeAndKeepsTheRegion) {
     EXPECT_FALSE(watched.late);
 }
 
+// With ends inside, at and outside of the dead points.
+TEST(Oscillation, AHoldAtADeadPointStandsThereWithinOneStrokeAndGoesOn) {
+    Random random(11);
+    for (const double offset : {-0.1, 0.0, 0.2})
+        for (double when = 0.5; when < 3; when += 0.0131) {
+            SCOPED_TRACE(when);
+            Watched watched(usual());
+            watched.offset[0] = watched.offset[1] = offset;
+            watched.run(when);
+            watched.hold = Stop::dead_point;
+            watched.run(3 * pi * 30 / (2 * 100) + 0.05);  // the last moment of a stroke, and the next one
+            ASSERT_TRUE(watched.it.held());
+            const double place = watched.it.position();
+            const double inside = std::min(place - 10, 40 - place);
+            ASSERT_NEAR(inside, std::max(-offset, 0.0), 1e-9);
+            watched.run(random.uniform(0, 0.3));
+            ASSERT_EQ(watched.it.position(), place);
+            watched.hold = Stop::none;
+            const std::size_t before = watched.arrivals.size();
+            watched.until([&] { return watched.arrivals.size() > before + 1; });
+            ASSERT_EQ(watched.arrivals[before].upper, place < 25);
+            ASSERT_LE(watched.hardest, 1000 * 1.01);
+        }
+}
+
+TEST(Oscillation, AHoldAtTheEndStandsThereAndTheStrokesGoOnAfterIt) {
+    for (const double end : {50.0, 5.0, 40.0, 30.0})
+        for (double when = 0.003; when < 3; when += 0.0131) {
+            SCOPED_TRACE(when);
+            Oscillation::Settings settings = usual();
+            settings.end_position = end;
+            Watched watched(settings, end);
+            watched.run(when);
+            watched.hold = Stop::end_position;
+            watched.until([&] { return watched.it.held(); });
+            ASSERT_EQ(watched.it.position(), end);
+            watched.run(0.2);
+            ASSERT_EQ(watched.it.position(), end);
+            watched.hold = Stop::none;
+            const std::size_t before = watched.arrivals.size();
+            watched.until([&] { return watched.arrivals.size() > before + 3; });
+            ASSERT_LE(watched.hardest, 1000 * 1.01);
+            ASSERT_LE(watched.samples.size() * dt, 5 + when);
+        }
+}
+
+// Each phase of the way, each time that it lasts, and one that changes its kind.
+TEST(Oscillation, AHoldThatEndsAnywhereLeavesNothingBehind) {
+    Random random(12);
+    const Stop kinds[] = {Stop::dead_point, Stop::end_position, Stop::at_once};
+    for (int run = 0; run < rounds(600, 100); ++run) {
+        SCOPED_TRACE(run);
+        Watched watched(usual());
+        watched.offset[0] = watched.offset[1] = random.uniform(-0.2, 0.2);
+        for (int i = 0; i < 4; ++i) {
+            watched.run(random.uniform(0, 2));
+            for (int changes = random.index(3); changes >= 0; --changes) {
+                watched.hold = kinds[random.index(3)];
+                watched.run(random.uniform(0, 1));
+            }
+            watched.hold = Stop::none;
+        }
+        const std::size_t before = watched.arrivals.size();
+        watched.run(4);
+        ASSERT_GE(watched.arrivals.size(), before + 4);
+        const auto [low, high] = std::minmax_element(watched.samples.begin(), watched.samples.end());
+        ASSERT_GE(*low, 10 - 0.2 - 1e-9);
+        ASSERT_LE(*high, 50 + 1e-9);
+        ASSERT_LE(watched.hardest, 1000 * 1.01);
+    }
+}
+
 // As from an analogue input.
 TEST(Oscillation, ASpeedThatChangesInEachPeriodDelaysNoStroke) {
     Watched watched(usual(), 10);
@@ -432,8 +504,12 @@ TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
         widen();
         for (int i = 0; i < 40; ++i) {
             switch (random.index(8)) {
-                case 0: watched.hold = true; break;
-                case 1: watched.hold = false; break;
+                case 0: {
+                    const Stop kinds[] = {Stop::at_once, Stop::dead_point, Stop::end_position};
+                    watched.hold = kinds[random.index(3)];
+                    break;
+                }
+                case 1: watched.hold = Stop::none; break;
                 case 2: watched.settings.speed = random.uniform(10, 300); break;
                 case 3:
                     watched.settings.lower = random.uniform(-20, 30);

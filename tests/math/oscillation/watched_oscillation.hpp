@@ -66,7 +66,8 @@ struct Watched {
     Oscillation::Settings settings;
     Oscillation it;
     std::function<bool()> there = [] { return true; };  // of the axis, at an exact stop
-    bool hold = false, late = false;
+    Stop hold = Stop::none;
+    bool late = false;
     double offset[2] = {0, 0};
     std::vector<double> samples;
     std::vector<Oscillation::Arrival> arrivals;

@@ -277,11 +277,11 @@ TEST(Withdrawal, AHoldStandsAndThenItGoesOn) {
         Watched watched(settings, random.uniform(10, 40));
         watched.run(random.uniform(0, 3));
         const bool before = run % 2 == 0;
-        watched.hold = before;
+        watched.hold = before ? Stop::at_once : Stop::none;
         if (before) watched.run(random.uniform(0, 0.6));
         Withdrawal withdrawal(watched);
         if (!before) watched.run(random.uniform(0, 0.6));
-        watched.hold = true;
+        watched.hold = Stop::at_once;
         watched.run(1.5);
         if (watched.it.state() != State::rest) {
             held += watched.it.held();
@@ -289,7 +289,7 @@ TEST(Withdrawal, AHoldStandsAndThenItGoesOn) {
             watched.run(0.2);
             EXPECT_EQ(watched.it.position(), place);
         }
-        watched.hold = false;
+        watched.hold = Stop::none;
         withdrawal.finish();
         EXPECT_NEAR(watched.it.position(), settings.end_position, nothing);
         EXPECT_LE(watched.hardest, acceleration * 1.01);
@@ -377,17 +377,17 @@ TEST(Withdrawal, AnEndThatJumpsMakesNoFurtherStrokes) {
 
 TEST(Withdrawal, AHoldOnTheWayKeepsTheDeadPointInForce) {
     Watched watched(usual(), 25);
-    watched.hold = true;
+    watched.hold = Stop::at_once;
     watched.run(0.2);
     watched.settings.lower = 45;
     watched.settings.upper = 60;
     Withdrawal withdrawal(watched);
-    watched.hold = false;
+    watched.hold = Stop::none;
     watched.until([&] { return watched.it.position() > 30; });
-    watched.hold = true;
+    watched.hold = Stop::at_once;
     watched.run(0.5);
     EXPECT_LT(watched.it.position(), 40);
-    watched.hold = false;
+    watched.hold = Stop::none;
     withdrawal.finish();
     ASSERT_EQ(withdrawal.arrived().size(), 1u);
     EXPECT_EQ(withdrawal.arrived()[0].bound, 40);
