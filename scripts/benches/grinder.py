@@ -195,7 +195,8 @@ DRIFT_LINES = """
 loadrt threads name1=servo-thread period1=1000000
 loadrt chopping names=chop
 setp chop.upper            30
-setp chop.feed             80
+setp chop.speed-kind        3
+setp chop.cycle-time        1.1781234
 setp chop.max-acceleration 500
 setp chop.min-limit       -50
 setp chop.max-limit        50
@@ -208,7 +209,7 @@ start
 
 
 def drift(hours, progress):
-    """Strokes in so many hours, and by how many seconds they are late then."""
+    """Strokes in so many hours, and by how many seconds they are late then, by the set cycle time and the periods of the thread."""
     import plumb
 
     with plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
@@ -218,7 +219,7 @@ def drift(hours, progress):
         begin = upward_crossing(host, os.path.join(folder, "begin.csv"))
         host.run(3600 * hours, progress)
         end = upward_crossing(host, os.path.join(folder, "end.csv"))
-        cycle = host.get("chop.planned-cycle-time")
+        cycle = host.get("chop.cycle-time")
         return host.get("chop.stroke-count"), end - begin - round((end - begin) / cycle) * cycle
 
 
@@ -233,7 +234,8 @@ def upward_crossing(host, path):
 
 
 def drift_line(hours, strokes, seconds):
-    return f"After {hours:g} h, {strokes:.0f} strokes: {1e6 * abs(seconds):.2f} us from their time, {UM * FEED * abs(seconds):.4f} um."
+    cycles = strokes / 2
+    return f"After {hours:g} h, {cycles:.0f} cycles of a set time: {1e6 * abs(seconds):.2f} us from it, {1e9 * abs(seconds) / cycles:.1f} ns a cycle."
 
 
 # --- print, write ---
