@@ -146,16 +146,20 @@ def table(results):
     lines = ["Axes by the force of their drive against the acceleration of the stroke; beyond in um, on the way to learned or told"]
     lines.append(f"{'':42}{'axes':>6}{'learned':>9}{'told':>6}{'silent':>8}{'beyond, able':>14}{'others':>8}{'cycles p50':>12}{'p95':>6}{'failed later':>14}{'late':>6}")
     for (plant, weak), outcomes in results.items():
-        able = [its.beyond for its in outcomes if its.can]
-        others = [its.beyond for its in outcomes if not its.can]
+        able = sorted(its.beyond for its in outcomes if its.can)
+        others = sorted(its.beyond for its in outcomes if not its.can)
         cycles = sorted(its.cycles for its in outcomes if its.cycles is not None)
         failed = [its for its in outcomes if its.strokes_until_told is not None]
         cells = [
             f"{PLANTS[plant]}, {WEAK[weak]:24}"[:42].ljust(42),
             f"{len(outcomes):6}{sum(its.learned for its in outcomes):9}{sum(its.fault != 0 for its in outcomes):6}{sum(its.silent for its in outcomes):8}",
-            f"{max(able, default=float('nan')):14.1f}{max(others, default=float('nan')):8.1f}",
-            f"{cycles[len(cycles) // 2] if cycles else float('nan'):12.1f}{cycles[int(0.95 * len(cycles))] if cycles else float('nan'):6.1f}",
+            f"{shown(able, -1):>14}{shown(others, -1):>8}{shown(cycles, len(cycles) // 2):>12}{shown(cycles, int(0.95 * len(cycles))):>6}",
             f"{len(failed):14}{sum(its.late for its in failed):6}",
         ]
         lines.append("".join(cells))
     return lines
+
+
+def shown(values, place):
+    """One of the sorted values as text, "-" if there is none."""
+    return "%.1f" % values[place] if values else "-"
