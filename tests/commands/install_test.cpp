@@ -61,7 +61,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/share/man/man1/plumb-bench.1",
                                     "/usr/share/man/man1/plumb-doctor.1",
                                     "/usr/share/man/man7/plumb-glossary.7",
-                                    "/usr/share/plumb/retain.json",
+                                    "/usr/share/plumb/plumb-retain.json",
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
                                     "/usr/lib/python3/dist-packages/plumb.py",
