@@ -36,7 +36,7 @@ Ended run(const std::string& command) {
 std::set<std::string> files_below(const fs::path& folder) {
     std::set<std::string> files;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
-        if (!entry.is_directory()) files.insert("/" + fs::relative(entry.path(), folder).string());
+        if (!entry.is_directory()) files.insert("/" + entry.path().lexically_relative(folder).string());
     return files;
 }
 
