@@ -13,6 +13,8 @@ from panel.widgets import Figures, Keypad, button, card, choose, column, flow, g
 
 
 class CentreHeightPage(FunctionPage):
+    function = "centre_height"
+    place = 3
     heading = "Centre height"  # for gettext: _("Centre height")
     state = centre_height_state
     _jogging = False  # a step is under way

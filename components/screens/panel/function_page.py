@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The page of a function: verdict, figures, buttons, and the way to all its pins."""
 
+from panel import plain_state
 from panel.inputs import LiveInputs
 from panel.pages import Page
 from panel.status import not_a_number
@@ -9,6 +10,8 @@ from panel.widgets import Verdict, button, column, flow, label, scrolled
 
 
 class FunctionPage(Page):
+    function = ""  # the module that the page is about
+    place = 100  # in the navigation
     heading = ""  # of the function, for the page and the navigation
     live = ()  # the inputs that are shown as they are now
     state = None  # the module whose status(machine, instance, values) is the verdict
@@ -61,3 +64,13 @@ class FunctionPage(Page):
     def of(self):
         """The component that the page is about."""
         return self.instance.name
+
+
+class PlainPage(FunctionPage):
+    """The page of a function that has no page of its own."""
+
+    state = plain_state
+
+    def __init__(self, panel, instance):
+        self.heading = instance.module
+        super().__init__(panel, instance)

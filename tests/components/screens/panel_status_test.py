@@ -11,7 +11,7 @@ from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
 from panel import centre_height_state, chains, chopping_state, effects, growth_state, growth_test_state, hal_files  # noqa: E402
-from panel import machine, squareness_program, squareness_state, status, waiting  # noqa: E402
+from panel import machine, plain_state, squareness_program, squareness_state, status, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 from panel.settings import Write  # noqa: E402
@@ -331,6 +331,36 @@ class Programs(unittest.TestCase):
         pins = [Pin("load." + part, "load", kind, True, value, "") for part, kind, value in (
             ("value", "float", 1.0), ("age", "float", 0.1), ("valid", "bit", True))]
         self.assertEqual([channel.name for channel in machine.Machine(pins, DECLARED).channels], ["load"])
+
+
+    def test_a_program_with_another_name_is_known_by_its_pins(self):
+        link = [("line." + part, "s32") for part in ("connected", "heartbeat", "round-trip", "error-count", "fault", "fault-code")]
+        channel = [("line.load." + part, "float") for part in ("value", "age", "valid", "error-count", "fault", "fault-code")]
+        for more, program in (((), "modbus_sensor"), ((("line.frame-count", "s32"),), "can_sensor")):
+            pins = [Pin(name, "line", kind, True, 0.0, "") for name, kind in (*link, *channel, *more)]
+            self.assertEqual([channel.module for channel in machine.Machine(pins, DECLARED).channels], [program])
+
+
+class Plain(unittest.TestCase):
+    """A function without a page of its own, such as axis_growth, has a verdict from what all functions have."""
+
+    def status(self, **given):
+        declared = DECLARED["axis_growth"]
+        pins = [Pin("warm." + short, "axis_growth", pin["type"], pin["output"], 0, "") for short, pin in declared.pins.items()]
+        values = {**{pin.name: 0.0 for pin in pins}, "warm.enable": True, **{"warm." + short.replace("_", "-"): value for short, value in given.items()}}
+        its = machine.Machine(pins, DECLARED)
+        self.assertEqual([each.name for each in its.functions()], ["warm"])
+        return plain_state.status(its, its.functions()[0], values)
+
+    def test_it_shows_offset_doubt_fault_and_switch(self):
+        self.assertEqual(self.status(z_offset=-0.012)[0], "good")
+        self.assertIn("Z \u221212", self.status(z_offset=-0.012)[1].replace("-12", "\u221212"))
+        codes = DECLARED["axis_growth"].codes
+        doubt, fault = next(iter(codes["doubt-code"])), next(iter(codes["fault-code"]))
+        self.assertEqual(self.status(doubt=True, doubt_code=doubt), ("warn", codes["doubt-code"][doubt]))
+        self.assertEqual(self.status(fault=True, fault_code=fault), ("bad", codes["fault-code"][fault]))
+        self.assertEqual(self.status(enable=False)[0], "off")
+        self.assertEqual(self.status(x_offset=float("nan"))[0], "bad")
 
 
 class Chains(unittest.TestCase):
