@@ -94,7 +94,6 @@ class Squareness(Machinery):
                 (("sets homed 1", "setp interlock.function-switch-0 0"), "off", "Switched off."),
                 (("setp interlock.function-switch-0 1", "setp interlock.function-suspend-0 1"), "wait", "Suspended by the part program."),
                 (("setp interlock.function-suspend-0 0",), "good", "Corrects the tilts that were measured."),
-                (("setp x-stage.max-offset 0.001",), "warn", "A bound of a stage keeps the whole offset from its axis."),
                 (("setp x-stage.max-rate 0",), "bad", "The stage of an axis has a fault, and does not follow."),
                 (("setp square.max-rate 0",), "bad", "A fault is active. " + DECLARED["squareness"].sentence("fault-code", 4))):
             with self.subTest(lines):
@@ -104,6 +103,11 @@ class Squareness(Machinery):
     def test_on_the_way_it_does_not_correct_yet(self):
         self.do("setp interlock.function-switch-0 1", "sets on 1", "sets homed 1", time=0.1)
         self.assert_status("square", "wait", "The axes move to their correction.")
+        self.do("setp interlock.function-switch-0 0", time=3)
+        self.do("setp x-stage.max-offset 0.001", "setp interlock.function-switch-0 1", time=3)
+        self.assert_status("square", "warn", "A bound of a stage keeps the whole offset from its axis.")
+        self.do("setp interlock.function-stages-0 6")  # of another function
+        self.assert_status("square", "good", "Corrects the tilts that were measured.")
 
     def test_without_an_angle_there_is_nothing_to_correct(self):
         self.ready()
