@@ -16,7 +16,6 @@ class CentreHeightPage(FunctionPage):
     function = "centre_height"
     place = 3
     heading = "Centre height"  # for gettext: _("Centre height")
-    state = centre_height_state
     _jogging = False  # a step is under way
     live = ("x-position-0", "y-position-0", "diameter")
 

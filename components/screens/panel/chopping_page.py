@@ -5,7 +5,7 @@ import math
 
 from gi.repository import Gtk
 
-from panel import chopping_state, style as styles
+from panel import style as styles
 from panel.function_page import FunctionPage
 from panel.texts import _, in_micrometres, number, with_unit
 from panel.widgets import Figures, button, card, label, named, set_text
@@ -15,7 +15,6 @@ class ChoppingPage(FunctionPage):
     function = "chopping"
     place = 4
     heading = "Chopping"  # for gettext: _("Chopping")
-    state = chopping_state
     live = ("position", "joint-feedback", "applied-offset")
 
     def content(self):

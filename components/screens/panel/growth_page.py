@@ -22,7 +22,6 @@ class GrowthPage(FunctionPage):
     function = "thermal_displacement"
     place = 1
     heading = "Growth of Z"  # for gettext: _("Growth of Z")
-    state = growth_state
     live = ("load", "z-position", "spindle-speed-cmd", "temperature")
 
     def content(self):

@@ -37,7 +37,6 @@ class GrowthTestPage(FunctionPage):
     function = "thermal_growth_test"
     place = 5
     heading = "Growth test"  # for gettext: _("Growth test")
-    state = growth_test_state
     live = ("x-position", "y-position", "z-position", "table-position", "probe")
 
     def content(self):
