@@ -107,8 +107,9 @@ class Window(unittest.TestCase):
         finger.until(lambda: not finger.find("Squareness"), "the page of squareness to go")
         self.host.command("net growth-nan growth.load")
         self.host.set("growth-nan", float("nan"))
+        self.host.command("start")
         finger.press("All components")
-        finger.await_text("growth.load is not a number.")
+        finger.await_text("A fault is active. The load is invalid.")
 
     def test_looks_at_the_pins_keep_no_memory(self):
         program = os.path.join(ROOT, "tests", "programs", "panel_memory.py")
