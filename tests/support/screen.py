@@ -10,6 +10,15 @@ import time
 
 PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
 
+SHOT = """
+import sys
+import gi
+gi.require_version("Gdk", "3.0")
+from gi.repository import Gdk
+root = Gdk.get_default_root_window()
+Gdk.pixbuf_get_from_window(root, 0, 0, root.get_width(), root.get_height()).savev(sys.argv[1], "png", [], [])
+"""
+
 
 class Screen:
     """An Xvfb while a test lasts; display is its name."""
@@ -95,6 +104,11 @@ class Finger:
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
         self.press_at(x, y)
 
+    def press_twice(self, name):
+        """As a finger that trembles does."""
+        self.press(name)
+        self._do("click", "1")
+
     def open(self, page, mark):
         """Presses the button of a page until a widget of the page is there: a window that was just covered may lose a press."""
 
@@ -148,4 +162,5 @@ class Finger:
             self.press({"-": "Sign"}.get(key, key))
 
     def shot(self, path):
-        subprocess.run(["import", "-window", "root", path], env=self._environment, check=True, timeout=PATIENCE)
+        """A picture of the whole screen, by GTK, which the panel needs anyway."""
+        subprocess.run(["/usr/bin/python3", "-c", SHOT, path], env={**self._environment, "GDK_BACKEND": "x11"}, check=True, timeout=PATIENCE)

@@ -6,8 +6,7 @@ import math
 from gi.repository import Gtk
 
 from panel import access, centre_height_state, style as styles, texts
-from panel.function_page import FunctionPage
-from panel.pages import Page
+from panel.function_page import EntryPage, FunctionPage
 from panel.texts import _, in_micrometres, number, unit_name, with_unit
 from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, named, row, scrolled, set_text
 
@@ -174,15 +173,6 @@ class CentreHeightPage(FunctionPage):
 
 def with_sign(value):
     return ("+" if value >= 0 else "") + with_unit(float(value), "mu")
-
-
-class EntryPage(Page):
-    """A page that leads back to that of the function."""
-
-    page = None
-
-    def of(self):
-        return self.page.instance.name
 
 
 class BeginPage(EntryPage):
