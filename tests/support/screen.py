@@ -16,7 +16,8 @@ import gi
 gi.require_version("Gdk", "3.0")
 from gi.repository import Gdk
 root = Gdk.get_default_root_window()
-Gdk.pixbuf_get_from_window(root, 0, 0, root.get_width(), root.get_height()).savev(sys.argv[1], "png", [], [])
+width, height = [int(part) for part in sys.argv[2:]] or (root.get_width(), root.get_height())
+Gdk.pixbuf_get_from_window(root, 0, 0, width, height).savev(sys.argv[1], "png", [], [])
 """
 
 
@@ -161,6 +162,6 @@ class Finger:
         for key in text:
             self.press({"-": "Sign"}.get(key, key))
 
-    def shot(self, path):
-        """A picture of the whole screen, by GTK, which the panel needs anyway."""
-        subprocess.run(["/usr/bin/python3", "-c", SHOT, path], env={**self._environment, "GDK_BACKEND": "x11"}, check=True, timeout=PATIENCE)
+    def shot(self, path, size=()):
+        """A picture of the screen, or of its upper left, by GTK, which the panel needs anyway."""
+        subprocess.run(["/usr/bin/python3", "-c", SHOT, path, *map(str, size)], env={**self._environment, "GDK_BACKEND": "x11"}, check=True, timeout=PATIENCE)

@@ -5,7 +5,7 @@ import collections
 import math
 
 from panel import texts
-from panel.texts import _, with_unit
+from panel.texts import _, for_program, with_unit
 
 Stroke = collections.namedtuple("Stroke", "upper lower end speed")
 Stroke.__doc__ = "Dead points and point R in machine units, in the frame of the joint; speed in machine units a second."
@@ -59,11 +59,10 @@ def a_minute(speed):
 
 def start_line(stroke, extra):
     """G81.1 in the units and the work coordinates that hold then."""
-    scale = "*[1+24.4*#<_metric>]" if texts.MACHINE_UNIT[0] == "in" else "/[1+24.4*#<_imperial>]"
     origin = "" if extra else "-#<_abs_z>+#<_z>"
-    end = "" if extra else " R[%.6f%s]" % (stroke.end - stroke.upper, scale)
-    return "G81.1 Z[%.6f%s%s] Q[%.6f%s]%s P[%.6f%s]" % (
-        stroke.upper, scale, origin, stroke.lower - stroke.upper, scale, end, 60 * stroke.speed, scale)
+    end = "" if extra else " R[%s]" % for_program(stroke.end - stroke.upper)
+    return "G81.1 Z[%s%s] Q[%s]%s P[%s]" % (
+        for_program(stroke.upper), origin, for_program(stroke.lower - stroke.upper), end, for_program(60 * stroke.speed))
 
 
 def change_line(stroke):
