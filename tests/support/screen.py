@@ -8,7 +8,10 @@ import signal
 import subprocess
 import time
 
+NEAR = 30  # px
 PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
+DOUBLE = PATIENCE / 100  # s, of that clock
+
 
 SHOT = """
 import sys
@@ -46,6 +49,7 @@ class Finger:
     def __init__(self, display, widgets, between=lambda: time.sleep(0.05)):
         self._environment = {**os.environ, "DISPLAY": display}
         self._file, self._between = widgets, between
+        self._pressed = ("", 0, 0, 0.0)  # the last widget, its place, and when
 
     def _read(self):
         try:
@@ -100,9 +104,13 @@ class Finger:
             self.until(lambda: self.find(name), "the widget " + name)
             place = self.find(name)
             if place["scrolled"]:
-                self._do("mousemove", place["x"] + place["width"] // 2, self._middle(), "click", "5" if place["scrolled"] > 0 else "4")
+                self._do("mousemove", place["x"] + place["width"] // 2, sum(place["view"]) // 2, "click", "5" if place["scrolled"] > 0 else "4")
             self.rest()
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
+        former, its_x, its_y, when = self._pressed
+        while former != name and abs(x - its_x) < NEAR and abs(y - its_y) < NEAR and time.monotonic() - when < DOUBLE:
+            self._between()  # the panel would take it for the second half of a double press
+        self._pressed = (name, x, y, time.monotonic())
         self.press_at(x, y)
 
     def press_twice(self, name):
@@ -148,11 +156,6 @@ class Finger:
 
     def press_at(self, x, y):
         self._do("mousemove", x, y, "click", "1")
-
-    def _middle(self):
-        """A height within the page: that of a button which is seen."""
-        seen = [each["y"] + each["height"] // 2 for each in self.widgets() if each["kind"] == "Label" and not each["scrolled"]]
-        return sorted(seen)[len(seen) // 2] if seen else 300
 
     def _do(self, *words):
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True, timeout=PATIENCE)

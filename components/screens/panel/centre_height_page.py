@@ -137,7 +137,7 @@ class CentreHeightPage(FunctionPage):
         value = float(text.replace(",", "."))
         if not value > 0 or not math.isfinite(value):
             raise ValueError(_("A diameter is above 0."))
-        former = self.entered(cut)
+        former = self.value_of(cut)
         if "entered" in self.instance.settings():
             self.panel.write(self.instance.full("entered-cut"), str(cut), "button")
             self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
@@ -151,7 +151,7 @@ class CentreHeightPage(FunctionPage):
         else:
             self._sent[self.get(self.panel.values, "cut-number"):] = [value]
 
-    def entered(self, cut):
+    def value_of(self, cut):
         """What was entered here for a cut; None for another one."""
         return self._sent[cut - 1] if 0 < cut <= len(self._sent) else None
 
@@ -287,7 +287,7 @@ class DiameterPage(EntryPage):
         return text.format(cut=self._cut)
 
     def build(self):
-        former = self.page.entered(self._corrects)
+        former = self.page.value_of(self._corrects)
         self._keypad = Keypad("")
         self._judged = label("", "value")
         self._keypad.entry.connect("changed", lambda _entry: self._judge())

@@ -114,7 +114,7 @@ def scrolled(child):
 
 def flow(*children):
     """Children side by side, as many as fit."""
-    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=2, max_children_per_line=4, column_spacing=8, row_spacing=8)
+    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=1, max_children_per_line=4, column_spacing=8, row_spacing=8)
     for child in children:
         box.add(child)
         child.get_parent().set_can_focus(False)
