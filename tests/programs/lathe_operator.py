@@ -88,6 +88,7 @@ class Operator:
             wrong = diameter - 0.1 if land == 1 else diameter  # 10.1721 for 10.2721
             finger.type("%.4f" % wrong)
             if land == 1:
+                first = wrong
                 seen["one entry"] = finger.await_text("which a tool on centre leaves")
             elif lands == 4 and land > 2:
                 seen["twin"] = finger.await_text("at the same Y")
@@ -99,7 +100,7 @@ class Operator:
             self.until("centre.cut-number", land)
             self.machine.wait_until_idle()
             if land == lands:
-                self.correct(1, wrong, wrong + 0.1)
+                self.correct(1, first, first + 0.1)
         self.until("centre.state-code", 3)
 
     def correct(self, cut, wrong, right):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A screen without a monitor, and a finger on plumb panel: presses go to the places that the panel writes into a file."""
 
+import contextlib
 import itertools
 import json
 import os
@@ -112,6 +113,22 @@ class Finger:
             self._between()  # the panel would take it for the second half of a double press
         self._pressed = (name, x, y, time.monotonic())
         self.press_at(x, y)
+
+    def press_answer(self, name):
+        """The button of a question, which may have the name of a button above it."""
+        self.rest()
+        place = max((each for each in self.widgets() if each["kind"] == "Button" and each["name"] == name), key=lambda each: each["y"])
+        self.press_at(place["x"] + place["width"] // 2, place["y"] + place["height"] // 2)
+
+    def end(self):
+        """Ends the panel of this finger."""
+        words = ["--widgets", self._file]
+        for pid in filter(str.isdigit, os.listdir("/proc")):
+            with contextlib.suppress(OSError), open("/proc/%s/cmdline" % pid) as file:
+                given = file.read().split("\0")
+                if any(given[place:place + 2] == words for place in range(len(given))):
+                    os.kill(int(pid), signal.SIGTERM)
+                    self.until(lambda pid=pid: not os.path.exists("/proc/" + pid), "the end of the panel")
 
     def press_twice(self, name):
         """As a finger that trembles does."""

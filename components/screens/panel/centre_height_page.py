@@ -143,9 +143,8 @@ class CentreHeightPage(FunctionPage):
             self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
             self.panel.pulse(self.instance.full("entered"))
         else:
-            line = "M452 P[%s] Q%d" if cut else "M452 P[%s]%.0d"
             undo = "M452 P[%s] Q%d" % (texts.for_program(former), cut) if former else ""
-            self.panel.mdi(line % (texts.for_program(value), cut), _("Enter the diameter"), undo=undo)
+            self.panel.mdi("M452 P[%s]" % texts.for_program(value) + (" Q%d" % cut if cut else ""), _("Enter the diameter"), undo=undo)
         if cut:
             self._sent[cut - 1] = value
         else:

@@ -187,5 +187,5 @@ class SectionPage(EntryPage):
             return
         question = _("{action}? The strokes change from the next one on.").format(action=action) if self.page.get(self.panel.values, "stroking") else ""
         self.panel.guard.change([Write(instance, self._name(part), text) for part, text in parts], action,
-                                _("{name} is saved.").format(name=self.title), needed="operator", question=question,
+                                _("{name} is saved.").format(name=self.title), why="section", needed="operator", question=question,
                                 then=lambda: self.panel.open(self.back))

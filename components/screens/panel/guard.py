@@ -6,6 +6,9 @@ from panel.settings import CHAIN, Conflict, Refused, Write
 from panel.texts import _, with_unit
 
 
+OF_OPERATOR = ("switch", "section")  # changes that an operator makes, and takes back
+
+
 class Guard:
     """`panel` gives access, hal, settings, machine, messages and the values of LinuxCNC's task."""
 
@@ -133,7 +136,8 @@ class Guard:
             return
         names = ", ".join("%s %s" % (write.name, _shown(write)) for write in writes)
         done = _("Undone: {changes} again.").format(changes=names.replace("{", "").replace("}", ""))
-        self.change(writes, action, done, why="undo", chain=chain, then=then, question=_("Undo {count} changes: {names}?").format(
+        needed = "operator" if change.why in OF_OPERATOR else "integrator"
+        self.change(writes, action, done, why="undo", needed=needed, chain=chain, then=then, question=_("Undo {count} changes: {names}?").format(
             count=len(writes), names=names) if len(writes) > 1 or chain else "")
 
     # --- the chain of squareness ---

@@ -63,7 +63,7 @@ class Window:
     def _place_names(self, narrow):
         for child in self._names.get_children():
             self._names.remove(child)
-        for place, its in enumerate(self._navigation):
+        for place, its in reversed(list(enumerate(self._navigation))):  # a grid goes through them backwards
             self._names.attach(its, place % ROW if narrow else 0, place // ROW if narrow else place, 1, 1)
             its.set_hexpand(True)
         self._names.show_all()
