@@ -30,6 +30,7 @@ LOCALE = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__)
 UNKNOWN_SIDE = 2
 SIDES = {400: 0, 410: 1, 411: 1, 420: -1, 421: -1}  # by G-code, times ten
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
+STATUS = "status-code"  # of a function; a status with a detail has the message of that
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
 
@@ -121,16 +122,23 @@ def compensation_side(status):
     return next((SIDES[code] for code in status.gcodes[1:] if code in SIDES), UNKNOWN_SIDE)
 
 
-def declared_codes(source):
-    """The sentences of "MODULE PIN", as the module declares them. Raises OSError and ValueError."""
+def declared_codes(source, say=lambda text: text):
+    """The sentences of "MODULE PIN", as the module declares them, each translated by say(). Raises OSError and ValueError."""
     words = source.split()
     if len(words) != 2:
         raise ValueError("'%s' is not a module and its pin, as 'axis_offset fault-code'" % source)
     module, pin = words
-    codes = plumb.declarations(module)["codes"]
+    declared = plumb.declarations(module)
+    if pin == STATUS and "statuses" in declared:
+        return {
+            code: ("%s %s" % (say(its["sentence"]), say(its["remedy"]) if its["remedy"] else "")).rstrip()
+            for code, its in declared["statuses"].items()
+            if its["kind"] == "bad" and not its["detail"]
+        }
+    codes = declared["codes"]
     if pin not in codes:
         raise ValueError("%s has no codes of '%s', only of: %s" % (module, pin, ", ".join(sorted(codes)) or "nothing"))
-    return codes[pin]
+    return {code: say(text) for code, text in codes[pin].items()}
 
 
 class Message:
@@ -160,10 +168,12 @@ class Message:
             fail("on-panel is neither true nor false")
         codes = table.get("codes")
         in_words = {}
+        self.only_listed = isinstance(codes, str) and codes.endswith(" " + STATUS)  # other statuses are for screens
         if isinstance(codes, str):
             try:
-                codes = declared_codes(codes)
-                in_words = translated_codes(codes, languages)
+                source, codes = codes, declared_codes(codes)
+                catalog = gettext.translation("plumb-panel", LOCALE, languages=list(languages), fallback=True)
+                in_words = declared_codes(source, catalog.gettext)
             except (OSError, ValueError) as error:
                 fail("codes: %s" % error)
         if codes is not None and not isinstance(codes, dict):
@@ -198,7 +208,7 @@ class Message:
         self.text = texts[language]
         for code, text in codes.items():
             if len(self.text.replace("{code}", text).encode()) <= LONGEST:
-                self.codes[code] = text
+                self.codes[int(code)] = text
 
     @property
     def pins(self):
@@ -214,6 +224,8 @@ class Message:
             return None
         code = component[self.pin + "-code"] if self.codes is not None else 0
         now = code if component[self.pin] else None
+        if self.only_listed and now not in self.codes:
+            now = None
         news = now is not None and now != self.seen
         self.seen = now
         return self._composed(now) if news else None
@@ -222,12 +234,6 @@ class Message:
         if self.codes is None:
             return self.text
         return self.text.replace("{code}", self.codes.get(code, "code %d" % code))
-
-
-def translated_codes(codes, languages):
-    """The sentences of codes in the first language that the panel has texts of, by number."""
-    catalog = gettext.translation("plumb-panel", LOCALE, languages=list(languages), fallback=True)
-    return {int(code): catalog.gettext(text) for code, text in codes.items()}
 
 
 def languages_of_user(environment=os.environ):
