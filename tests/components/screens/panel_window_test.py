@@ -399,6 +399,7 @@ class Window(unittest.TestCase):
     def test_the_inputs_and_the_load_are_live(self):
         for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3"):
             self.host.command(line)
+        self.host.set("growth.enable", True)
         finger = self.panel()
         finger.press("Growth of Z")
         finger.until(lambda: finger.find("Load 12.5 %, a contact at 15.5 %"), "the bar of the load")
@@ -418,6 +419,7 @@ class Window(unittest.TestCase):
         self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
         self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
         self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
+        self.host.set("growth.enable", True)
         finger = self.panel()
         finger.press("Sensors")
         finger.await_text("No valid value: modbus-sensor.spindle-load.")
