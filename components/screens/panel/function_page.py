@@ -69,3 +69,12 @@ class PlainPage(FunctionPage):
     def __init__(self, panel, instance):
         self.heading = instance.module
         super().__init__(panel, instance)
+
+
+class EntryPage(Page):
+    """A page that leads back to the page of its function, `page`."""
+
+    page = None
+
+    def of(self):
+        return self.page.instance.name
