@@ -377,13 +377,17 @@ class Verdicts(WithHost):
         self.assertEqual((its.kind, its.text), ("bad", "A fault is active. " + codes["fault-code"][1]))
 
     def test_the_machine_is_moved_only_while_it_is_safe(self):
-        safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False}
+        safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False,
+                "halui.program.is-idle": True}
         self.assertEqual(access.unsafe(safe), "")
         for pin, value in (("motion.motion-enabled", False), ("motion.is-all-homed", False), ("motion.motion-type", 2),
                            ("halui.program.is-running", True)):
             with self.subTest(pin):
                 self.assertNotEqual(access.unsafe({**safe, pin: value}), "")
         self.assertNotEqual(access.unsafe({}), "")
+        nobody = {pin: value for pin, value in safe.items() if not pin.startswith("halui.")}
+        self.assertIn("LinuxCNC does not answer", access.unsafe({**nobody, "task.alive": False}))
+        self.assertEqual(access.unsafe({**nobody, "task.alive": True, "task.program": "idle"}), "")
 
     def test_each_level_may_do_what_lower_ones_may(self):
         may = {level: [not access.Access(level).refusal(needed) for needed in access.LEVELS] for level in access.LEVELS}

@@ -193,11 +193,11 @@ class Window(unittest.TestCase):
         finger.until(lambda: abs(self.host.get("chop.override") - 1.1) < 1e-9, "two steps by two presses")
 
     def test_moves_that_have_changed_are_asked_again(self):
-        self.set_square("setp square.axis-direction 0", "setp square.ec0y -0.0001", "setp square.y-position 100", "setp square.all-homed 1",
+        self.set_square("setp square.axis-direction 0", "setp square.ea0y -0.0001", "setp square.y-position 100", "setp square.all-homed 1",
                         "setp square.enable 1", "setp square.max-rate 5")
         finger = self.panel()
         self.host.run(2)
-        for name in ("Squareness", "All pins and settings", "Other settings, at their defaults", "ec0y", "Clear"):
+        for name in ("Squareness", "All pins and settings", "Other settings, at their defaults", "ea0y", "Clear"):
             finger.press(name)
         finger.type("0")
         finger.press("Save")
@@ -207,9 +207,9 @@ class Window(unittest.TestCase):
         finger.press_answer("Save")
         again = finger.await_text("The moves have changed.")
         self.assertNotEqual(announced, again)
-        self.assertEqual(self.host.get("square.ec0y"), -0.0001)
+        self.assertEqual(self.host.get("square.ea0y"), -0.0001)
         finger.press_answer("Save")
-        finger.until(lambda: self.host.get("square.ec0y") == 0, "the angle")
+        finger.until(lambda: self.host.get("square.ea0y") == 0, "the angle")
 
     def test_two_panels_at_once_and_the_second_one_sees_what_the_first_one_did(self):
         first = self.panel(name="first")
