@@ -25,6 +25,7 @@ struct CentreHeight final : hal::Component {
                                                                 "Position of Y."};
     hal::Row<hal::In<double>, HeightSettings::posts> x_zero{
         this, "x-zero", 0, "mu", "Position of X that the program calls 0, tool offset included."};
+    hal::In<double> spindle_load{this, "spindle-load", 0, "%", "Load of the spindle of the work."};
     HeightGauge gauge{this};
     KeyedCuts keyed_cuts{this};
     HeightSettings settings{this};
@@ -39,7 +40,12 @@ struct CentreHeight final : hal::Component {
         const HeightSettings::Values now = settings.values(orders.program_post, orders.program_method);
         const HeightOrders::Given given = orders.read();
 
-        if (given.start) procedure_.begin(now, y_position[now.post], x_zero[now.post]);
+        const double load = spindle_load;
+        if (load > load_) load_ = load;
+        if (given.start) {
+            procedure_.begin(now, y_position[now.post], x_zero[now.post]);
+            load_ = 0;
+        }
         if (given.abort)
             procedure_.interrupt();
         else if (given.stored)
@@ -47,7 +53,7 @@ struct CentreHeight final : hal::Component {
         else if (given.resume)
             procedure_.go_on(now);
         else if (given.cut)
-            cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post]);
+            take_position(now);
         else if ((given.value || given.entry) && procedure_.state() == State::measure)
             take_diameter(now, given);
         else if (given.compute && keyed_cuts.keyed)
@@ -63,6 +69,11 @@ struct CentreHeight final : hal::Component {
     }
 
 private:
+    void take_position(const HeightSettings::Values& now) noexcept {
+        cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post], load_);
+        load_ = 0;
+    }
+
     void take_diameter(const HeightSettings::Values& now, const HeightOrders::Given& given) noexcept {
         HeightProcedure::Entry entry;
         if (given.entry) {
@@ -79,6 +90,7 @@ private:
     }
 
     HeightProcedure procedure_;
+    double load_ = 0;  // the largest since the last cut
     bool cut_taken_ = false, taken_ = false;
 };
 

@@ -69,11 +69,16 @@ public:
         if (state_ == State::known) evaluate(now);
     }
 
-    // The tool stands at the end of a cut.
-    bool take_position(const Settings& now, double x, double y) noexcept {
+    // The tool stands at the end of a cut. `load` is the largest one of the spindle since the cut before, in
+    // %.
+    bool take_position(const Settings& now, double x, double y, double load) noexcept {
         if ((state_ != State::cut && state_ != State::known) || cuts_.count == CutFit::most) return false;
         if (!known(x) || !known(y)) {
             fail(Fault::position);
+            return false;
+        }
+        if (now.least_load > 0 && !now.at_rest && !(load >= now.least_load)) {
+            fail(Fault::no_load);
             return false;
         }
         forget();
@@ -138,7 +143,7 @@ private:
         const bool y_moves = !stays && result_.signed_ && hold_ != Hold::insignificant;
         correction_ =
             correction_of_x(y_moves ? axes.x_of(move_) : 0, y_moves ? 0 : result_.height) * now.outward();
-        asked.x = {std::abs(correction_), result_.sigma_x};
+        asked.x = {std::abs(correction_), result_.sigma_x, result_.bias_x};
         asked.x_asked = now.x_is_radius && cuts_.programmed(0) > 0;
         asked.hold = hold_;
         asked.checked_for_air = now.stock_diameter > 0;
@@ -172,7 +177,8 @@ private:
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
     Hold reason_to_hold(const Settings& now, double rise) const noexcept {
         const bool squared = now.method == Method::two_cuts;
-        const double least = squared ? 2 * result_.within : 3 * result_.sigma;
+        const double least = squared ? std::sqrt(4 * result_.within * result_.within + 2 * result_.bias_y)
+                                     : std::max(3 * result_.sigma, 2 * result_.bias_y);
         const double found = squared ? std::abs(result_.height) : std::abs(rise);
         return hal::first<Hold>({{!result_.signed_, Hold::sign},
                                  {result_.disagreement > 3, Hold::disagreement},
