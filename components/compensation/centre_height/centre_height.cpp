@@ -30,7 +30,8 @@ struct CentreHeight final : hal::Component {
     KeyedCuts keyed_cuts{this};
     HeightSettings settings{this};
 
-    hal::Out<bool> cut_taken{this, "cut-taken", "The position of the cut was taken, while cut-done is true."};
+    hal::Out<bool> cut_taken{this, "cut-taken",
+                             "The position of the cut was taken or refused, while cut-done is true."};
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
@@ -70,7 +71,8 @@ struct CentreHeight final : hal::Component {
 
 private:
     void take_position(const HeightSettings::Values& now) noexcept {
-        cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post], load_);
+        cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post], load_) ||
+                     procedure_.fault() == Fault::no_load;
         load_ = 0;
     }
 

@@ -42,7 +42,9 @@ struct TipHeight {
         const double x = settings.x_is_radius && cuts.programmed(i) > 0 ? cuts.programmed(i)
                          : settings.method == Method::two_lands         ? settings.land_diameter / 2
                                                                         : 0;
-        const double expected = x > 0 ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
+        // Beside a radius as small as the errors that a tool may have there is no slip to be seen.
+        const double least = std::min(settings.max_x_correction, settings.max_move) / 2;
+        const double expected = x > least ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
         switch (slip_of(cuts[i].radius, expected)) {
             case EntrySlip::not_positive: return Fault::diameter;
             case EntrySlip::radius: return Fault::radius;

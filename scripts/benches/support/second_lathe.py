@@ -18,6 +18,17 @@ CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_he
 RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault-code", "hold-code", "verdict-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
+SLIPS = {
+    "air": "the tool stands 0.9 mm too far out and meets no stock",
+    "standing": "the spindle stands",
+    "tool": "the second pair is cut by another tool",
+    "swapped": "the first two diameters are swapped",
+    "radius": "radii for diameters",
+    "inch": "inches for millimetres",
+    "depth": "the lands of one side are 0.3 mm less deep",
+    "burr": "a burr of 0.02 mm on one land",
+    "one wrong": "one diameter is 0.1 mm wrong",
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,17 +168,35 @@ class SecondOutcome:
 
     truth: np.ndarray
     truth_x: np.ndarray
-    cut: np.ndarray  # whether each tool met the stock
+    met: np.ndarray  # whether each tool met the stock
     values: dict  # of RESULTS
+
+
+def slipped(slip, diameters):
+    """The diameters as the operator enters them."""
+    its = list(diameters)
+    if slip == "swapped":
+        its[0], its[1] = its[1], its[0]
+    elif slip in ("radius", "inch"):
+        its = [diameter / (2 if slip == "radius" else 25.4) for diameter in its]
+    elif slip in ("burr", "one wrong"):
+        its[1] += 0.02 if slip == "burr" else -0.1
+    return its
 
 
 def procedure_on(lathe, work, plan, case):
     """The entries of one procedure and the truth of Y and X: cuts, height, error of X, and whether all cuts met the stock."""
     radius, heights, errors, entries, met, land = work.stock / 2, [], [], [], True, 0
     before = radius
-    for x, y, same_land, depth in plan:
+    lathe.x_error += 0.9 if case.slip == "air" else 0
+    lathe.spindle_turns = case.slip != "standing"
+    for i, (x, y, same_land, depth) in enumerate(plan):
         if not same_land:
             before, land = radius, land + 1
+            if case.slip == "depth" and i in (1, 2):
+                before -= 0.3
+        if case.slip == "tool" and i == 2:
+            lathe.height, lathe.x_error = -lathe.height, lathe.x_error + 0.03
         result = lathe.cut(x, y, 25 - FURTHER * land, before, depth)
         if result is None:
             met = False
@@ -176,6 +205,8 @@ def procedure_on(lathe, work, plan, case):
             heights.append(result[1])
             errors.append(result[2])
         entries.append((x, y, lathe.measured(before, case.burrs)))
+    diameters = slipped(case.slip, [entry[2] for entry in entries])
+    entries = [(x, y, diameter) for (x, y, _), diameter in zip(entries, diameters)]
     return entries, np.mean(heights or [np.nan]), np.mean(errors or [np.nan]), met
 
 
