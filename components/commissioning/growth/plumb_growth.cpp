@@ -113,7 +113,8 @@ int report(const std::vector<std::string>& files, std::string output) {
     write_file(folder / "results.csv", growth_csv(tests.front()));
     const fs::path settings = folder / "axis_growth_settings.hal";
     if (tests.front().identified)
-        write_file(settings, growth_settings(logs.front(), *tests.front().identified));
+        write_file(settings, growth_settings(logs.front().file, logs.front().begun,
+                                             *tests.front().identified));
     else
         fs::remove(settings);
     bool drawn = true;
@@ -155,6 +156,10 @@ static int carry_out(int argc, char** argv) {
         ->type_name("A,B");
     identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")
         ->type_name("NAME");
+    identifying
+        ->add_option("--structure", identify.structure,
+                     "Sensor of the structure, or none; by default the most typical one.")
+        ->type_name("NAME");
     identifying->add_option("--instance", identify.instance, "Name of the component; axis-growth by default.")
         ->type_name("NAME");
     identifying
@@ -186,7 +191,8 @@ static int carry_out(int argc, char** argv) {
         }
         if (*identifying) {
             identify.speed = !no_speed;
-            const plumb::GrowthLog read = plumb::read_growth_log(log);
+            const GrowthCourse read =
+                is_growth_log(log) ? course_of(plumb::read_growth_log(log)) : read_growth_course(log);
             const GrowthIdentified found = growth_identified(read, identify);
             if (json) {
                 nlohmann::json all = growth_identified_json(found);
@@ -194,7 +200,7 @@ static int carry_out(int argc, char** argv) {
                 all["machine"] = read.machine;
                 std::cout << all.dump(1) << '\n';
             } else {
-                std::cout << growth_settings(read, found);
+                std::cout << growth_settings(read.file, read.begun, found);
             }
             return 0;
         }
