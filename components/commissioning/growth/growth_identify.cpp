@@ -332,13 +332,13 @@ AxisResult fit(const Data& data, int axis, const Form& form, double power) {
         result.by_speed = w[all + slopes];
         result.speed_sigma = std::hypot(std::sqrt(variance[all + slopes]), share * result.by_speed);
     }
-    const bool physical = result.growth.head(chosen).cwiseAbs().maxCoeff() <= most_growth &&
-                          (!form.slope || result.slope.cwiseAbs().maxCoeff() <= most_slope) &&
+    const bool physical = (result.growth.head(chosen).array().abs() <= most_growth).all() &&
+                          (result.slope.array().abs() <= most_slope).all() &&
                           std::abs(result.by_speed) <= most_by_speed;
     bool separate = true;
     for (Index s = 0; s < chosen && chosen > 1; ++s)
         separate &= std::abs(w[s]) > determined * std::sqrt(variance[s]);
-    if (physical && separate)
+    if (physical && separate && w.size() > own)
         result.score = result.found.predicted_rest * std::pow(cost, form.terms()) *
                        (form.speed ? cost_of_speed : 1);
     return result;
@@ -472,9 +472,9 @@ GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdent
         const IdentifiedGrowth& found = law.found;
         GrowthIdentified::Axis& its = result.axes[axis];
         its.probed = true;
-        bool certain = std::abs(law.by_speed) > determined * law.speed_sigma;
-        for (Index i = 0; i < law.growth.size(); ++i)
-            certain |= std::abs(law.growth[i]) > determined * law.growth_sigma[i];
+        bool certain = law.form.slope;
+        for (Index i = 0; i < found.value.size(); ++i)
+            certain |= std::abs(found.value[i]) > determined * std::sqrt(found.covariance(i, i));
         its.used = std::isfinite(law.score) && certain && found.predicted_rest < 0.8 * found.drift;
         its.drift = found.drift;
         its.rest = found.rest;

@@ -101,17 +101,6 @@ double rms(const VectorXd& values, const VectorXd& weight) {
     return total > 0 ? std::sqrt(weight.dot(values.cwiseAbs2()) / total) : 0;
 }
 
-// square = floor² + share² size², neither below 0.
-void split(const VectorXd& square, const VectorXd& size, const VectorXd& weight, IdentifiedGrowth& result) {
-    const double total = weight.sum(), x = weight.dot(size) / total, y = weight.dot(square) / total;
-    const VectorXd from = size.array() - x;
-    const double spread = weight.dot(from.cwiseAbs2());
-    double slope = spread > 0 ? weight.dot(from.cwiseProduct(square)) / spread : 0;
-    slope = std::clamp(slope, 0.0, x > 0 ? y / x : 0.0);
-    result.share = std::sqrt(slope);
-    result.floor = std::sqrt(std::max(0.0, y - slope * x));
-}
-
 }  // namespace
 }  // namespace growth_identification
 
@@ -146,14 +135,16 @@ IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::Vect
     const auto as_vector = [](const std::vector<double>& values) -> Eigen::VectorXd {
         return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Index>(values.size()));
     };
-    // A few duties do not show how far others may differ: Student's t against 1.96.
-    const double freedom = std::max(static_cast<double>(duties.size()) - 1, 1.0);
-    const double few = 1 + 1.7 / freedom;
     const Eigen::VectorXd weight = as_vector(weights);
-    Eigen::VectorXd square = as_vector(squares);
-    result.predicted_rest = std::sqrt(weight.dot(square) / weight.sum());
-    square *= few * few;
-    split(square, as_vector(sizes), weight, result);
+    const double square = weight.dot(as_vector(squares)) / weight.sum();
+    const double size = weight.dot(as_vector(sizes)) / weight.sum();
+    result.predicted_rest = std::sqrt(square);
+    // A few duties do not show how far others may differ: Student's t against 1.96. An error of a prediction
+    // beyond that of the fit comes with the terms.
+    const double few = 1 + 1.7 / std::max(static_cast<double>(duties.size()) - 1, 1.0);
+    const double always = std::min(result.rest * result.rest, square);
+    result.floor = std::sqrt(always);
+    result.share = size > 0 ? few * std::sqrt((square - always) / size) : 0;
     return result;
 }
 

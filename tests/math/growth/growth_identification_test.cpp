@@ -52,13 +52,14 @@ TEST(IdentifiedGrowth, TheCovarianceIsThatOfTheScatterOfTheCoefficients) {
     EXPECT_NEAR(std::sqrt(stated / squares), 1, 0.15);
 }
 
-TEST(IdentifiedGrowth, PredictedRestIsTheNoiseOfAVisitAndOfTheMeanOfTheOthers) {
+TEST(IdentifiedGrowth, PredictedRestIsTheNoiseOfAVisitOfTheMeanOfTheOthersAndOfTheLaw) {
     double squares = 0;
     for (unsigned seed = 1; seed <= 50; ++seed) {
         const double rest = identified_growth(machine(0.001, seed), usual, 1e-6).predicted_rest;
         squares += rest * rest / 50;
     }
-    EXPECT_NEAR(std::sqrt(squares), 0.001 * std::sqrt(1 + 1.0 / 8), 0.0001);
+    EXPECT_GT(std::sqrt(squares), 0.001 * std::sqrt(1 + 1.0 / 8));
+    EXPECT_LT(std::sqrt(squares), 0.001 * std::sqrt(1 + 1.0 / 8 + 0.5));
 }
 
 TEST(IdentifiedGrowth, ALawOfNoiseDoesNotPredict) {
