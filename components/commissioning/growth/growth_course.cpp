@@ -47,10 +47,12 @@ struct Column {
 Column column_of(const std::string& name) {
     std::string lower;
     for (const char c : name) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const bool numbered = lower.size() > 1 && lower[0] == 't' &&
-                          std::all_of(lower.begin() + 1, lower.end(), [](char c) { return c >= '0' && c <= '9'; });
+    const bool numbered =
+        lower.size() > 1 && lower[0] == 't' &&
+        std::all_of(lower.begin() + 1, lower.end(), [](char c) { return c >= '0' && c <= '9'; });
     if (numbered || ends_with(lower, "_degc")) return {Column::temperature};
-    if (lower == "s" || lower == "rpm" || lower == "speed" || ends_with(lower, "_rpm")) return {Column::speed};
+    if (lower == "s" || lower == "rpm" || lower == "speed" || ends_with(lower, "_rpm"))
+        return {Column::speed};
     if (lower.rfind("time", 0) == 0 || lower == "t")
         return {Column::time, ends_with(lower, "_s") ? 1.0 : ends_with(lower, "_h") ? 3600.0 : 60.0};
     if (lower == "x" || lower == "y" || lower == "z" || lower == "x_um" || lower == "y_um" || lower == "z_um")
@@ -150,7 +152,8 @@ GrowthCourse read_growth_course(const std::string& file) {
         if (!now) refuse("the time is " + csv::quoted(fields[time_at]));
         constexpr double none = std::numeric_limits<double>::quiet_NaN();
         GrowthCourse::Value value{*now * columns[time_at].unit, 0, line, {none, none, none}};
-        if (!course.values.empty() && value.time <= course.values.back().time) refuse("the time does not rise");
+        if (!course.values.empty() && value.time <= course.values.back().time)
+            refuse("the time does not rise");
         for (std::size_t i = 0; i < columns.size(); ++i) {
             const auto number = csv::number(fields[i]);
             if (!number) continue;

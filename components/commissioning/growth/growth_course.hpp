@@ -43,8 +43,8 @@ GrowthCourse course_of(const GrowthLog& log);
 
 // CSV whose first line names the columns: a time (a name that ends in _s, _min or _h; else min), the spindle
 // speed (S, rpm or speed, or a name that ends in _rpm), temperatures (T and a number, or a name that ends in
-// _degC), and growth in um (X, Y, Z, or x_um, y_um, z_um). A field that is no number is a missing value. Throws
-// std::runtime_error with file, line and reason.
+// _degC), and growth in um (X, Y, Z, or x_um, y_um, z_um). A field that is no number is a missing value.
+// Throws std::runtime_error with file, line and reason.
 GrowthCourse read_growth_course(const std::string& file);
 
 // What a file begins with tells a log from a course.

@@ -34,15 +34,15 @@ constexpr double usual_by_speed = 0.05;                       // mm
 // No machine has more.
 constexpr double most_growth = 0.020, most_slope = 30e-6, most_by_speed = 0.15;
 
-constexpr double least_travel = 20;     // mm, of bores whose places determine a slope
-constexpr double value_sigma = 0.001;   // mm
-constexpr double least_warming = 1;     // K
-constexpr double lasts = 1800;          // s, what a law leaves of slow growth
-constexpr double cost = 1.3;            // by which a term has to improve the prediction
-constexpr double cost_of_speed = 2;   // the same: friction depends on grease, preload and load
-constexpr double determined = 2;        // a coefficient by its sigma, where there are several
-constexpr int least_speeds = 3;         // that tell the exponent of the speed
-constexpr int duties = 5;               // into which the course is cut
+constexpr double least_travel = 20;    // mm, of bores whose places determine a slope
+constexpr double value_sigma = 0.001;  // mm
+constexpr double least_warming = 1;    // K
+constexpr double lasts = 1800;         // s, what a law leaves of slow growth
+constexpr double cost = 1.3;           // by which a term has to improve the prediction
+constexpr double cost_of_speed = 2;    // the same: friction depends on grease, preload and load
+constexpr double determined = 2;       // a coefficient by its sigma, where there are several
+constexpr int least_speeds = 3;        // that tell the exponent of the speed
+constexpr int duties = 5;              // into which the course is cut
 constexpr std::size_t most_values = 250;
 
 struct Data {
@@ -61,9 +61,7 @@ struct Data {
     double rise(const Sensor& sensor, double time) const {
         return value_at(sensor.samples, time) - reference(sensor) - (structure ? common(time) : 0);
     }
-    double common(double time) const {
-        return value_at(structure->samples, time) - reference(*structure);
-    }
+    double common(double time) const { return value_at(structure->samples, time) - reference(*structure); }
 };
 
 // What the law of one axis contains.
@@ -86,9 +84,9 @@ struct AxisResult {
 };
 
 double range_of(const Sensor& sensor) {
-    const auto [low, high] = std::minmax_element(
-        sensor.samples.begin(), sensor.samples.end(),
-        [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto [low, high] =
+        std::minmax_element(sensor.samples.begin(), sensor.samples.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; });
     return high->second - low->second;
 }
 
@@ -215,9 +213,8 @@ Data read(const GrowthCourse& course, const GrowthIdentifyOptions& options) {
         if (!found) refuse("there is no sensor '" + name + "'");
     };
     for (const std::string& wanted : options.sensors) there(wanted);
-    const bool warmed = std::any_of(data.sensors.begin(), data.sensors.end(), [](const Sensor& sensor) {
-        return range_of(sensor) >= least_warming;
-    });
+    const bool warmed = std::any_of(data.sensors.begin(), data.sensors.end(),
+                                    [](const Sensor& sensor) { return range_of(sensor) >= least_warming; });
     if (!warmed && !data.turned)
         refuse("no sensor has warmed by 1 K, and there is no spindle speed: nothing shows the heat");
     if (options.structure.empty() ? data.sensors.size() > 1 : options.structure != "none") {
@@ -300,9 +297,9 @@ AxisResult fit(const Data& data, int axis, const Form& form, double power) {
         const GrowthCourse::Value& value = data.values[row];
         const double from_pivot = value.place[axis] - result.pivot;
         for (Index s = 0; s < all; ++s) {
-            const double rise = s < chosen
-                                    ? data.rise(data.sensors[form.sensors[static_cast<std::size_t>(s)]], value.time)
-                                    : data.common(value.time);
+            const double rise =
+                s < chosen ? data.rise(data.sensors[form.sensors[static_cast<std::size_t>(s)]], value.time)
+                           : data.common(value.time);
             its.terms(i, s) = rise;
             if (form.slope) its.terms(i, all + s) = rise * from_pivot;
         }
@@ -339,8 +336,8 @@ AxisResult fit(const Data& data, int axis, const Form& form, double power) {
     for (Index s = 0; s < chosen && chosen > 1; ++s)
         separate &= std::abs(w[s]) > determined * std::sqrt(variance[s]);
     if (physical && separate && w.size() > own)
-        result.score = result.found.predicted_rest * std::pow(cost, form.terms()) *
-                       (form.speed ? cost_of_speed : 1);
+        result.score =
+            result.found.predicted_rest * std::pow(cost, form.terms()) * (form.speed ? cost_of_speed : 1);
     return result;
 }
 
@@ -539,15 +536,16 @@ GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdent
     return result;
 }
 
-std::string growth_settings(const std::string& file, const std::string& begun, const GrowthIdentified& found) {
+std::string growth_settings(const std::string& file, const std::string& begun,
+                            const GrowthIdentified& found) {
     std::string text =
         "# Found by plumb growth identify in " + file + (begun.empty() ? "" : ", of " + begun) + "\n";
     for (int axis = 0; axis < 3; ++axis) {
         text += "# " + found.sentence(axis) + '\n';
         for (const GrowthIdentified::Term& term : found.axes[static_cast<std::size_t>(axis)].terms) {
             char its[120];
-            std::snprintf(its, sizeof its, "#    by %s %.2f +- %.2f %s\n", term.name.c_str(), term.value * 1e3,
-                          term.sigma * 1e3, term.name == "speed" ? "um" : "um/K");
+            std::snprintf(its, sizeof its, "#    by %s %.2f +- %.2f %s\n", term.name.c_str(),
+                          term.value * 1e3, term.sigma * 1e3, term.name == "speed" ? "um" : "um/K");
             text += its;
         }
     }
@@ -563,9 +561,9 @@ nlohmann::json growth_identified_json(const GrowthIdentified& found) {
         for (const GrowthIdentified::Term& term : its.terms)
             terms.push_back({{"name", term.name}, {"value_mm", term.value}, {"uncertainty_mm", term.sigma}});
         all["axes"][std::string(1, "XYZ"[axis])] = {
-            {"drift_mm", its.drift}, {"rest_mm", its.rest}, {"predicted_rest_mm", its.predicted_rest},
-            {"used", its.used},      {"slope", its.slope},  {"speed", its.speed},
-            {"terms", terms},          {"floor_mm", its.floor},    {"share", its.share}};
+            {"drift_mm", its.drift}, {"rest_mm", its.rest},   {"predicted_rest_mm", its.predicted_rest},
+            {"used", its.used},      {"slope", its.slope},    {"speed", its.speed},
+            {"terms", terms},        {"floor_mm", its.floor}, {"share", its.share}};
     }
     return all;
 }

@@ -31,7 +31,7 @@ struct GrowthIdentified {
         bool used = false;  // its law leaves less than 0.8 of the drift in duties that it did not see
         double drift = 0, rest = 0, predicted_rest = 0;  // rms; predicted_rest of duties that were left out
         bool slope = false, speed = false;               // terms of the law
-        double floor = 0, share = 0;  // of that rest: a constant, and a part of each term
+        double floor = 0, share = 0;                     // of that rest: a constant, and a part of each term
         std::vector<Term> terms;
     };
     std::array<Axis, 3> axes;
@@ -45,7 +45,8 @@ struct GrowthIdentified {
 // Throws std::runtime_error with the file and the reason.
 GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdentifyOptions& options = {});
 
-// The text of a settings file: the setp lines, and as comments the remaining drift and the terms of each axis.
+// The text of a settings file: the setp lines, and as comments the remaining drift and the terms of each
+// axis.
 std::string growth_settings(const std::string& file, const std::string& begun, const GrowthIdentified& found);
 
 // The same as JSON.

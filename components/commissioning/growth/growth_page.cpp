@@ -137,7 +137,8 @@ void write_identified(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "</tbody></table><details><summary>The lines for axis_growth_settings.hal, also in "
            "axis_growth_settings.hal beside "
            "this page</summary><pre>"
-        << escaped_xml(growth_settings(test.log->file, test.log->begun, *test.identified)) << "</pre></details>\n";
+        << escaped_xml(growth_settings(test.log->file, test.log->begun, *test.identified))
+        << "</pre></details>\n";
 }
 
 void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {

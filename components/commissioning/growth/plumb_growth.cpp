@@ -38,7 +38,8 @@ namespace fs = std::filesystem;
 hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
-        "report LOG... [--output DIR] | identify LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time COLUMN] "
+        "report LOG... [--output DIR] | identify LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time "
+        "COLUMN] "
         "[--columns A,B]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
@@ -118,8 +119,8 @@ int report(const std::vector<std::string>& files, std::string output) {
     write_file(folder / "results.csv", growth_csv(tests.front()));
     const fs::path settings = folder / "axis_growth_settings.hal";
     if (tests.front().identified)
-        write_file(settings, growth_settings(logs.front().file, logs.front().begun,
-                                             *tests.front().identified));
+        write_file(settings,
+                   growth_settings(logs.front().file, logs.front().begun, *tests.front().identified));
     else
         fs::remove(settings);
     bool drawn = true;
@@ -155,8 +156,7 @@ static int carry_out(int argc, char** argv) {
         app.add_subcommand("identify", "Prints the settings of axis_growth that a log gives.");
     identifying->add_option("log", log, "Log of growth_log, or CSV of gauges.")->required()->type_name("LOG");
     identifying
-        ->add_option("--sensors", identify.sensors,
-                     "Sensors to use; by default all but the artifact's.")
+        ->add_option("--sensors", identify.sensors, "Sensors to use; by default all but the artifact's.")
         ->delimiter(',')
         ->type_name("A,B");
     identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")

@@ -112,7 +112,7 @@ struct AxisGrowth final : hal::Component {
 private:
     static constexpr double play = 0.1;  // of max-speed: blended moves add up
     static constexpr double farthest = 1e6;
-    static constexpr double bent = 0.3;             // by which a term may deviate outside of its range
+    static constexpr double bent = 0.3;              // by which a term may deviate outside of its range
     static constexpr double none = 0.25, all = 0.5;  // of the certainty
 
     hal::MovingPin moving(std::size_t axis) {
@@ -157,8 +157,9 @@ private:
         return jumped;
     }
 
-    // The part of the growth that may be applied, by axis; returns the smallest. What the law does not know is
-    // how the temperatures and the spindle have changed the growth since the work zero, which holds the rest.
+    // The part of the growth that may be applied, by axis; returns the smallest. What the law does not know
+    // is how the temperatures and the spindle have changed the growth since the work zero, which holds the
+    // rest.
     double trust(const GrowthLaw::Line& line, double driven, bool applies) noexcept {
         const bool holds = cycle_running && applies;
         const GrowthLaw::Temperatures& rise = sensors.rises();

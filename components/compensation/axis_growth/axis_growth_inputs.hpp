@@ -20,14 +20,14 @@ namespace plumb::axis_growth {
 struct Settings {
     GrowthLaw law;
     SpindleDrive::Settings drive;
-    Eigen::Vector3d sigma = Eigen::Vector3d::Zero();   // mu
-    Eigen::Vector3d travel = Eigen::Vector3d::Zero();  // mu
-    GrowthLaw::PerSensor growth_sigma = GrowthLaw::PerSensor::Zero();  // mu/K
-    Eigen::Vector3d speed_sigma = Eigen::Vector3d::Zero();             // mu
+    Eigen::Vector3d sigma = Eigen::Vector3d::Zero();                            // mu
+    Eigen::Vector3d travel = Eigen::Vector3d::Zero();                           // mu
+    GrowthLaw::PerSensor growth_sigma = GrowthLaw::PerSensor::Zero();           // mu/K
+    Eigen::Vector3d speed_sigma = Eigen::Vector3d::Zero();                      // mu
     GrowthLaw::Temperatures low = GrowthLaw::Temperatures::Zero(), high = low;  // K, of the rises
-    double smoothing = 0, max_age = 0, hold_time = 0;                       // s
-    double harmless = 0, max_offset = 0;                                    // mu
-    double max_rate = 0, max_speed = 0;                                     // mu/s
+    double smoothing = 0, max_age = 0, hold_time = 0;                           // s
+    double harmless = 0, max_offset = 0;                                        // mu
+    double max_rate = 0, max_speed = 0;                                         // mu/s
 
     bool in_range = false;
 
@@ -47,19 +47,13 @@ struct LawPins : hal::Group {
     struct Sensor : hal::Group {
         Sensor(hal::Owner owner, const std::string& number)
             : Group(owner),
-              growth{this, "%-growth-" + number, 0.0, "mu/K", "Growth of % by the rise of this temperature.",
-                     growths},
-              growth_sigma{this,
-                           "%-growth-sigma-" + number,
-                           0.0,
-                           "mu/K",
-                           "Standard uncertainty of that growth.",
-                           sigmas},
-              slope{this,
-                    "%-slope-" + number,
-                    0.0,
-                    "1/K",
-                    "Growth of % by that rise, per mu of travel.",
+              growth{
+                  this,   "%-growth-" + number, 0.0, "mu/K", "Growth of % by the rise of this temperature.",
+                  growths},
+              growth_sigma{
+                  this,  "%-growth-sigma-" + number, 0.0, "mu/K", "Standard uncertainty of that growth.",
+                  sigmas},
+              slope{this,  "%-slope-" + number, 0.0, "1/K", "Growth of % by that rise, per mu of travel.",
                     slopes} {}
         hal::Axes<hal::In<double>, 3> growth, growth_sigma, slope;
     };

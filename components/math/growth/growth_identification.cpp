@@ -79,8 +79,8 @@ Solution solved(const Centred& its, const VectorXd& usual, double sigma) {
     const MatrixXd normal = its.terms.transpose() * its.weight.asDiagonal() * its.terms;
     const VectorXd right = its.terms.transpose() * its.weight.asDiagonal() * its.growth;
     const double total = its.weight.sum();
-    double variance = std::max(
-        sigma * sigma, 0.1 * its.weight.dot(its.growth.cwiseAbs2()) / std::max(total, 1e-9));
+    double variance =
+        std::max(sigma * sigma, 0.1 * its.weight.dot(its.growth.cwiseAbs2()) / std::max(total, 1e-9));
     Solution found{VectorXd::Zero(count), MatrixXd::Zero(count, count)};
     for (int round = 0; round < rounds; ++round) {
         MatrixXd inner = normal / variance;

@@ -8,8 +8,8 @@
 //     column    c' = (work - c) / column-tau   tip: Z up, opposite to the spindle
 //     air       air-growth (T_shop - 20)
 //
-// The second structure is another machine. Its spindle grows quickly and its head slowly, the opposite way; its
-// column bends by the gradient between its front and its back:
+// The second structure is another machine. Its spindle grows quickly and its head slowly, the opposite way;
+// its column bends by the gradient between its front and its back:
 //
 //     fast      f' = ((n/n0)^1.6 - f) / fast-tau      tip: -Z by spindle-growth 1.25 f
 //     slow      l' = ((n/n0)^1.6 - l) / slow-tau      tip: +Z by spindle-growth slow-share l

@@ -257,7 +257,8 @@ TEST(AxisGrowth, SigmaIsThatOfTheChangesSinceTheZeroWasSet) {
     EXPECT_NEAR(m.get("z-offset"), 0.02, 1e-9) << "the zero contains the offset: nothing moves";
     m.set({{"temperature-0", 33}, {"temperature-1", 24}, {"spindle-speed", 5000}});
     m.run(30);
-    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(std::hypot(0.0001, 0.003), std::hypot(0.004, 0.002)), 1e-6);
+    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(std::hypot(0.0001, 0.003), std::hypot(0.004, 0.002)),
+                1e-6);
     m.run(1);
     EXPECT_GT(m.get("z-growth-sigma"), 0.004) << "only an edge sets it";
 }

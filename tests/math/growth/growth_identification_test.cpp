@@ -8,8 +8,8 @@
 namespace plumb {
 namespace {
 
-// Four bores in ten passes, two a duty: two terms, a constant for each bore, and noise. The second term is zero
-// without `second`.
+// Four bores in ten passes, two a duty: two terms, a constant for each bore, and noise. The second term is
+// zero without `second`.
 GrowthVisits machine(double noise, unsigned seed, bool second = true) {
     std::mt19937 random(seed);
     std::normal_distribution<double> gauss;
