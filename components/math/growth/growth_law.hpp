@@ -65,6 +65,7 @@ struct GrowthLaw {
     }
     bool has_structure() const noexcept { return structure >= 0 && structure < sensors; }
     bool uses_speed() const noexcept { return !by_speed.isZero(0); }
+    bool is_empty() const noexcept { return growth.isZero(0) && slope.isZero(0) && !uses_speed(); }
 };
 
 // x of the law above: what the spindle has been driven to.
