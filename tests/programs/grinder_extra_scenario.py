@@ -42,6 +42,7 @@ class Shift(Scenario):
             self.retain_again,
             self.emergency_stop,
             self.on_again,
+            self.back_at_r,
             self.lag,
         )
 
@@ -141,6 +142,11 @@ class Shift(Scenario):
     def on_again(self):
         self.machine.turn_on()
         self.machine.wait(0.5)
+
+    def back_at_r(self):
+        """The axis has kept its offset: G80.1 returns it."""
+        self.machine.mdi("G80.1")
+        self.facts["back_at_r"] = [self.host.get("chop.command"), self.host.get("chop.at-end")]
 
     def lag(self):
         self.start()

@@ -90,7 +90,7 @@ TEST(StrokeInForce, TheSpeedIsStretchedWithinBoundsAndPartOfItIsLearned) {
     EXPECT_DOUBLE_EQ(it.speed(0.2), 18);
     for (int i = 0; i < 50; ++i) it.stretch(2);
     EXPECT_DOUBLE_EQ(it.speed(1), 600);
-    it.begin_cycles();
+    it.begin_strokes();
     EXPECT_EQ(it.speed(1), 60);
 }
 
