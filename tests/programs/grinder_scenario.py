@@ -329,6 +329,7 @@ class Shift(Scenario):
         blocks.update({word: word for word in ("M481 I5 J5 P1", "M481 I0 J1 P0", "G80.1 P3", "G80.1 K0.5")})
         blocks["overlap"] = "M481 I0 J-10 P0.5", "M481 I-5 J-15 P0.5", stroke
         self.facts["refused"] = {name: self.refuse(*[block] if isinstance(block, str) else block) for name, block in blocks.items()}
+        self.await_pin("chop.program-sections", 0)  # the abort takes its time
         self.facts["words_left"] = self.host.get("chop.program-sections")
 
     def with_a_tool(self):

@@ -214,7 +214,8 @@ private:
         offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
         excess_ = excess_speed_ = last_excess_ = {};
         last_turning_ = 0;
-        reference_ = asked_ = answer_ = {};
+        reference_ = answer_ = {};
+        corrected_ = {false, false};
         for (const std::size_t i : {0, 1}) {
             predicts_[i] = at_full_speed() && !turns_[i].empty() && settings_.reversal[i] > 0;
             if (predicts_[i]) predict(i);
@@ -265,11 +266,13 @@ private:
     }
 
     void correct(bool upper, double error, double used) noexcept {
-        // The part of the last correction that has come; less where a longer stroke is a slower one.
-        if (asked_[upper] > 10 * settings_.tolerance)
-            answer_[upper] = std::clamp((error - last_error_[upper]) / asked_[upper], least_answer(), 1.5);
+        // Where a longer stroke is a slower one, more than the last correction has come.
+        const double moved = used - last_used_[upper];
+        if (corrected_[upper] && moved > 10 * settings_.tolerance)
+            answer_[upper] = std::clamp((error - last_error_[upper]) / moved, 0.95, 1.5);
         offset_[upper] = bounded(used - correction(upper, error), settings_.most);
-        asked_[upper] = offset_[upper] - used;
+        corrected_[upper] = true;
+        last_used_[upper] = used;
         last_error_[upper] = error;
     }
 
@@ -278,14 +281,13 @@ private:
     double correction(bool upper, double error) const noexcept {
         if (error > settings_.most_beyond) return error;
         const double wrong = std::abs(error);
-        if (cycles_ > 3 || wrong <= 2 * settings_.tolerance) return settings_.gain * error;
+        if (was_learned_ || wrong <= 2 * settings_.tolerance) return settings_.gain * error;
         if (error > 0) return error;
-        if (answer_[upper] > 0) return -nearly_all * wrong / answer_[upper];
+        if (answer_[upper] > 0) return -wrong * (nearly_all - lag_part() / 2) / answer_[upper];
         return -wrong * std::min(nearly_all, 1 - std::min(2.2 * lag_part(), 1 - settings_.gain));
     }
 
     double lag_part() const noexcept { return std::max({-excess_[0], -excess_[1], 0.0}) / length(); }
-    double least_answer() const noexcept { return std::max(1 - 1.2 * lag_part(), 0.6); }
 
     Verdict cycle() noexcept {
         known_ = {false, false};
@@ -397,7 +399,9 @@ private:
     std::array<double, 2> shown_{};                    // mu/s2, of the last strokes from both ends
     std::array<bool, 2> known_{};
     std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
-    std::array<double, 2> asked_{}, answer_{}, last_error_{};  // mu, 1, mu: of the last correction
+    std::array<double, 2> answer_{};                    // of the error, to a correction; 0: unknown
+    std::array<double, 2> last_used_{}, last_error_{};  // mu, before the last correction
+    std::array<bool, 2> corrected_{};
     std::array<OvershootModel, 2> turns_{};
     std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
     double last_turning_ = 0, drift_ = 0;

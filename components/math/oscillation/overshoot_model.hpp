@@ -39,7 +39,7 @@ public:
 
     // A measured turn. It takes the place of a like one, or else of the oldest.
     void add(const Turn& turn, double beyond) noexcept {
-        if (!(turn.acceleration > 0 && turn.length > 0 && turn.crank > 0)) return;
+        if (!(turn.acceleration > 0 && turn.length > 0 && turn.crank > 0 && std::abs(beyond) < farthest)) return;
         std::size_t place = 0;
         while (place < count_ && !(distance(turns_[place].turn, turn) < alike)) ++place;
         if (place == most) {
@@ -99,6 +99,7 @@ private:
                3 * apart(a.crank, b.crank);
     }
 
+    static constexpr double farthest = 1e6;  // mu
     static constexpr double alike = 0.02;
     static constexpr double strange = 0.2;    // of a turn, at a distance of 1 from all others
     static constexpr double relative = 0.01;  // of a turn, that the model does not explain

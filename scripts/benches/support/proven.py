@@ -99,3 +99,21 @@ def watch(host, plant, lower, upper, cycle):
     if host.get("chop.active") and outcome.error <= WITHIN:
         outcome.cycles = (last_bad + 1) // 2
     return outcome
+
+
+def table(found):
+    """The figures of {plant: outcomes by kind}; None for an axis that had not learned its first stroke."""
+    lines = ["Axes that have learned one stroke, and make another one within the proven acceleration; beyond in um"]
+    lines.append(f"{'':42}{'axes':>6}{'full speed in cycle 2':>23}{f'right in {SOON} cycles':>19}{'cycles p50':>12}{'p95':>6}{'worst':>7}{'beyond':>8}{'told':>6}{'silent':>8}")
+    for plant, outcomes in found.items():
+        for kind, words in KINDS.items():
+            its = [each[kind] for each in outcomes if each]
+            cycles = sorted(each.cycles if each.cycles is not None else STROKES for each in its)
+            cells = (
+                f"{PLANTS[plant]}, {words}"[:42].ljust(42),
+                f"{len(its):6}{sum(each.factor == 1 for each in its):23}{sum(each.soon for each in its):19}",
+                f"{cycles[len(its) // 2]:12}{cycles[int(0.95 * len(its))]:6}{cycles[-1]:7}{max(each.beyond for each in its):8.1f}",
+                f"{sum(each.fault != 0 for each in its):6}{sum(each.cycles is None and not each.fault for each in its):8}",
+            )
+            lines.append("".join(cells))
+    return lines

@@ -94,6 +94,20 @@ TEST(StrokeInForce, TheSpeedIsStretchedWithinBoundsAndPartOfItIsLearned) {
     EXPECT_EQ(it.speed(1), 60);
 }
 
+TEST(StrokeInForce, ALearnedStrokeBelongsToTheCommandOfItsStart) {
+    StrokeInForce it;
+    StrokeValues given = good();
+    given.jerk_time = 0.02;
+    ASSERT_EQ(it.take(given, 0, dt), Fault::none);
+    it.begin_strokes();
+    const auto before = it.learned_stroke();
+    given.jerk_time = 0.03;
+    ASSERT_TRUE(it.judge(given, {0, true, 0, 0.02}, dt));
+    EXPECT_TRUE(it.learned_stroke() == before);
+    it.begin_strokes();
+    EXPECT_FALSE(it.learned_stroke() == before);
+}
+
 TEST(StrokeInForce, TheInsetIsAPartOfAShortStroke) {
     StrokeInForce it;
     StrokeValues given = good();
