@@ -4,6 +4,7 @@
 #include "components/compensation/centre_height/height_outputs.hpp"
 #include "components/compensation/centre_height/height_procedure.hpp"
 #include "components/compensation/centre_height/height_settings.hpp"
+#include "components/compensation/centre_height/height_status.hpp"
 #include "hal/component.hpp"
 #include "pages/centre_height.page.hpp"
 
@@ -33,6 +34,7 @@ struct CentreHeight final : hal::Component {
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
+    hal::Status<HeightStatus> status{this};
     hal::Function run{this, "update", &CentreHeight::update, hal::Place::measurement};
 
     void update(double) noexcept {
@@ -48,6 +50,8 @@ struct CentreHeight final : hal::Component {
             procedure_.go_on(now);
         else if (given.cut)
             cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post]);
+        else if (given.entry && given.corrected > 0)
+            taken_ = procedure_.correct(now, entered(given), given.corrected);
         else if ((given.value || given.entry) && procedure_.state() == State::measure)
             take_diameter(now, given);
         else if (given.compute && keyed_cuts.keyed)
@@ -58,24 +62,30 @@ struct CentreHeight final : hal::Component {
         taken_ &= given.value_ready || given.entered;
 
         outputs.show(procedure_, now);
+        status = status_of(
+            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock()});
         cut_taken = cut_taken_;
         value_taken = taken_;
     }
 
 private:
     void take_diameter(const HeightSettings::Values& now, const HeightOrders::Given& given) noexcept {
-        HeightProcedure::Entry entry;
-        if (given.entry) {
-            entry.diameter = gauge.as_diameter(orders.entered_diameter);
-        } else {
+        HeightProcedure::Entry entry = entered(given);
+        if (!given.entry) {
             const HeightGauge::Reading reading = gauge.read();
             entry.diameter = reading.diameter;
             entry.by_beam = reading.by_beam;
         }
-        entry.wanted = given.cuts >= 1 ? given.cuts : keyed_cuts.count;
-        entry.travel = keyed_cuts.travel;
         procedure_.take_diameter(now, entry);
         taken_ = true;
+    }
+
+    HeightProcedure::Entry entered(const HeightOrders::Given& given) noexcept {
+        HeightProcedure::Entry entry;
+        entry.diameter = gauge.as_diameter(orders.entered_diameter);
+        entry.wanted = given.cuts >= 1 ? given.cuts : keyed_cuts.count;
+        entry.travel = keyed_cuts.travel;
+        return entry;
     }
 
     HeightProcedure procedure_;
