@@ -70,7 +70,7 @@ struct CentreHeight final : hal::Component {
 
         outputs.show(procedure_, now);
         status = status_of({procedure_.state(), procedure_.fault(), procedure_.verdict().verdict,
-                            procedure_.hold(), status.of_interlock()});
+                            status.of_interlock(), procedure_.hold()});
         cut_taken = cut_taken_;
         value_taken = taken_;
     }

@@ -53,8 +53,8 @@ struct HeightSeen {
     State state = State::idle;
     Fault fault = Fault::none;
     Verdict verdict = Verdict::none;
-    Hold hold = Hold::none;
     HeightStatus interlock{};
+    Hold hold = Hold::none;
 };
 
 inline HeightStatus status_of(const HeightSeen& its) noexcept {
