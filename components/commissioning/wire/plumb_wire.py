@@ -296,8 +296,8 @@ class Wire:
     def check_axes(self, joints, ini):
         letters = (ini.get("TRAJ", "COORDINATES") or "").replace(" ", "").upper()
         for function in self.functions:
-            lacking = [letter for letter in function.axes if not joints.get(letter)]
-            if len(function.axes) - len(lacking) >= function.required:
+            lacking = function.lacks([letter for letter in function.axes if joints.get(letter)])
+            if not lacking:
                 continue
             if lacking[0] not in letters:
                 sentence = "%s needs the axis %s, and this machine has %s: [TRAJ]COORDINATES in %s."
@@ -364,7 +364,8 @@ class Wire:
     @staticmethod
     def tell_stand_ins(stand_ins):
         for kind, names in (
-            ("drivers need hardware", stand_ins.drivers),
+            ("drivers need hardware", [name for name in stand_ins.drivers if name not in stand_ins.learnt.get("absent", ())]),
+            ("modules are not installed here or need hardware", stand_ins.learnt.get("absent")),
             ("programs need a screen or a device", stand_ins.programs),
         ):
             if names:
@@ -541,6 +542,8 @@ class Wire:
         ]
         for function in self.functions:
             for part in function.missing:
+                if part.get("without") in machine.axes:
+                    continue
                 signal = machine.complete.signals.get(part.get("signal"))
                 if not (signal and signal.writer):
                     text = self.numbers.literal(" ".join(part["text"].split()))

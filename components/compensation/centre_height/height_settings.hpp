@@ -92,6 +92,8 @@ struct HeightSettings final : hal::Group {
     hal::In<std::int32_t> sign{this, "sign", 0, "Sign of the height for two cuts: 1, -1, or 0 unknown.",
                                signs};
     hal::In<bool> automatic{this, "automatic", false, "Y may be moved; else the value is only shown."};
+    hal::In<bool> without_y{this, "without-y", false,
+                            "The machine has no Y: a shim raises the tool by y-move."};
     hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have.", offsets};
     hal::In<double> correction_offset{this, "correction-offset", 0, "mu", "Added to the height.", offsets};
     hal::In<double> correction_factor{
@@ -115,7 +117,7 @@ struct HeightSettings final : hal::Group {
         std::size_t post = 0;
         bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, x_known = false,
              at_rest = false;
-        bool air_cut_check = false, automatic = false, good = false;
+        bool air_cut_check = false, automatic = false, without_y = false, good = false;
         double angle = 0, clearance = 0;  // rad
         CutSigmas sigmas;
         double known_x = 0, known_x_sigma = 0, land_step = 0, land_diameter = 0, stock_diameter = 0;
@@ -155,6 +157,7 @@ struct HeightSettings final : hal::Group {
         now.x_known = x_known;
         now.air_cut_check = air_cut_check;
         now.automatic = automatic;
+        now.without_y = without_y;
         now.at_rest = at_rest;
         now.tool = tool;
         now.angle = read(axes_angle[now.post]) * degree;

@@ -116,6 +116,8 @@ class HalFiles:
             lines.append("setp %s.max-offset %g" % (instance, self.machine.travel(joint)))
             lines.append("setp %s.max-rate %s" % (instance, self.machine.named(joint, "MAX_VELOCITY", 1)))
             lines.append("setp %s.taper 3" % instance)
+        for letter in set(function.without) - set(self.machine.axes):
+            lines += ["", "# This machine has no %s." % letter, *("setp %s 1" % pin for pin in function.without[letter])]
         return "\n".join(lines) + "\n"
 
     def _value(self, word):
