@@ -21,6 +21,8 @@ DRIVERS = re.compile(
     r"hal_stg|hal_tiro|hal_vti|hal_ax5214h|hal_evoreg|pcl720|pluto_servo|pluto_step|serport|opto_ac5|mesa_7i65|"
     r"mesa_uart|setsserial|uparport|sserial|hal_gpio|cia402|litexcnc\w*|remora\w*)$"
 )
+# LinuxCNC's own drivers do not load without their hardware, and hm2_eth takes minutes until it says so.
+LOADABLE = re.compile(r"^(?!hm2_|hal_|hostmot2|pluto_|mesa_|probe_parport|opto_ac5|pcl720|serport|setsserial|sserial|uparport)")
 PREFIXES = {
     "hal_parport": "parport",
     "hostmot2": r"hm2_\w+",  # of all cards
@@ -108,7 +110,12 @@ SPECIAL = {
         "follow": {"changed": "change"},
     }
 }
-CARRIERS = ("xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose instances stand in for functions
+# A module that is not installed here, or that looks for its hardware in vain.
+ABSENT = re.compile(
+    r"\b([\w-]+): (?:dlopen: .*cannot open shared object file|rtapi_app_main: "
+    r"(?:No such device|Operation not permitted|No such file|Permission denied|Input/output error|Device or resource busy))"
+)
+CARRIERS = ("updown", "xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose instances stand in for functions
 
 
 class StandIns:
@@ -155,8 +162,8 @@ class StandIns:
         return next(filter(None, (page.kind(name) for page in pages)), [None, None])
 
     def _told(self, name):
-        """Type and direction of a pin, as far as LinuxCNC and its pages give them."""
-        told = _known(name, KNOWN) or self._on_page(name)
+        """Type and direction of a pin, as far as its module, LinuxCNC and their pages give them."""
+        told = self.learnt.get("real", {}).get(name) or _known(name, KNOWN) or self._on_page(name)
         return [given or likely for given, likely in zip(told, _known(name, LIKELY) or [None, None])]
 
     def _guess(self, name):
@@ -182,13 +189,15 @@ class StandIns:
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
 
     def _stand_in_for_drivers(self):
-        for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+)(.*)$", self.all, re.M):
+        lines = {}
+        for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+).*$", self.all, re.M):
             module = found[1]
-            if not (DRIVERS.match(module) or module in self.learnt.get("given", ())) or module in self.drivers:
-                continue
-            self.drivers.append(module)
+            if DRIVERS.match(module) or any(module in self.learnt.get(kind, ()) for kind in ("given", "absent")):
+                lines.setdefault(module, found[0].strip())
+        self.drivers += lines
         if not self.drivers:
             return
+        self._load(line for module, line in lines.items() if LOADABLE.match(module))
         if any(module.startswith("hm2_") for module in self.drivers) and "hostmot2" not in self.drivers:
             self.drivers.append("hostmot2")
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
@@ -198,14 +207,17 @@ class StandIns:
             prefix = PREFIXES.get("hostmot2" if module.startswith("hm2_") else module, module)
             self.pages += [(r"%s(\.\d+)?\." % prefix, page_of(name)) for name in names]
         for module in self.drivers:
-            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=\w)" % PREFIXES.get(module, module)
+            # A component in C has - in its pins for _ in its name, and instances of their own names.
+            named = re.search(r"\bnames=(\S+)", lines.get(module, ""))
+            names = [PREFIXES.get(module, re.sub("[-_]", "[-_]", module)), *map(re.escape, named[1].split(",") if named else ())]
+            prefix = r"(?<![\w.-])((?:%s)(?:\.\d+)?)\.(?=\w)" % "|".join(names)
             heads = sorted(set(re.findall(prefix, self.all)))
             heads = [head for head in heads if head not in described]
             described += heads
             pins = {}
             for head in heads:
                 pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
-                added = sorted(set(re.findall(r"^\s*addf\s+(%s\.\S+)" % re.escape(head), self.all, re.M)))
+                added = sorted(set(re.findall(r"^\s*addf\s+(%s(?:\.\S+)?)(?=\s)" % re.escape(head), self.all, re.M)))
                 functions += [name for name in added if name not in functions]  # parport.0.read is one of parport, too
             self._describe(module, pins, {}, prefix=False)
         first = True
@@ -226,6 +238,14 @@ class StandIns:
             if changed != text:
                 self.texts[path] = changed
                 self.trial.place(path, changed)
+
+    def _load(self, lines):
+        """Learns the pins of drivers that can be loaded without their hardware."""
+        lines = list(lines)
+        if lines and self.learnt.get("loaded") != lines:
+            rows = (row.split() for row in self.trial.pins_of_modules(lines).splitlines())
+            self.learnt["real"] = {words[4]: [words[1], DIRECTIONS[words[2]]] for words in rows if len(words) > 4 and words[2] in DIRECTIONS}
+            self.learnt["loaded"] = lines
 
     def _expanded(self, written, line, module):
         return line if self._values(written).split()[1] == module else written
@@ -305,6 +325,10 @@ class StandIns:
         found = re.search(r"Signal '([^']+)' of type '(\w+)' cannot add pin '([^']+)' of type '(\w+)'", words)
         if found:
             return self._take_type(*found.groups())
+        found = ABSENT.search(words)
+        if found and found[1] not in self.drivers and re.search(r"^[ \t]*loadrt[ \t]+%s\b" % re.escape(found[1]), self.all, re.M):
+            self.learnt.setdefault("absent", []).append(found[1])
+            return True
         found = re.search(r"pin '([^']+)' is not writable", words)
         if found and self._is_stand_in(found[1]) and self.learnt.get("direction of " + found[1]) != "IN":
             self.learnt["direction of " + found[1]] = "IN"

@@ -10,7 +10,8 @@ from hal_state import SHOWN, State
 from machine import MOTION, Machine
 from sandbox import OWN
 from stand_ins import StandIns
-from texts import Impossible
+from step_rates import too_slow
+from texts import Impossible, wrapped
 from trial import NotStarted, Trial
 
 # Modules that pass a number on, with its pin and settings: the first that the user does not load.
@@ -138,7 +139,10 @@ class Trials:
         except NotStarted:
             return " Your configuration does not start either when Plumb is left out."
         failed = [statement for statement, holds in seen if not holds]
-        return " The same machine without Plumb fails too: %s." % failed[0] if failed else " Without Plumb it works."
+        if not failed:
+            return " Without Plumb it works."
+        reasons = too_slow(machine) if "following error" in failed[0] else ()
+        return "\n".join([" The same machine without Plumb fails too: %s." % failed[0], *(wrapped(reason, "- ") for reason in reasons)])
 
     def release(self, machine):
         """Learns the inputs from the hardware without which the machine does not turn on or the spindle is not at speed."""
