@@ -384,6 +384,14 @@ class Pins(unittest.TestCase):
         self.assertEqual(found.described["acme_io"], ["acme-io.0.speed", "left.speed"])
         self.assertFalse(found.learn(missing), "once")
 
+    def test_signals_give_the_direction_of_a_pin_that_no_list_has_and_a_function_has_its_own_pins(self):
+        hal = "addf lcec.read-all servo-thread\nnet time lcec.read-all.time\nnet fb joint.0.motor-pos-fb <= hm2_7i92.0.stbl.1.2.pos_fb\n"
+        found = self.stand_ins(hal + "net own <= hm2_7i92.0.other.0.value\nsetp hm2_7i92.0.other.0.width 3\n")
+        self.assertEqual(found._kind("hm2_7i92.0.stbl.1.2.pos_fb"), ["float", "OUT"])
+        self.assertEqual(found._kind("hm2_7i92.0.other.0.value"), ["float", "OUT"])
+        self.assertEqual(found._kind("hm2_7i92.0.other.0.width"), ["float", "IN"])
+        self.assertNotIn("lcec.read-all.time", [pin for pins in found.described.values() for pin in pins])
+
     def test_real_modules_are_read_and_those_that_look_for_hardware_leave_nothing(self):
         home = own_folder(self)
         write(os.path.join(home, "my.ini"), "[HAL]\n")

@@ -92,7 +92,7 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"lcec\..*(controlword|control-word|cia-controlword)", U32, "IN"),
     (r"lcec\..*(statusword|status-word|cia-statusword)", U32, "OUT"),
 ]
-LIKELY = [  # the other pins of these drivers, where their manual pages do not have them
+LIKELY = [  # the other pins of these drivers, where neither their manual pages nor signals tell
     (r"parport\.\d+\..*", BIT, "IN"),
     (r"hm2_.*", FLOAT, "IN"),
 ]
@@ -148,7 +148,8 @@ class StandIns:
         """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
         for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.-]+" % re.escape(prefix), self.all))):
-            if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(name), self.all, re.M):
+            function = re.sub(r"\.(time|tmax|tmax-increased)$", "", name)  # each function has these pins
+            if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(function), self.all, re.M):
                 found[name[len(prefix) + 1 :]] = self._kind(name)
         return found
 
@@ -163,8 +164,7 @@ class StandIns:
 
     def _told(self, name):
         """Type and direction of a pin, as far as its module, LinuxCNC and their pages give them."""
-        told = self.learnt.get("real", {}).get(name) or _known(name, KNOWN) or self._on_page(name)
-        return [given or likely for given, likely in zip(told, _known(name, LIKELY) or [None, None])]
+        return self.learnt.get("real", {}).get(name) or _known(name, KNOWN) or self._on_page(name)
 
     def _guess(self, name):
         told = self._told(name)
@@ -172,7 +172,7 @@ class StandIns:
 
     def _by_use(self, name):
         """Type and direction of a pin by the signals and values that the user's files give it."""
-        others, is_source = [], False
+        others, is_source, likely = [], False, _known(name, LIKELY) or [None, None]
         for pins, sources in self.nets.values():
             if name in pins:
                 others += [kind for kind in map(self._told, pins) if None not in kind]
@@ -181,9 +181,9 @@ class StandIns:
         if others:
             kind = others[0][0]
         elif value:
-            kind = BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT
+            kind = likely[0] or (BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT)
         else:
-            kind = BIT if LIKE_A_BIT.search(name) else FLOAT
+            kind = likely[0] or (BIT if LIKE_A_BIT.search(name) else FLOAT)
         has_writer = any(direction == "OUT" for _, direction in others)
         reads = any(direction == "IN" for _, direction in others)
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]

@@ -70,6 +70,8 @@ class Trials:
             except NotStarted as error:
                 if not self.stand_ins.learn(str(error)):
                     sentence = "Your configuration does not start here, without anything of Plumb:\n%s"
+                    if "VERSION indicates update is needed" in str(error):
+                        sentence += "\n" + wrapped("LinuxCNC wants to convert %s first: run update_ini %s." % (ini.path, ini.path))
                     raise Impossible(sentence % error) from None
         else:
             raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
@@ -176,7 +178,7 @@ class Trials:
         module, pin, settings = next(follower for follower in FOLLOWERS if follower[0] not in loaded)
         for joint in sorted({joint for numbers in machine.joints.values() for joint in numbers}):
             if ini.get("JOINT_%d" % joint, "HOME_SEARCH_VEL"):
-                for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_USE_INDEX"):
+                for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_FINAL_VEL", "HOME_USE_INDEX"):
                     ini.set("JOINT_%d" % joint, name, "0")
             command = machine.halfiles.signal_of("joint.%d.motor-pos-cmd" % joint)
             feedback = machine.halfiles.signal_of("joint.%d.motor-pos-fb" % joint)
