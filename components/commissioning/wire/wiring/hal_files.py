@@ -15,6 +15,13 @@ ORDER = LICENSE + """
 
 proc plumb_order {before behind} {
   if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return    ;# TWOPASS adds functions in its second pass
+  foreach line [split [exec halcmd -s show thread] \\n] {    ;# a file that loads a function may have added it
+    foreach name [concat $before $behind] {
+      if {[lsearch -exact $line $name] >= 0} {
+        delf $name [lindex $line 2]
+      }
+    }
+  }
   foreach line [split [exec halcmd -s show thread] \\n] {
     set found [lsearch -exact $line motion-controller]
     if {$found < 0} continue
