@@ -179,7 +179,7 @@ const std::map<std::string, double>& undisturbed(const Live& live) {
 Complaints about_poison(const Live& live, const hal::Declarations& declared, const std::string& input) {
     const std::map<std::string, double>& expected_outputs = undisturbed(live);  // first: one host at a time
     Bench bench(Bench::Thread::none, with_specimens());
-    host::Client& client = bench.client();
+    client::Client& client = bench.client();
     live.start(bench);
     const std::string& instance = live.parts[0].instance;
     const std::string pin = instance + "." + input;
@@ -216,13 +216,13 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
         for (const double poison : poisons) {
             if (!signal.empty()) bench.command("unlinkp " + pin);
             bench.set(pin, poison);
-            client.run(host::seconds(poison_time));
+            client.run(client::seconds(poison_time));
             bench.set(pin, own);
             if (!signal.empty()) bench.command("net " + signal + " " + pin);
-            client.run(host::seconds(poison_time));
+            client.run(client::seconds(poison_time));
         }
-    client.run(host::seconds(live.recovery - (bench.time() - end)));
-    for (const host::Violation& violation : client.violations())
+    client.run(client::seconds(live.recovery - (bench.time() - end)));
+    for (const client::Violation& violation : client.violations())
         result.push_back(violation.id + ": " + std::to_string(violation.count) + " periods");
     for (const auto& [output, expected] : expected_outputs) {
         const double found = bench.get(output);
@@ -337,7 +337,7 @@ TEST_P(Conformance, DefaultsOfLengthsAreThoseOfTheMachinesUnit) {
 
 #ifndef PLUMB_SANITIZED
 TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
-    host::Start guarded;
+    client::Start guarded;
     guarded.guard = true;
     Bench bench(Bench::Thread::servo, guarded);
     const hal::Declarations declared(module.model());
@@ -350,7 +350,7 @@ TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
             bench.set("a." + pin.name, 1 - pin.initial);
         }
     bench.run(1);
-    for (const host::GuardViolation& violation : bench.client().guard())
+    for (const client::GuardViolation& violation : bench.client().guard())
         ADD_FAILURE() << violation.function << ": " << violation.what;
 }
 #endif
@@ -571,13 +571,13 @@ TEST_P(Configuration, ScoresWithTruthButNeverCompensatesFromIt) {
 
 #ifndef PLUMB_SANITIZED
 TEST_P(Configuration, NeitherAllocatesNorCallsTheSystemWhileItWorks) {
-    host::Start guarded;
+    client::Start guarded;
     guarded.guard = true;
     Bench bench(Bench::Thread::none, guarded);
     bench.source(GetParam());
     bench.command("start");
     bench.run(700);
-    for (const host::GuardViolation& violation : bench.client().guard())
+    for (const client::GuardViolation& violation : bench.client().guard())
         ADD_FAILURE() << violation.function << ": " << violation.what;
 }
 #endif

@@ -45,9 +45,11 @@ def of_declarations(build):
 
 
 def of_role(build, role):
-    """The modules and programs of a role, by their declarations."""
+    """The modules and programs of a role, by their declarations. A link is a former name."""
     found = []
     for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
+        if os.path.islink(path):
+            continue
         with open(path, encoding="utf-8") as file:
             if json.load(file).get("role") == role:
                 found.append(os.path.basename(path)[:-len(".json")])

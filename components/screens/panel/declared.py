@@ -19,7 +19,7 @@ class Declared:
         return self.pins.get(short, {})
 
     def is_of_records(self, short):
-        """Whether a pin is there for retain alone, which walks the records."""
+        """Whether a pin is there for plumb-retain alone, which walks the records."""
         return self.has_records and (short in ("row", "forget", "kept", "restore", "rows", "restores", "restores-refused")
                                      or short.startswith(("row-", "restore-")))
 

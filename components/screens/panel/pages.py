@@ -289,7 +289,7 @@ class Edit(Page):
         if not kept:
             return _("Not changed on a screen.")
         lost = self.panel.settings.retain_state(values)
-        return "\u25b2 " + lost if lost else _("Saved by retain: this value wins over the HAL file.")
+        return "\u25b2 " + lost if lost else _("Saved by plumb-retain: this value wins over the HAL file.")
 
 
 def _number(text):

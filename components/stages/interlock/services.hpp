@@ -32,7 +32,7 @@ struct Services : hal::Group {
                                 "service follows the computer's clock.",
                                 {slowest, fastest}};
     hal::Row<hal::In<bool>, number> ready{this, "service-ready", true,
-                                          "The service is ready, such as restored of retain."};
+                                          "The service is ready, such as restored of plumb-retain."};
     hal::Row<hal::In<bool>, number> fault{this, "service-fault", false, "The service has a fault."};
 
     hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service lives and is ready."};

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""linuxcnc_link and retain in a complete LinuxCNC, ten times faster than the clock, on two days.
+"""linuxcnc_link and plumb-retain in a complete LinuxCNC, ten times faster than the clock, on two days.
 
 PLUMB_BUILD names the build folder.
 """
@@ -27,7 +27,7 @@ HAL = """\
 loadrt thermal_displacement names=growth
 addf growth.update servo-thread
 loadusr -Wn linuxcnc-link {build}/bin/linuxcnc_link --messages $(CONFIG_DIR)/messages.toml --messages $(CONFIG_DIR)/door.toml
-loadusr -W {build}/bin/retain --file $(CONFIG_DIR)/mill.toml
+loadusr -W {build}/bin/plumb-retain --file $(CONFIG_DIR)/mill.toml
 """
 
 RETAIN = """\
@@ -239,7 +239,8 @@ class Shipped(unittest.TestCase):
                     net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*(?:linuxcnc|sensor)-link\.%s-code\b" % message["pin"], hal, re.M)
                     module, pin = message["codes"].split()
                     instance = net[1].split(".")[0]  # a program's has its channel behind it
-                    self.assertEqual((modules.get(instance, instance.replace("-", "_")), net[2]), (module, pin.replace("CHANNEL.", "")))
+                    program = instance.replace("-", "_").replace("plumb_", "plumb-")
+                    self.assertEqual((modules.get(instance, program), net[2]), (module, pin.replace("CHANNEL.", "")))
                     self.assertTrue(plumb.declarations(module)["codes"][pin])
 
     def test_functions_of_one_machine_share_no_pin(self):

@@ -20,7 +20,7 @@ from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
 PATIENCE = 60  # s of real time, for an event that takes a moment
-SIGNS = {0: "retain.heartbeat", 4: "linuxcnc-alive.task-heartbeat", 5: "linuxcnc-alive.io-heartbeat"}  # of life, by service
+SIGNS = {0: "plumb-retain.heartbeat", 4: "linuxcnc-alive.task-heartbeat", 5: "linuxcnc-alive.io-heartbeat"}  # of life, by service
 DECLARED, DAMAGED = read_all(os.path.join(BUILD, "share", "plumb"))
 
 
@@ -319,7 +319,7 @@ class Changing(WithHost):
 
 
 class Keeping(WithHost):
-    """A changed setting outlives a restart, by the real retain."""
+    """A changed setting outlives a restart, by the real plumb-retain."""
 
     def until(self, condition, what):
         end = time.monotonic() + PATIENCE
@@ -333,7 +333,7 @@ class Keeping(WithHost):
         if not os.path.exists(path):
             with open(path, "w") as file:
                 file.write('machine = "mill"\nevery = 0.05\n')
-        program = os.path.join(BUILD, "bin", "retain")
+        program = os.path.join(BUILD, "bin", "plumb-retain")
         self.host.command("loadusr -Wn panel-settings %s panel-settings --file %s --period 0.01" % (program, path))
         self.until(lambda: self.hal.get("panel-settings.restored"), "restored")
 
@@ -459,7 +459,7 @@ class Waiting(WithHost):
     def test_the_services_that_hold_the_feed_are_named_and_no_offset(self):
         lost = "No answer from %s: the feed is held. Start LinuxCNC again."
         for living, names in (((0, 5), "LinuxCNC's task"), ((0, 4), "LinuxCNC's io"), ((0,), "LinuxCNC's task, LinuxCNC's io"),
-                              ((), "LinuxCNC's task, LinuxCNC's io")):  # retain holds no feed
+                              ((), "LinuxCNC's task, LinuxCNC's io")):  # plumb-retain holds no feed
             with self.subTest(living):
                 self.beat(*SIGNS)
                 self.host.command("setp interlock.0.function-switch-0 0")
@@ -474,7 +474,7 @@ class Waiting(WithHost):
     def test_a_sum_out_of_range_stands_for_all_services(self):
         self.host.command("setp interlock.0.feed-services 256")
         self.beat(4, 5)
-        self.assertEqual(self.sentences(), ["No answer from retain: the feed is held. Start LinuxCNC again."])
+        self.assertEqual(self.sentences(), ["No answer from plumb-retain: the feed is held. Start LinuxCNC again."])
 
     def test_a_service_without_a_signal_has_its_number(self):
         self.beat(0, 5)

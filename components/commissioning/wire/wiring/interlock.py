@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""interlock, which stands between the functions, their stages, retain and LinuxCNC. It is loaded once."""
+"""interlock, which stands between the functions, their stages, plumb-retain and LinuxCNC. It is loaded once."""
 
 import plumb
 from stages import Part, message
@@ -72,7 +72,7 @@ def interlock(functions, stages, has_operation):
 
 
 def _services(number, function):
-    """The services of a function: an offset with records needs retain, a stroke needs linuxcnc_link, task and io, too."""
+    """The services of a function: an offset with records needs plumb-retain, a stroke needs linuxcnc_link, task and io, too."""
     needs = RETAIN if function.records else 0
     if not function.stroke:
         return [("interlock.function-services-%d" % number, needs)]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/thermal_growth_test/growth_test.hpp"
+#include "components/compensation/thermal_growth/growth_procedure.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/thermal_growth_test/growth_test.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_signals.hpp"
+#include "components/compensation/thermal_growth/growth_procedure.hpp"
+#include "components/compensation/thermal_growth/growth_signals.hpp"
 #include "components/math/blocks/edge.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"

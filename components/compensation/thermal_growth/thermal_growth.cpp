@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/thermal_growth_test/growth_test_inputs.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_report.hpp"
-#include "pages/thermal_growth_test.page.hpp"
+#include "components/compensation/thermal_growth/growth_inputs.hpp"
+#include "components/compensation/thermal_growth/growth_report.hpp"
+#include "pages/thermal_growth.page.hpp"
 
 namespace plumb {
 
