@@ -386,10 +386,11 @@ class Pins(unittest.TestCase):
 
     def test_signals_give_the_direction_of_a_pin_that_no_list_has_and_a_function_has_its_own_pins(self):
         hal = "addf lcec.read-all servo-thread\nnet time lcec.read-all.time\nnet fb joint.0.motor-pos-fb <= hm2_7i92.0.stbl.1.2.pos_fb\n"
-        found = self.stand_ins(hal + "net own <= hm2_7i92.0.other.0.value\nsetp hm2_7i92.0.other.0.width 3\n")
+        found = self.stand_ins(hal + "net own <= hm2_7i92.0.other.0.value\nsetp hm2_7i92.0.other.0.width 3\nnet index joint.0.index-enable <=> hm2_7i92.0.stbl.1.2.index\n")
         self.assertEqual(found._kind("hm2_7i92.0.stbl.1.2.pos_fb"), ["float", "OUT"])
         self.assertEqual(found._kind("hm2_7i92.0.other.0.value"), ["float", "OUT"])
         self.assertEqual(found._kind("hm2_7i92.0.other.0.width"), ["float", "IN"])
+        self.assertEqual(found._kind("hm2_7i92.0.stbl.1.2.index"), ["bit", "IO"])
         self.assertNotIn("lcec.read-all.time", [pin for pins in found.described.values() for pin in pins])
 
     def test_real_modules_are_read_and_those_that_look_for_hardware_leave_nothing(self):

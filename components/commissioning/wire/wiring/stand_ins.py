@@ -47,6 +47,7 @@ FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
 KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits the whole name
     (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|free-.*)", FLOAT, "OUT"),
     (r"joint\.\d+\.(motor-pos-fb|jog-scale)", FLOAT, "IN"),
+    (r"(joint|spindle)\.\d+\.index-enable", BIT, "IO"),
     (r"joint\.\d+\.jog-counts", S32, "IN"),
     (r"joint\.\d+\.(amp-enable-out|homed|homing|active|in-position)", BIT, "OUT"),
     (r"joint\.\d+\..*", BIT, "IN"),
@@ -184,6 +185,8 @@ class StandIns:
             kind = likely[0] or (BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT)
         else:
             kind = likely[0] or (BIT if LIKE_A_BIT.search(name) else FLOAT)
+        if any(direction == "IO" for _, direction in others):
+            return [kind, "IO"]
         has_writer = any(direction == "OUT" for _, direction in others)
         reads = any(direction == "IN" for _, direction in others)
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
@@ -344,7 +347,7 @@ class StandIns:
             path = next((path for path in self.texts if path.endswith(os.path.basename(found[1]))), None)
             line = self._values(self.texts[path].splitlines()[int(found[2]) - 1]) if path else ""
             return len(line.split()) > 1 and self._try_next(line.split()[1])
-        found = re.search(r"Signal '([^']+)' can not add OUT pin", words)
+        found = re.search(r"[Ss]ignal '([^']+)' (?:can not add OUT pin|already has output)", words)
         if found and found[1] in self.nets:
             for pin in self.nets[found[1]][0]:
                 if not _known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):

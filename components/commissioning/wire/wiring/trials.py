@@ -171,6 +171,7 @@ class Trials:
 
     def drive(self, trial, ini, machine, stand_ins):
         """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
+        begin_with_first_sequence(ini)
         outputs, lines, drives = stand_ins.outputs(), [], []
         if not outputs:
             return
@@ -193,6 +194,15 @@ class Trials:
         if lines:
             lines.insert(0, "loadrt %s names=%s" % (module, ",".join(drives)))
             ini.add("HAL", "HALFILE", trial.write("drives.hal", "\n".join(lines) + "\n"))
+
+
+def begin_with_first_sequence(ini):
+    """LinuxCNC homes all joints together only from sequence 0 or 1 on; some users home theirs one by one."""
+    sections = ["JOINT_%d" % joint for joint in range(int(ini.get("KINS", "JOINTS") or 0))]
+    sequences = {section: int(ini.get(section, "HOME_SEQUENCE") or 0) for section in sections}
+    first = min(map(abs, sequences.values()), default=0)
+    for section, sequence in sequences.items() if first > 1 else ():
+        ini.set(section, "HOME_SEQUENCE", str(sequence - first + 1 if sequence > 0 else sequence + first - 1))
 
 
 def renamed(text, wiring, machine, functions):
