@@ -29,6 +29,7 @@ import writing  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from hal_state import State  # noqa: E402
 from output import Output  # noqa: E402
+from remedies import remedy  # noqa: E402
 from step_rates import too_slow  # noqa: E402
 from texts import Impossible  # noqa: E402
 
@@ -293,6 +294,24 @@ class Order(unittest.TestCase):
         done = subprocess.run(command, cwd=home, stderr=subprocess.PIPE, text=True, check=False)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
+
+
+class Remedies(unittest.TestCase):
+    """What to do where LinuxCNC does not start without Plumb."""
+
+    def test_a_complaint_of_linuxcnc_gets_file_line_and_remedy(self):
+        home = own_folder(self)
+        path = os.path.join(home, "my.ini")
+        write(path, "[HAL]\nHALFILE = my.hal\nHALFILE = gone.hal\n")
+        python = '  File "/mpg.py", line 60\n    print \'bad event\'\n    ^^^^\nSyntaxError: Missing parentheses in call to \'print\'. Did you'
+        for words, expected in (
+            ("  CANNOT FIND FILE FOR:gone.hal\n", "%s:3 names gone.hal, and it is not there: put the file into %s, or remove the line." % (path, home)),
+            ("INI file [EMC]VERSION indicates update is needed, but", "LinuxCNC wants to convert %s first: run update_ini %s." % (path, path)),
+            (python, "/mpg.py:60 is written for Python 2: convert it by 2to3."),
+            ("./my.hal:7: Pin 'a.b' was already linked to signal 'c'", "./my.hal:7 nets a.b, which is in your signal c: use this signal there."),
+            ("something else", None),
+        ):
+            self.assertEqual(remedy(words, IniFile(path)), expected)
 
 
 class Later(unittest.TestCase):

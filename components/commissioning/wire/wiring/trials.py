@@ -8,6 +8,7 @@ import hal_text
 import writing
 from hal_state import SHOWN, State
 from machine import MOTION, Machine
+from remedies import remedy
 from sandbox import OWN
 from stand_ins import StandIns
 from step_rates import too_slow
@@ -70,9 +71,8 @@ class Trials:
             except NotStarted as error:
                 if not self.stand_ins.learn(str(error)):
                     sentence = "Your configuration does not start here, without anything of Plumb:\n%s"
-                    if "VERSION indicates update is needed" in str(error):
-                        sentence += "\n" + wrapped("LinuxCNC wants to convert %s first: run update_ini %s." % (ini.path, ini.path))
-                    raise Impossible(sentence % error) from None
+                    advice = remedy(str(error), written)
+                    raise Impossible(sentence % error + ("\n" + wrapped(advice) if advice else "")) from None
         else:
             raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
         texts = {}
