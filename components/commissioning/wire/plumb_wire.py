@@ -574,16 +574,17 @@ def forbid_names(path, ini):
         raise Impossible(wrapped(sentence % (path, character(odd[0]))))
     blank = " " in path
     dos = "\r\n" in ini.original[ini.path]
-    included = [place for place in ini.texts[ini.path] if re.match(r"#INCLUDE\s", place)]
+    lines = enumerate(ini.texts[ini.path], start=1)
+    included = [(number, line.strip()) for number, line in lines if re.match(r"#INCLUDE\s", line)]
     if included and dos:
         sentence = (
-            "%s has the line ends of DOS, and LinuxCNC does not find the file of its line %r. This line gives it others: "
+            "%s has the line ends of DOS, and LinuxCNC does not find the file of its line %d, %r. This line gives it others: "
             "sed -i 's/\\r$//' %s"
         )
-        raise Impossible(wrapped(sentence % (ini.path, included[0].strip(), shlex.quote(ini.path))))
+        raise Impossible(wrapped(sentence % (ini.path, *included[0], shlex.quote(ini.path))))
     if included and blank:
-        sentence = "The path %r has a blank, and LinuxCNC does not find the INI file of a line %r there. Rename the folder."
-        raise Impossible(wrapped(sentence % (path, included[0].strip())))
+        sentence = "The path %r has a blank, and LinuxCNC does not find the INI file of line %d, %r, there. Rename the folder."
+        raise Impossible(wrapped(sentence % (path, *included[0])))
     return blank or dos
 
 
