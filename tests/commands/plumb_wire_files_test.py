@@ -204,7 +204,7 @@ class Names(unittest.TestCase):
             words = "has %s, and LinuxCNC cannot read an INI file there" % words
             self.assertRegex(self.refusal(name, "configs", "my.ini"), words)
             self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words)
-        words = "has a blank, and LinuxCNC does not find the INI file of line \d+, '#INCLUDE my.inc', there"
+        words = r"has a blank, and LinuxCNC does not find the INI file of line \d+, '#INCLUDE my.inc', there"
         self.assertRegex(self.refusal("my mill", "my.ini", more="#INCLUDE my.inc\n"), words)
 
     def test_a_path_that_is_not_utf_8(self):
