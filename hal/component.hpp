@@ -25,6 +25,7 @@
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"
 #include "hal/role.hpp"
+#include "hal/status.hpp"
 
 #include <memory>
 #include <string>

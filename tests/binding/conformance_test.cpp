@@ -57,6 +57,30 @@ bool sentence(const std::string& text) {
            text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
 }
 
+// Of a screen.
+const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end",
+                                    "hold", "stop",   "start",       "resume", "enter",   "store"};
+
+// Errors in the status of a function: each has a sentence, and a remedy unless all is well.
+Complaints about_status(const hal::Declarations& declared) {
+    Complaints result;
+    for (const hal::StatusInfo& info : declared.statuses)
+        for (const auto& [number, its] : info.statuses) {
+            const std::string which = info.pin + " " + std::to_string(number) + ": ";
+            const bool remedy_needed = its.kind != hal::Kind::good;
+            if (*its.remedy ? !sentence(its.remedy) : remedy_needed)
+                result.push_back(which + "its remedy is no sentence: " + its.remedy);
+            if (buttons.count(its.button) == 0)
+                result.push_back(which + "no screen has the button " + its.button);
+            const std::string detail = its.detail;
+            const bool known =
+                std::any_of(declared.pins.begin(), declared.pins.end(),
+                            [&](const hal::PinInfo& pin) { return pin.output && pin.name == detail; });
+            if (!detail.empty() && !known) result.push_back(which + "there is no pin " + detail);
+        }
+    return result;
+}
+
 // Errors in the names, units and sentences of a component.
 Complaints about_declarations(const hal::Model& model, const std::string& file_name) {
     Complaints result;
@@ -85,6 +109,9 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
                offset.value + ": what limits its acceleration is not one sentence: " + offset.accelerated_by);
     demand(!declared.functions.empty(), "no function");
     demand(model.role != hal::Role::none, "no role");
+    demand(declared.statuses.size() == (model.role == hal::Role::compensation ? 1 : 0),
+           "a function declares one hal::Status, and no other component any");
+    for (const std::string& complaint : about_status(declared)) result.push_back(complaint);
     const hal::Page page(model.about.page);
     for (const char* heading : {"DESCRIPTION", "WIRING", "BEHAVIOUR"})
         demand(!page.section(heading).empty(), std::string("no ") + heading);

@@ -38,6 +38,7 @@ def of_declarations(build):
         if declared.get("role") == "plant":
             continue
         texts = [text for codes in declared.get("codes", {}).values() for text in codes.values()] + [declared["summary"]]
+        texts += [its["remedy"] for its in declared.get("statuses", {}).values() if its["remedy"]]
         pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
         texts += [pin["sentence"] for pin in pins.values()]
         found.update({text: name for text in texts})

@@ -13,6 +13,7 @@ class Declared:
         self.name, self.summary = content["name"], content.get("summary", "")
         self.pins = content.get("pins", {})
         self.codes = {pin: {int(code): text for code, text in texts.items()} for pin, texts in content.get("codes", {}).items()}
+        self.statuses = {int(number): its for number, its in content.get("statuses", {}).items()}  # kind, sentence, remedy, button, detail
         self.has_records = {"row-shown", "restores"} <= set(self.pins)
 
     def pin(self, short):

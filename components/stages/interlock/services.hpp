@@ -67,6 +67,8 @@ struct Services : hal::Group {
     // Of these, as a sum of 1, 2, 4, ... 128.
     bool are_ok(std::int32_t these) const noexcept { return (these & ~ok_) == 0; }
     bool any_lost(std::int32_t these) const noexcept { return (these & lost_) != 0; }
+    std::int32_t lost_of(std::int32_t these) const noexcept { return these & lost_; }
+    std::int32_t late_of(std::int32_t these) const noexcept { return these & ~ok_ & ~lost_; }
 
 private:
     class Pulse {

@@ -165,7 +165,7 @@ class Settings(unittest.TestCase):
             ),
             (
                 good + "codes = 'thermal_displacement fault'\n",
-                "message 1: codes: thermal_displacement has no codes of 'fault', only of: doubt-code, fault-code, learning-failed-code, refusal-code, rejection-code",
+                "message 1: codes: thermal_displacement has no codes of 'fault', only of: doubt-code, fault-code, learning-failed-code, refusal-code, rejection-code, status-code",
             ),
             (good + "[message.codes]\nx = 'y'\n", "message 1: codes: invalid literal for int() with base 10: 'x'"),
             (good + "[message.codes]\n1 = 2\n", "message 1: codes: 1 has no text"),
@@ -193,6 +193,26 @@ class Settings(unittest.TestCase):
         self.refused('[[message]]\npin = \n', "Invalid value (at line 2, column 7)")
         ended = subprocess.run(["/usr/bin/python3", LINK, "--messages", "/nowhere.toml"], capture_output=True, text=True)
         self.assertEqual(ended.stderr, "linuxcnc_link: /nowhere.toml: No such file or directory\n")
+
+
+class Statuses(unittest.TestCase):
+    """The message of a status-code, in each status of each function."""
+
+    def test_only_a_bad_status_is_told_and_with_its_remedy(self):
+        for module in ("axis_growth", "chopping", "squareness", "thermal_displacement", "thermal_growth_test"):
+            message = linuxcnc_link.Message({"pin": "its", "text": "It: {code}", "codes": module + " status-code"}, "here")
+            statuses = plumb.declarations(module)["statuses"]
+            told = 0
+            for code, its in statuses.items():
+                with self.subTest(module=module, code=code):
+                    text = message.new_text({"its": its["kind"] in ("warn", "bad"), "its-code": int(code)})
+                    if its["kind"] == "bad" and not its["detail"]:
+                        self.assertEqual(text, "It: %s %s" % (its["sentence"], its["remedy"]))
+                        self.assertIsNone(message.new_text({"its": True, "its-code": int(code)}), "told once")
+                        told += 1
+                    else:
+                        self.assertIsNone(text)
+            self.assertGreaterEqual(told, 8 + 1, "each lost service, and more")
 
 
 class Shipped(unittest.TestCase):

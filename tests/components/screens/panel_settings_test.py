@@ -15,7 +15,7 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, changes, growth_logs, growth_state, growth_test_state, hal_files, machine, settings, texts, waiting  # noqa: E402
+from panel import access, changes, growth_logs, growth_test_state, hal_files, machine, settings, status, texts, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
@@ -367,38 +367,14 @@ class Keeping(WithHost):
 
 
 class Verdicts(WithHost):
-    def verdict(self, **pins):
-        on = pins.get("enable", True)
-        values = {**self.hal.values(), "interlock.0.function-switch-0": on, "interlock.0.function-enable-0": on}
-        values.update({"growth." + name.replace("_", "-"): value for name, value in pins.items()})
-        return growth_state.status(self.machine, self.growth, values)
-
-    WORKS = {"reference_valid": True, "enable": True, "growth_known": True, "offset_sigma": 0.0015}
-
-    def test_growth_in_one_line(self):
-        codes = DECLARED["thermal_displacement"].codes
-        self.assertEqual(self.verdict(**self.WORKS), ("good", "Working, \u00b13.0 \u00b5m."))
-        for pins, kind, words in (
-            ({"fault": True, "fault_code": 1}, "bad", codes["fault-code"][1]),
-            ({"doubt": True, "doubt_code": 4}, "warn", codes["doubt-code"][4]),
-            ({"reference_refused": True, "refusal_code": 2}, "bad", codes["refusal-code"][2]),
-            ({"reference_valid": False}, "warn", "no reference"),
-            ({"dry_run": True}, "off", "Dry run"),
-            ({"enable": False}, "off", "Switched off"),
-            ({"growth_known": False}, "warn", "first contact"),
-            ({"load_valid": False}, "bad", "The load is lost: its sensor reports no valid value."),
-            ({"load_valid": False, "learning": True}, "bad", "The load is lost"),
-            ({"load_valid": False, "reference_valid": False}, "bad", "The load is lost"),
-            ({"offset_sigma": math.nan}, "bad", "growth.offset-sigma is not a number"),
-            ({"learning": True}, "good", "Learning"),
-        ):
-            with self.subTest(**pins):
-                its, text = self.verdict(**{**self.WORKS, **pins})
-                self.assertEqual(its, kind)
-                self.assertIn(words, text)
-
     def test_a_component_that_is_gone_is_said(self):
-        self.assertEqual(growth_state.status(self.machine, self.growth, {})[0], "bad")
+        self.assertEqual(status.of(self.growth, {}).kind, "bad")
+
+    def test_the_detail_of_a_status_is_the_sentence_of_its_code(self):
+        codes = DECLARED["thermal_displacement"].codes
+        faulty = next(number for number, its in DECLARED["thermal_displacement"].statuses.items() if its["detail"] == "fault-code")
+        its = status.of(self.growth, {**self.hal.values(), "growth.status-code": faulty, "growth.fault-code": 1})
+        self.assertEqual((its.kind, its.text), ("bad", "A fault is active. " + codes["fault-code"][1]))
 
     def test_the_machine_is_moved_only_while_it_is_safe(self):
         safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False}

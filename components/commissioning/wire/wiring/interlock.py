@@ -41,7 +41,9 @@ def interlock(functions, stages, has_operation):
     for function in functions:
         number = function.number
         part.setp += _services(number, function)
+        part.setp.append(("interlock.function-stages-%d" % number, _stages(function, stages)))
         part.nets.append([function.interlock["enable"], "interlock.function-enable-%d" % number])
+        part.nets.append([function.interlock["status"], "interlock.function-status-%d" % number])
         busy = function.interlock.get("busy", "program-running")
         part.nets.append([busy, "=>", "interlock.function-busy-%d" % number])
         for name in ("settling", "ramping"):
@@ -78,6 +80,12 @@ def _services(number, function):
         return [("interlock.function-services-%d" % number, needs)]
     needs += LINK + TASK_AND_IO
     return [("interlock.function-services-%d" % number, needs), ("interlock.function-urgent-%d" % number, TASK_AND_IO)]
+
+
+def _stages(function, stages):
+    """The stages that take offsets of a function, as a sum."""
+    given = {*function.joint_offset.values(), *(signals[0] for signals in function.axis_offset.values())}
+    return sum(1 << number for number, stage in enumerate(stages) if any(net[0] in given for net in stage.nets))
 
 
 def _stroke(part, number):

@@ -48,7 +48,7 @@ def joint_stage(prefix, joint, sources, machine):
         [prefix + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % prefix],
         [prefix + "-limited", stage + ".limited", "=>", "linuxcnc-link.%s-limited" % prefix],
     ]
-    part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault")}
+    part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
     part.messages = message(prefix + "-fault", "Correction of %s: {code}" % prefix.upper(), "joint_offset fault-code")
     sentence = "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage."
@@ -98,8 +98,9 @@ def axis_stage(letter, source, clear):
         [own + "-ramping", stage + ".ramping"],
         [own + "-fault", stage + ".fault", "=>", "linuxcnc-link.%s-fault" % own],
         [own + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % own],
+        [own + "-limited", stage + ".limited"],
     ]
-    part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault")}
+    part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.reports.update({report: "%s-%s" % (letter, report) for report in ("uncompensated", "probing-refused")})
     part.after = [stage + ".update"]
     part.messages = message(own + "-fault", "Offset of %s: {code}" % letter.upper(), "axis_offset fault-code")
