@@ -50,6 +50,8 @@ struct CentreHeight final : hal::Component {
             procedure_.go_on(now);
         else if (given.cut)
             cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post]);
+        else if (given.entry && given.corrected > 0)
+            taken_ = procedure_.correct(now, entered(given), given.corrected);
         else if ((given.value || given.entry) && procedure_.state() == State::measure)
             take_diameter(now, given);
         else if (given.compute && keyed_cuts.keyed)
@@ -68,18 +70,22 @@ struct CentreHeight final : hal::Component {
 
 private:
     void take_diameter(const HeightSettings::Values& now, const HeightOrders::Given& given) noexcept {
-        HeightProcedure::Entry entry;
-        if (given.entry) {
-            entry.diameter = gauge.as_diameter(orders.entered_diameter);
-        } else {
+        HeightProcedure::Entry entry = entered(given);
+        if (!given.entry) {
             const HeightGauge::Reading reading = gauge.read();
             entry.diameter = reading.diameter;
             entry.by_beam = reading.by_beam;
         }
-        entry.wanted = given.cuts >= 1 ? given.cuts : keyed_cuts.count;
-        entry.travel = keyed_cuts.travel;
         procedure_.take_diameter(now, entry);
         taken_ = true;
+    }
+
+    HeightProcedure::Entry entered(const HeightOrders::Given& given) noexcept {
+        HeightProcedure::Entry entry;
+        entry.diameter = gauge.as_diameter(orders.entered_diameter);
+        entry.wanted = given.cuts >= 1 ? given.cuts : keyed_cuts.count;
+        entry.travel = keyed_cuts.travel;
+        return entry;
     }
 
     HeightProcedure procedure_;

@@ -103,6 +103,27 @@ public:
         if (static_cast<double>(cuts_.count) >= entry.wanted) evaluate(now);
     }
 
+    // Another diameter for the cut of this number, from 1. Returns whether there is such a cut. A slip changes nothing.
+    bool correct(const Settings& now, const Entry& entry, double number) noexcept {
+        const double count = static_cast<double>(cuts_.count);
+        const bool may = state_ != State::idle && state_ != State::aborted && number >= 1 && number < count + 1;
+        if (!may) return false;
+        const std::size_t i = static_cast<std::size_t>(number) - 1;
+        const double former = cuts_.cuts[i].radius;
+        cuts_.cuts[i].radius = now.radius_of(entry.diameter);
+        if (const Fault slip = TipHeight::slip(now, cuts_, i); slip != Fault::none || !now.good) {
+            cuts_.cuts[i].radius = former;
+            fault_ = now.good ? slip : Fault::settings;
+            return true;
+        }
+        forget();
+        cuts_.travel = entry.travel;
+        if (state_ == State::measure) return true;  // all cuts are judged with the last one
+        state_ = State::cut;
+        if (count >= entry.wanted) evaluate(now);
+        return true;
+    }
+
     // From the cuts that there are, or from keyed ones.
     void compute(const Settings& now, double travel) noexcept {
         if (state_ == State::aborted) return;

@@ -59,3 +59,12 @@ class FunctionPage(Page):
     def of(self):
         """The component that the page is about."""
         return self.instance.name
+
+
+class EntryPage(Page):
+    """A page that leads back to the page of its function, `page`."""
+
+    page = None
+
+    def of(self):
+        return self.page.instance.name

@@ -227,6 +227,57 @@ TEST_F(CentreHeight, EveryMethodAndPostFindsTheHeight) {
     }
 }
 
+// Typed 10.1721 for 10.2721.
+TEST_F(CentreHeight, AWrongDiameterIsCorrectedAtAnyStepAndTheHeightIsThatOfTheRightOne) {
+    const Lathe lathe;
+    set("land-diameter", 10);
+    const auto again = [&](int cut, double diameter) {
+        set("entered-cut", cut);
+        set("entered-diameter", diameter);
+        set("entered", 1);
+        step();
+        const bool taken = get("value-taken") == 1;
+        set("entered", 0);
+        step();
+        set("entered-cut", 0);
+        return taken;
+    };
+    const auto wrong_at = [&](double y) {
+        place(5, y);
+        pulse("cut-done");
+        enter(2 * lathe.radius(5, y) - 0.1);
+    };
+    begin(2, two_lands);
+    wrong_at(1);
+    EXPECT_EQ(get("cut-number"), 1);
+    EXPECT_FALSE(again(2, 10)) << "no such cut";
+    place(5, -1);
+    pulse("cut-done");
+    EXPECT_TRUE(again(1, 2 * lathe.radius(5, 1))) << "while the next one waits";
+    EXPECT_EQ(get("measure"), 1);
+    EXPECT_EQ(get("cut-number"), 1);
+    enter(2 * lathe.radius(5, -1) - 0.1);
+    EXPECT_GT(std::abs(get("height") - 0.035), 0.05);
+    EXPECT_TRUE(again(2, 2 * lathe.radius(5, -1)));
+    EXPECT_EQ(get("state-code"), 3);
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    EXPECT_TRUE(again(2, lathe.radius(5, -1))) << "a radius";
+    EXPECT_EQ(get("fault"), 1);
+    EXPECT_TRUE(again(2, 2 * lathe.radius(5, -1)));
+    EXPECT_NEAR(get("height"), 0.035, 1e-9) << "a slip has changed nothing";
+    pulse("abort");
+    EXPECT_FALSE(again(1, 10));
+    for (const double number : {0.5, -1.0, 1e308, std::nan("")}) {
+        SCOPED_TRACE(number);
+        pulse("resume");
+        set("entered-cut", number);
+        set("entered-diameter", 12);
+        pulse("entered");
+        set("entered-cut", 0);
+        EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    }
+}
+
 TEST_F(CentreHeight, ProgramChoosesMethodAndCutsAndEntersDiameters) {
     const Lathe lathe;
     set("program-method", 2);  // two lands
