@@ -64,7 +64,7 @@ constexpr const char* sentence(Fault fault) {
 }
 
 // Why Y may not move, although there is a height.
-enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement, at_rest };
+enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement, at_rest, shim };
 constexpr const char* sentence(Hold hold) {
     switch (hold) {
         case Hold::value_only: return "The setting automatic is false: move Y by hand.";
@@ -75,6 +75,8 @@ constexpr const char* sentence(Hold hold) {
         case Hold::sigma: return "The uncertainty of the height exceeds max-sigma.";
         case Hold::move: return "The move of Y exceeds max-move.";
         case Hold::at_rest: return "The height is that at rest. Y is corrected by the height under the cut.";
+        case Hold::shim:
+            return "This machine has no Y: raise the tool by y-move, with a shim. Below 0, lower it.";
         case Hold::disagreement:
             return "The cuts disagree by more than three sigmas: a burr, a chip or a slip. Cut more lands, "
                    "or begin again.";

@@ -163,7 +163,7 @@ private:
         asked.y = {size, result_.sigma};
         const bool stays = HeightVerdict::centred(asked.y, hold_, now.tolerance);
         if (stays && hold_ != Hold::value_only) hold_ = Hold::none;
-        const bool y_moves = !stays && result_.signed_ && hold_ != Hold::insignificant;
+        const bool y_moves = !now.without_y && !stays && result_.signed_ && hold_ != Hold::insignificant;
         correction_ =
             correction_of_x(y_moves ? axes.x_of(move_) : 0, y_moves ? 0 : result_.height) * now.outward();
         asked.x = {std::abs(correction_), result_.sigma_x, result_.bias_x};
@@ -171,6 +171,7 @@ private:
         asked.hold = hold_;
         asked.checked_for_air = now.stock_diameter > 0;
         asked.automatic = now.automatic;
+        asked.without_y = now.without_y;
         asked.largest_x = now.max_x_correction;
         verdict_ = HeightVerdict::of(asked, now.tolerance);
         verdict_.ask_for_cuts(asked, now, cuts_.count, cuts_[0].radius, CutFit::most);
@@ -209,6 +210,7 @@ private:
                                  {!(std::abs(move_) <= now.max_move), Hold::move},
                                  {now.at_rest, Hold::at_rest},
                                  {!(found >= least), Hold::insignificant},
+                                 {now.without_y, Hold::shim},
                                  {!now.automatic, Hold::value_only}});
     }
 

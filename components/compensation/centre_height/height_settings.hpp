@@ -107,6 +107,8 @@ struct HeightSettings final : hal::Group {
                                "Smallest load of the spindle that shows a cut; 0: the load is not wired.",
                                hal::Range{0, 1000}};
     hal::In<bool> automatic{this, "automatic", false, "Y may be moved; else the value is only shown."};
+    hal::In<bool> without_y{this, "without-y", false,
+                            "The machine has no Y: a shim raises the tool by y-move."};
     hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have.", offsets};
     hal::In<double> correction_offset{this, "correction-offset", 0, "mu", "Added to the height.", offsets};
     hal::In<double> correction_factor{
@@ -130,7 +132,7 @@ struct HeightSettings final : hal::Group {
         std::size_t post = 0;
         bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, x_known = false,
              at_rest = false;
-        bool air_cut_check = false, automatic = false, good = false;
+        bool air_cut_check = false, automatic = false, without_y = false, good = false;
         double angle = 0, clearance = 0;  // rad
         CutSigmas sigmas;
         double known_x = 0, known_x_sigma = 0, land_step = 0, land_diameter = 0, stock_diameter = 0;
@@ -173,6 +175,7 @@ struct HeightSettings final : hal::Group {
         now.x_known = x_known;
         now.air_cut_check = air_cut_check;
         now.automatic = automatic;
+        now.without_y = without_y;
         now.at_rest = at_rest;
         now.tool = tool;
         now.angle = read(axes_angle[now.post]) * degree;

@@ -424,6 +424,41 @@ TEST_F(CentreHeight, SwappedLandsShowInTheOrder1221) {
     expect_held(6);
 }
 
+TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
+    Lathe lathe;
+    lathe.tip_y = -0.4;
+    set("without-y", 1);
+    set("x-is-radius", 1);
+    set("stock-diameter", 10.6);
+    begin(2, two_cuts);
+    cut(lathe, 5, 0);
+    cut(lathe, 0.6, 0);
+    expect_held(2);
+    EXPECT_NEAR(get("height-size"), 0.4, 1e-9);
+    EXPECT_EQ(get("verdict-code"), 4);
+    ASSERT_EQ(get("x-allowed"), 1) << "X needs no sign";
+    lathe.tip_x += get("x-correction");
+    EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
+
+    const double shim = 1;  // below the tool for the second land: its position of Y
+    begin(2, two_lands);
+    cut(lathe, 5, 0);
+    cut(lathe, 5, shim);
+    expect_held(8);
+    EXPECT_NEAR(get("y-move"), 0.4, 1e-9);
+    EXPECT_EQ(get("x-allowed"), 0) << "X turns the diameter";
+    EXPECT_EQ(get("verdict-code"), 7);
+    EXPECT_EQ(get("on-centre"), 0);
+
+    lathe.tip_y += get("y-move");
+    begin(4, two_lands);
+    for (const double y : {0.0, shim, shim, 0.0}) cut(lathe, 5, y);
+    EXPECT_NEAR(get("height"), 0, 1e-9);
+    EXPECT_EQ(get("verdict-code"), 4) << "at the new height X is wrong by as much as it had to be wrong before";
+    lathe.tip_x += get("x-correction");
+    EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
+}
+
 TEST_F(CentreHeight, ImpossibleCutsAreRefusedAndNothingMoves) {
     set("sign", 1);
     set("max-move", 100);
