@@ -14,6 +14,7 @@ import zlib
 from html.parser import HTMLParser
 
 import plumb
+from support import growth_days
 from support.growth_tests import add_axis_growth, law_of, results_of, run_test
 from tree import BUILD, ROOT
 
@@ -427,6 +428,20 @@ class Gauges(unittest.TestCase):
         self.assertRegex(found["lines"], r"axis-growth\.structure +%d\n" % number)
         self.assertRegex(json.loads(self.law(gauges(), "--structure", "none")[1])["lines"], r"axis-growth\.structure +-1\n")
         self.assertIn("there is no sensor 'T9'", self.law(gauges(), "--structure", "T9")[2])
+
+    def test_the_law_of_a_day_holds_in_a_shop_that_is_warmer_on_another(self):
+        paths = [os.path.join(self.folder, name) for name in ("monday.csv", "tuesday.csv")]
+        for path, lines in zip(paths, (gauges(shop=1), gauges(start=3, shop=-2, hours=8))):
+            with open(path, "w", encoding="ascii") as file:
+                file.write("\n".join(lines) + "\n")
+        found = growth_days.pair(*paths)["z"]
+        self.assertGreater(found["none"], 20)
+        self.assertLess(found["left"], 0.15 * found["none"])
+        self.assertLess(found["left"], 0.5 * found["single"])
+        self.assertEqual(found["doubt"], 0)
+        self.assertGreater(found["covered"], 0.9)
+        text = "\n".join(growth_days.figures(paths, {(0, 1): {"z": found}}))
+        self.assertIn("worse than without: 0 of 1 by axis_growth", text)
 
     def test_missing_values_are_left_out_and_broken_files_are_refused_by_line(self):
         lines = gauges(shop=3)

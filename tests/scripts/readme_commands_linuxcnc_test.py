@@ -218,6 +218,8 @@ COMMANDS = {
         "scripts/bench growth_faults": LONG,  # with one machine, too: nine faults
         "scripts/bench mill_growth": LONG,  # with one machine, too: six tests
         "scripts/bench axis_growth": Run(".", change=("axis_growth", "axis_growth --seeds 1 --for 10min")),
+        "scripts/bench axis_growth --days ...": Tested("tests/commissioning/plumb_growth_test.py", "growth_days.pair("),
+        "scripts/bench axis_growth --contacts ...": LONG,
         "scripts/bench pairs": bench("pairs"),
         "scripts/bench portal": bench("portal"),
         "scripts/bench grinder": bench("grinder"),

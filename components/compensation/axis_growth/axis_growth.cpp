@@ -130,7 +130,7 @@ private:
     static constexpr double play = 0.1;  // of max-speed: blended moves add up
     static constexpr double farthest = 1e6;
     static constexpr double bent = 0.3;              // by which a term may deviate outside of its range
-    static constexpr double none = 0.25, all = 0.5;  // of the certainty
+    static constexpr double none = 0.15, all = 0.3;  // of the certainty
 
     hal::MovingPin moving(std::size_t axis) {
         return hal::MovingPin(offset[axis])

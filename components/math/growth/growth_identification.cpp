@@ -143,7 +143,7 @@ IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::Vect
     // beyond that of the fit comes with the terms.
     const double few = 1 + 1.7 / std::max(static_cast<double>(duties.size()) - 1, 1.0);
     const double always = std::min(result.rest * result.rest, square);
-    result.floor = std::sqrt(always);
+    result.floor = few * std::sqrt(always);
     result.share = size > 0 ? few * std::sqrt((square - always) / size) : 0;
     return result;
 }

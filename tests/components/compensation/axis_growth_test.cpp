@@ -199,11 +199,11 @@ TEST(AxisGrowth, WithoutEverAValidTemperatureNothingMoves) {
 
 TEST(AxisGrowth, AppliesNothingThatIsLessCertainThanItIsLarge) {
     Machine m;
-    m.set({{"z-growth-0", 0.004}, {"temperature-0", 25}, {"harmless", 0}, {"z-sigma", 0.04}});
+    m.set({{"z-growth-0", 0.004}, {"temperature-0", 25}, {"harmless", 0}, {"z-sigma", 0.08}});
     m.run(0.1);
-    EXPECT_EQ(m.get("z-offset"), 0) << "20 um are half a standard deviation";
+    EXPECT_EQ(m.get("z-offset"), 0) << "20 um are a quarter of a standard deviation";
     EXPECT_EQ(m.get("doubt-code"), 4);
-    m.set("z-sigma", 0.02 * 4 / 3);
+    m.set("z-sigma", 0.0444);
     m.run(0.1);
     EXPECT_LT(m.get("z-offset"), 0.02);
     EXPECT_GT(m.get("z-offset"), 0);
@@ -275,9 +275,9 @@ TEST(AxisGrowth, TheGrowthAtTheEndOfTheTravelIsCertainEnoughAlsoInItsMiddle) {
     m.set({{"x-position", 0}, {"max-rate", 0.1}});
     m.run(0.1);
     EXPECT_EQ(m.get("authority"), 1);
-    m.set({{"x-travel", 10}, {"x-sigma", 0.004}});
+    m.set({{"x-travel", 10}, {"x-sigma", 0.008}});
     m.run(0.1);
-    EXPECT_EQ(m.get("authority"), 0) << "1.2 um, and a standard deviation of 4 um";
+    EXPECT_EQ(m.get("authority"), 0) << "1.2 um, and a standard deviation of 8 um";
 }
 
 TEST(AxisGrowth, BeyondTheRiseOfTheTestTheOffsetIsUncertain) {
@@ -290,7 +290,7 @@ TEST(AxisGrowth, BeyondTheRiseOfTheTestTheOffsetIsUncertain) {
     m.set({{"temperature-0", 22}, {"rise-high-0", 0}, {"rise-low-0", -5}, {"z-sigma", 0.015}});
     m.run(0.1);
     EXPECT_EQ(m.get("doubt-code"), 4) << "the law is uncertain, and its range hardly matters";
-    m.set({{"temperature-0", 14}, {"z-sigma", 0.0001}, {"rise-low-0", 20}, {"rise-high-0", 25}});
+    m.set({{"temperature-0", 14}, {"z-sigma", 0.0001}, {"rise-low-0", 60}, {"rise-high-0", 65}});
     m.run(0.1);
     EXPECT_EQ(m.get("doubt-code"), 3);
     EXPECT_GT(m.get("z-offset"), -0.024) << "of 24 um, all are far from the test";
