@@ -25,6 +25,7 @@
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"
 #include "hal/role.hpp"
+#include "hal/status.hpp"
 
 #include <memory>
 #include <string>
@@ -35,6 +36,7 @@ namespace plumb::hal {
 class Component {
 public:
     static constexpr Role role = Role::none;  // unless the component declares its own
+    static constexpr const char* former_name = nullptr;  // of a program that was renamed: a link for one release
 
     explicit Component(Registrar& registrar) : registrar_(registrar) {}
     Component(const Component&) = delete;
@@ -90,6 +92,7 @@ struct Model {
     const WithoutHal* without_hal = nullptr;  // of a program
     double period = 0.1;  // s between two calls, of a program, unless the user gives another
     Role role = Role::none;
+    const char* former_name = nullptr;
 };
 
 template <class C>
@@ -97,6 +100,7 @@ Model model_of() {
     Model model{C::about, [](Registrar& r) -> std::unique_ptr<Component> { return std::make_unique<C>(r); },
                 !std::is_same_v<decltype(&C::background), void (Component::*)()>};
     model.role = C::role;
+    model.former_name = C::former_name;
     return model;
 }
 

@@ -77,10 +77,16 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
     }
 }
 
+bool is_status(const Declarations& declared, const CodesInfo& code) {
+    return std::any_of(declared.statuses.begin(), declared.statuses.end(),
+                       [&](const StatusInfo& info) { return info.pin == code.pin; });
+}
+
 // A list that several pins have stands once.
 void write_codes(std::ostream& out, const Declarations& declared) {
     for (auto each = declared.codes.begin(); each != declared.codes.end(); ++each) {
         const CodesInfo& code = *each;
+        if (is_status(declared, code)) continue;
         const auto same = std::find_if(declared.codes.begin(), each, [&](const CodesInfo& earlier) {
             return earlier.sentences == code.sentences;
         });
@@ -91,6 +97,18 @@ void write_codes(std::ostream& out, const Declarations& declared) {
         out << (code.pin == "fault-code" ? ".SH FAULTS\n" : ".SH CODES OF " + escaped(code.pin) + "\n");
         for (const auto& [number, text] : code.sentences)
             out << ".TP 4\n" << number << '\n' << escaped(text) << '\n';
+    }
+}
+
+// Each status with its kind and its remedy.
+void write_statuses(std::ostream& out, const Declarations& declared) {
+    for (const StatusInfo& info : declared.statuses) {
+        out << ".SH STATUS\nNumbers of " << escaped(info.pin)
+            << ". A status is good, wait, off, warn or bad; attention is true with warn and bad.\n";
+        for (const auto& [number, its] : info.statuses)
+            out << ".TP 4\n"
+                << number << "\n(" << name(its.kind) << ") " << escaped(its.sentence) << ' '
+                << escaped(its.remedy) << '\n';
     }
 }
 
@@ -191,6 +209,7 @@ std::string manual(const Model& model, int section) {
     if (section == 9) write_functions(out, declared);
     write_all_pins(out, declared);
     write_offsets(out, declared);
+    write_statuses(out, declared);
     write_codes(out, declared);
     write_section(out, page, "LIMITS");
     if (section == 9)
@@ -231,6 +250,13 @@ std::string declarations(const Model& model) {
     for (const auto& code : declared.codes)
         for (const auto& [number, sentence] : code.sentences)
             result["codes"][code.pin][std::to_string(number)] = sentence;
+    for (const auto& info : declared.statuses)
+        for (const auto& [number, its] : info.statuses)
+            result["statuses"][std::to_string(number)] = {{"kind", name(its.kind)},
+                                                          {"sentence", its.sentence},
+                                                          {"remedy", its.remedy},
+                                                          {"button", its.button},
+                                                          {"detail", its.detail}};
     for (const auto& offset : declared.offsets) {
         nlohmann::ordered_json& entry = result["moves"][offset.counts.empty() ? offset.value : offset.counts];
         entry = {{"bound", offset.bound}, {"rate", offset.rate}, {"limited", offset.limited}};

@@ -28,12 +28,14 @@ public:
     }
     void add(const OffsetInfo& offset) override { offsets.push_back(offset); }
     void add(const CodesInfo& info) override { codes.push_back(info); }
+    void add(const StatusInfo& info) override { statuses.push_back(info); }
 
     std::vector<PinInfo> pins;
     std::vector<const Function*> functions;  // live as long as this object
     std::vector<OptionInfo> options;
     std::vector<OffsetInfo> offsets;
     std::vector<CodesInfo> codes;
+    std::vector<StatusInfo> statuses;  // one, of a function
 
 private:
     std::deque<double> cells_;

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -69,12 +70,22 @@ void plumb::hal::report(const char* text) noexcept {
     std::cout << model().about.name << ": " << text << std::endl;
 }
 
+static std::string started_as(const char* path, const Model& component) {
+    const std::string name = component.about.name;
+    const char* const former = component.former_name;
+    if (!former || std::filesystem::path(path).filename() != former) return name;
+    const std::string line = std::string("loadusr -Wn ") + former + ' ' + name + ' ' + former;
+    report_error(("It was started as " + std::string(former) + ", its former name, which ends with the next " +
+                  "release. To keep the names of its pins, write: " + line).c_str());
+    return former;
+}
+
 static int carry_out(int argc, char** argv) try {
     const Model component = model();
     const Declarations declared(component);
 
     CLI::App app{component.about.summary, component.about.name};
-    std::string name = component.about.name;  // for which `loadusr -W` waits
+    std::string name = started_as(argv[0], component);  // for which `loadusr -W` waits
     double period = component.period;
     bool show_manual = false;
     bool show_declarations = false;

@@ -128,8 +128,8 @@ private:
     In<bool> restore_{this, "restore", false, "A rising edge adds the record in the restore-... pins."};
     Out<std::int32_t> restores_{this, "restores", "Number of records accepted by restore."};
     Out<std::int32_t> refused_{this, "restores-refused", "Number of records refused by restore."};
-    // For retain, which set it: false again, the component was loaded again.
-    In<bool> kept_{this, "kept", false, "Set by retain, which keeps the records; for retain alone."};
+    // For plumb-retain, which set it: false again, the component was loaded again.
+    In<bool> kept_{this, "kept", false, "Set by plumb-retain, which keeps the records; for plumb-retain alone."};
     bool forgetting_ = false;
     bool restoring_ = false;
     std::int32_t accepted_count_ = 0;

@@ -61,6 +61,8 @@ struct CodesInfo {
     std::map<std::int32_t, std::string> sentences;
 };
 
+struct StatusInfo;  // hal/status.hpp
+
 class Registrar {
 public:
     virtual Slot add(const PinInfo& pin) = 0;
@@ -68,6 +70,7 @@ public:
     virtual std::string add(const OptionInfo& option) = 0;  // returns the text given for this instance
     virtual void add(const OffsetInfo&) {}
     virtual void add(const CodesInfo&) {}
+    virtual void add(const StatusInfo&) {}
     virtual double millimetres() const noexcept { return 1; }  // in a machine unit: hal/length_unit.hpp
 
 protected:

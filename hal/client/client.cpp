@@ -25,7 +25,7 @@
 
 #include "hal/socket_folder.hpp"
 
-namespace plumb::host {
+namespace plumb::client {
 namespace {
 
 using Json = nlohmann::json;
@@ -489,4 +489,4 @@ void Client::exit() {
     connection_->end();
 }
 
-}  // namespace plumb::host
+}  // namespace plumb::client

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace plumb::host {
+namespace plumb::client {
 
 using Time = std::chrono::nanoseconds;  // virtual time; counts from the start of the host
 
@@ -158,4 +158,4 @@ private:
     std::unique_ptr<Connection> connection_;
 };
 
-}  // namespace plumb::host
+}  // namespace plumb::client

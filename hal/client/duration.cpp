@@ -7,7 +7,7 @@
 #include <iterator>
 #include <stdexcept>
 
-namespace plumb::host {
+namespace plumb::client {
 namespace {
 
 struct Unit {
@@ -61,4 +61,4 @@ std::string describe_duration(Time duration) {
     return "0 s";
 }
 
-}  // namespace plumb::host
+}  // namespace plumb::client

@@ -6,7 +6,7 @@
 
 #include "hal/client/client.hpp"
 
-namespace plumb::host {
+namespace plumb::client {
 
 // A number and a unit, ns, us, ms, s, min, h or d; without a unit it is in seconds: 600, 250ms, 10min,
 // 1.5h. Throws std::invalid_argument with any other text, and with a negative one.
@@ -15,4 +15,4 @@ Time parse_duration(const std::string& text);
 // In the one or two units that suit: 250 ms, 12.5 s, 10 min, 1 h 30 min.
 std::string describe_duration(Time duration);
 
-}  // namespace plumb::host
+}  // namespace plumb::client

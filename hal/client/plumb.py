@@ -395,7 +395,7 @@ def declarations(module):
     build, prefix = os.path.dirname(here), os.path.normpath(os.path.join(here, "..", "..", ".."))
     folders = [os.path.join(root, "share", "plumb") for root in (build, prefix)]
     paths = [os.path.join(folder, "%s.json" % module) for folder in folders]
-    path = next(filter(os.path.isfile, paths), None) if str(module).isidentifier() else None
+    path = next(filter(os.path.isfile, paths), None) if str(module).replace("-", "_").isidentifier() else None
     if path is None:
         raise FileNotFoundError("cannot find the declarations of '%s' in %s or %s" % (module, *folders))
     try:

@@ -28,8 +28,10 @@
 #include "hal/host/statement.hpp"
 #include "hal/spelling.hpp"
 
-namespace plumb::host {
+namespace plumb::commands {
 namespace {
+
+using namespace client;
 
 using Clock = std::chrono::steady_clock;
 
@@ -156,7 +158,7 @@ void load(Client& host, const BenchOptions& options) {
     }
     for (const std::string& name : options.record) require_known(host, name, "--record");
     for (const std::string& text : options.expect) {
-        const Statement statement = parse_statement(text);
+        const host::Statement statement = host::parse_statement(text);
         for (const auto& [variable, name] : statement.variables) require_known(host, name, "--expect");
         try {
             host.expect(text, statement.expression, statement.variables);
@@ -170,7 +172,7 @@ void load(Client& host, const BenchOptions& options) {
 
 std::string decimal(double number) {
     std::string text;
-    append_number(text, number);
+    host::append_number(text, number);
     return text;
 }
 
@@ -181,7 +183,7 @@ bool report_expectations(Client& host, const std::vector<std::string>& statement
         std::cout << "did not hold: " << violation.id << "\n    in " << violation.count
                   << (violation.count == 1 ? " period, at " : " periods, first at ")
                   << in_seconds(violation.first_time) << " s, when ";
-        const Statement statement = parse_statement(violation.id);
+        const host::Statement statement = host::parse_statement(violation.id);
         const char* separator = "";
         for (const auto& [variable, name] : statement.variables) {
             std::cout << std::exchange(separator, ", ") << name << " was "
@@ -246,10 +248,10 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
     command
         .add_option("FILE.hal", options.files, "The .hal files, loaded in this order by LinuxCNC's halcmd.")
         ->required()
-        ->check(existing_file())
+        ->check(host::existing_file())
         ->type_name("");
     command.add_option("--ini", options.ini, "INI file whose values the .hal files use as [SECTION]NAME.")
-        ->check(existing_file())
+        ->check(host::existing_file())
         ->type_name("FILE.ini");
     CLI::Option* const duration = add_time(
         command, "--for", [&](Time time) { options.duration = time; },
@@ -277,7 +279,7 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
                 "names; column time is in seconds. Floats change linearly from row to row, bits and integers "
                 "hold, and so do floats next to a value that is not finite (nan, inf). The run ends "
                 "with the file.")
-            ->check(existing_file())
+            ->check(host::existing_file())
             ->type_name("FILE.csv");
     CLI::Option* const columns =
         command
@@ -309,7 +311,7 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         ->allow_extra_args(false)
         ->check([](const std::string& text) {
             try {
-                parse_statement(text);
+                host::parse_statement(text);
                 return std::string();
             } catch (const std::invalid_argument& error) {
                 return std::string(error.what());
@@ -337,7 +339,7 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
     command
         .add_option("--modules", options.modules,
                     "Folder of realtime modules to search first. May be given many times.")
-        ->check(existing_folder())
+        ->check(host::existing_folder())
         ->allow_extra_args(false)
         ->type_name("DIR");
     command
@@ -345,7 +347,7 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
                     "Loads MODULE with this option, in the place of that in its loadrt line: "
                     "threads.period1=4000000. May be given many times.")
         ->allow_extra_args(false)
-        ->check(option_problem)
+        ->check(host::option_problem)
         ->type_name("MODULE.NAME=VALUE");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
@@ -465,4 +467,4 @@ const Command command{"bench", "runs .hal files in virtual time and records pins
                       }};
 
 }  // namespace
-}  // namespace plumb::host
+}  // namespace plumb::commands

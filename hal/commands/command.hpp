@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-namespace plumb::host {
+namespace plumb::commands {
 
 class Command {
 public:
@@ -21,4 +21,4 @@ public:
     static std::map<std::string, const Command*>& all();
 };
 
-}  // namespace plumb::host
+}  // namespace plumb::commands

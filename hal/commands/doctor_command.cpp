@@ -36,7 +36,7 @@
 #include "hal/markup.hpp"
 #include "products.hpp"
 
-namespace plumb::host {
+namespace plumb::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,7 +130,7 @@ struct Trial {
 };
 
 // What goes wrong when a module is loaded and run for ten periods; empty when `pin` has its value then.
-std::string failure_of(Client& host, const Texts& lines, const std::string& pin, double value) try {
+std::string failure_of(client::Client& host, const Texts& lines, const std::string& pin, double value) try {
     for (const std::string& line : lines) host.command(line);
     host.run(std::chrono::milliseconds(10));
     std::ostringstream difference;
@@ -142,7 +142,7 @@ std::string failure_of(Client& host, const Texts& lines, const std::string& pin,
 }
 
 Trial try_hal() try {
-    Client host;
+    client::Client host;
     Trial trial;
     trial.namespaces = host.namespaces();
     trial.stock_failed =
@@ -439,7 +439,7 @@ Findings python() {
 
 Findings extras(const Trial&) {
     Findings findings;
-    if (!faketime_library().empty())
+    if (!host::faketime_library().empty())
         findings.push_back(
             {Mark::ok, "libfaketime, by which programs keep pace with a faster or slower clock."});
     else
@@ -596,4 +596,4 @@ const Command command{
     }};
 
 }  // namespace
-}  // namespace plumb::host
+}  // namespace plumb::commands

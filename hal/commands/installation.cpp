@@ -11,7 +11,7 @@
 
 #include "hal/identity.hpp"
 
-namespace plumb::host {
+namespace plumb::commands {
 
 namespace fs = std::filesystem;
 
@@ -95,4 +95,4 @@ fs::path program_in_path(const std::string& name) {
     return {};
 }
 
-}  // namespace plumb::host
+}  // namespace plumb::commands

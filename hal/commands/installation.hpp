@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace plumb::host {
+namespace plumb::commands {
 
 using Texts = std::vector<std::string>;
 
@@ -35,4 +35,4 @@ Texts stale_modules(const std::filesystem::path& folder, const Texts& names);
 // The first program of this name in PATH; empty without one.
 std::filesystem::path program_in_path(const std::string& name);
 
-}  // namespace plumb::host
+}  // namespace plumb::commands

@@ -22,7 +22,7 @@
 #include "hal/spelling.hpp"
 #include "products.hpp"
 
-namespace plumb::host {
+namespace plumb::commands {
 
 namespace fs = std::filesystem;
 
@@ -145,8 +145,8 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace plumb::host
+}  // namespace plumb::commands
 
 int main(int argc, char** argv) {
-    return plumb::ended("plumb", [&] { return plumb::host::run(argc, argv); });
+    return plumb::ended("plumb", [&] { return plumb::commands::run(argc, argv); });
 }

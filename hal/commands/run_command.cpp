@@ -22,7 +22,7 @@
 #include "hal/host/arguments.hpp"
 #include "hal/host/decimal.hpp"
 
-namespace plumb::host {
+namespace plumb::commands {
 namespace {
 
 struct RunOptions {
@@ -94,7 +94,7 @@ void declare_run(CLI::App& command, RunOptions& options) {
             .add_option("--speed", options.speed,
                         "How many times as fast as the computer's clock time passes, for realtime and, by "
                         "libfaketime, for user-space programs. The default is 1.")
-            ->check(speed_problem)
+            ->check(host::speed_problem)
             ->type_name("K");
     command
         .add_flag("--free", options.free,
@@ -117,14 +117,14 @@ void declare_run(CLI::App& command, RunOptions& options) {
         .add_option("--modules", options.modules,
                     "Folder of realtime modules to search first. May be given many times.")
         ->allow_extra_args(false)
-        ->check(existing_folder())
+        ->check(host::existing_folder())
         ->type_name("DIR");
     command
         .add_option("--option", options.module_options,
                     "Loads MODULE with this option, in the place of that in its loadrt line: "
                     "threads.period1=4000000. May be given many times.")
         ->allow_extra_args(false)
-        ->check(option_problem)
+        ->check(host::option_problem)
         ->type_name("MODULE.NAME=VALUE");
     command.prefix_command();
     command.formatter(std::make_shared<RunFormatter>());
@@ -210,13 +210,13 @@ int run(const RunOptions& options, std::vector<std::string> program) {
     keep_output_of_linuxcnc(program);
     warn_of_remote_display(options);
     take_off_faked_clock();
-    std::vector<std::string> words{find_host()};
+    std::vector<std::string> words{client::find_host()};
     show_what_is_built(words.front());
     if (options.free) {
         words.push_back("--free");
     } else {
         words.push_back("--speed");
-        append_number(words.emplace_back(), options.speed);
+        host::append_number(words.emplace_back(), options.speed);
     }
     if (options.network) words.push_back("--network");
     if (options.devices) words.push_back("--devices");
@@ -264,4 +264,4 @@ const Command command{
     }};
 
 }  // namespace
-}  // namespace plumb::host
+}  // namespace plumb::commands

@@ -8,7 +8,7 @@
 #include <optional>
 #include <sstream>
 
-namespace plumb::host {
+namespace plumb::commands {
 namespace {
 
 // Places of a module's functions, by name without the instance's. Nothing if the file cannot be read.
@@ -74,4 +74,4 @@ RunningThreads running_threads(const std::string& threads, const std::string& fu
     return result;
 }
 
-}  // namespace plumb::host
+}  // namespace plumb::commands

@@ -8,7 +8,7 @@
 
 #include "hal/thread_order.hpp"
 
-namespace plumb::host {
+namespace plumb::commands {
 
 struct RunningThreads {
     std::vector<hal::ThreadFunctions> threads;
@@ -22,4 +22,4 @@ RunningThreads running_threads(const std::string& threads, const std::string& fu
                                const std::filesystem::path& declarations,
                                const std::vector<std::string>& modules);
 
-}  // namespace plumb::host
+}  // namespace plumb::commands

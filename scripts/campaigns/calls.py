@@ -531,7 +531,7 @@ def checksummed(rest):
 
 
 class Retain(Beside):
-    component = program = "retain"
+    component = program = "plumb-retain"
     hal = ("loadrt threads name1=servo-thread period1=1000000", "loadrt specimen names=it", "addf it.update servo-thread", "start")
 
     def prepare(self, folder):
@@ -539,7 +539,7 @@ class Retain(Beside):
         write(os.path.join(folder, "it.retained"), checksummed('machine = "bench"\n\n[pins]\n"it.in" = 1.0\n\n[records]\n"it" = [\n]\n'))
 
     def words(self, folder):
-        return [os.path.join(BIN, "retain"), "--file", os.path.join(folder, "it.toml"), "--period", "0.01"]
+        return [os.path.join(BIN, "plumb-retain"), "--file", os.path.join(folder, "it.toml"), "--period", "0.01"]
 
     def value(self, folder):
         text = read(os.path.join(folder, "it.retained"))
@@ -548,11 +548,11 @@ class Retain(Beside):
         return float(re.search(r'"it.in" = (\S+)', text)[1])
 
     def work(self, host, until):
-        until(lambda: self.get(host, "retain.restored") and host.get("it.in") == 1)
+        until(lambda: self.get(host, "plumb-retain.restored") and host.get("it.in") == 1)
         for value in (2, 3):
             host.set("it.in", value)
             until(lambda value=value: self.value(self.folder) == value)
-        until(lambda: not host.get("retain.fault"))
+        until(lambda: not host.get("plumb-retain.fault"))
 
     def stored(self, folder, run):
         value = self.value(folder)
@@ -570,7 +570,7 @@ class RetainFirst(Retain):
         os.unlink(os.path.join(folder, "it.retained"))
 
     def work(self, host, until):
-        until(lambda: self.get(host, "retain.restored"))
+        until(lambda: self.get(host, "plumb-retain.restored"))
         host.set("it.in", 3)
         until(lambda: self.value(self.folder) == 3)
 
@@ -669,7 +669,7 @@ class Link(Beside):
 
 
 SCENARIOS = (Squareness("squareness"), Bench("bench"), BenchHost("bench-host"), RunProgram("run"), Doctor("doctor"), Growth("growth"),
-             Dbc("can_sensor_dbc"), Wire("wire"), ToolTable("tool_table_check"), Retain("retain"), RetainFirst("retain-first"), GrowthLog("growth_log"),
+             Dbc("can_sensor_dbc"), Wire("wire"), ToolTable("tool_table_check"), Retain("plumb-retain"), RetainFirst("plumb-retain-first"), GrowthLog("growth_log"),
              ModbusSensor("modbus_sensor"), CanSensor("can_sensor"), Link("linuxcnc_link"))
 
 options = None
@@ -738,7 +738,7 @@ def words_of(run):
 
 
 def add_options(parser):
-    parser.add_argument("--case", metavar="PROGRAM/KIND/ERROR", help="cases of these words alone, such as retain/open")
+    parser.add_argument("--case", metavar="PROGRAM/KIND/ERROR", help="cases of these words alone, such as plumb-retain/open")
     parser.add_argument("--most", type=int, default=MOST, metavar="N", help="runs of a seed (default: %(default)s)")
     parser.add_argument("--verbose", action="store_true", help="show every run")
     parser.add_argument("--list", action="store_true", help="show the cases and end")

@@ -8,9 +8,9 @@ programs run as root, as an ordinary user, and on the one HAL of that machine (-
     bench    plumb bench
     client   a Python program with a host
     attached a Python program that records in the host of a plumb run, and is killed alone
-    retain   the same with retain, whose store belongs to another user
+    retain   the same with plumb-retain, whose store belongs to another user
     linuxcnc a complete LinuxCNC of configs/grinder, which strokes while X feeds; its task, its io, linuxcnc_alive, linuxcnc_link
-             or retain is killed: the stroke must end at R with the feed held, or go on
+             or plumb-retain is killed: the stroke must end at R with the feed held, or go on
 
 kills one process of it, or its whole process group, often in its first milliseconds, and then looks for processes, shared memory, sockets, files,
 mounts, a lock that is held, HAL's own lock, a torn or lost store, its owner and mode, a result that is lost though the exit
@@ -38,7 +38,7 @@ WORK = "/mnt"  # an empty folder of the machine, where the programs run
 HOME = "/var/tmp"
 LOCKS = ("/run/lock/plumb-host", "/tmp/plumb-host.lock")
 USER = 65534  # role user
-OWNER = 4321  # of retain's store
+OWNER = 4321  # of plumb-retain's store
 LATEST = 4  # s after the death of task or io, for the end of a stroke; plumb run ends 5 s after that of task
 SPEED = 10  # of that LinuxCNC
 RESULT = 40000  # bytes that the program of plumb run writes to /tmp
@@ -116,7 +116,7 @@ host.load("one.hal")
 host.run(1e9)
 """
 
-# Sets one value after the other and notes how often retain had saved before: of the saves from then on the second one
+# Sets one value after the other and notes how often plumb-retain had saved before: of the saves from then on the second one
 # begins when the value is there.
 KEEPING = """\
 import random, sys, time, plumb
@@ -132,18 +132,18 @@ def get(name):
     except plumb.Refused:
         return None
 log = open("log", "w", 1)
-while not get("retain.restored"):
+while not get("plumb-retain.restored"):
     host.run(0.01)
     time.sleep(0.001)
-    if get("retain.fault"):
-        print("fault", int(get("retain.fault-code")), file=log)
+    if get("plumb-retain.fault"):
+        print("fault", int(get("plumb-retain.fault-code")), file=log)
         time.sleep(1000)
 print("restored", host.get("it.in"), file=log)
 value = host.get("it.in")
 while True:
     value += 1
     host.set("it.in", value)
-    print("set", value, get("retain.saves"), file=log)
+    print("set", value, get("plumb-retain.saves"), file=log)
     host.run(0.005)
     time.sleep(0.002)
 """
@@ -203,13 +203,13 @@ def one_try(draw, number):
     # How deep below the program that was started the victim is; "any" is any process there is, "group" all of its process
     # group, and a name the program of that name.
     depths = (0, 1, 1, 2, 3, "any", "group")
-    depth = draw.choice((*depths, "any", "retain") if scenario == "retain" else depths)
+    depth = draw.choice((*depths, "any", "plumb-retain") if scenario == "retain" else depths)
     # From the moment the victim is there, or from the start for any.
     delay = draw.choice((draw.uniform(0, 0.02), 10 ** draw.uniform(-4, -0.3)))
     if scenario == "attached":
         depth, delay = 0, 10 ** draw.uniform(-3, -0.3)
     if scenario == "linuxcnc":
-        depth = draw.choice(("milltask", "io", "linuxcnc_alive", "linuxcnc_link", "retain"))
+        depth = draw.choice(("milltask", "io", "linuxcnc_alive", "linuxcnc_link", "plumb-retain"))
         role = draw.choice(("root", "user"))  # LinuxCNC leaves files on a HAL that it shares
     if not isinstance(depth, int):
         delay = 10 ** draw.uniform(-2, 0.3)
@@ -590,7 +590,7 @@ class Try:
         return {
             "namespaces": self.role != "shared",
             "build": BUILD,
-            "retain": os.path.join(BUILD, "bin", "retain"),
+            "retain": os.path.join(BUILD, "bin", "plumb-retain"),
             "work": os.getcwd(),
         }
 

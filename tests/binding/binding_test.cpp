@@ -343,7 +343,7 @@ TEST_F(Binding, BackgroundWorkIsDoneBetweenTwoPeriods) {
 }
 
 TEST(BackgroundWork, ThatFailsIsReportedOnceAndTriedAgain) {
-    host::Start shown = with_specimens();
+    client::Start shown = with_specimens();
     shown.show_output = true;
     Bench bench(Bench::Thread::servo, shown);
     bench.command("loadrt specimen names=it");
@@ -497,7 +497,7 @@ void forbid_dispatch() {
 TEST(GuardWithoutDispatch, SeesAllocationsAndReportsThatItDoesNotSeeSystemCalls) {
     Child child(true, [](Child&) {
         forbid_dispatch();
-        host::Start start = with_specimens(true);
+        client::Start start = with_specimens(true);
         start.show_output = true;
         testing::internal::CaptureStderr();
         Bench bench(Bench::Thread::servo, start);

@@ -57,6 +57,30 @@ bool sentence(const std::string& text) {
            text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
 }
 
+// Of a screen.
+const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end",
+                                    "hold", "stop",   "start",       "resume", "enter",   "store"};
+
+// Errors in the status of a function: each has a sentence, and a remedy unless all is well.
+Complaints about_status(const hal::Declarations& declared) {
+    Complaints result;
+    for (const hal::StatusInfo& info : declared.statuses)
+        for (const auto& [number, its] : info.statuses) {
+            const std::string which = info.pin + " " + std::to_string(number) + ": ";
+            const bool remedy_needed = its.kind != hal::Kind::good;
+            if (*its.remedy ? !sentence(its.remedy) : remedy_needed)
+                result.push_back(which + "its remedy is no sentence: " + its.remedy);
+            if (buttons.count(its.button) == 0)
+                result.push_back(which + "no screen has the button " + its.button);
+            const std::string detail = its.detail;
+            const bool known =
+                std::any_of(declared.pins.begin(), declared.pins.end(),
+                            [&](const hal::PinInfo& pin) { return pin.output && pin.name == detail; });
+            if (!detail.empty() && !known) result.push_back(which + "there is no pin " + detail);
+        }
+    return result;
+}
+
 // Errors in the names, units and sentences of a component.
 Complaints about_declarations(const hal::Model& model, const std::string& file_name) {
     Complaints result;
@@ -85,6 +109,9 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
                offset.value + ": what limits its acceleration is not one sentence: " + offset.accelerated_by);
     demand(!declared.functions.empty(), "no function");
     demand(model.role != hal::Role::none, "no role");
+    demand(declared.statuses.size() == (model.role == hal::Role::compensation ? 1 : 0),
+           "a function declares one hal::Status, and no other component any");
+    for (const std::string& complaint : about_status(declared)) result.push_back(complaint);
     const hal::Page page(model.about.page);
     for (const char* heading : {"DESCRIPTION", "WIRING", "BEHAVIOUR"})
         demand(!page.section(heading).empty(), std::string("no ") + heading);
@@ -179,7 +206,7 @@ const std::map<std::string, double>& undisturbed(const Live& live) {
 Complaints about_poison(const Live& live, const hal::Declarations& declared, const std::string& input) {
     const std::map<std::string, double>& expected_outputs = undisturbed(live);  // first: one host at a time
     Bench bench(Bench::Thread::none, with_specimens());
-    host::Client& client = bench.client();
+    client::Client& client = bench.client();
     live.start(bench);
     const std::string& instance = live.parts[0].instance;
     const std::string pin = instance + "." + input;
@@ -216,13 +243,13 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
         for (const double poison : poisons) {
             if (!signal.empty()) bench.command("unlinkp " + pin);
             bench.set(pin, poison);
-            client.run(host::seconds(poison_time));
+            client.run(client::seconds(poison_time));
             bench.set(pin, own);
             if (!signal.empty()) bench.command("net " + signal + " " + pin);
-            client.run(host::seconds(poison_time));
+            client.run(client::seconds(poison_time));
         }
-    client.run(host::seconds(live.recovery - (bench.time() - end)));
-    for (const host::Violation& violation : client.violations())
+    client.run(client::seconds(live.recovery - (bench.time() - end)));
+    for (const client::Violation& violation : client.violations())
         result.push_back(violation.id + ": " + std::to_string(violation.count) + " periods");
     for (const auto& [output, expected] : expected_outputs) {
         const double found = bench.get(output);
@@ -337,7 +364,7 @@ TEST_P(Conformance, DefaultsOfLengthsAreThoseOfTheMachinesUnit) {
 
 #ifndef PLUMB_SANITIZED
 TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
-    host::Start guarded;
+    client::Start guarded;
     guarded.guard = true;
     Bench bench(Bench::Thread::servo, guarded);
     const hal::Declarations declared(module.model());
@@ -350,7 +377,7 @@ TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
             bench.set("a." + pin.name, 1 - pin.initial);
         }
     bench.run(1);
-    for (const host::GuardViolation& violation : bench.client().guard())
+    for (const client::GuardViolation& violation : bench.client().guard())
         ADD_FAILURE() << violation.function << ": " << violation.what;
 }
 #endif
@@ -571,13 +598,13 @@ TEST_P(Configuration, ScoresWithTruthButNeverCompensatesFromIt) {
 
 #ifndef PLUMB_SANITIZED
 TEST_P(Configuration, NeitherAllocatesNorCallsTheSystemWhileItWorks) {
-    host::Start guarded;
+    client::Start guarded;
     guarded.guard = true;
     Bench bench(Bench::Thread::none, guarded);
     bench.source(GetParam());
     bench.command("start");
     bench.run(700);
-    for (const host::GuardViolation& violation : bench.client().guard())
+    for (const client::GuardViolation& violation : bench.client().guard())
         ADD_FAILURE() << violation.function << ": " << violation.what;
 }
 #endif

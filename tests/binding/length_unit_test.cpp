@@ -33,7 +33,7 @@ private:
 std::string refusal(Bench& bench, const std::string& unit, const std::string& names = "names=z") {
     std::vector<std::string> words{"loadrt", "axis_offset", names};
     if (!unit.empty()) words.push_back(unit);
-    const host::Halcmd answer = bench.client().halcmd(words);
+    const client::Halcmd answer = bench.client().halcmd(words);
     EXPECT_NE(answer.status, 0) << unit;
     return answer.output;
 }

@@ -26,25 +26,25 @@ enum class Moment { idle, running, loading };
 
 constexpr auto at_once = 2s;  // on a busy machine; a stock halcmd waits 3 s before it becomes a master
 
-host::Start start_as(Role role) {
-    host::Start start;
+client::Start start_as(Role role) {
+    client::Start start;
     start.executable = host_of_machine;
     start.namespaces = role != Role::no_namespaces;
     return start;
 }
 
-void make_thread(host::Client& host) {
+void make_thread(client::Client& host) {
     host.command("loadrt threads name1=servo-thread period1=1000000");
     host.command("start");
 }
 
 // Once it has loaded a thread, sends the parent the host's number. The parent finds it in this moment, with
 // a user-space program beside the host.
-void be_in(Moment moment, host::Client& host, Child& self) {
+void be_in(Moment moment, client::Client& host, Child& self) {
     make_thread(host);
     host.command("loadusr sleep 1000");
     self.say(std::to_string(host.process()));
-    if (moment == Moment::running) host.run(host::seconds(1e9));
+    if (moment == Moment::running) host.run(client::seconds(1e9));
     if (moment == Moment::loading) host.source("/tmp/slow.hal");
     self.await_go();
     for (const auto begin = Clock::now(); Clock::now() < begin + at_once;) host.get("servo-thread.time");
@@ -70,11 +70,11 @@ void write_slow_hal_file() {
 // A host starts, works and ends well, as if nothing had been.
 void expect_machine_works(Role role) {
     Child child(role != Role::user, [role](Child&) {
-        host::Client host(start_as(role));
+        client::Client host(start_as(role));
         EXPECT_EQ(host.namespaces(), role != Role::no_namespaces);
         make_thread(host);
-        host.run(host::seconds(1));
-        EXPECT_EQ(host.time(), host::seconds(1));
+        host.run(client::seconds(1));
+        EXPECT_EQ(host.time(), client::seconds(1));
     });
     child.await_success();
 }
@@ -106,7 +106,7 @@ TEST_P(LifeCycle, ProgramsEndWithTheHost) {
     on_own_machine(
         [role] {
             Child child(role != Role::user, [role](Child&) {
-                host::Client host(start_as(role));
+                client::Client host(start_as(role));
                 make_thread(host);
                 host.command("loadusr sleep 1000");
                 EXPECT_THAT(host.programs(), testing::ElementsAre("sleep"));
@@ -124,7 +124,7 @@ TEST_P(LifeCycle, KilledHalcmdIsAnAnswerAndTheHostGoesOn) {
             write_slow_hal_file();
             const auto before = files();
             Child child(role != Role::user, [role](Child& self) {
-                host::Client host(start_as(role));
+                client::Client host(start_as(role));
                 make_thread(host);
                 self.say("loading");
                 EXPECT_EQ(host.halcmd({"-f", "/tmp/slow.hal"}).status, 128 + SIGKILL);
@@ -133,7 +133,7 @@ TEST_P(LifeCycle, KilledHalcmdIsAnAnswerAndTheHostGoesOn) {
                 host.command("addf filter servo-thread");
                 host.set("filter.gain", 1);
                 host.set("filter.in", 5);
-                host.run(host::seconds(0.002));
+                host.run(client::seconds(0.002));
                 EXPECT_EQ(host.get("filter.out"), 5);
             });
             child.hear();
@@ -176,16 +176,16 @@ TEST_P(SuddenDeath, OfTheHostFailsItsClientAtOnce) {
             write_slow_hal_file();
             const auto before = files();
             Child child(role != Role::user, [this](Child& self) {
-                host::Client host(start_as(role));
+                client::Client host(start_as(role));
                 try {
                     be_in(moment, host, self);
                     ADD_FAILURE() << "the host did not die";
-                } catch (const host::HostDied& death) {
+                } catch (const client::HostDied& death) {
                     EXPECT_THAT(death.what(), HasSubstr("the virtual-time host died (signal 9)"));
                 }
                 self.say("noticed");
-                EXPECT_THROW(host.get("servo-thread.time"), host::HostDied);
-                EXPECT_THROW(host.run(host::seconds(1)), host::HostDied);
+                EXPECT_THROW(host.get("servo-thread.time"), client::HostDied);
+                EXPECT_THROW(host.run(client::seconds(1)), client::HostDied);
             });
             expect_clean_death(await_moment(moment, child), child, before);
         },
@@ -199,8 +199,8 @@ TEST_P(SuddenDeath, OfTheHostsKeeperFailsTheClientAtOnce) {
             write_slow_hal_file();
             const auto before = files();
             Child child(role != Role::user, [this](Child& self) {
-                host::Client host(start_as(role));
-                EXPECT_THROW(be_in(moment, host, self), host::HostDied);
+                client::Client host(start_as(role));
+                EXPECT_THROW(be_in(moment, host, self), client::HostDied);
                 self.say("noticed");
             });
             await_moment(moment, child);
@@ -219,7 +219,7 @@ TEST_P(SuddenDeath, OfTheClientLeavesNothing) {
             write_slow_hal_file();
             const auto before = files();
             Child child(role != Role::user, [this](Child& self) {
-                host::Client host(start_as(role));
+                client::Client host(start_as(role));
                 be_in(moment, host, self);
             });
             await_moment(moment, child);
@@ -259,13 +259,13 @@ TEST(SideBySide, HostsDoNotSeeEachOther) {
 
 TEST(SideBySide, WithoutNamespacesASecondHostWaitsForTheFirstAndReportsIt) {
     on_own_machine([] {
-        auto first = std::make_unique<host::Client>(start_as(Role::no_namespaces));
+        auto first = std::make_unique<client::Client>(start_as(Role::no_namespaces));
         std::FILE* const said = std::tmpfile();
         Child child(true, [said](Child& self) {
             dup2(fileno(said), STDERR_FILENO);
-            host::Start start = start_as(Role::no_namespaces);
+            client::Start start = start_as(Role::no_namespaces);
             start.show_output = true;
-            host::Client second(start);
+            client::Client second(start);
             self.say("started");
         });
         const auto begin = Clock::now();
@@ -277,8 +277,8 @@ TEST(SideBySide, WithoutNamespacesASecondHostWaitsForTheFirstAndReportsIt) {
         }
         EXPECT_THAT(words, HasSubstr("waits until the other host"));
         make_thread(*first);  // which is not disturbed
-        first->run(host::seconds(1));
-        EXPECT_EQ(first->time(), host::seconds(1));
+        first->run(client::seconds(1));
+        EXPECT_EQ(first->time(), client::seconds(1));
         first.reset();
         EXPECT_EQ(child.hear(), "started");
         child.await_success();
@@ -291,9 +291,9 @@ TEST(SideBySide, WhereTheKernelForbidsNamespacesTheMachinesHalIsUsed) {
     on_own_machine(
         [] {
             std::ofstream("/proc/sys/user/max_ipc_namespaces") << 0;
-            host::Start start;
+            client::Start start;
             start.executable = host_of_machine;
-            host::Client host(start);
+            client::Client host(start);
             EXPECT_FALSE(host.namespaces());
             make_thread(host);
             EXPECT_GT(shared_memory_segments(), 0);
@@ -308,7 +308,7 @@ TEST(SideBySide, WithoutNamespacesItIsRefusedWhileLinuxCncRuns) {
         setenv("RTAPI_UID", "65534", 1);  // which a stock realtime of root's asks for
         ASSERT_EQ(std::system("halcmd loadrt threads name1=stock period1=1000000"), 0);
         try {
-            host::Client host(start_as(Role::no_namespaces));
+            client::Client host(start_as(Role::no_namespaces));
             ADD_FAILURE() << "it started";
         } catch (const std::runtime_error& refusal) {
             EXPECT_THAT(refusal.what(), HasSubstr("LinuxCNC"));

@@ -32,7 +32,7 @@ class FullDisk(unittest.TestCase):
         self.assertIn("No space left on device", words, command)
 
     def test_help_pages_and_versions(self):
-        plumb, host, retain = (os.path.join(BIN, name) for name in ("plumb", "plumb-host", "retain"))
+        plumb, host, retain = (os.path.join(BIN, name) for name in ("plumb", "plumb-host", "plumb-retain"))
         commands = [[plumb], *([plumb, name] for name in ("bench", "doctor", "run", "squareness")), [host], [retain]]
         for command in commands:
             for option in ("--help", "--man"):

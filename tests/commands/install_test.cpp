@@ -36,7 +36,7 @@ Ended run(const std::string& command) {
 std::set<std::string> files_below(const fs::path& folder) {
     std::set<std::string> files;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
-        if (!entry.is_directory()) files.insert("/" + fs::relative(entry.path(), folder).string());
+        if (!entry.is_directory()) files.insert("/" + entry.path().lexically_relative(folder).string());
     return files;
 }
 
@@ -61,7 +61,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/share/man/man1/plumb-bench.1",
                                     "/usr/share/man/man1/plumb-doctor.1",
                                     "/usr/share/man/man7/plumb-glossary.7",
-                                    "/usr/share/plumb/retain.json",
+                                    "/usr/share/plumb/plumb-retain.json",
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
                                     "/usr/lib/python3/dist-packages/plumb.py",

@@ -479,10 +479,10 @@ TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
 
 TEST_F(PlumbDoctor, WithoutNamespacesItDoesNotWaitLongForAnotherHost) {
     on_computer([] {
-        host::Start start;
+        client::Start start;
         start.executable = host_of_machine;
         start.namespaces = false;
-        const host::Client another(start);
+        const client::Client another(start);
         forbid_namespaces();
         const Outcome outcome = doctor();
         EXPECT_EQ(outcome.status, 1);

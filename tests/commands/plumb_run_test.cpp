@@ -67,7 +67,7 @@ struct PlumbRun : testing::Test {
 
     // Runs HAL commands, and does something as a client of the host before the run ends.
     Outcome run_with_client(const std::string& options, const std::string& hal,
-                            const std::function<void(host::Client&)>& work) {
+                            const std::function<void(client::Client&)>& work) {
         folder.write("file.hal", hal);
         std::istringstream words(options);
         const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
@@ -82,7 +82,7 @@ halcmd unload all
             await_file(folder / "socket");
             std::string socket = contents(folder / "socket");
             socket.pop_back();
-            host::Client client(host::Attach{socket});
+            client::Client client(client::Attach{socket});
             work(client);
             folder.write("end", "");
         });
@@ -206,7 +206,7 @@ TEST_F(PlumbRun, AtSpeedOneProgramsKeepTheirClock) {
 
 TEST_F(PlumbRun, ModulesKnowHowFastTimePasses) {
     const std::string hal = "loadrt interlock names=interlock\nsetp interlock.service-timeout-0 30\n";
-    const Outcome outcome = run_with_client("--speed 12.5", hal, [](host::Client& client) {
+    const Outcome outcome = run_with_client("--speed 12.5", hal, [](client::Client& client) {
         EXPECT_EQ(client.get("interlock.clock-speed"), 12.5);
         EXPECT_EQ(client.get("interlock.service-timeout-0"), 30);
     });
@@ -216,7 +216,7 @@ TEST_F(PlumbRun, ModulesKnowHowFastTimePasses) {
 TEST_F(PlumbRun, FreeTimeOutrunsTheComputer) {
     const Outcome outcome = run_with_client(
         "--free", "loadrt threads name1=servo-thread period1=1000000\nloadrt interlock\nstart\n",
-        [](host::Client& client) {
+        [](client::Client& client) {
             EXPECT_EQ(client.get("interlock.0.clock-speed"), 1000);
             const auto begin = client.time();
             const auto real = Clock::now();
@@ -272,14 +272,14 @@ void expect_every_period(const Table& table) {
 }
 
 TEST_F(PlumbRun, AClientWatchesEveryPeriodWhileTimePasses) {
-    const auto work = [&](host::Client& client) {
+    const auto work = [&](client::Client& client) {
         try {
-            client.run(host::seconds(1));
+            client.run(client::seconds(1));
             ADD_FAILURE() << "it runs";
         } catch (const std::runtime_error& refusal) {
             EXPECT_STREQ(refusal.what(), "time passes by itself in this host");
         }
-        client.record("growth", {{"integ.0.out"}, host::seconds(0.001), folder / "growth.csv"});
+        client.record("growth", {{"integ.0.out"}, client::seconds(0.001), folder / "growth.csv"});
         client.expect("holds", "x > -1", {{"x", "integ.0.out"}});
         client.expect("fails", "x < 0.5", {{"x", "filter.out"}});
         EXPECT_THAT(client.violations(), ElementsAre());
@@ -293,8 +293,8 @@ TEST_F(PlumbRun, AClientWatchesEveryPeriodWhileTimePasses) {
         EXPECT_GT(violations[0].count, 0);
         EXPECT_THAT(violations[0].values, ElementsAre(std::make_pair("x", 0.75)));
         folder.write("ramp.csv", "time,filter.in\n0,3\n0.2,5\n");
-        client.record("ramp", {{"filter.out"}, host::seconds(0.001), folder / "ramp.csv.out"});
-        EXPECT_EQ(client.replay({(folder / "ramp.csv").string()}), host::seconds(0.2));
+        client.record("ramp", {{"filter.out"}, client::seconds(0.001), folder / "ramp.csv.out"});
+        EXPECT_EQ(client.replay({(folder / "ramp.csv").string()}), client::seconds(0.2));
         await([&] { return client.get("filter.out") == 5; }, "end of the replay");
         client.record_stop("ramp");
     };
@@ -312,13 +312,13 @@ TEST_F(PlumbRun, AClientWatchesEveryPeriodWhileTimePasses) {
 TEST_F(PlumbRun, ARecordingThatCannotBeWrittenEndsAloneAndIsReported) {
     const std::string pipe = folder / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    const Outcome outcome = run_with_client("--speed 10", growing, [&](host::Client& client) {
+    const Outcome outcome = run_with_client("--speed 10", growing, [&](client::Client& client) {
         const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-        client.record("lost", {{"integ.0.out"}, host::seconds(0.001), pipe});
-        client.record("kept", {{"filter.out"}, host::seconds(0.001), folder / "kept.csv"});
+        client.record("lost", {{"integ.0.out"}, client::seconds(0.001), pipe});
+        client.record("kept", {{"filter.out"}, client::seconds(0.001), folder / "kept.csv"});
         close(reader);
         const auto closed = client.time();
-        await([&] { return client.time() > closed + host::seconds(10); }, "more than the host keeps");
+        await([&] { return client.time() > closed + client::seconds(10); }, "more than the host keeps");
         try {
             client.record_stop("lost");
             ADD_FAILURE() << "no error is reported";
@@ -333,11 +333,11 @@ TEST_F(PlumbRun, ARecordingThatCannotBeWrittenEndsAloneAndIsReported) {
 }
 
 TEST_F(PlumbRun, ARecordingFollowsANetThatIsMadeMeanwhile) {
-    const Outcome outcome = run_with_client("--speed 10", growing, [&](host::Client& client) {
-        client.record("input", {{"filter.in"}, host::seconds(0.001), folder / "input.csv"});
+    const Outcome outcome = run_with_client("--speed 10", growing, [&](client::Client& client) {
+        client.record("input", {{"filter.in"}, client::seconds(0.001), folder / "input.csv"});
         client.command("net link integ.0.out => filter.in");
         const auto netted = client.time();
-        await([&] { return client.time() > netted + host::seconds(5); }, "half a second of the clock");
+        await([&] { return client.time() > netted + client::seconds(5); }, "half a second of the clock");
         client.record_stop("input");
     });
     EXPECT_EQ(outcome.status, 0) << outcome.errors;
@@ -349,14 +349,14 @@ TEST_F(PlumbRun, ARecordingFollowsANetThatIsMadeMeanwhile) {
 }
 
 TEST_F(PlumbRun, WhatIsUnloadedEndsItsRecordingAndItsExpectation) {
-    const Outcome outcome = run_with_client("--speed 10", growing, [&](host::Client& client) {
-        client.record("lost", {{"integ.0.out"}, host::seconds(0.001), folder / "lost.csv"});
-        client.record("kept", {{"filter.out"}, host::seconds(0.001), folder / "kept.csv"});
+    const Outcome outcome = run_with_client("--speed 10", growing, [&](client::Client& client) {
+        client.record("lost", {{"integ.0.out"}, client::seconds(0.001), folder / "lost.csv"});
+        client.record("kept", {{"filter.out"}, client::seconds(0.001), folder / "kept.csv"});
         client.expect("lost", "x >= 0", {{"x", "integ.0.out"}});
         await([&] { return client.get("integ.0.out") > 1; }, "growth");
         client.command("unloadrt integ");
         const auto unloaded = client.time();
-        await([&] { return client.time() > unloaded + host::seconds(5); }, "half a second of the clock");
+        await([&] { return client.time() > unloaded + client::seconds(5); }, "half a second of the clock");
         client.record_stop("lost");
         client.record_stop("kept");
         EXPECT_THROW(client.record_stop("lost"), std::runtime_error);
@@ -370,12 +370,12 @@ TEST_F(PlumbRun, WhatIsUnloadedEndsItsRecordingAndItsExpectation) {
 }
 
 TEST_F(PlumbRun, HalCanBeUnloadedAndLoadedAgainWhileAClientRecords) {
-    const Outcome outcome = run_with_client("--speed 10", growing, [&](host::Client& client) {
+    const Outcome outcome = run_with_client("--speed 10", growing, [&](client::Client& client) {
         for (const std::string round : {"first", "second", "third"}) {
-            client.record(round, {{"integ.0.out"}, host::seconds(0.001), folder / (round + ".csv")});
+            client.record(round, {{"integ.0.out"}, client::seconds(0.001), folder / (round + ".csv")});
             client.command("newsig beyond_modules float");
             const std::string signal = "signal in the " + round;
-            client.record(signal, {{"beyond_modules"}, host::seconds(0.001), folder / (signal + ".csv")});
+            client.record(signal, {{"beyond_modules"}, client::seconds(0.001), folder / (signal + ".csv")});
             client.expect(round, "x >= 0", {{"x", "integ.0.out"}});
             await([&] { return client.get("integ.0.out") > 0.5; }, "growth");
             client.command(round == "second" ? "unloadrt all" : "unload all");

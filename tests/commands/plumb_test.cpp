@@ -42,7 +42,7 @@ TEST(Plumb, HelpOfRunShowsTheProgram) {
 }
 
 TEST(Plumb, HelpOfHalProgramsIsPlain) {
-    const Outcome outcome = run_program({BUILD_DIR "/bin/retain", "--help"}, "/");
+    const Outcome outcome = run_program({BUILD_DIR "/bin/plumb-retain", "--help"}, "/");
     EXPECT_EQ(outcome.status, 0);
     EXPECT_THAT(outcome.output, AllOf(HasSubstr("--period S "), HasSubstr("The default is 0.1."),
                                       Not(HasSubstr("FLOAT")), Not(HasSubstr("TEXT"))));

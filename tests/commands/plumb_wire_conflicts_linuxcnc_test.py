@@ -50,12 +50,12 @@ class Conflicts(Sample):
 
     def test_an_inhibit_of_the_user_is_joined(self):
         self.add_halfile(
-            "net door motion.feed-inhibit\nnet wait motion.digital-in-00\nloadusr -W retain --file $(CONFIG_DIR)/mine.toml\n"
+            "net door motion.feed-inhibit\nnet wait motion.digital-in-00\nloadusr -W plumb-retain --file $(CONFIG_DIR)/mine.toml\n"
         )
         write(os.path.join(os.path.dirname(self.ini(AXIS_MM)), "mine.toml"), 'machine = "mine"\n')
         status, output, flat = self.wire(AXIS_MM, "squareness")
         self.assertEqual(status, 0, output)
-        self.assertIn("Pins stand in for them here: hal_manualtoolchange. Trying", flat)  # retain itself runs
+        self.assertIn("Pins stand in for them here: hal_manualtoolchange. Trying", flat)  # plumb-retain itself runs
         self.assertIn("motion.feed-inhibit keeps your signal door; `or` joins it with plumb-wait.", flat)
         stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertEqual(stages.count("unlinkp motion."), 1)

@@ -38,7 +38,7 @@ setp drive.quantum       0.1
 
 
 def rename_records(path, now, former):
-    """Makes the store of retain one of a machine whose function had another name."""
+    """Makes the store of plumb-retain one of a machine whose function had another name."""
     with open(path) as file:
         rest = file.read().partition("\n")[2]
     assert '"%s" = [' % now in rest, rest[:300]

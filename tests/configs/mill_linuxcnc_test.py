@@ -156,9 +156,9 @@ class Days(unittest.TestCase):
         for name in ("second", "forgotten"):
             day, rows = self.days[name], self.rows(name, "retain_killed")
             self.assertEqual(list(day["growth.enable"][rows[[0, -1]]]), [1, 0])
-            self.assertTrue(day["square.enable"][rows].all())  # which needs no retain
+            self.assertTrue(day["square.enable"][rows].all())  # which needs no plumb-retain
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
-            self.assertIn("retain has ended", self.facts[name]["errors"][-1])
+            self.assertIn("plumb-retain has ended", self.facts[name]["errors"][-1])
 
     def test_touch_off_is_refused_as_long_as_no_contact_was_accepted(self):
         day, rows = self.days["second"], self.rows("second", "rejected")

@@ -28,7 +28,7 @@ template <class Call>
 std::string refusal(Call call) {
     try {
         call();
-    } catch (const host::HostDied& death) {
+    } catch (const client::HostDied& death) {
         ADD_FAILURE() << death.what();
     } catch (const std::runtime_error& error) {
         return error.what();
@@ -40,7 +40,7 @@ std::string refusal(Call call) {
 // A filter without lag: out follows in a period later than it is set.
 struct ClientOfHost : testing::Test {
     Bench bench;
-    host::Client& client = bench.client();
+    client::Client& client = bench.client();
 
     ClientOfHost() {
         bench.command("loadrt lowpass names=it");
@@ -107,15 +107,15 @@ TEST_F(ClientOfHost, QuotesKeepWordsTogether) {
 }
 
 TEST_F(ClientOfHost, ARunReportsItsProgressAndCanBeStopped) {
-    std::vector<host::Time> progress;
-    const host::Ran ran = client.run(host::seconds(1e8), [&](host::Time done) {
+    std::vector<client::Time> progress;
+    const client::Ran ran = client.run(client::seconds(1e8), [&](client::Time done) {
         progress.push_back(done);
         return progress.size() < 3;
     });
     EXPECT_EQ(progress.size(), 3u);
     EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end()));
     EXPECT_GE(ran.ran, progress.back());
-    EXPECT_LT(ran.ran, host::seconds(1e8));
+    EXPECT_LT(ran.ran, client::seconds(1e8));
     EXPECT_EQ(ran.ran % 1ms, 0ns) << "it stops at a period";
     EXPECT_EQ(ran.ended, "");
     EXPECT_EQ(client.time(), ran.time);  // the answers are still in step with the requests
@@ -125,7 +125,7 @@ TEST_F(ClientOfHost, ARunReportsItsProgressAndCanBeStopped) {
 TEST_F(ClientOfHost, TimeMovesOnlyInARun) {
     EXPECT_EQ(client.time(), 0ns);
     EXPECT_EQ(client.run(250ms).time, 250ms);
-    EXPECT_EQ(client.run(host::seconds(3600)).ran, 1h);
+    EXPECT_EQ(client.run(client::seconds(3600)).ran, 1h);
     EXPECT_EQ(bench.time(), 3600.25);
     EXPECT_THROW(client.run(-1ns), std::runtime_error);
     EXPECT_THROW(bench.run(std::nan("")), std::invalid_argument);
@@ -159,7 +159,7 @@ TEST_F(ClientOfHost, ReplayEndsTheRun) {
     EXPECT_EQ(client.replay({file}), 1s);
     EXPECT_EQ(client.run(400ms).ended, "");
     EXPECT_NEAR(bench.get("it.out"), 14, 0.011);
-    const host::Ran ran = client.run(1h);
+    const client::Ran ran = client.run(1h);
     EXPECT_EQ(ran.ended, "replay");
     EXPECT_EQ(ran.time, 1s);
     const auto damaged = folder.write("damaged.csv", "time,it.in\n0,10\n1,twenty\n");
@@ -193,23 +193,23 @@ TEST_F(ClientOfHost, ExpectationsAreCheckedInEveryPeriod) {
 
 TEST_F(ClientOfHost, ASecondClientSharesTheHostAndLeavesItRunning) {
     {
-        host::Client second(host::Attach{client.socket()});
+        client::Client second(client::Attach{client.socket()});
         EXPECT_EQ(second.process(), client.process());
         second.set("it.in", 4);
         second.run(1ms);
     }
     EXPECT_EQ(bench.get("it.out"), 4);
     EXPECT_EQ(client.time(), 1ms);
-    EXPECT_THAT(refusal([] { host::Client(host::Attach{"/no/such/socket"}); }),
+    EXPECT_THAT(refusal([] { client::Client(client::Attach{"/no/such/socket"}); }),
                 HasSubstr("no virtual-time host at /no/such/socket"));
 }
 
 TEST_F(ClientOfHost, AfterExitEveryCallFails) {
-    host::Client second(host::Attach{client.socket()});
+    client::Client second(client::Attach{client.socket()});
     client.exit();
-    EXPECT_THROW(client.get("it.in"), host::HostDied);
-    EXPECT_THROW(second.get("it.in"), host::HostDied);
-    EXPECT_THROW(second.time(), host::HostDied);
+    EXPECT_THROW(client.get("it.in"), client::HostDied);
+    EXPECT_THROW(second.get("it.in"), client::HostDied);
+    EXPECT_THROW(second.time(), client::HostDied);
 }
 
 TEST_F(ClientOfHost, ADeadHostIsQuotedWithItsLastWords) {
@@ -223,31 +223,31 @@ TEST_F(ClientOfHost, ADeadHostIsQuotedWithItsLastWords) {
     try {
         bench.run(1);
         ADD_FAILURE() << "it lives";
-    } catch (const host::HostDied& death) {
+    } catch (const client::HostDied& death) {
         EXPECT_THAT(death.what(), StartsWith("the virtual-time host died (signal 9); its last words: "));
         EXPECT_THAT(death.what(), HasSubstr("the spindle is on fire"));
     }
     try {
         bench.get("it.in");
         ADD_FAILURE() << "it lives again";
-    } catch (const host::HostDied& death) {
+    } catch (const client::HostDied& death) {
         EXPECT_THAT(death.what(), HasSubstr("the spindle is on fire")) << "every call gives the reason";
     }
 }
 
 TEST(ClientStart, FailsWithTheReason) {
-    host::Start start;
+    client::Start start;
     start.executable = "/no/such/plumb-host";
-    EXPECT_THAT(refusal([&] { host::Client client(start); }), HasSubstr("cannot start /no/such/plumb-host"));
+    EXPECT_THAT(refusal([&] { client::Client client(start); }), HasSubstr("cannot start /no/such/plumb-host"));
     start.executable = "/bin/false";
-    EXPECT_THROW(host::Client client(start), host::HostDied);
+    EXPECT_THROW(client::Client client(start), client::HostDied);
     start.executable = "/bin/ls";  // which prints why it does not understand
-    EXPECT_THAT(refusal([&] { host::Client client(start); }), HasSubstr("control-fd"));
+    EXPECT_THAT(refusal([&] { client::Client client(start); }), HasSubstr("control-fd"));
 }
 
 TEST(ClientStart, ShowsWhatTheHostPrintsOnlyWhenAsked) {
     for (const bool show : {false, true}) {
-        host::Start start;
+        client::Start start;
         start.show_output = show;
         testing::internal::CaptureStderr();
         {
@@ -290,7 +290,7 @@ TEST(BenchFixture, TracesOneRun) {
 }
 
 TEST(Durations, AreReadInEveryUnit) {
-    using host::parse_duration;
+    using client::parse_duration;
     EXPECT_EQ(parse_duration("600"), 10min);
     EXPECT_EQ(parse_duration("10min"), 10min);
     EXPECT_EQ(parse_duration("4h"), 4h);
@@ -306,7 +306,7 @@ TEST(Durations, AreReadInEveryUnit) {
 }
 
 TEST(Durations, AreWrittenInTheUnitsThatSuit) {
-    using host::describe_duration;
+    using client::describe_duration;
     EXPECT_EQ(describe_duration(4h), "4 h");
     EXPECT_EQ(describe_duration(90min), "1 h 30 min");
     EXPECT_EQ(describe_duration(26h), "1 d 2 h");

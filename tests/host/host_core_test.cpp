@@ -100,7 +100,7 @@ TEST_F(HostCore, WrongModuleParametersAreRefusedInTheWordsOfRtapiApp) {
         const std::size_t blank = arguments.find(' ');
         std::vector<std::string> call{"loadrt", arguments.substr(0, blank)};
         if (blank != std::string::npos) call.push_back(arguments.substr(blank + 1));
-        const host::Halcmd result = bench_.client().halcmd(call);
+        const client::Halcmd result = bench_.client().halcmd(call);
         EXPECT_NE(result.status, 0) << arguments;
         EXPECT_THAT(result.output, HasSubstr(words)) << arguments;
     }
@@ -203,7 +203,7 @@ TEST_F(HostCore, AnAppendedRecordingGoesOnInTime) {
     bench_.command("loadrt sum2");
     bench_.command("addf sum2.0 servo-thread");
     const std::string file = folder_ / "out.csv";
-    host::Client& client = bench_.client();
+    client::Client& client = bench_.client();
     client.record("r", {{"sum2.0.out"}, 500ms, file});
     bench_.set("sum2.0.in0", 1);
     bench_.run(1);
@@ -239,7 +239,7 @@ TEST_F(HostCore, ARecordingThatFailsMeanwhileEndsTheRunAndIsReported) {
         }
         return "not refused";
     };
-    host::Client& client = bench_.client();
+    client::Client& client = bench_.client();
     const auto record = [&] { client.record("r", {{"sum2.0.out"}, 1ms, pipe}); };
     EXPECT_THAT(refusal(record), HasSubstr("pipe: is a pipe or socket that nobody reads"));
     const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -387,11 +387,11 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 // As by Ctrl-Z at the wrong moment.
 TEST_F(HostCore, AStoppedProgramThatHoldsALockOfHalIsNamed) {
-    host::Start start;
+    client::Start start;
     start.show_output = true;
     testing::internal::CaptureStderr();
     {
-        host::Client host(start);
+        client::Client host(start);
         host.command("loadrt or2");
         for (const char* const place : {"48414c32 8", "48484c34 0"}) {
             host.command("loadusr -w /usr/bin/python3 " SOURCE_DIR "/tests/programs/hal_lock_holder.py " +

@@ -27,8 +27,8 @@ struct HostSocket : testing::Test {
     void SetUp() override {
         if (geteuid() != 0) GTEST_SKIP() << "only root is more than one user";
     }
-    static host::Start on_machine_start(bool namespaces = true) {
-        host::Start start;
+    static client::Start on_machine_start(bool namespaces = true) {
+        client::Start start;
         start.executable = host_of_machine;
         start.namespaces = namespaces;
         return start;
@@ -44,7 +44,7 @@ struct stat state_of(const std::filesystem::path& file) {
 TEST_F(HostSocket, ItsFolderIsRootsAndNobodyElseChangesIt) {
     on_own_machine([] {
         for (const bool namespaces : {true, false}) {
-            host::Client host(on_machine_start(namespaces));
+            client::Client host(on_machine_start(namespaces));
             host.command(
                 "loadrt threads name1=servo-thread period1=1000000");  // LinuxCNC's rtapi_app gets through
             const std::filesystem::path socket = host.socket();
@@ -56,7 +56,7 @@ TEST_F(HostSocket, ItsFolderIsRootsAndNobodyElseChangesIt) {
                 EXPECT_NE(rename(socket.c_str(), "/tmp/away"), 0);
                 EXPECT_NE(rename(socket.parent_path().c_str(), "/tmp/away"), 0);
                 EXPECT_NE(symlink("/tmp", (socket.parent_path() / "link").c_str()), 0);
-                EXPECT_THROW(host::Client(host::Attach{socket}), std::runtime_error);
+                EXPECT_THROW(client::Client(client::Attach{socket}), std::runtime_error);
             });
             other.await_success();
             host.command("loadrt lowpass");
@@ -69,7 +69,7 @@ TEST_F(HostSocket, AFolderForItThatOthersCanWriteIsNotTaken) {
     on_own_machine([] {
         ASSERT_EQ(mkdir("/tmp/open", 0711), 0);
         setenv("TMPDIR", "/tmp/open", 1);
-        const auto socket = [] { return host::Client(on_machine_start()).socket(); };
+        const auto socket = [] { return client::Client(on_machine_start()).socket(); };
         EXPECT_THAT(socket(), StartsWith("/tmp/open/plumb-host-"));
         ASSERT_EQ(chmod("/tmp/open", 0777), 0);
         EXPECT_THAT(socket(), StartsWith("/tmp/plumb-host-"));
@@ -86,7 +86,7 @@ TEST_F(HostSocket, APrivateTmpdirIsNotTaken) {
         ASSERT_EQ(mkdir("/tmp/private", 0700), 0);
         ASSERT_EQ(mkdir("/tmp/private/more", 0755), 0);
         setenv("TMPDIR", "/tmp/private/more", 1);
-        host::Client host(on_machine_start());
+        client::Client host(on_machine_start());
         EXPECT_THAT(host.socket(), StartsWith("/tmp/plumb-host-"));
         host.command("loadrt threads name1=servo-thread period1=1000000");
     });
@@ -98,7 +98,7 @@ TEST_F(HostSocket, MemoryThatAStrangerHasMadeIsNotUsed) {
         constexpr int streamer_key = 0x48535430;
         Child other(false, [](Child&) { EXPECT_GE(shmget(streamer_key, 1000, IPC_CREAT | 0666), 0); });
         other.await_success();
-        host::Client host(on_machine_start(false));
+        client::Client host(on_machine_start(false));
         try {
             host.command("loadrt streamer depth=10 cfg=f");
             ADD_FAILURE() << "it uses the memory of a stranger";
@@ -122,7 +122,7 @@ TEST_F(HostSocket, AClientDoesNotSpeakToAStranger) {
         });
         stranger.hear();
         try {
-            host::Client client(host::Attach{"/tmp/socket"});
+            client::Client client(client::Attach{"/tmp/socket"});
             ADD_FAILURE() << "it speaks to a stranger";
         } catch (const std::runtime_error& refusal) {
             EXPECT_STREQ(refusal.what(), "/tmp/socket belongs to user 65534, and is no host of yours");

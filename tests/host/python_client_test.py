@@ -234,7 +234,8 @@ class Declarations(unittest.TestCase):
                 self.assertRegex(text, r"^[A-Z].* .*\.$")
 
     def test_a_program_has_declarations_too(self):
-        self.assertEqual(plumb.declarations("retain")["pins"]["restored"]["type"], "bit")
+        self.assertEqual(plumb.declarations("plumb-retain")["pins"]["restored"]["type"], "bit")
+        self.assertEqual(plumb.declarations("retain"), plumb.declarations("plumb-retain"))  # codes of messages of before
 
     def test_an_installation_has_its_own(self):
         prefix = own_folder(self)

@@ -107,7 +107,7 @@ class Shift(Scenario):
         halcmd("net chop-waits motion.feed-inhibit")
 
     def learn(self):
-        """What retain keeps."""
+        """What plumb-retain keeps."""
         self.host.set("chop.learn", 1)
         self.machine.mdi("G81.1 Z40 Q-80 P6000")
         self.await_pin("chop.learned", 1)
@@ -116,8 +116,8 @@ class Shift(Scenario):
 
     def retain_again(self):
         """As after a restart: chopping has forgotten all. Until it is restored no stroke begins."""
-        halcmd("unloadusr retain")  # which does not wait for its last look
-        self.await_condition(lambda: "retain" not in components(), "the end of retain")
+        halcmd("unloadusr plumb-retain")  # which does not wait for its last look
+        self.await_condition(lambda: "plumb-retain" not in components(), "the end of plumb-retain")
         self.host.set("chop.forget", 1)
         self.await_pin("chop.rows", 0)
         self.host.set("chop.forget", 0)
@@ -125,9 +125,9 @@ class Shift(Scenario):
         halcmd("unlinkp chop.enable")
         self.host.set("chop.enable", 0)
         self.facts["before"] = self.message_of(lambda: self.machine.mdi("G81.1 Z200 Q-400 P24000"))
-        halcmd("loadusr -Wn retain retain --file %s" % os.path.abspath("extra.toml"))
-        halcmd("net restored retain.restored chop.enable")
-        self.await_pin("retain.restored", 1)
+        halcmd("loadusr -Wn plumb-retain plumb-retain --file %s" % os.path.abspath("extra.toml"))
+        halcmd("net restored plumb-retain.restored chop.enable")
+        self.await_pin("plumb-retain.restored", 1)
         self.facts["restored"] = self.host.get("chop.rows")
 
     def start(self):

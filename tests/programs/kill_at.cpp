@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Preloaded into retain, it kills it at the KILL_AT-th step of its writing. A step is each call that opens a
+// Preloaded into plumb-retain, it kills it at the KILL_AT-th step of its writing. A step is each call that opens a
 // new file to be written or a folder, that writes, syncs, closes or gives rights to such, unlinks or renames;
 // and the middle of each write. The first step waits until there is a file KILL_AFTER.
 #include <dlfcn.h>

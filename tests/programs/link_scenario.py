@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The facts for linuxcnc_link_test.py, from a complete LinuxCNC with linuxcnc_link.py and retain.
+"""The facts for linuxcnc_link_test.py, from a complete LinuxCNC with linuxcnc_link.py and plumb-retain.
 """
 
 import os
@@ -28,8 +28,8 @@ class Day(Scenario):
     def work(self):
         self.until(lambda: self.host.get("linuxcnc-link.connected"), "the link")
         self.facts["without a program"] = self.host.get("linuxcnc-link.program-id")
-        self.until(lambda: self.host.get("retain.restored"), "the kept values")
-        pins = ["growth.window", "growth.rows", "retain.fault-code"]
+        self.until(lambda: self.host.get("plumb-retain.restored"), "the kept values")
+        pins = ["growth.window", "growth.rows", "plumb-retain.fault-code"]
         self.facts["in force"] = self.host.get(pins)
         if self.host.get("growth.rows") > 0:
             return  # the second day
@@ -88,10 +88,10 @@ class Day(Scenario):
         self.host.set("growth.window", 0.125)
         for name, value in FIELDS.items():
             self.host.set("growth.restore-" + name, value)
-        saves = self.host.get("retain.saves")
+        saves = self.host.get("plumb-retain.saves")
         self.host.set("growth.restore", True)
         self.until(lambda: self.host.get("growth.rows") == 1, "the record")
-        self.until(lambda: self.host.get("retain.saves") > saves, "the save")
+        self.until(lambda: self.host.get("plumb-retain.saves") > saves, "the save")
         self.host.set("growth.restore", False)
 
 

@@ -3,7 +3,7 @@
 """The DISPLAY of mill_both_linuxcnc_test: works configs/mill through a day, which is named in the command line.
 
 On the first a part is made with neither function, with each alone and with both, and then much goes wrong. The short one
-leaves out growth without squareness. Any other is a restart with what retain has kept. DAY.csv is the recording of a day, DAY.json has its facts.
+leaves out growth without squareness. Any other is a restart with what plumb-retain has kept. DAY.csv is the recording of a day, DAY.json has its facts.
 """
 
 import contextlib
@@ -184,20 +184,20 @@ class Day(Scenario):
         return self.machine.poll().g5x_offset[2]
 
     def losses(self):
-        """Task stops and retain dies while X is on its way; then task goes on, and the move is aborted."""
+        """Task stops and plumb-retain dies while X is on its way; then task goes on, and the move is aborted."""
         for service in (0, 4):
             self.host.set("interlock.service-timeout-%d" % service, 1)
         self.machine.mdi("G53 G0 X-200")
         self.machine.mdi("G53 G1 X200 F600", wait=False)
         self.machine.wait(0.5)
         self.signal(signal.SIGSTOP, "lost", "inihal")
-        os.kill(self.processes("retain")[0], signal.SIGKILL)
+        os.kill(self.processes("plumb-retain")[0], signal.SIGKILL)
         self.await_pin("interlock.service-lost-0", 1)
         self.await_pin("interlock.feed-service-lost", 1)
         self.machine.wait(1)
         self.begin("returned")
         os.kill(self.processes("inihal")[0], signal.SIGCONT)
-        self.await_message("retain has ended")
+        self.await_message("plumb-retain has ended")
         self.machine.abort()
         self.await_pin("interlock.function-enable-0", 0)
         self.machine.wait(1)

@@ -134,7 +134,7 @@ class Day(Scenario):
             self.reject_a_contact()
         self.part("after_restart")
         self.begin("retain_killed")
-        retain = subprocess.check_output(["pgrep", "-f", "retain --file " + os.path.abspath("mill.toml")])
+        retain = subprocess.check_output(["pgrep", "-f", "plumb-retain --file " + os.path.abspath("mill.toml")])
         self.host.set("interlock.service-timeout-0", 3)  # not to wait for 30 s
         os.kill(int(retain), signal.SIGKILL)
         with contextlib.suppress(OperatorError):

@@ -166,7 +166,7 @@ class Operator:
         finger.open("All components", "growth")
         finger.press("growth")
         finger.press("gate-floor")
-        seen["kept"] = finger.await_text("Saved by retain: this value wins over the HAL file.")
+        seen["kept"] = finger.await_text("Saved by plumb-retain: this value wins over the HAL file.")
         seen["file"] = finger.await_text("In settings.hal: 0.02 mm")
         seen["change"] = finger.await_text("0.02 mm \u2192 0.025 mm")
         finger.press("Back to the HAL file, and keep no value")

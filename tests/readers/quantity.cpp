@@ -13,10 +13,10 @@ namespace plumb::readers {
 namespace {
 
 void read_time(const std::string& text) {
-    host::Time time{};
-    if (!takes<std::invalid_argument>([&] { time = host::parse_duration(text); })) return;
+    client::Time time{};
+    if (!takes<std::invalid_argument>([&] { time = client::parse_duration(text); })) return;
     demand(time.count() >= 0, "no time is below 0");
-    demand(!host::describe_duration(time).empty(), "each time has words");
+    demand(!client::describe_duration(time).empty(), "each time has words");
     std::string seconds;
     host::append_seconds(seconds, time.count());
     demand(host::number_of(seconds).has_value(), "the text of a time is a number");

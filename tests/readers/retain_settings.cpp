@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The TOML file of `retain`.
+// The TOML file of `plumb-retain`.
 #include "tests/readers/reader.hpp"
 
 #include "components/io/retain/retain_settings.hpp"

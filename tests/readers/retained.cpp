@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The store of `retain`: as it comes, and with the checksum that its bytes would have.
+// The store of `plumb-retain`: as it comes, and with the checksum that its bytes would have.
 #include "tests/readers/reader.hpp"
 
 #include "components/io/retain/retained_file.hpp"
@@ -56,7 +56,7 @@ void read(std::string_view bytes) {
     if (const auto retained = parsed(retained_file::first_line(text) + text)) {
         for (const auto& [component, records] : retained->records)
             if (component.find_first_of("\"\\\n") != std::string::npos)
-                return;  // retain names no such component
+                return;  // plumb-retain names no such component
         demand_round_trip(*retained);
     }
     demand_round_trip(store_of(bytes));

@@ -73,7 +73,7 @@ class Calls(unittest.TestCase):
         self.assertEqual({its.name for its, _, _ in calls.cases()}, {its.name for its in calls.SCENARIOS})
 
     def test_a_few_cases_find_nothing(self):
-        for case in ("squareness/allocation", "bench/write/ENOSPC", "tool_table_check/name/EACCES", "retain/open/EMFILE"):
+        for case in ("squareness/allocation", "bench/write/ENOSPC", "tool_table_check/name/EACCES", "plumb-retain/open/EMFILE"):
             done = subprocess.run([os.path.join(ROOT, "scripts", "campaign"), "calls", "--case", case, "--seed", "1", "--most", "4"],
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=200, check=False)
             self.assertRegex(done.stdout, r"\Aseed 1: \d+ tries, 0 findings\n\Z", case + done.stderr)

@@ -134,12 +134,12 @@ COMMANDS = {
         "scripts/test -R mill_linuxcnc": chosen("mill_linuxcnc"),
         "scripts/test -R mill_config": chosen("mill_config"),
     },
-    "components/compensation/thermal_growth_test/README.md": {
+    "components/compensation/thermal_growth/README.md": {
         "build/bin/plumb bench ...": HERE,
         "build/bin/plumb run --speed 10 -- linuxcnc configs/growth/growth.ini": LONG,
         "scripts/test -R growth_linuxcnc": chosen("growth_linuxcnc"),
         "build/bin/plumb growth report configs/growth/logs/growth-*.csv": REPORT,
-        "scripts/bench growth_test": Other("scripts/benches/README.md"),
+        "scripts/bench growth_faults": Other("scripts/benches/README.md"),
         "build/bin/plumb growth identify configs/growth/logs/growth-*.csv": IDENTIFY,
         "scripts/bench axis_growth": Other("scripts/benches/README.md"),
     },
@@ -215,8 +215,8 @@ COMMANDS = {
         "scripts/bench trust --seeds ...": Run(".", change=("--seeds 40", "--seeds 1 --for 10min --output trust")),
         "scripts/bench mill": bench("mill"),
         "scripts/bench growth": Tested("tests/scripts/growth_bench_test.py", "growth.bench(machines"),
-        "scripts/bench growth_test": LONG,  # with one machine, too: nine faults
-        "scripts/bench mill_growth_test": LONG,  # with one machine, too: six tests
+        "scripts/bench growth_faults": LONG,  # with one machine, too: nine faults
+        "scripts/bench mill_growth": LONG,  # with one machine, too: six tests
         "scripts/bench axis_growth": Run(".", change=("axis_growth", "axis_growth --seeds 1 --for 10min")),
         "scripts/bench pairs": bench("pairs"),
         "scripts/bench portal": bench("portal"),

@@ -119,7 +119,7 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=32 num_aio=32
     @staticmethod
     def without_programs(lines):
         """User-space programs do not run here."""
-        lines = re.sub(r"\b(iocontrol\.0|halui|retain|linuxcnc-link)\.\S+", "", lines)
+        lines = re.sub(r"\b(iocontrol\.0|halui|plumb-retain|linuxcnc-link)\.\S+", "", lines)
         return re.sub(r"^net \S+\s+=>\s*$", "", lines, flags=re.M)
 
     def test_squareness_of_the_readme_corrects_the_square(self):
@@ -170,7 +170,7 @@ net spindle-load siggen.0.cosine
     def test_wiring_of_every_manual_page_loads(self):
         names = sorted(name for name in os.listdir(os.path.join(BUILD, "man")) if name.endswith(".9"))
         self.assertGreaterEqual(len(names), 8)
-        for name in [*names, "retain.1"]:
+        for name in [*names, "plumb-retain.1"]:
             with self.subTest(page=name):
                 command = ["mandoc", "-T", "ascii", os.path.join(BUILD, "man", name)]
                 text = subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -26,20 +26,20 @@ namespace {
 constexpr double period = 0.001;  // seconds
 
 // A host with servo-thread, started.
-std::unique_ptr<host::Client> host_with(const std::vector<std::string>& commands) {
-    host::Start start;
-    const auto bin = std::filesystem::path(host::find_host()).parent_path();
+std::unique_ptr<client::Client> host_with(const std::vector<std::string>& commands) {
+    client::Start start;
+    const auto bin = std::filesystem::path(client::find_host()).parent_path();
     start.modules = {bin.parent_path() / "specimens"};
-    auto client = std::make_unique<host::Client>(start);
+    auto client = std::make_unique<client::Client>(start);
     client->command("loadrt threads name1=servo-thread period1=1000000");
     for (const std::string& command : commands) client->command(command);
     client->command("start");
     return client;
 }
 
-double nanoseconds_per_period(host::Client& client, double simulated_seconds) {
+double nanoseconds_per_period(client::Client& client, double simulated_seconds) {
     const auto begin = std::chrono::steady_clock::now();
-    client.run(host::seconds(simulated_seconds));
+    client.run(client::seconds(simulated_seconds));
     const std::chrono::duration<double, std::nano> real = std::chrono::steady_clock::now() - begin;
     return real.count() / (simulated_seconds / period);
 }
@@ -207,7 +207,7 @@ std::filesystem::path write_cycle(int periods) {
 
 // The least time of each stretch of the cycle, over many repeats of it, in ns a period. A single period
 // would be lost in the time of a request to the host; the fit lasts for more than a hundred.
-std::vector<double> least_of_each_stretch(host::Client& client, const std::filesystem::path& cycle,
+std::vector<double> least_of_each_stretch(client::Client& client, const std::filesystem::path& cycle,
                                           int periods) {
     constexpr int repeats = 40;
     constexpr int stretch = 20;

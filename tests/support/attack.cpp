@@ -195,7 +195,7 @@ void Attack::turn(std::size_t knob, double value) {
 }
 
 void Attack::run(double seconds) {
-    bench_.client().run(host::seconds(seconds));
+    bench_.client().run(client::seconds(seconds));
     for (Watched& its : watched_)
         if (!its.refusal.empty() && bench_.get(its.refusal) == 0 &&
             bench_.get(its.bound) < its.bound_in_force) {
@@ -239,7 +239,7 @@ void Attack::end() {
 
 std::vector<std::string> Attack::complaints() {
     std::vector<std::string> result = complaints_;
-    for (const host::Violation& violation : bench_.client().violations()) {
+    for (const client::Violation& violation : bench_.client().violations()) {
         std::string values;
         for (const auto& [name, value] : violation.values) values += ", " + name + " = " + text(value);
         result.push_back(violation.id + ": " + std::to_string(violation.count) + " periods, first at " +

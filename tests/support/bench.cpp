@@ -12,7 +12,7 @@
 namespace plumb {
 namespace {
 
-double in_seconds(host::Time time) {
+double in_seconds(client::Time time) {
     return std::chrono::duration<double>(time).count();
 }
 
@@ -62,14 +62,14 @@ Table read_table(const std::filesystem::path& file) {
     return table;
 }
 
-host::Start with_specimens(bool guard) {
-    host::Start start;
+client::Start with_specimens(bool guard) {
+    client::Start start;
     start.modules = {BUILD_DIR "/specimens"};
     start.guard = guard;
     return start;
 }
 
-Bench::Bench(Thread thread, const host::Start& start) : client_(start) {
+Bench::Bench(Thread thread, const client::Start& start) : client_(start) {
     if (thread == Thread::none) return;
     command("loadrt threads name1=servo-thread period1=1000000");
     command("start");
@@ -85,9 +85,9 @@ void Bench::poison(const std::string& pin, double seconds) {
 }
 
 void Bench::run(double seconds) {
-    client_.run(host::seconds(seconds));
+    client_.run(client::seconds(seconds));
     if (expectations_.empty()) return;
-    for (const host::Violation& violation : client_.violations()) {
+    for (const client::Violation& violation : client_.violations()) {
         std::int64_t& reported = reported_[violation.id];
         if (violation.count == reported) continue;
         std::string values;
@@ -103,14 +103,14 @@ void Bench::run(double seconds) {
 Table Bench::trace(double seconds, const std::vector<std::string>& names, double every) {
     const Folder folder;
     const std::filesystem::path file = folder / "trace.csv";
-    client_.record("trace", {names, host::seconds(every), file});
+    client_.record("trace", {names, client::seconds(every), file});
     run(seconds);
     client_.record_stop("trace");
     return read_table(file);
 }
 
 void Bench::record(const std::filesystem::path& file, const std::vector<std::string>& names, double every) {
-    client_.record(file, {names, host::seconds(every), file});
+    client_.record(file, {names, client::seconds(every), file});
 }
 
 void Bench::expect(const std::string& expression, const std::map<std::string, std::string>& variables) {

@@ -37,13 +37,13 @@ struct Table {
 Table read_table(const std::filesystem::path& file);
 
 // For a host that finds the modules of the tests, too.
-host::Start with_specimens(bool guard = false);
+client::Start with_specimens(bool guard = false);
 
 class Bench {
 public:
     enum class Thread { servo, none };  // none: for .hal files that make their own and start it
 
-    explicit Bench(Thread thread = Thread::servo, const host::Start& start = {});
+    explicit Bench(Thread thread = Thread::servo, const client::Start& start = {});
 
     // A line of a .hal file, or a whole .hal file.
     void command(const std::string& line) { client_.command(line); }
@@ -69,10 +69,10 @@ public:
     // Holds from now on in every period: bench.expect("abs(z_rate) <= 0.01", {{"z", "it.z-offset"}}).
     void expect(const std::string& expression, const std::map<std::string, std::string>& variables);
 
-    host::Client& client() { return client_; }  // for all else
+    client::Client& client() { return client_; }  // for all else
 
 private:
-    host::Client client_;
+    client::Client client_;
     std::map<std::string, std::string> expectations_;  // expression, by id
     std::map<std::string, std::int64_t> reported_;     // violations already reported, by id
 };

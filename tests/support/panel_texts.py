@@ -38,6 +38,7 @@ def of_declarations(build):
         if declared.get("role") == "plant":
             continue
         texts = [text for codes in declared.get("codes", {}).values() for text in codes.values()] + [declared["summary"]]
+        texts += [its["remedy"] for its in declared.get("statuses", {}).values() if its["remedy"]]
         pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
         texts += [pin["sentence"] for pin in pins.values()]
         found.update({text: name for text in texts})
@@ -45,9 +46,11 @@ def of_declarations(build):
 
 
 def of_role(build, role):
-    """The modules and programs of a role, by their declarations."""
+    """The modules and programs of a role, by their declarations. A link is a former name."""
     found = []
     for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
+        if os.path.islink(path):
+            continue
         with open(path, encoding="utf-8") as file:
             if json.load(file).get("role") == role:
                 found.append(os.path.basename(path)[:-len(".json")])

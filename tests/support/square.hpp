@@ -24,7 +24,7 @@ struct Square {
     using Values = std::map<std::string, double>;
 
     // Homed and enabled; max-rate is 10 mu/s, so that a test need not wait.
-    explicit Square(const std::string& options, const host::Start& start = {})
+    explicit Square(const std::string& options, const client::Start& start = {})
         : bench(Bench::Thread::servo, start) {
         bench.command("loadrt squareness names=square " + options);
         bench.command("addf square.update servo-thread");

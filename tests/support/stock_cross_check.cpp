@@ -34,8 +34,8 @@ struct Recorder {
     std::string commands;  // that make the sampler take them
 };
 
-host::Start on_machine() {
-    host::Start start;
+client::Start on_machine() {
+    client::Start start;
     start.executable = host_of_machine;
     return start;
 }
@@ -43,7 +43,7 @@ host::Start on_machine() {
 // A pin that is netted is sampled through its signal, any other through a signal of its own.
 Recorder recorder_of(const std::string& hal_file, const std::vector<std::string>& names, std::size_t depth,
                      const std::string& thread) {
-    host::Client host(on_machine());
+    client::Client host(on_machine());
     host.source(hal_file);
     Recorder recorder;
     std::string nets;
@@ -127,9 +127,9 @@ void expect_same_records(const std::filesystem::path& hal_file, const std::vecto
             };
             std::ofstream("/tmp/recorded.hal") << file << recorder.commands << "start\n";
 
-            host::Client host(on_machine());
+            client::Client host(on_machine());
             host.source("/tmp/recorded.hal");
-            host.run(host::seconds(seconds + 0.5));
+            host.run(client::seconds(seconds + 0.5));
             host.command(dumping("/tmp/virtual.records"));
 
             std::ofstream("/tmp/stock.hal")

@@ -390,13 +390,13 @@ class Wire:
         machine = re.sub(r'[^ -~]|["\\]', " ", wiring.machine.ini.get("EMC", "MACHINE") or "").strip() or "machine"
         files["panel.toml"] = (
             "# SPDX-License-Identifier: GPL-2.0-or-later\n"
-            "# Written by plumb panel: the settings that retain keeps for it.\n"
+            "# Written by plumb panel: the settings that plumb-retain keeps for it.\n"
             'machine = "%s"\npins = []\n' % machine
         )
         if records:
             files["retain.toml"] = (
                 "# SPDX-License-Identifier: GPL-2.0-or-later\n"
-                "# Written by plumb wire: the records that retain keeps over a restart, in retain.retained beside this file.\n"
+                "# Written by plumb wire: the records that plumb-retain keeps over a restart, in retain.retained beside this file.\n"
                 'machine = "%s"\nrecords = [%s]\n' % (machine, ", ".join('"%s"' % name for name in records))
             )
         for function in self.functions:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/axis_growth/axis_growth_codes.hpp"
 #include "components/compensation/axis_growth/axis_growth_inputs.hpp"
+#include "components/compensation/axis_growth/axis_growth_status.hpp"
 #include "components/math/blocks/authority.hpp"
 #include "components/math/blocks/ramped_correction.hpp"
 #include "hal/codes.hpp"
@@ -62,6 +63,7 @@ struct AxisGrowth final : hal::Component {
     hal::Out<bool> limited{this, "limited", "The growth of an axis exceeds max-offset."};
     hal::Codes<Doubt> doubt{this, "doubt", "The growth may be wrong; doubt-code gives the reason."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::Status<AxisGrowthStatus> status{this};
 
     hal::Offset moves[3]{{this, moving(0)}, {this, moving(1)}, {this, moving(2)}};
 
@@ -80,8 +82,8 @@ struct AxisGrowth final : hal::Component {
 
         const GrowthLaw::Line line =
             settings_.law.at(sensors.values(), drive_.step(speed_, settings_.drive, dt));
-        const bool homed = all_homed;
-        const bool applies = enable && homed && sensors.all_known();
+        const bool homed = all_homed, enabled = enable;
+        const bool applies = enabled && homed && sensors.all_known();
         const double part = trust(line, applies);
         follow(line, applies, jumped, dt);
 
@@ -96,13 +98,28 @@ struct AxisGrowth final : hal::Component {
         lost_age = sensors.lost();
         ramping = ramp_.ramping();
         limited = ramp_.limited();
-        doubt = hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
-                                   {sensors.lost() > 0, Doubt::sensor},
-                                   {!sensors.outside().isZero(0), Doubt::range},
-                                   {applies && unapplied_ > settings_.harmless, Doubt::uncertain}});
-        fault = hal::first<Fault>({{!position_good_, Fault::position},
-                                   {settings_.law.uses_speed() && !speed_good, Fault::speed},
-                                   {!settings_good, Fault::settings}});
+        const Doubt its_doubt =
+            hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
+                               {sensors.lost() > 0, Doubt::sensor},
+                               {!sensors.outside().isZero(0), Doubt::range},
+                               {applies && unapplied_ > settings_.harmless, Doubt::uncertain}});
+        doubt = its_doubt;
+        const Fault its_fault = hal::first<Fault>({{!position_good_, Fault::position},
+                                                   {settings_.law.uses_speed() && !speed_good, Fault::speed},
+                                                   {!settings_good, Fault::settings}});
+        fault = its_fault;
+        AxisGrowthSeen seen;
+        seen.fault = its_fault != Fault::none;
+        seen.has_law = !settings_.law.is_empty();
+        seen.enabled = enabled;
+        seen.homed = homed;
+        seen.temperatures_known = sensors.all_known();
+        seen.returns = its_doubt == Doubt::old;
+        seen.doubted = its_doubt != Doubt::none;
+        seen.bounded = ramp_.limited();
+        seen.ramping = ramp_.ramping();
+        seen.interlock = status.of_interlock();
+        status = status_of(seen);
     }
 
 private:

@@ -4,6 +4,7 @@
 #include "components/compensation/centre_height/height_outputs.hpp"
 #include "components/compensation/centre_height/height_procedure.hpp"
 #include "components/compensation/centre_height/height_settings.hpp"
+#include "components/compensation/centre_height/height_status.hpp"
 #include "hal/component.hpp"
 #include "pages/centre_height.page.hpp"
 
@@ -33,6 +34,7 @@ struct CentreHeight final : hal::Component {
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
+    hal::Status<HeightStatus> status{this};
     hal::Function run{this, "update", &CentreHeight::update, hal::Place::measurement};
 
     void update(double) noexcept {
@@ -58,6 +60,8 @@ struct CentreHeight final : hal::Component {
         taken_ &= given.value_ready || given.entered;
 
         outputs.show(procedure_, now);
+        status = status_of(
+            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock()});
         cut_taken = cut_taken_;
         value_taken = taken_;
     }

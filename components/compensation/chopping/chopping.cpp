@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/chopping_settings.hpp"
+#include "components/compensation/chopping/chopping_status.hpp"
 #include "components/compensation/chopping/dead_point_pins.hpp"
 #include "components/compensation/chopping/guarded_offset.hpp"
 #include "components/compensation/chopping/homed_watch.hpp"
@@ -98,6 +99,7 @@ struct Chopping final : hal::Component {
     LearnedRow row{this};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::Status<ChoppingStatus> status{this};
 
     static constexpr double guard_factor = 10;  // of max-acceleration
     hal::Offset moves{this, hal::MovingPin(offset)
@@ -274,9 +276,10 @@ private:
         offset_.step(target, !now.on && now.homed, dt);
     }
 
-    Oscillation::Stop hold() const noexcept {
+    Oscillation::Stop hold() noexcept {
         const StrokeValues& values = in_force_.values();
         const bool at_once = emergency_hold, held = feed_hold;
+        hold_ordered_ = at_once || held;
         if (at_once || supervision_.recovers()) return Oscillation::Stop::at_once;
         return held || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
     }
@@ -323,19 +326,41 @@ private:
                     settings_fault = in_force_.refused(),
                     supervised = supervision_.fault(in_force_.values(), runs && !now.measurable);
         late_ = runs && (late_ || oscillation.late());
-        limited = hal::first<Bound>({{offset_.kept_back(), Bound::offset},
-                                     {runs && stage_limited, Bound::stage},
-                                     {runs && oscillation.clipped(), Bound::soft_limit},
-                                     {runs && supervision_.part(in_force_.values()) < 1, Bound::learning},
-                                     {runs && oscillation.limited(), Bound::speed},
-                                     {late_, Bound::plan},
-                                     {runs && oscillation.impatient(), Bound::arrival}});
-        fault = hal::first<Fault>({{checked != Fault::none, checked},
-                                   {happened != Fault::none, happened},
-                                   {!now.known, Fault::position},
-                                   {settings_fault != Fault::none, settings_fault},
-                                   {offset_.refused(), Fault::bound},
-                                   {supervised != Fault::none, supervised}});
+        const Bound bound =
+            hal::first<Bound>({{offset_.kept_back(), Bound::offset},
+                               {runs && stage_limited, Bound::stage},
+                               {runs && oscillation.clipped(), Bound::soft_limit},
+                               {runs && supervision_.part(in_force_.values()) < 1, Bound::learning},
+                               {runs && oscillation.limited(), Bound::speed},
+                               {late_, Bound::plan},
+                               {runs && oscillation.impatient(), Bound::arrival}});
+        limited = bound;
+        const Fault its_fault = hal::first<Fault>({{checked != Fault::none, checked},
+                                                   {happened != Fault::none, happened},
+                                                   {!now.known, Fault::position},
+                                                   {settings_fault != Fault::none, settings_fault},
+                                                   {offset_.refused(), Fault::bound},
+                                                   {supervised != Fault::none, supervised}});
+        fault = its_fault;
+        show_status(now, its_fault != Fault::none, bound != Bound::none);
+    }
+
+    void show_status(const Now& now, bool has_fault, bool bounded) noexcept {
+        ChoppingSeen seen;
+        seen.fault = has_fault;
+        seen.bounded = bounded;
+        seen.moves = motion_.moves();
+        seen.returns = motion_.state() == StrokeMotion::State::returning;
+        seen.ends = motion_.state() == StrokeMotion::State::stopping;
+        seen.held = motion_.oscillation().held();
+        seen.hold_ordered = hold_ordered_;
+        seen.speed_zero = in_force_.values().override_value == 0;
+        seen.away = std::abs(offset_.value()) > nothing;
+        seen.on = now.on;
+        seen.homed = now.homed;
+        seen.permitted = now.orders.permitted;
+        seen.interlock = status.of_interlock();
+        status = status_of(seen);
     }
 
     StrokeOrders orders_;
@@ -349,6 +374,7 @@ private:
     double position_ = 0;  // mu, point R: the last good one
     double rest_ = 0;      // mu, the offset at rest
     bool late_ = false;
+    bool hold_ordered_ = false;
 };
 
 hal::Model hal::model() {

@@ -4,6 +4,7 @@
 #include "components/compensation/squareness/settling.hpp"
 #include "components/compensation/squareness/squareness_model.hpp"
 #include "components/compensation/squareness/squareness_settings.hpp"
+#include "components/compensation/squareness/squareness_status.hpp"
 #include "components/math/blocks/ramped_correction.hpp"
 #include "hal/component.hpp"
 #include "hal/message.hpp"
@@ -59,6 +60,7 @@ struct Squareness final : hal::Component {
         "Settling ended too early; unsettled-code gives the cause, until the tool changes again."};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::Status<SquarenessStatus> status{this};
     hal::Out<bool> table_fault{this, "table-fault",
                                "The last reload failed; the tables before stay in force."};
     hal::Out<std::int32_t> tables{this, "tables", "Axes that have a table."};
@@ -97,7 +99,8 @@ struct Squareness final : hal::Component {
         const bool reloaded = take_over_tables();
         const bool homed = all_homed, was_active = model_.active();
 
-        follow(edited, enable && homed && settings.complete(), jumped, reloaded, dt);
+        const bool enabled = enable;
+        follow(edited, enabled && homed && settings.complete(), jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
             correction[i] = ramp_.offset()[i];
@@ -114,6 +117,7 @@ struct Squareness final : hal::Component {
         ramping = is_ramping();
         report(tool_known, jumped && was_active);
         settle(by_program, dt);
+        show_status(enabled, homed);
     }
 
 private:
@@ -215,19 +219,33 @@ private:
         fault = code;
         has_fault_ = code != Fault::none;
         table_fault = tables_.refused();
-        std::int32_t count = 0;
-        for (const auto& its : tables_.in_use()) count += its.has_value();
-        tables = count;
+        count_ = 0;
+        for (const auto& its : tables_.in_use()) count_ += its.has_value();
+        tables = count_;
         serial = serial_;
     }
 
     void settle(bool by_program, double dt) noexcept {
         const bool stages_ramp = stages_ramping;
-        settling_.step({tool_changed_, is_ramping() || stages_ramp, model_.active(), has_fault_, is_limited_,
-                        by_program, motion_type, path_velocity, settings.values().settling_time},
+        all_ramping_ = is_ramping() || stages_ramp;
+        settling_.step({tool_changed_, all_ramping_, model_.active(), has_fault_, is_limited_, by_program,
+                        motion_type, path_velocity, settings.values().settling_time},
                        dt);
         settling = settling_.holds();
         unsettled = settling_.ended();
+    }
+
+    void show_status(bool enabled, bool homed) noexcept {
+        SquarenessSeen seen;
+        seen.fault = has_fault_;
+        seen.set = settings.any_tilt() || count_ > 0;
+        seen.enabled = enabled;
+        seen.homed = homed;
+        seen.ramping = all_ramping_;
+        seen.bounded = is_limited_;
+        seen.unsettled = settling_.ended() != Settling::Ended{};
+        seen.interlock = status.of_interlock();
+        status = status_of(seen);
     }
 
     AxisChain axes_;
@@ -242,9 +260,10 @@ private:
     RampedCorrection ramp_;
     RampedCorrectionOf<1> parallel_ramp_;  // of U, V or W
     bool reloading_ = true;                // a reload that is true already asks for nothing
-    std::int32_t serial_ = 0;
+    std::int32_t serial_ = 0, count_ = 0;  // of reloads, of axes with a table
     Settling settling_;
     bool tool_changed_ = false, has_fault_ = false, is_limited_ = false;  // in this period
+    bool all_ramping_ = false;                                            // the stages, too
 };
 
 hal::Model hal::model() {

@@ -105,6 +105,7 @@ struct SquarenessSettings final : hal::Group {
     const Eigen::Vector3d& radial() const noexcept { return radial_; }  // mu, from the tool's axis to the tip
     bool complete() const noexcept { return values_.max_speed > 0; }    // there has been a good set
     Fault fault() const noexcept { return fault_; }
+    bool any_tilt() const noexcept { return any_tilt_; }
     bool limited() const noexcept { return limited_; }  // an angle is beyond max-angle
 
 private:
@@ -140,8 +141,11 @@ private:
             const double direction = std::remainder(values_.radial_direction, 360) * (pi / 180);
             radial_ = values_.radius() * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
         }
-        limited_ = false;
-        for (const Axis axis : all_axes) limited_ |= values_.angles(axis) != values_.of(axis).angles;
+        limited_ = any_tilt_ = false;
+        for (const Axis axis : all_axes) {
+            limited_ |= values_.angles(axis) != values_.of(axis).angles;
+            any_tilt_ |= !values_.of(axis).angles.isZero(0);
+        }
     }
 
     // An invalid value keeps its last good one.
@@ -180,7 +184,7 @@ private:
     Values values_;                                     // the last good set
     Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // of values_
     Fault fault_ = Fault::none;
-    bool limited_ = false;
+    bool limited_ = false, any_tilt_ = false;
 };
 
 }  // namespace plumb

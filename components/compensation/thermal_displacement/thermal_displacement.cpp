@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/thermal_displacement/contact_report.hpp"
 #include "components/compensation/thermal_displacement/contact_settings.hpp"
+#include "components/compensation/thermal_displacement/displacement_status.hpp"
 #include "components/compensation/thermal_displacement/growth_settings.hpp"
 #include "components/compensation/thermal_displacement/reference_conditions.hpp"
 #include "components/compensation/thermal_displacement/reference_row.hpp"
@@ -100,6 +101,7 @@ struct ThermalDisplacement final : hal::Component {
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::Status<DisplacementStatus> status{this};
     ContactReport report{this};
     TrustReport trust{this};
     ShiftQuestion shift{this};
@@ -124,7 +126,8 @@ struct ThermalDisplacement final : hal::Component {
         const Lost lost = now.lost;
         if (periods_++ % between_settings == 0) take_settings();
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
-        const bool applying = now.enable && !dry_run && !now.learn && measured_.applicable();
+        const bool dry = dry_run;
+        const bool applying = now.enable && !dry && !now.learn && measured_.applicable();
         const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying);
         now.step = step_;
 
@@ -142,14 +145,18 @@ struct ThermalDisplacement final : hal::Component {
 
         z_offset = slew_.value();
         limited = offset != asked;
-        fault = hal::first<Fault>({{lost == Lost::load, Fault::load},
-                                   {lost == Lost::position, Fault::position},
-                                   {lost == Lost::speed, Fault::spindle_speed},
-                                   {lost == Lost::offset, Fault::applied_offset},
-                                   {lost == Lost::approach, Fault::approach},
-                                   {bad_settings_, Fault::settings},
-                                   {measured_.tally().lost_track(), Fault::lost_track}});
-        if (measured_.due() || shown_event_) show(event, applying, now.setup);
+        const Fault its_fault = hal::first<Fault>({{lost == Lost::load, Fault::load},
+                                                   {lost == Lost::position, Fault::position},
+                                                   {lost == Lost::speed, Fault::spindle_speed},
+                                                   {lost == Lost::offset, Fault::applied_offset},
+                                                   {lost == Lost::approach, Fault::approach},
+                                                   {bad_settings_, Fault::settings},
+                                                   {measured_.tally().lost_track(), Fault::lost_track}});
+        fault = its_fault;
+        if (measured_.due() || shown_event_) {
+            show(event, applying, now.setup);
+            show_status(now, its_fault != Fault::none, dry, applying, offset != asked);
+        }
         shown_event_ = event != GrowthByContact::Event::none;
         walk();
     }
@@ -224,6 +231,27 @@ private:
         s.date = conditions.date;
         s.temperature_valid = growth.temperature_usable();
         return s;
+    }
+
+    void show_status(const Sample& now, bool has_fault, bool dry, bool applying, bool bounded) noexcept {
+        DisplacementSeen seen;
+        seen.fault = has_fault;
+        seen.enabled = now.enable;
+        seen.load_valid = !now.load_lost;
+        seen.learning = measured_.cycle().learning();
+        seen.will_learn = now.learn;
+        seen.learning_failed = measured_.tally().learning_fault() != LearningFault{};
+        seen.refused = measured_.refusal().reason() != Refusal::none;
+        seen.has_reference = measured_.cycle().references().made_with(now.setup);
+        seen.has_rows = measured_.cycle().references().size() > 0;
+        seen.cycle_running = now.cycle_running;
+        seen.dry_run = dry;
+        seen.doubted = measured_.known() && applying && measured_.authority().doubt() != Doubt::none;
+        seen.asks = applying && measured_.from_contacts().shift(settings_.contact.growth) != Shift::none;
+        seen.known = measured_.known();
+        seen.bounded = bounded;
+        seen.interlock = status.of_interlock();
+        status = status_of(seen);
     }
 
     // A load that was lost before the cycle began holds nothing up: its authority decides.

@@ -27,6 +27,7 @@ OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", 
 UNKNOWN_SIDE = 2
 SIDES = {400: 0, 410: 1, 411: 1, 420: -1, 421: -1}  # by G-code, times ten
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
+STATUS = "status-code"  # of a function; a status with a detail has the message of that
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
 
@@ -124,7 +125,14 @@ def declared_codes(source):
     if len(words) != 2:
         raise ValueError("'%s' is not a module and its pin, as 'axis_offset fault-code'" % source)
     module, pin = words
-    codes = plumb.declarations(module)["codes"]
+    declared = plumb.declarations(module)
+    if pin == STATUS and "statuses" in declared:
+        return {
+            code: ("%s %s" % (its["sentence"], its["remedy"])).rstrip()
+            for code, its in declared["statuses"].items()
+            if its["kind"] == "bad" and not its["detail"]
+        }
+    codes = declared["codes"]
     if pin not in codes:
         raise ValueError("%s has no codes of '%s', only of: %s" % (module, pin, ", ".join(sorted(codes)) or "nothing"))
     return codes[pin]
@@ -153,6 +161,7 @@ class Message:
         if self.kind not in self.KINDS:
             fail("kind = '%s' is none of %s" % (self.kind, ", ".join(self.KINDS)))
         codes = table.get("codes")
+        self.only_listed = isinstance(codes, str) and codes.endswith(" " + STATUS)  # other statuses are for screens
         if isinstance(codes, str):
             try:
                 codes = declared_codes(codes)
@@ -186,6 +195,8 @@ class Message:
         """The text to show now, if any."""
         code = component[self.pin + "-code"] if self.codes is not None else 0
         now = code if component[self.pin] else None
+        if self.only_listed and now not in self.codes:
+            now = None
         news = now is not None and now != self.seen
         self.seen = now
         return self._composed(now) if news else None

@@ -33,7 +33,7 @@ public:
         } catch (const std::system_error& error) {
             if (error.code() == std::errc::device_or_resource_busy)
                 throw std::runtime_error(toml_ + ": " + settings_.store.string() +
-                                         " is kept by another retain");
+                                         " is kept by another plumb-retain");
             open_later(error.what());
         }
     }
@@ -253,7 +253,7 @@ private:
     static hal::NamedPin writable(const std::string& name) {
         const auto pin = hal::NamedPin::find(name);
         if (!pin) throw Unfit("there is no pin " + name);
-        if (pin->linked()) throw Unfit(name + " is linked, and retain has to write it");
+        if (pin->linked()) throw Unfit(name + " is linked, and plumb-retain has to write it");
         return *pin;
     }
 
@@ -297,7 +297,7 @@ private:
 
     void report(const std::string& what) {
         if (what == reported_) return;
-        std::cerr << "retain: " + what + '\n';
+        std::cerr << "plumb-retain: " + what + '\n';
         reported_ = what;
     }
 

@@ -45,7 +45,7 @@ public:
         for (const char* const name : {"forget", "restore", "kept"}) demand_type(name, "bit");
         for (const auto& [name, pin] : pins_)
             if (name != "restores" && name != "rows" && name.rfind("row-", 0) != 0 && pin.linked())
-                throw Unfit(full(name) + " is linked, and retain has to write it");
+                throw Unfit(full(name) + " is linked, and plumb-retain has to write it");
     }
 
     // Throws Unfit if these are no records of this component.

@@ -10,14 +10,14 @@ enum class Fault : std::int32_t { none, foreign, damaged, version, inaccessible,
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::foreign:
-            return "The store is another machine's, or no file of retain; it is left as it is. Correct that, "
+            return "The store is another machine's, or no file of plumb-retain; it is left as it is. Correct that, "
                    "and start again.";
         case Fault::damaged:
             return "The store is truncated or damaged; it is left as it is. Correct that, and start again.";
         case Fault::version:
             return "The store is of another version; it is left as it is. Correct that, and start again.";
         case Fault::inaccessible:
-            return "The store cannot be read or written. retain tries again once a second. At the start "
+            return "The store cannot be read or written. plumb-retain tries again once a second. At the start "
                    "nothing is restored until then; later restored stays true.";
         case Fault::unfit:
             return "A named pin or component does not exist, has another type, is an output, or is netted; "

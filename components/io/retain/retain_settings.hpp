@@ -16,7 +16,7 @@
 
 namespace plumb {
 
-// The settings in the TOML file of `retain`.
+// The settings in the TOML file of `plumb-retain`.
 struct RetainSettings {
     std::string machine;
     std::filesystem::path store;                  // where the values are kept

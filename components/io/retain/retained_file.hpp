@@ -58,6 +58,7 @@ inline std::string fields_text(const Retained::Record& record) {
     return fields;
 }
 
+// The first words are those of all stores that there are.
 inline std::string first_line(const std::string& rest) {
     return "# retain " + std::to_string(version) + ", CRC-32 of the rest: " + hexadecimal(crc_32(rest)) +
            '\n';
@@ -78,7 +79,7 @@ inline std::string compose(const Retained& retained, const std::string& machine)
 template <class Kind>
 const Kind& need(const toml::node* node) {
     const auto* const found = node ? node->as<Kind>() : nullptr;
-    if (!found) throw std::runtime_error("its content is not a file of retain");
+    if (!found) throw std::runtime_error("its content is not a file of plumb-retain");
     return *found;
 }
 
@@ -114,10 +115,10 @@ inline Retained parse(const std::string& text, const std::string& machine, const
     const std::string rest = text.substr(end + 1);
     int its_version = 0;
     if (std::sscanf(head.c_str(), "# retain %d,", &its_version) != 1)
-        refuse(Fault::foreign, " is no file of retain: it begins with '" + head.substr(0, 40) + "'");
+        refuse(Fault::foreign, " is no file of plumb-retain: it begins with '" + head.substr(0, 40) + "'");
     if (its_version != version)
         refuse(Fault::version, " is of version " + std::to_string(its_version) +
-                                   "; this retain reads version " + std::to_string(version));
+                                   "; this plumb-retain reads version " + std::to_string(version));
     if (text != first_line(rest) + rest)
         refuse(Fault::damaged,
                " is truncated or was changed: the CRC-32 of the lines after the first line, '" + head +

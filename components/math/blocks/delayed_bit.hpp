@@ -18,6 +18,8 @@ public:
         return bit_;
     }
 
+    bool value() const noexcept { return bit_; }
+
 private:
     bool bit_ = false;
     double waited_ = 0;  // s, for which the input differs

@@ -70,15 +70,15 @@ public:
     void step(double speed, double temperature, bool temperature_valid, const Settings& settings,
               double dt) noexcept {
         for (std::int32_t i = 0; i < alive_; ++i)
-            set_[i].model.step(speed, temperature, temperature_valid, settings.between, dt);
-        if (!set_[0].model.known()) known_ = false;
+            at(i).model.step(speed, temperature, temperature_valid, settings.between, dt);
+        if (!at(0).model.known()) known_ = false;
         since_ += dt;
         predict();
     }
 
     Verdict judge(const Reading& r, const Settings& settings) noexcept {
         if (withdrawn(r.gauge)) return Verdict::withdrawn;
-        const Expected expected = set_[0].model.expected({r.gauge, r.reference_sigma});
+        const Expected expected = at(0).model.expected({r.gauge, r.reference_sigma});
         if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < 0.5) {
             withdrawn_ |= bit(r.gauge);
             return Verdict::withdrawn;
@@ -93,7 +93,7 @@ public:
     // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
     void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
         alive_ = 1;
-        set_[0].model.correct(growth, sigma, {}, !first, settings.between);
+        at(0).model.correct(growth, sigma, {}, !first, settings.between);
         accepted_ = 0;
         finish(true);
     }
@@ -101,15 +101,15 @@ public:
     // All gauges have new references; the growth stays known.
     void renew_gauges() noexcept {
         alive_ = 1;
-        set_[0].model.renew_gauges();
-        set_[0].forget_shifts();
+        at(0).model.renew_gauges();
+        at(0).forget_shifts();
         shift_ = Shift::none;
         withdrawn_ = 0;
         predict();
     }
     void forget() noexcept {
         renew_gauges();
-        set_[0].model.forget();
+        at(0).model.forget();
         known_ = false;
         consistency_ = 1;
         rate2_ = 0;
@@ -128,7 +128,7 @@ public:
 
     // The growth that a spindle as expected would have by its speed, in mu.
     double usual_growth(const Settings& settings) const noexcept {
-        return set_[0].model.usual_growth(settings.between);
+        return at(0).model.usual_growth(settings.between);
     }
 
     bool withdrawn(std::int32_t gauge) const noexcept { return withdrawn_ & bit(gauge); }
@@ -136,26 +136,26 @@ public:
 
     // More likely than all other hypotheses together; its size in mu, of a tool the mean of its gauges.
     Shift shift() const noexcept { return shift_; }
-    double shift_size() const noexcept { return shift_ == Shift::none ? 0 : shift_of(set_[0]); }
-    std::uint64_t shifted_gauges() const noexcept { return set_[0].of_tool; }
+    double shift_size() const noexcept { return shift_ == Shift::none ? 0 : shift_of(at(0)); }
+    std::uint64_t shifted_gauges() const noexcept { return at(0).of_tool; }
     // By which the contacts of a gauge are displaced without growth, in mu, as far as it is known.
-    double displaced(std::int32_t gauge) const noexcept { return displaced(set_[0], gauge); }
+    double displaced(std::int32_t gauge) const noexcept { return displaced(at(0), gauge); }
 
     // The answers to the question that a shift is. As growth it is applied; else the references were
     // corrected by displaced().
     void shift_is_growth() noexcept {
         if (shift_ == Shift::none) return;
         alive_ = 1;
-        set_[0].model.take_shift_as_growth();
-        set_[0].forget_shifts();
+        at(0).model.take_shift_as_growth();
+        at(0).forget_shifts();
         finish(true);
     }
     void shift_is_corrected() noexcept {
         alive_ = 1;
         for (std::int32_t i = 0; i < ContactReferences::capacity; ++i)
-            if (set_[0].of_tool & bit(i)) set_[0].model.forget_error(i);
-        set_[0].model.forget_shift();
-        set_[0].forget_shifts();
+            if (at(0).of_tool & bit(i)) at(0).model.forget_error(i);
+        at(0).model.forget_shift();
+        at(0).forget_shifts();
         finish(false);
     }
 
@@ -187,6 +187,9 @@ private:
         double fast = 0;  // mu², of a growth that the model does not describe
     };
 
+    Hypothesis& at(std::int32_t i) noexcept { return set_[order_[i]]; }  // 0 is the heaviest
+    const Hypothesis& at(std::int32_t i) const noexcept { return set_[order_[i]]; }
+
     static constexpr std::uint64_t bit(std::int32_t gauge) noexcept {
         return std::uint64_t{1} << (gauge & 63);
     }
@@ -212,7 +215,7 @@ private:
 
     void weigh(std::int32_t i, const Reading& r, double noise2, const Settings& settings,
                Candidate* four) const noexcept {
-        const Hypothesis& h = set_[i];
+        const Hypothesis& h = at(i);
         const Expected expected = h.model.expected({r.gauge, r.reference_sigma});
         const double error = r.growth - expected.mean;
         const double variance = consistency_ * (expected.variance + noise2);
@@ -249,7 +252,7 @@ private:
     void learn_past(const Candidate& best, const Reading& r, double noise2,
                     const Settings& settings) noexcept {
         if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
-        const Expected expected = set_[best.parent].model.expected({r.gauge, r.reference_sigma});
+        const Expected expected = at(best.parent).model.expected({r.gauge, r.reference_sigma});
         const double variance = expected.variance + noise2, error = r.growth - expected.mean;
         const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
         consistency_ = std::clamp(consistency_ + prior.memory * (ratio - consistency_), 1.0, prior.widest);
@@ -267,42 +270,34 @@ private:
     // The heaviest candidates become the hypotheses, the heaviest of all the first one.
     void live_on(const std::array<Candidate, most * answers>& candidates, const Reading& r,
                  const Settings& settings) noexcept {
-        std::array<std::int32_t, most> place{};  // of the parent of each
         std::int32_t count = 0;
         const std::int32_t before = alive_;
         while (count < static_cast<std::int32_t>(most) && count < 4 * before &&
                candidates[count].weight > candidates[0].weight + std::log(prior.lightest))
             ++count;
         // The first child of a parent takes its place; the others move into places that are free.
-        std::array<bool, most> taken{};
-        std::array<bool, most> placed{};
-        std::array<std::int32_t, most> slot{};
-        for (std::int32_t c = 0; c < count; ++c)
-            if (!std::exchange(taken[candidates[c].parent], true)) {
-                slot[c] = candidates[c].parent;
-                placed[c] = true;
-            }
+        std::array<bool, most> taken{}, placed{};
+        std::array<std::int32_t, most> place{};
+        for (std::int32_t c = 0; c < count; ++c) {
+            place[c] = order_[candidates[c].parent];
+            placed[c] = !std::exchange(taken[place[c]], true);
+        }
         for (std::int32_t c = 0; c < count; ++c) {
             if (placed[c]) continue;
-            slot[c] = static_cast<std::int32_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
-            taken[slot[c]] = true;
-            set_[slot[c]] = set_[candidates[c].parent];
+            const Hypothesis& parent = set_[place[c]];
+            place[c] =
+                static_cast<std::int32_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
+            taken[place[c]] = true;
+            set_[place[c]] = parent;
         }
+        order_ = place;
+        alive_ = count;
         double sum = 0;
         for (std::int32_t c = 0; c < count; ++c) {
-            Hypothesis& h = set_[slot[c]];
-            suppose(h, candidates[c], r, settings);
-            sum += h.weight = std::exp(candidates[c].weight - candidates[0].weight);
+            suppose(at(c), candidates[c], r, settings);
+            sum += at(c).weight = std::exp(candidates[c].weight - candidates[0].weight);
         }
-        for (std::int32_t c = 0; c < count; ++c) set_[slot[c]].weight /= sum;
-        // In the order of their weights.
-        for (std::int32_t c = 0; c < count; ++c) {
-            if (slot[c] == c) continue;
-            std::swap(set_[c], set_[slot[c]]);
-            std::replace(slot.begin() + c + 1, slot.begin() + count, c, slot[c]);
-        }
-        alive_ = count;
-        place[0] = 0;
+        for (std::int32_t c = 0; c < count; ++c) at(c).weight /= sum;
     }
 
     void suppose(Hypothesis& h, const Candidate& c, const Reading& r, const Settings& settings) noexcept {
@@ -343,10 +338,10 @@ private:
     void finish(bool accepted) noexcept {
         known_ |= accepted;
         predict();
-        const Hypothesis& best = set_[0];
+        const Hypothesis& best = at(0);
         double weight = 0;
         for (std::int32_t i = 0; i < alive_; ++i)
-            if (set_[i].all == best.all && set_[i].of_tool == best.of_tool) weight += set_[i].weight;
+            if (at(i).all == best.all && at(i).of_tool == best.of_tool) weight += at(i).weight;
         const bool shifted = (best.all || best.of_tool != 0) && weight > 0.5;
         shift_ = !shifted     ? Shift::none
                  : !best.all  ? Shift::one_tool
@@ -362,14 +357,14 @@ private:
     // Once a period, for all who ask.
     void predict() noexcept {
         std::array<double, most> growth{};
-        for (std::int32_t i = 0; i < alive_; ++i) growth[i] = set_[i].model.growth();
+        for (std::int32_t i = 0; i < alive_; ++i) growth[i] = at(i).model.growth();
         growth_ = growth[0];
         if (alive_ > 1) growth_ = median(growth);
         double variance = 0, away = 0;
         for (std::int32_t i = 0; i < alive_; ++i) {
-            const double own = set_[i].model.sigma();
-            variance += set_[i].weight * own * own;
-            away += set_[i].weight * std::abs(growth[i] - growth_);
+            const double own = at(i).model.sigma();
+            variance += at(i).weight * own * own;
+            away += at(i).weight * std::abs(growth[i] - growth_);
         }
         sigma_ = std::hypot(std::sqrt(consistency_ * variance), of_mean_deviation * away);
     }
@@ -378,8 +373,8 @@ private:
         for (std::int32_t i = 0; i < alive_; ++i) {
             double below = 0, above = 0;
             for (std::int32_t j = 0; j < alive_; ++j) {
-                if (growth[j] < growth[i]) below += set_[j].weight;
-                if (growth[j] > growth[i]) above += set_[j].weight;
+                if (growth[j] < growth[i]) below += at(j).weight;
+                if (growth[j] > growth[i]) above += at(j).weight;
             }
             if (below <= 0.5 && above <= 0.5) return growth[i];
         }
@@ -387,6 +382,7 @@ private:
     }
 
     std::array<Hypothesis, most> set_{};
+    std::array<std::int32_t, most> order_{0, 1, 2, 3};  // by their weights
     std::int32_t alive_ = 1;
     bool known_ = false;
     Shift shift_ = Shift::none;

@@ -50,6 +50,7 @@ struct GrowthLaw {
         return !growth.col(sensor).isZero(0) || !slope.col(sensor).isZero(0);
     }
     bool uses_speed() const noexcept { return !by_speed.isZero(0); }
+    bool is_empty() const noexcept { return growth.isZero(0) && slope.isZero(0) && !uses_speed(); }
 };
 
 // x of the law above: what the spindle has been driven to.

@@ -14,7 +14,6 @@ from panel.widgets import Figures, Keypad, button, card, choose, column, flow, g
 
 class CentreHeightPage(FunctionPage):
     heading = "Centre height"  # for gettext: _("Centre height")
-    state = centre_height_state
     _jogging = False  # a step is under way
     live = ("x-position-0", "y-position-0", "diameter")
 

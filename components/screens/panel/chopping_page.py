@@ -5,7 +5,7 @@ import math
 
 from gi.repository import Gtk
 
-from panel import chopping_state, style as styles
+from panel import style as styles
 from panel.function_page import FunctionPage
 from panel.texts import _, in_micrometres, number, with_unit
 from panel.widgets import Figures, button, card, label, named, set_text
@@ -13,7 +13,6 @@ from panel.widgets import Figures, button, card, label, named, set_text
 
 class ChoppingPage(FunctionPage):
     heading = "Chopping"  # for gettext: _("Chopping")
-    state = chopping_state
     live = ("position", "joint-feedback", "applied-offset")
 
     def content(self):

@@ -13,13 +13,14 @@ class Declared:
         self.name, self.summary = content["name"], content.get("summary", "")
         self.pins = content.get("pins", {})
         self.codes = {pin: {int(code): text for code, text in texts.items()} for pin, texts in content.get("codes", {}).items()}
+        self.statuses = {int(number): its for number, its in content.get("statuses", {}).items()}  # kind, sentence, remedy, button, detail
         self.has_records = {"row-shown", "restores"} <= set(self.pins)
 
     def pin(self, short):
         return self.pins.get(short, {})
 
     def is_of_records(self, short):
-        """Whether a pin is there for retain alone, which walks the records."""
+        """Whether a pin is there for plumb-retain alone, which walks the records."""
         return self.has_records and (short in ("row", "forget", "kept", "restore", "rows", "restores", "restores-refused")
                                      or short.startswith(("row-", "restore-")))
 

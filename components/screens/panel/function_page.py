@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The page of a function: verdict, figures, buttons, and the way to all its pins."""
 
+from panel import status
 from panel.inputs import LiveInputs
 from panel.pages import Page
-from panel.status import not_a_number
 from panel.texts import _
 from panel.widgets import Verdict, button, column, flow, label, scrolled
 
@@ -11,7 +11,6 @@ from panel.widgets import Verdict, button, column, flow, label, scrolled
 class FunctionPage(Page):
     heading = ""  # of the function, for the page and the navigation
     live = ()  # the inputs that are shown as they are now
-    state = None  # the module whose status(machine, instance, values) is the verdict
 
     def __init__(self, panel, instance):
         self.instance = instance
@@ -28,8 +27,7 @@ class FunctionPage(Page):
         return _(self.heading) if alone else "%s %s" % (_(self.heading), self.instance.name)
 
     def verdict(self, values):
-        found = self.state.status(self.panel.machine, self.instance, values)
-        return found if found.kind == "bad" else not_a_number(self.instance, values) or found
+        return status.kind_and_words(self.instance, values)
 
     def build(self):
         self._verdict = Verdict()

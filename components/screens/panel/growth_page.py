@@ -20,7 +20,6 @@ _histories = {}  # by instance: pages are built again when components come
 
 class GrowthPage(FunctionPage):
     heading = "Growth of Z"  # for gettext: _("Growth of Z")
-    state = growth_state
     live = ("load", "z-position", "spindle-speed-cmd", "temperature")
 
     def content(self):

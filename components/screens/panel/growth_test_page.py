@@ -35,7 +35,6 @@ _temperatures, _changes, _drifts = {}, {}, {}  # by instance: pages are built ag
 
 class GrowthTestPage(FunctionPage):
     heading = "Growth test"  # for gettext: _("Growth test")
-    state = growth_test_state
     live = ("x-position", "y-position", "z-position", "table-position", "probe")
 
     def content(self):

@@ -3,40 +3,11 @@
 
 import math
 
-from panel.status import Status, fault, gone, program_state
-from panel.texts import _
-
 FEWEST = 6  # values for a line
 WIDTH = 3  # of the uncertainty, in sigmas: a few values scatter more than their sigma shows
 
 
-INTERRUPTED, WARM = 5, 1  # state-code, stop-reason-code
-
-
-def status(machine, instance, values):
-    def get(short, otherwise=0):
-        return instance.value(values, short, otherwise)
-
-    found = gone(instance, values)
-    if found:
-        return found
-    died = get("running") and not get("stop-reason") and program_state(values) == "idle"
-    if died:
-        return Status("bad", _("The program of the test has ended without its end: nothing is probed. Start LinuxCNC again, then resume.ngc."))
-    found = fault(instance, values)
-    if found:
-        return found
-    if get("stop-reason"):
-        return Status("good" if get("stop-reason-code") == WARM else "warn", _(instance.sentence(values, "stop-reason-code")))
-    if get("state-code") == INTERRUPTED:
-        if resumable(machine, values):
-            return Status("warn", _("The test was interrupted. Start resume.ngc to go on."))
-        return Status("warn", _("The test was interrupted. It can be resumed after LinuxCNC has started again: resume.ngc is refused before."))
-    if not get("state"):
-        return Status("off", _("No test runs."))
-    if program_state(values) == "paused":
-        return Status("warn", _("The program is paused: the machine cools."))
-    return Status("good", _(instance.sentence(values, "state-code")))
+INTERRUPTED = 5  # state-code
 
 
 def resumable(machine, values):

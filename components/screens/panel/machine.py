@@ -35,7 +35,7 @@ class Instance:
         return self.declared.name, tuple((short, pin.signal) for short, pin in self.pins.items())
 
     def settings(self):
-        """Short names of the inputs that a screen may set: those without a signal, and not retain's."""
+        """Short names of the inputs that a screen may set: those without a signal, and not plumb-retain's."""
         return [short for short, pin in self.pins.items() if not pin.output and not pin.signal and not self.declared.is_of_records(short)]
 
     def inputs(self):

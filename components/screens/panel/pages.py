@@ -3,7 +3,7 @@
 
 import time
 
-from panel import settings as settings_module
+from panel import settings as settings_module, status
 from panel.settings import CHAIN, MDI, Write
 from panel.texts import _, number, seconds, unit_name, with_unit
 from panel.waiting import waiting
@@ -95,7 +95,9 @@ class Components(Page):
 
 
 def state_of(instance, values):
-    """Kind and sentence of an instance's faults; codes in words."""
+    """Kind and sentence of an instance: its status, or its faults; codes in words."""
+    if instance.declared.statuses:
+        return status.kind_and_words(instance, values)
     if not any(pin.name in values for pin in instance.pins.values()):
         return "bad", _("{name} is not loaded any more.").format(name=instance.name)
     if instance.value(values, "fault"):
@@ -289,7 +291,7 @@ class Edit(Page):
         if not kept:
             return _("Not changed on a screen.")
         lost = self.panel.settings.retain_state(values)
-        return "\u25b2 " + lost if lost else _("Saved by retain: this value wins over the HAL file.")
+        return "\u25b2 " + lost if lost else _("Saved by plumb-retain: this value wins over the HAL file.")
 
 
 def _number(text):

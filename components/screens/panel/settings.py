@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Changes of settings: judged, written, logged, kept by retain. Without a screen."""
+"""Changes of settings: judged, written, logged, kept by plumb-retain. Without a screen."""
 
 import collections
 import contextlib
@@ -64,7 +64,7 @@ def parsed(name, kind, text):
 
 
 class Write(collections.namedtuple("Write", "instance short text seen lasts", defaults=(None, True))):
-    """A setting to be written, which a user saw as `seen`; retain keeps it if it lasts."""
+    """A setting to be written, which a user saw as `seen`; plumb-retain keeps it if it lasts."""
 
     @property
     def name(self):
@@ -212,10 +212,10 @@ class Settings:
             raise Refused(_("{pin} has not been changed here.").format(pin=name))
         return last
 
-    # --- what retain keeps ---
+    # --- what plumb-retain keeps ---
 
     def kept(self):
-        """Pins that retain keeps for the screens. Raises Refused for a damaged file."""
+        """Pins that plumb-retain keeps for the screens. Raises Refused for a damaged file."""
         return self._read_kept().get("pins", [])
 
     def _read_kept(self):
@@ -228,14 +228,14 @@ class Settings:
             raise Refused("%s: %s" % (self.kept_file, getattr(error, "strerror", None) or error)) from None
 
     def keep(self, name, keep=True):
-        """Adds a pin to those that retain keeps, or takes it from them."""
+        """Adds a pin to those that plumb-retain keeps, or takes it from them."""
         content = self._read_kept()
         pins = content.get("pins", [])
         if (name in pins) == keep:
             return
         pins = sorted(set(pins) | {name}) if keep else [pin for pin in pins if pin != name]
         machine = content.get("machine") or re.sub(r'[^ -~]|["\\]', " ", self.machine_name).strip() or "machine"
-        lines = ["# SPDX-License-Identifier: GPL-2.0-or-later", "# Written by plumb panel: the settings that retain keeps for it.",
+        lines = ["# SPDX-License-Identifier: GPL-2.0-or-later", "# Written by plumb panel: the settings that plumb-retain keeps for it.",
                  "machine = " + json.dumps(machine)]
         lines += ["%s = %s" % (key, json.dumps(value)) for key, value in content.items() if key in ("store", "every")]
         lines += ["pins = [", *("    %s," % json.dumps(pin) for pin in pins), "]"]
@@ -248,11 +248,11 @@ class Settings:
         os.replace(file.name, self.kept_file)
 
     def retain_state(self, values):
-        """Why retain does not keep the settings of the screens; '' if it does."""
+        """Why plumb-retain does not keep the settings of the screens; '' if it does."""
         if "panel-settings.restored" not in values:
-            return _("No retain keeps the settings of this screen: a change is lost when LinuxCNC ends.")
+            return _("No plumb-retain keeps the settings of this screen: a change is lost when LinuxCNC ends.")
         if not values["panel-settings.restored"]:
-            return _("retain has not restored the settings of this screen: see its page.")
+            return _("plumb-retain has not restored the settings of this screen: see its page.")
         return ""
 
 

@@ -3,7 +3,7 @@
 
 import os
 
-from panel import chains, squareness_program as program, squareness_state
+from panel import chains, squareness_program as program, squareness_state, status
 from panel.function_page import FunctionPage
 from panel.pages import Page
 from panel.settings import Write
@@ -14,7 +14,6 @@ from panel.widgets import Figures, Keypad, button, card, choose, column, flow, g
 
 class SquarenessPage(FunctionPage):
     heading = "Squareness"  # for gettext: _("Squareness")
-    state = squareness_state
     live = ("x-position", "y-position", "z-position", "z-tool-offset")
 
     def content(self):
@@ -59,7 +58,7 @@ class Work:
         values = self.panel.hal.values()
         self.chain = chain
         given = program.document(chain, self.instance, values)
-        acts = squareness_state.status(self.panel.machine, self.instance, values).kind in ("good", "warn")
+        acts = status.of(self.instance, values).kind in ("good", "warn")
         given["correction"] = "on" if acts else "off"
         return self.compute(given)
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/stages/interlock/function_status.hpp"
 #include "components/stages/interlock/services.hpp"
+#include "components/stages/interlock/stages.hpp"
 #include "hal/component.hpp"
 
 #include <array>
@@ -35,12 +37,20 @@ struct Functions : hal::Group {
     hal::Row<hal::In<bool>, number> ramping{this, "function-ramping", false,
                                             "The function is on its way to what is wanted."};
 
+    static constexpr std::int32_t all_stages = (1 << Stages::number) - 1;
+    hal::Row<hal::In<std::int32_t>, number> its_stages{
+        this, "function-stages", all_stages,
+        "Stages that bring its offset into an axis, as a sum like function-services."};
+
     hal::Row<hal::Out<bool>, number> enable{this, "function-enable", "The function is to compensate."};
     hal::Row<hal::Out<bool>, number> lost{
         this, "function-lost",
         "A service was lost, and the function is off or goes off when it is "
         "no longer busy; turn its switch off and on, or start a cycle, when "
         "the service is ok."};
+    hal::Row<hal::Code<hal::Common>, number> status{
+        this, "function-status",
+        "Who keeps the function from acting, for its pin interlock-status; 0: nobody."};
 
     // Of one period.
     struct Now {
@@ -58,7 +68,7 @@ struct Functions : hal::Group {
             const bool known = possible(given) && possible(at_once);
             good &= known;
             State& its = its_[i];
-            const bool on = is_on[i], suspended = suspend[i], is_busy = busy[i];
+            const bool on = is_on[i], is_busy = busy[i];
             const bool served = services.are_ok(known ? given : Services::all);
             const bool is_urgent = !known || services.any_lost(at_once);
             const bool stays = its.granted && is_busy && !is_urgent;
@@ -73,7 +83,9 @@ struct Functions : hal::Group {
             its.granted = permitted || (on && stays);
             its.on = on;
             its.served = served;
-            if (!now.probing) its.enabled = its.granted && !suspended;
+            its.suspended = suspend[i];
+            its.needs = known ? given : Services::all;
+            if (!now.probing) its.enabled = its.granted && !its.suspended;
 
             any_permitted_ |= permitted;
             any_withdrawn_ |= its.withdrawn;
@@ -86,6 +98,33 @@ struct Functions : hal::Group {
         return good;
     }
 
+    // Of the machine.
+    struct Machine {
+        bool on, homed, in_order;
+    };
+
+    // After step().
+    void show_status(const Services& services, const Stages::Now& stages, const Machine& machine) noexcept {
+        for (std::size_t i = 0; i < number; ++i) {
+            const State& its = its_[i];
+            const std::int32_t given = its_stages[i], own = given >= 0 ? given : all_stages;
+            FunctionSeen seen;
+            seen.on = its.on;
+            seen.suspended = its.suspended;
+            seen.enabled = its.enabled;
+            seen.lost = its.lost;
+            seen.lost_services = services.lost_of(its.needs);
+            seen.late_services = services.late_of(its.needs);
+            seen.machine_on = machine.on;
+            seen.homed = machine.homed;
+            seen.in_order = machine.in_order;
+            seen.stages_with_fault = stages.fault & own;
+            seen.stages_that_lack = stages.uncompensated & ~stages.ramping & own;
+            seen.stages_limited = stages.limited & own;
+            status[i] = status_of(seen);
+        }
+    }
+
     bool any_permitted() const noexcept { return any_permitted_; }
     bool any_busy() const noexcept { return any_busy_; }                   // that was enabled
     bool any_withdrawn() const noexcept { return any_withdrawn_; }         // by a loss, and not renewed
@@ -95,6 +134,8 @@ struct Functions : hal::Group {
 private:
     struct State {
         bool on = false, served = false, lost = false, granted = false, withdrawn = false, enabled = false;
+        bool suspended = false;
+        std::int32_t needs = 0;  // services
     };
 
     static constexpr bool possible(std::int32_t sum) noexcept { return sum >= 0 && sum <= Services::all; }

@@ -107,7 +107,9 @@ struct Interlock final : hal::Component {
                           (running && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
-        request({probing, homed, loss, type != 0 && speed > 0}, dt);
+        const Stages::Now its_stages = stages.read();
+        request({probing, homed, loss, type != 0 && speed > 0}, its_stages, dt);
+        functions.show_status(services, its_stages, {on, homed, in_order});
 
         if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = beats_;
@@ -137,19 +139,18 @@ private:
         bool probing, homed, loss, moving;
     };
 
-    void request(const State& state, double dt) noexcept {
+    void request(const State& state, const Stages::Now& its, double dt) noexcept {
         const auto& [probing, homed, loss, moving] = state;
-        const bool settles = any(functions.settling), refused = any(stages.probing_refused);
-        const bool stage_ramps = any(stages.ramping), function_ramps = any(functions.ramping);
-        const bool ramps = stage_ramps || function_ramps;
-        const std::int32_t lacking = first_of(stages.uncompensated);
+        const bool settles = any(functions.settling), refused = its.probing_refused != 0;
+        const bool function_ramps = any(functions.ramping), ramps = its.ramping != 0 || function_ramps;
+        const std::int32_t lacking = its.uncompensated ? first_number(its.uncompensated) : -1;
         const bool waits = settles || refused || loss || (probing && ramps);
         if (functions.changed() || armed_ != was_armed_) announced_ = answer_in;
         was_armed_ = armed_;
 
         ramping = ramps || announced_ > 0;
         if (announced_ > 0) --announced_;
-        homing_inhibit = any(stages.in_force);
+        homing_inhibit = its.in_force != 0;
         feed_inhibit = waits;
         // From rest: a path that is held brakes first.
         const bool defeats = waits && stood_ && moving;
@@ -157,7 +158,7 @@ private:
         feed_service_lost = loss;
         abort = abort_.step(refused || defeats, 0, abort_time, dt);
         hold_defeated = defeated_.step(defeats, 0, delays_.probing_refused, dt);
-        compensated = functions.all_enabled() && homed && lacking < 0 && !any(stages.fault) && !holds_;
+        compensated = functions.all_enabled() && homed && lacking < 0 && its.fault == 0 && !holds_;
         uncompensated = uncompensated_.step(lacking >= 0, delays_.uncompensated, 0, dt);
         uncompensated_stage = lacking;
         probing_refused = refused_.step(refused, 0, delays_.probing_refused, dt);

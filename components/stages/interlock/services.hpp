@@ -32,7 +32,7 @@ struct Services : hal::Group {
                                 "service follows the computer's clock.",
                                 {slowest, fastest}};
     hal::Row<hal::In<bool>, number> ready{this, "service-ready", true,
-                                          "The service is ready, such as restored of retain."};
+                                          "The service is ready, such as restored of plumb-retain."};
     hal::Row<hal::In<bool>, number> fault{this, "service-fault", false, "The service has a fault."};
 
     hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service lives and is ready."};
@@ -67,6 +67,8 @@ struct Services : hal::Group {
     // Of these, as a sum of 1, 2, 4, ... 128.
     bool are_ok(std::int32_t these) const noexcept { return (these & ~ok_) == 0; }
     bool any_lost(std::int32_t these) const noexcept { return (these & lost_) != 0; }
+    std::int32_t lost_of(std::int32_t these) const noexcept { return these & lost_; }
+    std::int32_t late_of(std::int32_t these) const noexcept { return these & ~ok_ & ~lost_; }
 
 private:
     class Pulse {

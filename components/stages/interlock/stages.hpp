@@ -22,19 +22,30 @@ struct Stages : hal::Group {
     Row probing_refused{this, "stage-probing-refused", false,
                         "Probing has begun with an offset in force that its result would contain."};
     Row fault{this, "stage-fault", false, "The stage has a fault."};
+    Row limited{this, "stage-limited", false, "A bound keeps the whole offset from its axis."};
+
+    // Of a period, as sums of 1, 2, 4, ...
+    struct Now {
+        std::int32_t in_force, ramping, uncompensated, probing_refused, fault, limited;
+    };
+
+    Now read() noexcept {
+        return {sum_of(in_force),        sum_of(ramping), sum_of(uncompensated),
+                sum_of(probing_refused), sum_of(fault),   sum_of(limited)};
+    }
+
+private:
+    static std::int32_t sum_of(Row& bits) noexcept {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < number; ++i) sum |= bits[i] ? 1 << i : 0;
+        return sum;
+    }
 };
 
 // Whether one of the bits is true; each is read.
 template <class Row>
 bool any(Row& bits) noexcept {
     return std::count(bits.begin(), bits.end(), true) > 0;
-}
-
-// The number of the first bit that is true; -1 without one.
-template <class Row>
-std::int32_t first_of(Row& bits) noexcept {
-    const auto found = std::find(bits.begin(), bits.end(), true);
-    return found == bits.end() ? -1 : static_cast<std::int32_t>(found - bits.begin());
 }
 
 }  // namespace plumb

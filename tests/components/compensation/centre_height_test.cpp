@@ -41,7 +41,7 @@ protected:
     }
     ~CentreHeight() override {
 #ifndef PLUMB_SANITIZED
-        for (const host::GuardViolation& violation : bench.client().guard())
+        for (const client::GuardViolation& violation : bench.client().guard())
             ADD_FAILURE() << violation.function << ": " << violation.what;
 #endif
     }

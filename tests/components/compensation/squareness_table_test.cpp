@@ -277,7 +277,7 @@ TEST(SquarenessTables, BadOnesLeaveThoseBeforeAndGiveTheReason) {
     const Folder folder;
     const WornColumn machine;
     const auto file = folder.write("all.csv", machine.tables());
-    host::Start shown;
+    client::Start shown;
     shown.show_output = true;
     Square square(std::string(column_chain) + " table=" + file.string(), shown);
     machine.set_up(square);
@@ -324,7 +324,7 @@ TEST(SquarenessTables, AreRefusedAtLoadWithFileLineAndReason) {
     Bench bench(Bench::Thread::none);
     const auto refusal = [&](const std::string& text) {
         const auto file = folder.write("bad.csv", text).string();
-        const host::Halcmd answer =
+        const client::Halcmd answer =
             bench.client().halcmd({"loadrt", "squareness", "names=square", column_chain, "table=" + file});
         EXPECT_NE(answer.status, 0) << text;
         EXPECT_THAT(answer.output, HasSubstr(file + ": "));

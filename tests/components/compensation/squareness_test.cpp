@@ -309,7 +309,7 @@ TEST(Squareness, InstancesHaveTheirOwnChains) {
 TEST(Squareness, RefusesToLoadWithoutSense) {
     Bench bench(Bench::Thread::none);
     const auto refusal = [&](const std::string& options) {
-        const host::Halcmd answer = bench.client().halcmd({"loadrt", "squareness", "names=square", options});
+        const client::Halcmd answer = bench.client().halcmd({"loadrt", "squareness", "names=square", options});
         EXPECT_NE(answer.status, 0) << options;
         return answer.output;
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/thermal_growth_test/growth_test_codes.hpp"
+#include "components/compensation/thermal_growth/growth_codes.hpp"
 #include "tests/support/bench.hpp"
 
 #include <cmath>

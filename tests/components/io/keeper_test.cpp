@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The keeper of the values of pins, used by several threads as in `retain`;
+// The keeper of the values of pins, used by several threads as in `plumb-retain`;
 // tests/components/io/retain_test.py runs the program.
 #include "components/io/retain/keeper.hpp"
 

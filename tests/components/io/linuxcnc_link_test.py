@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""linuxcnc_link and retain in a complete LinuxCNC, ten times faster than the clock, on two days.
+"""linuxcnc_link and plumb-retain in a complete LinuxCNC, ten times faster than the clock, on two days.
 
 PLUMB_BUILD names the build folder.
 """
@@ -27,7 +27,7 @@ HAL = """\
 loadrt thermal_displacement names=growth
 addf growth.update servo-thread
 loadusr -Wn linuxcnc-link {build}/bin/linuxcnc_link --messages $(CONFIG_DIR)/messages.toml --messages $(CONFIG_DIR)/door.toml
-loadusr -W {build}/bin/retain --file $(CONFIG_DIR)/mill.toml
+loadusr -W {build}/bin/plumb-retain --file $(CONFIG_DIR)/mill.toml
 """
 
 RETAIN = """\
@@ -165,7 +165,7 @@ class Settings(unittest.TestCase):
             ),
             (
                 good + "codes = 'thermal_displacement fault'\n",
-                "message 1: codes: thermal_displacement has no codes of 'fault', only of: doubt-code, fault-code, learning-failed-code, refusal-code, rejection-code",
+                "message 1: codes: thermal_displacement has no codes of 'fault', only of: doubt-code, fault-code, learning-failed-code, refusal-code, rejection-code, status-code",
             ),
             (good + "[message.codes]\nx = 'y'\n", "message 1: codes: invalid literal for int() with base 10: 'x'"),
             (good + "[message.codes]\n1 = 2\n", "message 1: codes: 1 has no text"),
@@ -193,6 +193,26 @@ class Settings(unittest.TestCase):
         self.refused('[[message]]\npin = \n', "Invalid value (at line 2, column 7)")
         ended = subprocess.run(["/usr/bin/python3", LINK, "--messages", "/nowhere.toml"], capture_output=True, text=True)
         self.assertEqual(ended.stderr, "linuxcnc_link: /nowhere.toml: No such file or directory\n")
+
+
+class Statuses(unittest.TestCase):
+    """The message of a status-code, in each status of each function."""
+
+    def test_only_a_bad_status_is_told_and_with_its_remedy(self):
+        for module in ("axis_growth", "chopping", "squareness", "thermal_displacement", "thermal_growth_test"):
+            message = linuxcnc_link.Message({"pin": "its", "text": "It: {code}", "codes": module + " status-code"}, "here")
+            statuses = plumb.declarations(module)["statuses"]
+            told = 0
+            for code, its in statuses.items():
+                with self.subTest(module=module, code=code):
+                    text = message.new_text({"its": its["kind"] in ("warn", "bad"), "its-code": int(code)})
+                    if its["kind"] == "bad" and not its["detail"]:
+                        self.assertEqual(text, "It: %s %s" % (its["sentence"], its["remedy"]))
+                        self.assertIsNone(message.new_text({"its": True, "its-code": int(code)}), "told once")
+                        told += 1
+                    else:
+                        self.assertIsNone(text)
+            self.assertGreaterEqual(told, 8 + 1, "each lost service, and more")
 
 
 class Shipped(unittest.TestCase):
@@ -239,7 +259,8 @@ class Shipped(unittest.TestCase):
                     net = re.search(r"^net \S+ +(\S+)\.(\S+) +=> .*(?:linuxcnc|sensor)-link\.%s-code\b" % message["pin"], hal, re.M)
                     module, pin = message["codes"].split()
                     instance = net[1].split(".")[0]  # a program's has its channel behind it
-                    self.assertEqual((modules.get(instance, instance.replace("-", "_")), net[2]), (module, pin.replace("CHANNEL.", "")))
+                    program = instance.replace("-", "_").replace("plumb_", "plumb-")
+                    self.assertEqual((modules.get(instance, program), net[2]), (module, pin.replace("CHANNEL.", "")))
                     self.assertTrue(plumb.declarations(module)["codes"][pin])
 
     def test_functions_of_one_machine_share_no_pin(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""retain, the real program, on LinuxCNC's own realtime side.
+"""plumb-retain, the real program, on LinuxCNC's own realtime side.
 
 Also for the thread sanitizer: the virtual-time host does not run under that.
 """
@@ -12,7 +12,7 @@ import unittest
 import stock_linuxcnc
 from tree import BUILD, own_folder
 
-RETAIN = os.path.join(BUILD, "bin", "retain")
+RETAIN = os.path.join(BUILD, "bin", "plumb-retain")
 PATIENCE = 30  # s of real time
 
 
@@ -40,7 +40,7 @@ loadusr -w sh until_saved {value}
         with open(folder + "/mill.toml", "w") as file:
             file.write('machine = "m"\npins = ["filter.in"]\nevery = 0.05\n')
         with open(folder + "/until_restored", "w") as file:
-            file.write("until halcmd getp retain.restored | grep -q TRUE; do sleep 0.02; done\n")
+            file.write("until halcmd getp plumb-retain.restored | grep -q TRUE; do sleep 0.02; done\n")
         with open(folder + "/until_saved", "w") as file:
             file.write('until grep -q "filter.in.*$1" mill.retained; do sleep 0.02; done\n')
         retain = shutil.copy(RETAIN, folder)

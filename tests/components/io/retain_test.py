@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""retain, the real program, beside components in the virtual-time host; retain_stock_test.py has it on LinuxCNC.
+"""plumb-retain, the real program, beside components in the virtual-time host; retain_stock_test.py has it on LinuxCNC.
 
     python3 tests/support/run.py tests/components/io/retain_test.py --kills 5000
 
@@ -23,7 +23,7 @@ import zlib
 import plumb
 from tree import BUILD, own_folder
 
-RETAIN = os.path.join(BUILD, "bin", "retain")
+RETAIN = os.path.join(BUILD, "bin", "plumb-retain")
 PATIENCE = 30  # s of real time, for an event that takes a moment
 EVERY = 0.05  # s between two looks
 
@@ -44,7 +44,7 @@ def processes():
                 words = file.read().decode().split("\0")
         except OSError:
             continue
-        if os.path.basename(words[0]) == "retain" and "--file" in words:
+        if os.path.basename(words[0]) == "plumb-retain" and "--file" in words:
             found[int(line.split("/")[2])] = words[words.index("--file") + 1]
     return {file: process for process, file in found.items() if parent(process) not in found}
 
@@ -77,7 +77,7 @@ def alive(process):
 
 
 def await_lock(store):
-    """Until a killed retain has no lock on its store any more: a busy computer frees it a moment after the death."""
+    """Until a killed plumb-retain has no lock on its store any more: a busy computer frees it a moment after the death."""
     with open(store + ".lock", "a") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
 
@@ -97,7 +97,7 @@ def contents(store):
 
 
 class Machine:
-    """A host with two specimens, it and other, on a servo thread, and retain in a folder."""
+    """A host with two specimens, it and other, on a servo thread, and plumb-retain in a folder."""
 
     def __init__(self, folder, start=True, load="loadrt specimen names=it,other"):
         self.folder = folder
@@ -115,8 +115,8 @@ class Machine:
     def __exit__(self, *_):
         self.host.close()
 
-    def retain(self, toml, name="retain", wait=True, environment="", before=""):
-        """Loads retain with a TOML file of this text, NAME.toml."""
+    def retain(self, toml, name="plumb-retain", wait=True, environment="", before=""):
+        """Loads plumb-retain with a TOML file of this text, NAME.toml."""
         path = os.path.join(self.folder, name + ".toml")
         with open(path, "w") as file:
             file.write(toml)
@@ -126,7 +126,7 @@ class Machine:
         try:
             self.host.command(line % ("-Wn " + name if wait else "", shell, RETAIN, name, path))
         except plumb.Refused as refusal:
-            refusal.add_note("output of retain: " + self.said())
+            refusal.add_note("output of plumb-retain: " + self.said())
             raise
 
     def said(self):
@@ -141,7 +141,7 @@ class Machine:
         end = time.monotonic() + PATIENCE
         while not condition():
             if time.monotonic() > end:
-                raise AssertionError("%s did not come; output of retain: %s" % (what, self.said()))
+                raise AssertionError("%s did not come; output of plumb-retain: %s" % (what, self.said()))
             self.host.run(0.01)
             time.sleep(0.001)
 
@@ -153,8 +153,8 @@ class Machine:
         self.until(lambda: time.monotonic() > end, "the end")
 
     def await_saved(self, name, value):
-        """Until the store of `retain` has this text for a pin."""
-        store = os.path.join(self.folder, "retain.retained")
+        """Until the store of `plumb-retain` has this text for a pin."""
+        store = os.path.join(self.folder, "plumb-retain.retained")
         self.until(lambda: os.path.exists(store) and contents(store)[0].get(name) == value, "%s = %s" % (name, value))
 
     def give(self, *records, to="it"):
@@ -174,11 +174,11 @@ class Machine:
             found.append((self.get(of + ".row-tool"), self.get(of + ".row-length")))
         return found
 
-    def unload(self, name="retain"):
+    def unload(self, name="plumb-retain"):
         """As `halcmd unloadusr` does; waits until it has ended."""
         self.host.command("unloadusr " + name)
         toml = os.path.join(self.folder, name + ".toml")
-        self.until(lambda: toml not in processes(), "the end of retain")
+        self.until(lambda: toml not in processes(), "the end of plumb-retain")
 
 
 SETTINGS = """\
@@ -195,7 +195,7 @@ EMPTY = 'machine = "bench"\n\n[pins]\n"it.in" = 1.0\n\n[records]\n'
 class Keeping(unittest.TestCase):
     def setUp(self):
         self.folder = own_folder(self)
-        self.store = os.path.join(self.folder, "retain.retained")
+        self.store = os.path.join(self.folder, "plumb-retain.retained")
 
     def machine(self, **options):
         machine = Machine(self.folder, **options)
@@ -214,7 +214,7 @@ class Keeping(unittest.TestCase):
         records = [(3, 0.1 + 0.2), (-2147483648, 5e-324), (2147483647, 1.7976931348623157e308)]
         with self.machine() as machine:
             machine.retain(SETTINGS)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             machine.host.set("it.in", 0.1)
             machine.host.set("it.order", -7)
             machine.give(*records)
@@ -222,7 +222,7 @@ class Keeping(unittest.TestCase):
             machine.until(lambda: len(contents(self.store)[1]) == 3, "the records")
         with self.machine() as machine:
             machine.retain(SETTINGS)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             self.assertEqual(machine.get("it.in"), 0.1)
             self.assertEqual(machine.get("it.order"), -7)
             machine.unload()
@@ -249,7 +249,7 @@ class Keeping(unittest.TestCase):
                     for name, value in values.items():
                         host.set(name, value)
                 machine.retain(toml)
-                machine.await_pin("retain.restored")
+                machine.await_pin("plumb-retain.restored")
                 machine.until(lambda: os.path.exists(self.store), "the store")
                 for name, value in values.items():
                     self.assertEqual(repr(host.get(name)), repr(value), name)
@@ -259,14 +259,14 @@ class Keeping(unittest.TestCase):
         kept = self.read_store()
         machine = self.machine(start=False)
         machine.retain(SETTINGS)
-        machine.await_pin("retain.waiting")
+        machine.await_pin("plumb-retain.waiting")
         machine.go(0.5)
-        self.assertFalse(machine.get("retain.restored"))
-        self.assertFalse(machine.get("retain.fault"))
+        self.assertFalse(machine.get("plumb-retain.restored"))
+        self.assertFalse(machine.get("plumb-retain.fault"))
         self.assertEqual(self.read_store(), kept)
         machine.host.command("start")
-        machine.await_pin("retain.restored")
-        self.assertFalse(machine.get("retain.waiting"))
+        machine.await_pin("plumb-retain.restored")
+        self.assertFalse(machine.get("plumb-retain.waiting"))
         machine.await_saved("it.in", "1.5")
         self.assertEqual(contents(self.store)[1], ["length = 1.5, tool = 3"])
 
@@ -275,12 +275,12 @@ class Keeping(unittest.TestCase):
         machine.give((1, 1), (2, 2))
         self.write_store(checksummed('machine = "bench"\n\n[pins]\n\n[records]\n"it" = [\n  { length = 1.5, tool = 3 },\n]\n'))
         machine.retain(SETTINGS)
-        machine.await_pin("retain.restored")
+        machine.await_pin("plumb-retain.restored")
         machine.unload()
         self.assertEqual(machine.records(), [(3, 1.5)])
 
-    def refused(self, machine, code, words, name="retain"):
-        """retain has refused the content of the store: it reports why, saves nothing, and is not ready for work."""
+    def refused(self, machine, code, words, name="plumb-retain"):
+        """plumb-retain has refused the content of the store: it reports why, saves nothing, and is not ready for work."""
         machine.await_pin(name + ".fault-code", code)
         machine.go(0.1)
         self.assertTrue(machine.get(name + ".fault"))
@@ -291,22 +291,22 @@ class Keeping(unittest.TestCase):
     def test_a_bad_store_is_refused_and_left_as_it_is(self):
         with self.machine() as machine:
             machine.retain(SETTINGS)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             machine.give((3, 30.5))
             machine.until(lambda: os.path.exists(self.store) and contents(self.store)[1], "the record")
         good = self.read_store()
         rest = good.split("\n", 1)[1]
         changed = good.replace("30.5", "30.6")
         bad = [
-            (FOREIGN, "no file of retain: it begins with 'G0 X10'", "G0 X10\nM2\n"),
+            (FOREIGN, "no file of plumb-retain: it begins with 'G0 X10'", "G0 X10\nM2\n"),
             (FOREIGN, "machine 'other', not of 'bench'", checksummed(rest.replace("bench", "other"))),
-            (VERSION, "is of version 0; this retain reads version 1", checksummed(rest, 0)),
-            (VERSION, "is of version 2; this retain reads version 1", checksummed(rest, 2)),
+            (VERSION, "is of version 0; this plumb-retain reads version 1", checksummed(rest, 0)),
+            (VERSION, "is of version 2; this plumb-retain reads version 1", checksummed(rest, 2)),
             (DAMAGED, "truncated or was changed: .*[0-9a-f]{8}", changed),
             (DAMAGED, "truncated or was changed", good + "\n"),
-            (DAMAGED, "not a file of retain", checksummed('machine = "bench"\n')),
-            (DAMAGED, "not a file of retain", checksummed('machine = "bench"\npins = 1\n[records]\n')),
-            (DAMAGED, "not a file of retain", checksummed('machine = "bench"\n[pins]\na="b"\n[records]\n')),
+            (DAMAGED, "not a file of plumb-retain", checksummed('machine = "bench"\n')),
+            (DAMAGED, "not a file of plumb-retain", checksummed('machine = "bench"\npins = 1\n[records]\n')),
+            (DAMAGED, "not a file of plumb-retain", checksummed('machine = "bench"\n[pins]\na="b"\n[records]\n')),
             (DAMAGED, ": Error while parsing", checksummed("machine = \n")),
         ]
         bad += [(DAMAGED, "truncated", good[:length]) for length in range(0, len(good), 17)]
@@ -350,7 +350,7 @@ class Keeping(unittest.TestCase):
         with self.assertRaisesRegex(plumb.Refused, "pipe.toml is no regular file"):
             machine.host.command("loadusr -Wn it2 %s it2 --file %s/pipe.toml" % (RETAIN, self.folder))
         machine.retain('machine = "m"\nprogram = ["%s/pipe.toml"]\n' % self.folder)
-        machine.await_pin("retain.fault-code", PROGRAM)
+        machine.await_pin("plumb-retain.fault-code", PROGRAM)
         self.assertRegex(machine.said(), "pipe.toml is no regular file")
 
     def await_change(self, machine, value):
@@ -363,7 +363,7 @@ class Keeping(unittest.TestCase):
                 self.write_store(checksummed(EMPTY))
                 os.chmod(self.store, mode)
                 machine.retain(SETTINGS)
-                machine.await_pin("retain.restored")
+                machine.await_pin("plumb-retain.restored")
                 self.await_change(machine, 5)
                 self.assertEqual(stat.S_IMODE(os.stat(self.store).st_mode), mode)
                 os.unlink(self.store)  # which its owner may do; the next one is like it
@@ -378,7 +378,7 @@ class Keeping(unittest.TestCase):
         os.chmod(self.store, 0o600)
         os.chown(self.store, 4321, 4322)
         machine.retain(SETTINGS)
-        machine.await_pin("retain.restored")
+        machine.await_pin("plumb-retain.restored")
         self.await_change(machine, 5)
         state = os.stat(self.store)
         self.assertEqual((state.st_uid, state.st_gid, stat.S_IMODE(state.st_mode)), (4321, 4322, 0o600))
@@ -391,7 +391,7 @@ class Keeping(unittest.TestCase):
         for link in (os.symlink, os.link):
             link(secret, self.store + ".new")
             machine.retain(SETTINGS)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             self.await_change(machine, 5)
             machine.unload()
             with open(secret) as file:
@@ -415,34 +415,34 @@ class Keeping(unittest.TestCase):
         self.assertTrue(os.path.exists(self.folder + "/own-target"))
 
     def unplugged(self):
-        """A machine whose retain cannot write a changed value, for the folder of its store, also returned, is away."""
+        """A machine whose plumb-retain cannot write a changed value, for the folder of its store, also returned, is away."""
         machine = self.machine()
         folder = os.path.join(self.folder, "usb")
         os.mkdir(folder)
         machine.retain(SETTINGS + 'store = "%s/mill.retained"\n' % folder)
-        machine.await_pin("retain.saves", 1)
+        machine.await_pin("plumb-retain.saves", 1)
         os.rename(folder, folder + ".away")
         machine.host.set("it.in", 3)
-        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        machine.await_pin("plumb-retain.fault-code", INACCESSIBLE)
         return machine, folder
 
     def test_a_store_that_can_no_more_be_written_is_reported_and_tried_again(self):
         machine, folder = self.unplugged()
-        self.assertTrue(machine.get("retain.restored"))
+        self.assertTrue(machine.get("plumb-retain.restored"))
         self.assertRegex(machine.said(), "usb/mill.retained.new: No such file")
         os.rename(folder + ".away", folder)
-        machine.await_pin("retain.fault", False)
+        machine.await_pin("plumb-retain.fault", False)
         self.assertEqual(contents(folder + "/mill.retained")[0]["it.in"], "3.0")
 
     def test_a_full_disk_leaves_the_store_as_it_was(self):
         machine = self.machine()
         machine.retain(SETTINGS)
-        machine.await_pin("retain.saves", 1)
+        machine.await_pin("plumb-retain.saves", 1)
         kept = self.read_store()
-        process = processes()[os.path.join(self.folder, "retain.toml")]
+        process = processes()[os.path.join(self.folder, "plumb-retain.toml")]
         subprocess.run(["prlimit", "--pid", str(process), "--fsize=100"], check=True)
         machine.host.set("it.in", 3)
-        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        machine.await_pin("plumb-retain.fault-code", INACCESSIBLE)
         self.assertEqual(self.read_store(), kept)
         self.assertFalse(os.path.exists(self.store + ".new"))
         self.assertRegex(machine.said(), "retained.new: File too large")
@@ -474,16 +474,16 @@ class Keeping(unittest.TestCase):
         self.write_store(checksummed('machine = "bench"\n\n[pins]\n"later.in" = 2.5\n\n[records]\n'))
         machine = self.machine()
         machine.retain('machine = "bench"\npins = ["later.in"]\n')
-        machine.await_pin("retain.fault-code", UNFIT)
+        machine.await_pin("plumb-retain.fault-code", UNFIT)
         machine.host.command("loadrt lowpass names=later")
-        machine.await_pin("retain.restored")
-        self.assertFalse(machine.get("retain.fault"))
+        machine.await_pin("plumb-retain.restored")
+        self.assertFalse(machine.get("plumb-retain.fault"))
         self.assertEqual(machine.get("later.in"), 2.5)
 
     def test_an_instance_takes_over_the_values_kept_under_its_former_name(self):
         with self.machine() as machine:
             machine.retain(SETTINGS)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             machine.host.set("it.in", 0.25)
             machine.give((3, 1.5))
             machine.await_saved("it.in", "0.25")
@@ -491,7 +491,7 @@ class Keeping(unittest.TestCase):
         renamed = SETTINGS.replace("it", "new") + 'formerly = { new = "it" }\n'
         with self.machine(load="loadrt specimen names=new") as machine:
             machine.retain(renamed)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             self.assertEqual(machine.get("new.in"), 0.25)
             machine.unload()
             self.assertEqual(machine.records("new"), [(3, 1.5)])
@@ -499,7 +499,7 @@ class Keeping(unittest.TestCase):
         self.assertNotIn('"it', self.read_store())
         with self.machine(load="loadrt specimen names=new") as machine:  # formerly has no effect any more
             machine.retain(renamed)
-            machine.await_pin("retain.restored")
+            machine.await_pin("plumb-retain.restored")
             self.assertEqual(machine.get("new.in"), 0.25)
             machine.unload()
             self.assertEqual(machine.records("new"), [(3, 1.5)])
@@ -513,7 +513,7 @@ class Keeping(unittest.TestCase):
         )
         machine = self.machine()
         machine.retain(SETTINGS + 'formerly = { it = "old" }\n')
-        machine.await_pin("retain.restored")
+        machine.await_pin("plumb-retain.restored")
         self.assertEqual((machine.get("it.in"), machine.get("it.order")), (2.0, 7))
         machine.unload()
         self.assertEqual(machine.records(), [(2, 2.5)])
@@ -560,21 +560,21 @@ class Keeping(unittest.TestCase):
             machine.host.run(0.001)
         machine.host.command("delf other.update servo-thread")
         machine.await_pin("it.rows", 0)
-        machine.await_pin("retain.waiting")
+        machine.await_pin("plumb-retain.waiting")
         self.assertEqual(machine.get("it.in"), 1.5)
         machine.unload()
         self.assertEqual(machine.get("other.rows"), 1)
         machine.host.command("addf other.update servo-thread")
         machine.await_pin("other.rows", 0)
         machine.retain(SETTINGS.replace('["it"]', '["it", "other"]'))
-        machine.await_pin("retain.restored")
+        machine.await_pin("plumb-retain.restored")
         self.assertEqual((machine.records("it"), machine.records("other")), ([(3, 1.5)], [(3, 1.5)]))
         self.assertEqual(machine.get("it.in"), 9)
 
     def test_the_last_change_is_saved_when_it_is_asked_to_end(self):
         machine = self.machine()
         machine.retain(SETTINGS.replace("0.05", "3600"))
-        machine.await_pin("retain.saves", 1)
+        machine.await_pin("plumb-retain.saves", 1)
         machine.host.set("it.in", 42)
         machine.unload()
         self.assertEqual(contents(self.store)[0]["it.in"], "42.0")
@@ -601,7 +601,7 @@ class Keeping(unittest.TestCase):
     def test_when_the_threads_stand_records_are_kept_as_seen_last(self):
         machine = self.machine()
         machine.retain(SETTINGS)
-        machine.await_pin("retain.restored")
+        machine.await_pin("plumb-retain.restored")
         machine.give((3, 1.5), (4, 2.5))
         machine.until(lambda: len(contents(self.store)[1]) == 2, "the records")
         machine.host.command("stop")
@@ -614,10 +614,10 @@ class Keeping(unittest.TestCase):
         self.assertEqual(len(records), 2)
 
     def test_a_component_that_is_loaded_again_gets_its_records_again(self):
-        for moment in (0, 0.5):  # before and after retain looks
+        for moment in (0, 0.5):  # before and after plumb-retain looks
             with self.subTest(moment), self.machine() as machine:
                 machine.retain(SETTINGS)
-                machine.await_pin("retain.restored")
+                machine.await_pin("plumb-retain.restored")
                 machine.give((3, 1.5), (4, 2.5))
                 machine.until(lambda: len(contents(self.store)[1]) == 2, "the records")
                 machine.host.command("unloadrt specimen")
@@ -625,13 +625,13 @@ class Keeping(unittest.TestCase):
                 machine.host.command("loadrt specimen names=it,other")
                 machine.host.command("addf it.update servo-thread")
                 machine.until(lambda: machine.get("it.rows") == 2, "the records")
-                machine.await_pin("retain.restored")
+                machine.await_pin("plumb-retain.restored")
                 self.assertEqual(len(contents(self.store)[1]), 2)
 
     def test_another_may_walk_and_forget(self):
         machine = self.machine()
         machine.retain(SETTINGS)
-        machine.await_pin("retain.restored")
+        machine.await_pin("plumb-retain.restored")
         for records in ([], [(3, 1.5), (4, 2.5)]):
             machine.give(*records)
             machine.until(lambda: len(contents(self.store)[1]) == len(records), "the records")
@@ -640,7 +640,7 @@ class Keeping(unittest.TestCase):
             while time.monotonic() < end:  # another program holds its row
                 machine.host.set("it.row", 0)
                 machine.host.run(0.003)
-                self.assertTrue(machine.get("retain.restored"))
+                self.assertTrue(machine.get("plumb-retain.restored"))
             machine.host.set("it.forget", False)
             self.assertEqual(machine.get("it.rows"), 0)
             machine.until(lambda: not contents(self.store)[1], "the end of the records")
@@ -650,16 +650,16 @@ class Keeping(unittest.TestCase):
         for end in (True, False):
             with self.subTest(end), self.machine() as machine:
                 machine.retain(SETTINGS.replace("0.05", "3600"))
-                machine.await_pin("retain.saves", 1)
+                machine.await_pin("plumb-retain.saves", 1)
                 machine.host.set("it.in", 42 + end)
                 machine.give((3, 1.5))
                 machine.go(2.5)
                 machine.host.command("unloadrt specimen")
-                machine.await_pin("retain.fault-code", UNFIT)
+                machine.await_pin("plumb-retain.fault-code", UNFIT)
                 if end:
                     machine.unload()
                 else:
-                    machine.await_pin("retain.saves", 2)
+                    machine.await_pin("plumb-retain.saves", 2)
                 pins, records = contents(self.store)
                 self.assertEqual((float(pins["it.in"]), len(records)), (42 + end, 1))
                 os.unlink(self.store)
@@ -669,25 +669,25 @@ class Keeping(unittest.TestCase):
         folder = os.path.join(self.folder, "usb")
         os.mkdir(folder)
         machine.retain(SETTINGS.replace("0.05", "3600") + 'store = "%s/mill.retained"\n' % folder)
-        machine.await_pin("retain.waiting")
+        machine.await_pin("plumb-retain.waiting")
         os.rename(folder, folder + ".away")
         machine.host.command("start")
-        machine.await_pin("retain.fault-code", INACCESSIBLE)
+        machine.await_pin("plumb-retain.fault-code", INACCESSIBLE)
         os.rename(folder + ".away", folder)
-        machine.await_pin("retain.saves", 1)
-        self.assertFalse(machine.get("retain.fault"))
+        machine.await_pin("plumb-retain.saves", 1)
+        self.assertFalse(machine.get("plumb-retain.fault"))
 
     def test_what_is_as_it_was_stored_needs_no_disk(self):
         machine, folder = self.unplugged()
         machine.host.set("it.in", 1.5)
-        machine.await_pin("retain.fault", False)
+        machine.await_pin("plumb-retain.fault", False)
 
     def test_records_that_change_while_they_are_read_are_read_again(self):
         draw = random.Random(1)
         machine = self.machine()
         machine.retain(SETTINGS.replace("0.05", "0.01"))
         machine.give((1, 1), (2, 2), (3, 3))
-        machine.await_pin("retain.saves", 1)
+        machine.await_pin("plumb-retain.saves", 1)
         both = set()
         for number in range(60):
             machine.host.set("it.renumber", 1000 * (number % 2))
@@ -705,10 +705,22 @@ class Keeping(unittest.TestCase):
         machine.await_pin("second.restored")
         with self.assertRaises(plumb.Refused):
             machine.retain(SETTINGS + 'store = "%s"\n' % self.store, "third")
-        self.assertRegex(machine.said(), "third.toml: %s is kept by another retain" % re.escape(self.store))
+        self.assertRegex(machine.said(), "third.toml: %s is kept by another plumb-retain" % re.escape(self.store))
         machine.unload()
         machine.retain(SETTINGS + 'store = "%s"\n' % self.store, "fourth")
         machine.await_pin("fourth.restored")
+
+    def test_former_name_still_works_and_shows_the_new_line(self):
+        machine = self.machine()
+        with open(os.path.join(self.folder, "it.toml"), "w") as file:
+            file.write(SETTINGS)
+        machine.errors = os.path.join(self.folder, "errors")
+        shell = 'exec "$0" "$@" 2>%s' % machine.errors
+        former = os.path.join(BUILD, "bin", "retain")
+        machine.host.command("loadusr -Wn retain /bin/sh -c '%s' %s --file %s/it.toml" % (shell, former, self.folder))
+        machine.await_pin("retain.restored")
+        self.assertIn("plumb-retain: It was started as retain, its former name", machine.said())
+        self.assertIn("write: loadusr -Wn retain plumb-retain retain\n", machine.said())
 
     def test_wrong_settings_are_reported_with_file_and_line(self):
         machine = self.machine()
@@ -760,34 +772,34 @@ class Keeping(unittest.TestCase):
         write(main, "o100 call\nM2\n")
         write(part, "o100 sub\n")
         machine.retain(settings)
-        self.assertEqual(machine.get("retain.program-id"), identity("o100 call\nM2\no100 sub\n"))
+        self.assertEqual(machine.get("plumb-retain.program-id"), identity("o100 call\nM2\no100 sub\n"))
         write(part, "o100 sub\nG0 X0\n")
-        machine.await_pin("retain.program-id", identity("o100 call\nM2\no100 sub\nG0 X0\n"))
+        machine.await_pin("plumb-retain.program-id", identity("o100 call\nM2\no100 sub\nG0 X0\n"))
         before = os.stat(part)
         write(part, "o100 sub\nG0 X9\n")
         os.utime(part, ns=(before.st_atime_ns, before.st_mtime_ns))
-        machine.await_pin("retain.program-id", identity("o100 call\nM2\no100 sub\nG0 X9\n"))
+        machine.await_pin("plumb-retain.program-id", identity("o100 call\nM2\no100 sub\nG0 X9\n"))
         os.unlink(part)
-        machine.await_pin("retain.fault-code", PROGRAM)
-        self.assertEqual(machine.get("retain.program-id"), 0)
-        self.assertTrue(machine.get("retain.restored"))
+        machine.await_pin("plumb-retain.fault-code", PROGRAM)
+        self.assertEqual(machine.get("plumb-retain.program-id"), 0)
+        self.assertTrue(machine.get("plumb-retain.restored"))
         self.assertRegex(machine.said(), "part.ngc: No such file")
         write(part, "o100 sub\n")
-        machine.await_pin("retain.program-id", identity("o100 call\nM2\no100 sub\n"))
-        self.assertFalse(machine.get("retain.fault"))
+        machine.await_pin("plumb-retain.program-id", identity("o100 call\nM2\no100 sub\n"))
+        self.assertFalse(machine.get("plumb-retain.fault"))
 
     def test_the_date_is_the_local_one(self):
         machine = self.machine()
         before = int(time.strftime("%Y%m%d"))
         machine.retain('machine = "m"\n')
-        self.assertIn(machine.get("retain.date"), (before, int(time.strftime("%Y%m%d"))))
+        self.assertIn(machine.get("plumb-retain.date"), (before, int(time.strftime("%Y%m%d"))))
 
     def test_stock_watchdog_sees_that_it_has_died(self):
         machine = self.machine()
         machine.retain('machine = "m"\n')
         for line in (
             "loadrt watchdog num_inputs=1",
-            "net alive retain.heartbeat => watchdog.input-0",
+            "net alive plumb-retain.heartbeat => watchdog.input-0",
             "setp watchdog.timeout-0 5",
             "addf watchdog.set-timeouts servo-thread",
             "addf watchdog.process servo-thread",
@@ -799,7 +811,7 @@ class Keeping(unittest.TestCase):
         while machine.host.time < end:
             machine.go(0.01)
             self.assertTrue(machine.get("watchdog.ok-out"))
-        process = processes()[os.path.join(self.folder, "retain.toml")]
+        process = processes()[os.path.join(self.folder, "plumb-retain.toml")]
         kill(process)
         machine.await_pin("watchdog.ok-out", False)
 

@@ -15,12 +15,12 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, changes, growth_logs, growth_state, growth_test_state, hal_files, machine, settings, texts, waiting  # noqa: E402
+from panel import access, changes, growth_logs, growth_test_state, hal_files, machine, settings, status, texts, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
 PATIENCE = 60  # s of real time, for an event that takes a moment
-SIGNS = {0: "retain.heartbeat", 4: "linuxcnc-alive.task-heartbeat", 5: "linuxcnc-alive.io-heartbeat"}  # of life, by service
+SIGNS = {0: "plumb-retain.heartbeat", 4: "linuxcnc-alive.task-heartbeat", 5: "linuxcnc-alive.io-heartbeat"}  # of life, by service
 DECLARED, DAMAGED = read_all(os.path.join(BUILD, "share", "plumb"))
 
 
@@ -319,7 +319,7 @@ class Changing(WithHost):
 
 
 class Keeping(WithHost):
-    """A changed setting outlives a restart, by the real retain."""
+    """A changed setting outlives a restart, by the real plumb-retain."""
 
     def until(self, condition, what):
         end = time.monotonic() + PATIENCE
@@ -333,7 +333,7 @@ class Keeping(WithHost):
         if not os.path.exists(path):
             with open(path, "w") as file:
                 file.write('machine = "mill"\nevery = 0.05\n')
-        program = os.path.join(BUILD, "bin", "retain")
+        program = os.path.join(BUILD, "bin", "plumb-retain")
         self.host.command("loadusr -Wn panel-settings %s panel-settings --file %s --period 0.01" % (program, path))
         self.until(lambda: self.hal.get("panel-settings.restored"), "restored")
 
@@ -367,38 +367,14 @@ class Keeping(WithHost):
 
 
 class Verdicts(WithHost):
-    def verdict(self, **pins):
-        on = pins.get("enable", True)
-        values = {**self.hal.values(), "interlock.0.function-switch-0": on, "interlock.0.function-enable-0": on}
-        values.update({"growth." + name.replace("_", "-"): value for name, value in pins.items()})
-        return growth_state.status(self.machine, self.growth, values)
-
-    WORKS = {"reference_valid": True, "enable": True, "growth_known": True, "offset_sigma": 0.0015}
-
-    def test_growth_in_one_line(self):
-        codes = DECLARED["thermal_displacement"].codes
-        self.assertEqual(self.verdict(**self.WORKS), ("good", "Working, \u00b13.0 \u00b5m."))
-        for pins, kind, words in (
-            ({"fault": True, "fault_code": 1}, "bad", codes["fault-code"][1]),
-            ({"doubt": True, "doubt_code": 4}, "warn", codes["doubt-code"][4]),
-            ({"reference_refused": True, "refusal_code": 2}, "bad", codes["refusal-code"][2]),
-            ({"reference_valid": False}, "warn", "no reference"),
-            ({"dry_run": True}, "off", "Dry run"),
-            ({"enable": False}, "off", "Switched off"),
-            ({"growth_known": False}, "warn", "first contact"),
-            ({"load_valid": False}, "bad", "The load is lost: its sensor reports no valid value."),
-            ({"load_valid": False, "learning": True}, "bad", "The load is lost"),
-            ({"load_valid": False, "reference_valid": False}, "bad", "The load is lost"),
-            ({"offset_sigma": math.nan}, "bad", "growth.offset-sigma is not a number"),
-            ({"learning": True}, "good", "Learning"),
-        ):
-            with self.subTest(**pins):
-                its, text = self.verdict(**{**self.WORKS, **pins})
-                self.assertEqual(its, kind)
-                self.assertIn(words, text)
-
     def test_a_component_that_is_gone_is_said(self):
-        self.assertEqual(growth_state.status(self.machine, self.growth, {})[0], "bad")
+        self.assertEqual(status.of(self.growth, {}).kind, "bad")
+
+    def test_the_detail_of_a_status_is_the_sentence_of_its_code(self):
+        codes = DECLARED["thermal_displacement"].codes
+        faulty = next(number for number, its in DECLARED["thermal_displacement"].statuses.items() if its["detail"] == "fault-code")
+        its = status.of(self.growth, {**self.hal.values(), "growth.status-code": faulty, "growth.fault-code": 1})
+        self.assertEqual((its.kind, its.text), ("bad", "A fault is active. " + codes["fault-code"][1]))
 
     def test_the_machine_is_moved_only_while_it_is_safe(self):
         safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False}
@@ -459,7 +435,7 @@ class Waiting(WithHost):
     def test_the_services_that_hold_the_feed_are_named_and_no_offset(self):
         lost = "No answer from %s: the feed is held. Start LinuxCNC again."
         for living, names in (((0, 5), "LinuxCNC's task"), ((0, 4), "LinuxCNC's io"), ((0,), "LinuxCNC's task, LinuxCNC's io"),
-                              ((), "LinuxCNC's task, LinuxCNC's io")):  # retain holds no feed
+                              ((), "LinuxCNC's task, LinuxCNC's io")):  # plumb-retain holds no feed
             with self.subTest(living):
                 self.beat(*SIGNS)
                 self.host.command("setp interlock.0.function-switch-0 0")
@@ -474,7 +450,7 @@ class Waiting(WithHost):
     def test_a_sum_out_of_range_stands_for_all_services(self):
         self.host.command("setp interlock.0.feed-services 256")
         self.beat(4, 5)
-        self.assertEqual(self.sentences(), ["No answer from retain: the feed is held. Start LinuxCNC again."])
+        self.assertEqual(self.sentences(), ["No answer from plumb-retain: the feed is held. Start LinuxCNC again."])
 
     def test_a_service_without_a_signal_has_its_number(self):
         self.beat(0, 5)

@@ -340,9 +340,9 @@ class Window(unittest.TestCase):
             finger.press(name)
         finger.type("0.25")
         finger.press("Save")
-        finger.await_text("No retain keeps the settings of this screen")
+        finger.await_text("No plumb-retain keeps the settings of this screen")
         finger.rest()
-        self.assertFalse(finger.find_text("Saved by retain"))
+        self.assertFalse(finger.find_text("Saved by plumb-retain"))
 
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")

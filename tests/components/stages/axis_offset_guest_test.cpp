@@ -13,8 +13,8 @@ namespace {
 
 constexpr double count = 0.1 * um;  // of the stage
 
-host::Start with_specimens() {
-    host::Start start;
+client::Start with_specimens() {
+    client::Start start;
     start.modules = {BUILD_DIR "/specimens"};
     return start;
 }

@@ -37,7 +37,7 @@ struct Machine {
                 "interlock.update"};
     }
 
-    explicit Machine(const Names& functions = right(), const host::Start& its_host = with_specimens())
+    explicit Machine(const Names& functions = right(), const client::Start& its_host = with_specimens())
         : bench(Bench::Thread::none, its_host) {
         bench.command("loadrt threads name1=servo-thread period1=1000000 name2=slow-thread period2=10000000");
         bench.command("loadrt lowpass names=motion-command-handler,motion-controller,spare");
@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(InterlockOrderMessage, NamesBothFunctionsAndTheThreadOnce) {
     testing::internal::CaptureStderr();
     {
-        host::Start start = with_specimens();
+        client::Start start = with_specimens();
         start.show_output = true;
         Machine machine(with("x-stage.update", "motion-controller"), start);
         machine.bench.run(10);
@@ -220,7 +220,7 @@ TEST(InterlockOrderMessage, NamesBothFunctionsAndTheThreadOnce) {
 TEST(InterlockOrderMessage, OfManyIsShort) {
     testing::internal::CaptureStderr();
     {
-        host::Start start = with_specimens();
+        client::Start start = with_specimens();
         start.show_output = true;
         Names functions = Machine::right();
         std::reverse(functions.begin(), functions.end());

@@ -12,8 +12,8 @@ namespace {
 constexpr double count = 0.1 * um;
 constexpr double ramp_rate = 0.1;  // mm/s, the default of both stages
 
-host::Start with_specimens() {
-    host::Start start;
+client::Start with_specimens() {
+    client::Start start;
     start.modules = {BUILD_DIR "/specimens"};
     return start;
 }

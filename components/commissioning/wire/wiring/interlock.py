@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""interlock, which stands between the functions, their stages, retain and LinuxCNC. It is loaded once."""
+"""interlock, which stands between the functions, their stages, plumb-retain and LinuxCNC. It is loaded once."""
 
 import plumb
 from stages import Part, message
@@ -41,7 +41,9 @@ def interlock(functions, stages, has_operation):
     for function in functions:
         number = function.number
         part.setp += _services(number, function)
+        part.setp.append(("interlock.function-stages-%d" % number, _stages(function, stages)))
         part.nets.append([function.interlock["enable"], "interlock.function-enable-%d" % number])
+        part.nets.append([function.interlock["status"], "interlock.function-status-%d" % number])
         busy = function.interlock.get("busy", "program-running")
         part.nets.append([busy, "=>", "interlock.function-busy-%d" % number])
         for name in ("settling", "ramping"):
@@ -72,12 +74,18 @@ def interlock(functions, stages, has_operation):
 
 
 def _services(number, function):
-    """The services of a function: an offset with records needs retain, a stroke needs linuxcnc_link, task and io, too."""
+    """The services of a function: an offset with records needs plumb-retain, a stroke needs linuxcnc_link, task and io, too."""
     needs = RETAIN if function.records else 0
     if not function.stroke:
         return [("interlock.function-services-%d" % number, needs)]
     needs += LINK + TASK_AND_IO
     return [("interlock.function-services-%d" % number, needs), ("interlock.function-urgent-%d" % number, TASK_AND_IO)]
+
+
+def _stages(function, stages):
+    """The stages that take offsets of a function, as a sum."""
+    given = {*function.joint_offset.values(), *(signals[0] for signals in function.axis_offset.values())}
+    return sum(1 << number for number, stage in enumerate(stages) if any(net[0] in given for net in stage.nets))
 
 
 def _stroke(part, number):

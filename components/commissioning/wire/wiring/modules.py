@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The modules and programs that parts and functions load, beside those of the machine."""
 
-ONCE = ("interlock", "linuxcnc-alive", "linuxcnc-link", "retain")  # a machine has one of each
+ONCE = ("interlock", "linuxcnc-alive", "linuxcnc-link", "plumb-retain")  # a machine has one of each
 
 
 class Modules:

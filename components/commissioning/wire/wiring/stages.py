@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The parts that all functions of a machine share: stages, retain, linuxcnc_link, linuxcnc_alive, a gate."""
+"""The parts that all functions of a machine share: stages, plumb-retain, linuxcnc_link, linuxcnc_alive, a gate."""
 
 import dataclasses
 
@@ -48,7 +48,7 @@ def joint_stage(prefix, joint, sources, machine):
         [prefix + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % prefix],
         [prefix + "-limited", stage + ".limited", "=>", "linuxcnc-link.%s-limited" % prefix],
     ]
-    part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault")}
+    part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
     part.messages = message(prefix + "-fault", "Correction of %s: {code}" % prefix.upper(), "joint_offset fault-code")
     sentence = "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage."
@@ -98,8 +98,9 @@ def axis_stage(letter, source, clear):
         [own + "-ramping", stage + ".ramping"],
         [own + "-fault", stage + ".fault", "=>", "linuxcnc-link.%s-fault" % own],
         [own + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % own],
+        [own + "-limited", stage + ".limited"],
     ]
-    part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault")}
+    part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.reports.update({report: "%s-%s" % (letter, report) for report in ("uncompensated", "probing-refused")})
     part.after = [stage + ".update"]
     part.messages = message(own + "-fault", "Offset of %s: {code}" % letter.upper(), "axis_offset fault-code")
@@ -107,35 +108,35 @@ def axis_stage(letter, source, clear):
 
 
 def retain(path, functions):
-    """retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
+    """plumb-retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
     a fault if it finds no records, and so comes after them."""
-    part = Part("retain, service 0 of interlock", is_late=True)
-    part.programs = {"retain": "-W retain --file %s" % path}
+    part = Part("plumb-retain, service 0 of interlock", is_late=True)
+    part.programs = {"plumb-retain": "-W plumb-retain --file %s" % path}
     part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
-        ["retain-heartbeat", "retain.heartbeat", "=>", "interlock.service-heartbeat-0"],
-        ["restored", "retain.restored", "=>", "interlock.service-ready-0"],
-        ["retain-fault", "retain.fault", "=>", "interlock.service-fault-0"],
-        ["date", "retain.date"],
-        ["retain-code", "retain.fault-code", "=>", "linuxcnc-link.not-restored-code"],
+        ["retain-heartbeat", "plumb-retain.heartbeat", "=>", "interlock.service-heartbeat-0"],
+        ["restored", "plumb-retain.restored", "=>", "interlock.service-ready-0"],
+        ["retain-fault", "plumb-retain.fault", "=>", "interlock.service-fault-0"],
+        ["date", "plumb-retain.date"],
+        ["retain-code", "plumb-retain.fault-code", "=>", "linuxcnc-link.not-restored-code"],
         ["retain-code", "=>", "linuxcnc-link.retain-fault-code"],
         ["not-restored", "interlock.service-not-ready-0", "=>", "linuxcnc-link.not-restored"],
         ["retain-troubled", "interlock.service-troubled-0", "=>", "linuxcnc-link.retain-fault"],
         ["retain-lost", "interlock.service-lost-0", "=>", "linuxcnc-link.retain-lost"],
     ]
-    names, codes = [function.name for function in functions], "retain fault-code"
+    names, codes = [function.name for function in functions], "plumb-retain fault-code"
     off = "%s %s off: " % (" and ".join(names), "is" if len(names) == 1 else "are")
     part.messages = message("not-restored", off + "{code} The terminal has more.", codes)
     part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
-    ends = "retain has ended: %s %s off with the end of the work. Start LinuxCNC again."
+    ends = "plumb-retain has ended: %s %s off with the end of the work. Start LinuxCNC again."
     part.messages += message("retain-lost", ends % (" and ".join(names), "goes" if len(names) == 1 else "go"), kind="error")
     return part
 
 
 def panel_settings(path):
-    """retain for the settings that plumb panel changes, and for the switches of the functions."""
+    """plumb-retain for the settings that plumb panel changes, and for the switches of the functions."""
     part = Part("Settings of plumb panel", is_late=True)
-    part.programs = {"panel-settings": "-Wn panel-settings retain panel-settings --file %s" % path}
+    part.programs = {"panel-settings": "-Wn panel-settings plumb-retain panel-settings --file %s" % path}
     return part
 
 

@@ -2,7 +2,7 @@
 #include "components/io/retain/keeper.hpp"
 #include "components/io/retain/program_identity.hpp"
 #include "hal/component.hpp"
-#include "pages/retain.page.hpp"
+#include "pages/plumb_retain.page.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -15,9 +15,10 @@ namespace plumb {
 
 struct Retain final : hal::Component {
     static constexpr hal::About about{
-        "retain", "keeps values of pins, and records of components, over a restart", page};
+        "plumb-retain", "keeps values of pins, and records of components, over a restart", page};
 
     static constexpr hal::Role role = hal::Role::program;
+    static constexpr const char* former_name = "retain";
     using Component::Component;
 
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
@@ -78,7 +79,7 @@ private:
             identity_fault_ = Fault::none;
         } catch (const std::exception& error) {
             program_id = 0;
-            if (identity_fault_ == Fault::none) std::cerr << std::string("retain: ") + error.what() + '\n';
+            if (identity_fault_ == Fault::none) std::cerr << std::string("plumb-retain: ") + error.what() + '\n';
             identity_fault_ = Fault::program;
         }
     }

@@ -84,7 +84,7 @@ def figures(found):
 
 
 def main():
-    parser = new_parser("mill_growth_test", __doc__)
+    parser = new_parser("mill_growth", __doc__)
     parser.add_argument("--seeds", type=whole(1, 10000), default=5, metavar="N", help="machines (default: 5)")
     add_place(parser)
     options = parser.parse_args()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/thermal_growth_test/growth_test.hpp"
+#include "components/compensation/thermal_growth/growth_procedure.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"
 
@@ -45,12 +45,13 @@ struct TestReport : hal::Group {
 
     void show(const GrowthTest& test, const GrowthTest::Settings& settings) noexcept {
         const bool ended = test.stop() != Stop::none;
-        state = !test.active()   ? (!test.begun() ? State::idle
-                                    : ended       ? State::stopped
-                                                  : State::interrupted)
-                : test.in_pass() ? (test.pass() <= 1 ? State::probing_cold : State::probing)
-                : ended          ? State::stopped
-                                 : State::warming;
+        state_ = !test.active()   ? (!test.begun() ? State::idle
+                                     : ended       ? State::stopped
+                                                   : State::interrupted)
+                 : test.in_pass() ? (test.pass() <= 1 ? State::probing_cold : State::probing)
+                 : ended          ? State::stopped
+                                  : State::warming;
+        state = state_;
         stop_reason = test.stop();
         done = ended;
         cycle_index = test.cycles();
@@ -88,7 +89,10 @@ struct TestReport : hal::Group {
         confirmed = both_confirmed;
     }
 
+    State now() const noexcept { return state_; }
+
 private:
+    State state_ = State::idle;
     std::size_t shown_ = SIZE_MAX;  // records at the last computation of temperature-change
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/thermal_growth_test/bore_visit.hpp"
-#include "components/compensation/thermal_growth_test/growth_record.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_codes.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_signals.hpp"
+#include "components/compensation/thermal_growth/bore_visit.hpp"
+#include "components/compensation/thermal_growth/growth_record.hpp"
+#include "components/compensation/thermal_growth/growth_codes.hpp"
+#include "components/compensation/thermal_growth/growth_signals.hpp"
 #include "components/math/blocks/mean_over_time.hpp"
 #include "components/math/growth/bore_references.hpp"
 #include "components/math/growth/probed_bore.hpp"

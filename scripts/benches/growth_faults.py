@@ -27,7 +27,7 @@ ROOM = 0.03  # of a true gain that is so close to a limit that both names are ri
 
 
 def main():
-    parser = new_parser("growth_test", __doc__)
+    parser = new_parser("growth_faults", __doc__)
     parser.add_argument("--seeds", type=whole(1, 10000), default=20, metavar="N", help="machines (default: 20)")
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     add_place(parser)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/thermal_growth_test/growth_test_inputs.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_report.hpp"
-#include "pages/thermal_growth_test.page.hpp"
+#include "components/compensation/thermal_growth/growth_inputs.hpp"
+#include "components/compensation/thermal_growth/growth_report.hpp"
+#include "components/compensation/thermal_growth/growth_status.hpp"
+#include "pages/thermal_growth.page.hpp"
 
 namespace plumb {
 
@@ -22,6 +23,7 @@ struct ThermalGrowthTest final : hal::Component {
     StopSettings stop_settings{this};
 
     TestReport report{this};
+    hal::Status<Status> status{this};
     hal::Records rows{this};
     GrowthRow row{this};
 
@@ -50,12 +52,16 @@ struct ThermalGrowthTest final : hal::Component {
         if (result == GrowthTest::Result::touch) report.show_touch(now.at);
         if (result == GrowthTest::Result::bore) report.show_bore(test_.bore());
         report.show_states(program.wants_compensation(), program.wants_cooling(), now.confirmed);
-        report.fault = hal::first<Fault>({{test_.fault() != Fault::none, test_.fault()},
-                                          {!now.at.good, Fault::position},
-                                          {!now.warmth.good, Fault::sensor},
-                                          {!good_settings, Fault::settings},
-                                          {program.unconfirmed(), Fault::unconfirmed},
-                                          {!now.warmth.artifact_good, Fault::artifact_temperature}});
+        const Fault its_fault = hal::first<Fault>({{test_.fault() != Fault::none, test_.fault()},
+                                                   {!now.at.good, Fault::position},
+                                                   {!now.warmth.good, Fault::sensor},
+                                                   {!good_settings, Fault::settings},
+                                                   {program.unconfirmed(), Fault::unconfirmed},
+                                                   {!now.warmth.artifact_good, Fault::artifact_temperature}});
+        report.fault = its_fault;
+        status = status_of({report.now(), test_.stop(), program.runs(), its_fault != Fault::none,
+                            program.is_gone(), program.is_paused(), program.is_resumable(),
+                            status.of_interlock()});
     }
 
 private:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/thermal_growth_test/growth_test_codes.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_signals.hpp"
+#include "components/compensation/thermal_growth/growth_codes.hpp"
+#include "components/compensation/thermal_growth/growth_signals.hpp"
 #include "components/math/growth/bore_references.hpp"
 #include "components/math/growth/touch_latch.hpp"
 

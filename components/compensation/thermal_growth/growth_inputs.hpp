@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/thermal_growth_test/growth_test.hpp"
-#include "components/compensation/thermal_growth_test/growth_test_signals.hpp"
+#include "components/compensation/thermal_growth/growth_procedure.hpp"
+#include "components/compensation/thermal_growth/growth_signals.hpp"
+#include "components/math/blocks/delayed_bit.hpp"
 #include "components/math/blocks/edge.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"
@@ -36,6 +37,11 @@ struct Program : hal::Group {
     using Group::Group;
 
     hal::In<bool> running{this, "running", false, "The program of the test runs."};
+    hal::In<bool> program_running{
+        this, "program-running", true,
+        "A program or an MDI command runs or is paused: net program-running of linuxcnc_alive."};
+    hal::In<bool> program_paused{this, "program-paused", false, "A program is paused."};
+    hal::In<bool> resumable{this, "resumable", false, "A test can be resumed: net resumable of growth_log."};
     hal::In<bool> resume{this, "resume", false, "Continue the restored test instead of a new one."};
     hal::In<double> gap{this, "gap", 0, "s",
                         "Time since the last record of the restored test; -1 when not known."};
@@ -71,6 +77,10 @@ struct Program : hal::Group {
         s.turned = turned;
         s.overtravel = overtravel;
         s.spindle_speed = spindle_speed;
+        running_now_ = s.running.now;
+        gone_.step(running_now_ && !program_running, gone_time, 0, dt);
+        paused_ = program_paused;
+        resumable_ = resumable;
         acknowledges_ = acknowledging_.rises(acknowledge);
         const double patience = confirm_time;
         const bool late = compensation_.late(compensate, compensation_on, patience, dt);
@@ -82,6 +92,11 @@ struct Program : hal::Group {
         return s;
     }
 
+    // The program that runs the test has ended without saying so.
+    bool is_gone() const noexcept { return gone_.value(); }
+    bool runs() const noexcept { return running_now_; }
+    bool is_paused() const noexcept { return paused_; }
+    bool is_resumable() const noexcept { return resumable_; }
     bool acknowledges() const noexcept { return acknowledges_; }
     bool wants_compensation() const noexcept { return compensation_.wanted(); }
     bool wants_cooling() const noexcept { return cooling_.wanted(); }
@@ -89,6 +104,10 @@ struct Program : hal::Group {
     bool unconfirmed() const noexcept { return unconfirmed_; }
 
 private:
+    static constexpr double gone_time = 1;  // s
+
+    DelayedBit gone_;
+    bool running_now_ = false, paused_ = false, resumable_ = false;
     Edge running_, pass_, bore_, measuring_, cycle_, probe_, acknowledging_;
     ConfirmedState compensation_, cooling_;
     bool acknowledges_ = false, unconfirmed_ = false;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/thermal_growth/growth_codes.hpp"
+#include "hal/codes.hpp"
+#include "hal/status.hpp"
+
+#include <cstdint>
+
+namespace plumb::growth_test {
+
+enum class Status : std::int32_t {
+    runs = hal::first_own,
+    paused,
+    program_lost,
+    warm,
+    time_over,
+    resumable,
+    interrupted,
+    idle
+};
+
+constexpr hal::Said said(Status status) {
+    using hal::Kind;
+    switch (status) {
+        case Status::runs: return {Kind::good, "The test runs.", "", "", "state-code"};
+        case Status::paused:
+            return {Kind::warn, "The program is paused: the machine cools.", "Resume the program."};
+        case Status::program_lost:
+            return {Kind::bad, "The program of the test has ended without its end: nothing is probed.",
+                    "Start LinuxCNC again, then resume.ngc."};
+        case Status::warm:
+            return {Kind::good, "The test has ended: the machine is warm.", "Look at its report."};
+        case Status::time_over:
+            return {Kind::warn,
+                    "The test has ended at its maximum time: the machine is not warm by the rules.",
+                    "Look at its report."};
+        case Status::resumable:
+            return {Kind::warn, "The test was interrupted.", "Start resume.ngc to go on.", "resume"};
+        case Status::interrupted:
+            return {Kind::warn, "The test was interrupted. resume.ngc is refused before a restart.",
+                    "Start LinuxCNC again, then resume.ngc."};
+        case Status::idle: return {Kind::off, "No test runs.", "Start the program of the test.", "start"};
+        default: return hal::said(static_cast<hal::Common>(status));
+    }
+}
+
+struct Seen {
+    State state = State::idle;
+    Stop stop = Stop::none;
+    bool running = false;  // by the program of the test
+    bool fault = false, program_gone = false, paused = false, resumable = false;
+    Status interlock{};
+};
+
+// The test moves nothing, and runs whether interlock permits it or not: only a lost service counts.
+inline Status status_of(const Seen& its) noexcept {
+    const bool service = hal::is_of_service(static_cast<std::int32_t>(its.interlock));
+    const bool interrupted = its.state == State::interrupted;
+    return hal::first<Status>({{its.running && its.program_gone, Status::program_lost},
+                               {its.fault, hal::common<Status>(hal::Common::fault)},
+                               {service, its.interlock},
+                               {its.stop == Stop::stable, Status::warm},
+                               {its.stop != Stop::none, Status::time_over},
+                               {interrupted && its.resumable, Status::resumable},
+                               {interrupted, Status::interrupted},
+                               {its.state == State::idle, Status::idle},
+                               {its.paused, Status::paused},
+                               {true, Status::runs}});
+}
+
+}  // namespace plumb::growth_test

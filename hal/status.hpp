@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The status of a function: what it does now, as one code. Screens, messages and reports show its sentence
+// and its remedy, and compute nothing. The function declares its own statuses, from first_own on; the others
+// are common to all, and interlock finds most of them.
+//
+//     enum class LampStatus : std::int32_t { lit = hal::first_own, burnt_out };
+//     constexpr hal::Said said(LampStatus status) {
+//         switch (status) {
+//             case LampStatus::lit: return {hal::Kind::good, "The lamp is lit."};
+//             case LampStatus::burnt_out: return {hal::Kind::bad, "The lamp is burnt out.", "Replace the
+//             lamp."}; default: return said(static_cast<hal::Common>(status));
+//         }
+//     }
+//     hal::Status<LampStatus> status{this};
+//
+// declares the pins interlock-status, status-code and attention.
+#pragma once
+
+#include "hal/pin.hpp"
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace plumb::hal {
+
+enum class Kind {
+    good,  // it acts
+    wait,  // it acts as soon as something comes that will come
+    off,   // by the operator, or there is nothing to do
+    warn,  // somebody has to act
+    bad,   // a fault or a loss
+};
+
+constexpr const char* name(Kind kind) {
+    switch (kind) {
+        case Kind::good: return "good";
+        case Kind::wait: return "wait";
+        case Kind::off: return "off";
+        case Kind::warn: return "warn";
+        default: return "bad";
+    }
+}
+
+// A status as people read it.
+struct Said {
+    Kind kind = Kind::bad;
+    const char* sentence = nullptr;  // null: there is no such status
+    const char* remedy = "";         // a sentence: what ends it
+    const char* button = "";         // of a screen that does this: switch, acknowledge, learn, to-end, resume
+    const char* detail = "";         // pin that says more: a code, for its sentence, or a quantity
+};
+
+inline constexpr std::int32_t services = 8;
+inline constexpr std::int32_t first_own = 40;
+
+// The statuses that functions have in common; late, lost and ending by the number of the service.
+enum class Common : std::int32_t {
+    none,
+    fault,
+    off,
+    suspended,
+    probing,
+    machine_off,
+    not_homed,
+    renew,
+    order,
+    stage_fault,
+    stage_lacks,
+    stage_limited,
+    late = 16,
+    lost = late + services,
+    ending = lost + services,
+};
+
+constexpr Common of_service(Common kind, std::int32_t number) {
+    return static_cast<Common>(static_cast<std::int32_t>(kind) + number);
+}
+
+constexpr bool is_of_service(std::int32_t number) {
+    return number >= static_cast<std::int32_t>(Common::late) && number < first_own;
+}
+
+constexpr Said said_of_service(Common status) {
+    constexpr const char* late[services] = {"Off: plumb-retain (service 0) is not ready.",
+                                            "Off: linuxcnc_link (service 1) is not ready.",
+                                            "Off: service 2 is not ready.",
+                                            "Off: service 3 is not ready.",
+                                            "Off: LinuxCNC's task (service 4) is not ready.",
+                                            "Off: LinuxCNC's io (service 5) is not ready.",
+                                            "Off: service 6 is not ready.",
+                                            "Off: service 7 is not ready."};
+    constexpr const char* lost[services] = {"Off: plumb-retain (service 0) does not answer.",
+                                            "Off: linuxcnc_link (service 1) does not answer.",
+                                            "Off: service 2 does not answer.",
+                                            "Off: service 3 does not answer.",
+                                            "Off: LinuxCNC's task (service 4) does not answer.",
+                                            "Off: LinuxCNC's io (service 5) does not answer.",
+                                            "Off: service 6 does not answer.",
+                                            "Off: service 7 does not answer."};
+    constexpr const char* ending[services] = {
+        "Goes off when the program ends: plumb-retain (service 0) does not answer.",
+        "Goes off when the program ends: linuxcnc_link (service 1) does not answer.",
+        "Goes off when the program ends: service 2 does not answer.",
+        "Goes off when the program ends: service 3 does not answer.",
+        "Goes off when the program ends: LinuxCNC's task (service 4) does not answer.",
+        "Goes off when the program ends: LinuxCNC's io (service 5) does not answer.",
+        "Goes off when the program ends: service 6 does not answer.",
+        "Goes off when the program ends: service 7 does not answer."};
+    if (!is_of_service(static_cast<std::int32_t>(status))) return {};
+    const std::int32_t number = static_cast<std::int32_t>(status) - static_cast<std::int32_t>(Common::late);
+    const std::int32_t its = number % services;
+    switch (number / services) {
+        case 0:
+            return {Kind::warn, late[its], "Wait until it is ready. If it stays so, start LinuxCNC again."};
+        case 1: return {Kind::bad, lost[its], "Start LinuxCNC again."};
+        default: return {Kind::warn, ending[its], "Start LinuxCNC again after the program."};
+    }
+}
+
+constexpr Said said(Common status) {
+    switch (status) {
+        case Common::fault: return {Kind::bad, "A fault is active.", "Remove its cause.", "", "fault-code"};
+        case Common::off: return {Kind::off, "Switched off.", "Switch it on.", "switch"};
+        case Common::suspended:
+            return {Kind::wait, "Suspended by the part program.", "The program ends this."};
+        case Common::probing:
+            return {Kind::wait, "Waits for the end of a probing move.", "It acts after the move."};
+        case Common::machine_off: return {Kind::wait, "The machine is off.", "Turn the machine on."};
+        case Common::not_homed: return {Kind::wait, "The machine is not homed.", "Home all axes."};
+        case Common::renew:
+            return {Kind::bad, "Off: a service was lost, and answers again.", "Turn the switch off and on.",
+                    "switch"};
+        case Common::order:
+            return {Kind::bad, "Held: functions of Plumb are in a wrong order in their thread.",
+                    "Run plumb doctor --running."};
+        case Common::stage_fault:
+            return {Kind::bad, "The stage of an axis has a fault, and does not follow.",
+                    "Look at the faults of the stages."};
+        case Common::stage_lacks:
+            return {Kind::wait, "An axis lacks its offset.", "It gets it when the next cycle begins."};
+        case Common::stage_limited:
+            return {Kind::warn, "A bound of a stage keeps the whole offset from its axis.",
+                    "Move the axis away from its soft limit, or raise max-offset of the stage."};
+        default: return said_of_service(status);
+    }
+}
+
+constexpr const char* sentence(Common status) {
+    return said(status).sentence;
+}
+
+// Whether the number is a status that interlock gives.
+constexpr bool is_common(std::int32_t number) {
+    return number > 0 && number < first_own && said(static_cast<Common>(number)).sentence;
+}
+
+struct StatusInfo {
+    std::string pin;  // without the instance's name
+    std::map<std::int32_t, Said> statuses;
+};
+
+template <class E>
+constexpr E common(Common status) {
+    return static_cast<E>(status);
+}
+
+template <class E>
+class Status {
+public:
+    explicit Status(Owner owner)
+        : interlock_{owner, "interlock-status", -1,
+                     "Net function-status of interlock for this function; -1 without interlock."},
+          code_{owner, "status-code", "Number of what the function does now."},
+          attention_{owner, "attention", "Somebody has to act; status-code gives why."} {
+        StatusInfo info{code_.name(), {}};
+        CodesInfo codes{code_.name(), {}};
+        for (std::int32_t number = 1; number <= largest; ++number) {
+            const Said its = said(static_cast<E>(number));
+            if (!its.sentence) continue;
+            info.statuses[number] = its;
+            codes.sentences[number] = its.sentence;
+        }
+        owner.registrar().add(info);
+        owner.registrar().add(codes);
+    }
+
+    // What interlock knows: none where it hinders nothing, or there is no interlock.
+    E of_interlock() const noexcept {
+        const std::int32_t number = interlock_;
+        return is_common(number) ? static_cast<E>(number) : E{};
+    }
+
+    Status& operator=(E value) noexcept {
+        const Kind kind = said(value).kind;
+        code_ = static_cast<std::int32_t>(value);
+        attention_ = kind == Kind::warn || kind == Kind::bad;
+        return *this;
+    }
+
+private:
+    static constexpr std::int32_t largest = 99;
+
+    In<std::int32_t> interlock_;
+    Out<std::int32_t> code_;
+    Out<bool> attention_;
+};
+
+}  // namespace plumb::hal

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Each status of centre_height, the bad ones first.
+#include "components/compensation/centre_height/height_status.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace plumb {
+namespace {
+
+using S = HeightStatus;
+using hal::Kind;
+
+TEST(HeightStatus, OnlyAToolOnCentreIsGood) {
+    const S service = hal::common<S>(hal::of_service(hal::Common::lost, 4));
+    const struct {
+        HeightSeen seen;
+        S status;
+        Kind kind;
+    } cases[] = {
+        {{State::refused, Fault::air_cut, Verdict::none, service}, S::refused, Kind::bad},
+        {{State::measure, Fault::radius, Verdict::none, {}}, hal::common<S>(hal::Common::fault), Kind::bad},
+        {{State::idle, Fault::none, Verdict::none, service}, service, Kind::bad},
+        {{State::aborted, Fault::none, Verdict::none, {}}, S::interrupted, Kind::warn},
+        {{State::known, Fault::none, Verdict::held, {}}, S::held, Kind::warn},
+        {{State::known, Fault::none, Verdict::both, {}}, S::off_centre, Kind::warn},
+        {{State::known, Fault::none, Verdict::y, {}}, S::off_centre, Kind::warn},
+        {{State::known, Fault::none, Verdict::x, {}}, S::off_centre, Kind::warn},
+        {{State::known, Fault::none, Verdict::unsure, {}}, S::unsure, Kind::warn},
+        {{State::known, Fault::none, Verdict::unchecked, {}}, S::unsure, Kind::warn},
+        {{State::known, Fault::none, Verdict::none, {}}, S::unsure, Kind::warn},
+        {{State::cut, Fault::none, Verdict::none, service}, S::cut, Kind::wait},
+        {{State::measure, Fault::none, Verdict::none, service}, S::measure, Kind::wait},
+        {{State::idle, Fault::none, Verdict::none, {}}, S::idle, Kind::off},
+        {{State::known, Fault::none, Verdict::on_centre, {}}, S::on_centre, Kind::good},
+    };
+    std::set<S> found;
+    for (const auto& each : cases) {
+        EXPECT_EQ(status_of(each.seen), each.status) << said(each.status).sentence;
+        EXPECT_EQ(said(each.status).kind, each.kind) << said(each.status).sentence;
+        found.insert(each.status);
+    }
+    for (std::int32_t number = hal::first_own; number < 100; ++number)
+        if (said(static_cast<S>(number)).sentence)
+            EXPECT_EQ(found.count(static_cast<S>(number)), 1u) << number;
+}
+
+}  // namespace
+}  // namespace plumb

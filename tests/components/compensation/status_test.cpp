@@ -1,0 +1,424 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Each status of each function, the bad ones first: what is seen gives one status, whatever else is true.
+#include "components/compensation/axis_growth/axis_growth_status.hpp"
+#include "components/compensation/chopping/chopping_status.hpp"
+#include "components/compensation/squareness/squareness_status.hpp"
+#include "components/compensation/thermal_displacement/displacement_status.hpp"
+#include "components/compensation/thermal_growth/growth_status.hpp"
+#include "components/stages/interlock/function_status.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+using hal::Common;
+using hal::Kind;
+
+constexpr int retain = 1, task = 16;  // services, as sums
+
+// A change of what is seen, and the status with it and without it.
+template <class Seen, class E>
+struct Case {
+    const char* what;
+    std::function<void(Seen&)> change;
+    E status;
+    Kind kind;
+};
+
+// Each case goes before all later ones, and the last one is the status when nothing happens.
+template <class Seen, class E>
+std::set<E> expect_in_order(const Seen& calm, const std::vector<Case<Seen, E>>& cases) {
+    std::set<E> found;
+    Seen all_later = calm;
+    for (auto each = cases.rbegin(); each != cases.rend(); ++each) {
+        SCOPED_TRACE(each->what);
+        Seen alone = calm;
+        each->change(alone);
+        each->change(all_later);
+        EXPECT_EQ(status_of(alone), each->status) << "alone";
+        EXPECT_EQ(status_of(all_later), each->status) << "with all later ones";
+        const hal::Said its = said(each->status);
+        EXPECT_EQ(its.kind, each->kind) << its.sentence;
+        found.insert(each->status);
+    }
+    return found;
+}
+
+// Each status that the function declares is one of these.
+template <class E>
+void expect_all(const std::set<E>& found) {
+    for (std::int32_t number = hal::first_own; number < 100; ++number)
+        if (const char* const text = said(static_cast<E>(number)).sentence)
+            EXPECT_EQ(found.count(static_cast<E>(number)), 1u) << "no case of " << text;
+}
+
+// The status of interlock in the words of a function.
+template <class E>
+E of(Common status) {
+    return hal::common<E>(status);
+}
+
+FunctionSeen acting_function() {
+    FunctionSeen its;
+    its.on = its.enabled = its.machine_on = its.homed = true;
+    return its;
+}
+
+struct FunctionCase {
+    const char* what;
+    std::function<void(FunctionSeen&)> change;
+    Common status;
+};
+
+TEST(FunctionStatus, NamesTheFirstThatKeepsAFunctionFromActing) {
+    const FunctionCase cases[] = {
+        {"the operator has it off, whatever is lost",
+         [](auto& its) {
+             its.on = its.enabled = false;
+             its.lost = true;
+             its.lost_services = retain;
+         },
+         Common::off},
+        {"retain has died",
+         [](auto& its) {
+             its.enabled = false;
+             its.lost = true;
+             its.lost_services = retain | task;
+         },
+         hal::of_service(Common::lost, 0)},
+        {"task has died",
+         [](auto& its) {
+             its.enabled = false;
+             its.lost = true;
+             its.lost_services = task;
+         },
+         hal::of_service(Common::lost, 4)},
+        {"retain has died, and the program goes on",
+         [](auto& its) {
+             its.lost = true;
+             its.lost_services = retain;
+         },
+         hal::of_service(Common::ending, 0)},
+        {"linuxcnc_link is not ready",
+         [](auto& its) {
+             its.enabled = false;
+             its.late_services = 2;
+         },
+         hal::of_service(Common::late, 1)},
+        {"a lost service is back",
+         [](auto& its) {
+             its.enabled = false;
+             its.lost = true;
+         },
+         Common::renew},
+        {"functions are in a wrong order", [](auto& its) { its.in_order = false; }, Common::order},
+        {"the program suspends it",
+         [](auto& its) {
+             its.enabled = false;
+             its.suspended = true;
+             its.machine_on = false;
+         },
+         Common::suspended},
+        {"the machine is off",
+         [](auto& its) {
+             its.machine_on = its.homed = false;
+             its.stages_with_fault = 1;
+         },
+         Common::machine_off},
+        {"the machine is not homed",
+         [](auto& its) {
+             its.homed = false;
+             its.stages_that_lack = 1;
+         },
+         Common::not_homed},
+        {"the switch was turned on in a probing move", [](auto& its) { its.enabled = false; },
+         Common::probing},
+        {"a stage has a fault",
+         [](auto& its) {
+             its.stages_with_fault = 4;
+             its.stages_that_lack = 4;
+         },
+         Common::stage_fault},
+        {"an axis lacks its offset",
+         [](auto& its) {
+             its.stages_that_lack = 1;
+             its.stages_limited = 1;
+         },
+         Common::stage_lacks},
+        {"a soft limit", [](auto& its) { its.stages_limited = 2; }, Common::stage_limited},
+        {"nobody", [](auto&) {}, Common::none},
+    };
+    for (const FunctionCase& each : cases) {
+        FunctionSeen its = acting_function();
+        each.change(its);
+        EXPECT_EQ(status_of(its), each.status) << each.what;
+    }
+}
+
+TEST(CommonStatus, HasASentenceForEachServiceAndNoneElsewhere) {
+    for (const Common kind : {Common::late, Common::lost, Common::ending})
+        for (std::int32_t number = 0; number < hal::services; ++number) {
+            const hal::Said its = said(hal::of_service(kind, number));
+            EXPECT_NE(std::string(its.sentence).find("ervice " + std::to_string(number)), std::string::npos);
+            EXPECT_STRNE(its.remedy, "");
+        }
+    for (const std::int32_t number : {-2147483647 - 1, -1, 0, 12, 15, 40, 99, 2147483647})
+        EXPECT_FALSE(hal::is_common(number)) << number;
+}
+
+SquarenessSeen correcting() {
+    SquarenessSeen its;
+    its.set = its.enabled = its.homed = true;
+    return its;
+}
+
+TEST(SquarenessStatus, SaysThatItCorrectsOnlyWhileItDoes) {
+    using S = SquarenessStatus;
+    expect_all(expect_in_order<SquarenessSeen, S>(
+        correcting(),
+        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
+         {"no angle", [](auto& its) { its.set = false; }, S::nothing_set, Kind::off},
+         {"off in the emergency stop",
+          [](auto& its) {
+              its.interlock = of<S>(Common::machine_off);
+              its.homed = false;
+          },
+          of<S>(Common::machine_off), Kind::wait},
+         {"off without interlock", [](auto& its) { its.enabled = false; }, of<S>(Common::off), Kind::off},
+         {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
+         {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
+         {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
+         {"settling ended too early", [](auto& its) { its.unsettled = true; }, S::unsettled, Kind::warn},
+         {"nothing", [](auto&) {}, S::corrects, Kind::good}}));
+}
+
+AxisGrowthSeen growing() {
+    AxisGrowthSeen its;
+    its.has_law = its.enabled = its.homed = its.temperatures_known = true;
+    return its;
+}
+
+TEST(AxisGrowthStatus, SaysThatItCorrectsOnlyWhileItDoes) {
+    using S = AxisGrowthStatus;
+    expect_all(expect_in_order<AxisGrowthSeen, S>(
+        growing(),
+        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
+         {"no law", [](auto& its) { its.has_law = false; }, S::no_law, Kind::off},
+         {"task has died", [](auto& its) { its.interlock = of<S>(hal::of_service(Common::lost, 4)); },
+          of<S>(hal::of_service(Common::lost, 4)), Kind::bad},
+         {"off without interlock", [](auto& its) { its.enabled = false; }, of<S>(Common::off), Kind::off},
+         {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
+         {"a sensor never was valid", [](auto& its) { its.temperatures_known = false; }, S::no_temperature,
+          Kind::bad},
+         {"a sensor is lost for long", [](auto& its) { its.returns = true; }, S::returns, Kind::bad},
+         {"a sensor is lost", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
+         {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
+         {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
+         {"nothing", [](auto&) {}, S::corrects, Kind::good}}));
+}
+
+DisplacementSeen working() {
+    DisplacementSeen its;
+    its.enabled = its.has_reference = its.has_rows = its.known = true;
+    return its;
+}
+
+TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
+    using S = DisplacementStatus;
+    expect_all(expect_in_order<DisplacementSeen, S>(
+        working(),
+        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
+         {"retain has died",
+          [](auto& its) {
+              its.interlock = of<S>(hal::of_service(Common::lost, 0));
+              its.enabled = false;
+          },
+          of<S>(hal::of_service(Common::lost, 0)), Kind::bad},
+         {"retain is late",
+          [](auto& its) {
+              its.interlock = of<S>(hal::of_service(Common::late, 0));
+              its.enabled = false;
+          },
+          of<S>(hal::of_service(Common::late, 0)), Kind::warn},
+         {"a lost service is back",
+          [](auto& its) {
+              its.interlock = of<S>(Common::renew);
+              its.enabled = false;
+          },
+          of<S>(Common::renew), Kind::bad},
+         {"off",
+          [](auto& its) {
+              its.interlock = of<S>(Common::off);
+              its.enabled = false;
+          },
+          of<S>(Common::off), Kind::off},
+         {"off without interlock",
+          [](auto& its) {
+              its.interlock = S{};
+              its.enabled = false;
+          },
+          of<S>(Common::off), Kind::off},
+         {"no load",
+          [](auto& its) {
+              its.enabled = true;
+              its.load_valid = false;
+          },
+          S::load_lost, Kind::bad},
+         {"learning",
+          [](auto& its) {
+              its.enabled = true;
+              its.learning = true;
+          },
+          S::learning, Kind::good},
+         {"learning is requested", [](auto& its) { its.will_learn = true; }, S::will_learn, Kind::wait},
+         {"nothing was learnt", [](auto& its) { its.learning_failed = true; }, S::learning_failed,
+          Kind::warn},
+         {"a refused reference", [](auto& its) { its.refused = true; }, S::refused, Kind::bad},
+         {"no reference", [](auto& its) { its.has_reference = its.has_rows = false; }, S::no_reference,
+          Kind::warn},
+         {"kept rows in the morning",
+          [](auto& its) {
+              its.has_reference = its.cycle_running = false;
+              its.has_rows = true;
+              its.interlock = of<S>(Common::machine_off);
+          },
+          S::kept, Kind::wait},
+         {"rows of another program",
+          [](auto& its) {
+              its.has_reference = false;
+              its.has_rows = its.cycle_running = true;
+          },
+          S::other_program, Kind::warn},
+         {"not homed",
+          [](auto& its) {
+              its.has_reference = true;
+              its.interlock = of<S>(Common::not_homed);
+          },
+          of<S>(Common::not_homed), Kind::wait},
+         {"a shift without an answer", [](auto& its) { its.asks = true; }, S::asks, Kind::warn},
+         {"contacts do not come", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
+         {"dry run", [](auto& its) { its.dry_run = true; }, S::dry_run, Kind::off},
+         {"no contact yet", [](auto& its) { its.known = false; }, S::no_contact, Kind::wait},
+         {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
+         {"nothing", [](auto&) {}, S::works, Kind::good}}));
+}
+
+TEST(DisplacementStatus, KeptRowsSendNobodyToLearn) {
+    const hal::Said its = said(DisplacementStatus::kept);
+    EXPECT_STREQ(its.button, "");
+    EXPECT_NE(std::string(its.remedy).find("Do not learn again"), std::string::npos);
+}
+
+TEST(ChoppingStatus, StrokesHeldAwayAndAtRestAreFour) {
+    using S = ChoppingStatus;
+    ChoppingSeen strokes, rests;
+    strokes.on = strokes.homed = strokes.permitted = strokes.moves = true;
+    rests.on = rests.homed = rests.permitted = true;
+    std::set<S> found = expect_in_order<ChoppingSeen, S>(
+        strokes,
+        {{"held", [](auto& its) { its.held = its.hold_ordered = true; }, S::held, Kind::warn},
+         {"held by the speed",
+          [](auto& its) {
+              its.held = its.speed_zero = true;
+              its.hold_ordered = false;
+          },
+          S::held_by_speed, Kind::warn},
+         {"the way to R", [](auto& its) { its.returns = true; }, S::returns, Kind::warn},
+         {"the end of strokes", [](auto& its) { its.ends = true; }, S::ends, Kind::warn},
+         {"a fault", [](auto& its) { its.fault = true; }, S::with_fault, Kind::bad},
+         {"a hold is ordered", [](auto& its) { its.hold_ordered = true; }, S::hold_ordered, Kind::warn},
+         {"retain has died", [](auto& its) { its.interlock = of<S>(hal::of_service(Common::ending, 0)); },
+          of<S>(hal::of_service(Common::ending, 0)), Kind::warn},
+         {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
+         {"nothing", [](auto&) {}, S::strokes, Kind::good}});
+    found.merge(expect_in_order<ChoppingSeen, S>(
+        rests,
+        {{"a fault away from R", [](auto& its) { its.away = its.fault = true; }, S::stopped, Kind::bad},
+         {"off and away from R",
+          [](auto& its) {
+              its.away = true;
+              its.on = its.fault = false;
+          },
+          S::away_off, Kind::warn},
+         {"away from R",
+          [](auto& its) {
+              its.away = its.on = true;
+              its.fault = false;
+          },
+          S::away, Kind::warn},
+         {"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
+         {"task has died", [](auto& its) { its.interlock = of<S>(hal::of_service(Common::lost, 4)); },
+          of<S>(hal::of_service(Common::lost, 4)), Kind::bad},
+         {"off", [](auto& its) { its.on = false; }, of<S>(Common::machine_off), Kind::wait},
+         {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
+         {"not permitted", [](auto& its) { its.permitted = false; }, of<S>(Common::off), Kind::off},
+         {"nothing", [](auto&) {}, S::at_rest, Kind::off}}));
+    expect_all(found);
+}
+
+TEST(GrowthTestStatus, AProgramThatDiedIsNoPassAndOnlyAWarmMachineIsASuccess) {
+    using namespace growth_test;
+    Seen runs;
+    runs.state = State::warming;
+    runs.running = true;
+    expect_all(expect_in_order<Seen, Status>(
+        runs,
+        {{"its program is gone", [](auto& its) { its.program_gone = its.running = true; },
+          Status::program_lost, Kind::bad},
+         {"a fault",
+          [](auto& its) {
+              its.program_gone = false;
+              its.fault = true;
+          },
+          of<Status>(Common::fault), Kind::bad},
+         {"task has died", [](auto& its) { its.interlock = of<Status>(hal::of_service(Common::lost, 4)); },
+          of<Status>(hal::of_service(Common::lost, 4)), Kind::bad},
+         {"warm",
+          [](auto& its) {
+              its.stop = Stop::stable;
+              its.state = State::stopped;
+          },
+          Status::warm, Kind::good},
+         {"the time is over",
+          [](auto& its) {
+              its.stop = Stop::maximum_time;
+              its.state = State::stopped;
+          },
+          Status::time_over, Kind::warn},
+         {"given back",
+          [](auto& its) {
+              its.stop = Stop::none;
+              its.state = State::interrupted;
+              its.resumable = true;
+          },
+          Status::resumable, Kind::warn},
+         {"interrupted now",
+          [](auto& its) {
+              its.state = State::interrupted;
+              its.resumable = false;
+          },
+          Status::interrupted, Kind::warn},
+         {"idle",
+          [](auto& its) {
+              its.state = State::idle;
+              its.running = false;
+          },
+          Status::idle, Kind::off},
+         {"paused",
+          [](auto& its) {
+              its.state = State::probing;
+              its.paused = true;
+          },
+          Status::paused, Kind::warn},
+         {"nothing", [](auto& its) { its.interlock = of<Status>(Common::off); }, Status::runs, Kind::good}}));
+}
+
+}  // namespace
+}  // namespace plumb
