@@ -153,12 +153,10 @@ struct ThermalDisplacement final : hal::Component {
                                                    {bad_settings_, Fault::settings},
                                                    {measured_.tally().lost_track(), Fault::lost_track}});
         fault = its_fault;
-        if (measured_.due() || shown_event_) {
-            show(event, applying, now.setup);
-            show_status(now, its_fault != Fault::none, dry, applying, offset != asked);
-        }
+        if (measured_.due() || shown_event_) show(event, applying, now.setup);
         shown_event_ = event != GrowthByContact::Event::none;
         walk();
+        show_status(now, its_fault != Fault::none, dry, applying, offset != asked);
     }
 
 private:

@@ -84,7 +84,9 @@ public:
             return Verdict::withdrawn;
         }
         const Answer answer = split(r, settings);
-        const bool accepted = answer == Answer::work;
+        // After a start nothing is known with which the first contact could be compared: another one decides.
+        const bool alone = !known_ && std::abs(r.growth) > settings.floor && !std::exchange(claimed_, true);
+        const bool accepted = answer == Answer::work && !alone;
         if (accepted) ++accepted_;
         finish(accepted);
         return accepted ? Verdict::accepted : Verdict::claim;
@@ -113,6 +115,7 @@ public:
         known_ = false;
         consistency_ = 1;
         rate2_ = 0;
+        claimed_ = false;
         accepted_ = 0;
     }
 
@@ -230,7 +233,9 @@ private:
             return Candidate{std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, 0};
         };
         const double grown = r.growth - displaced(h, r.gauge);
-        four[0] = candidate(Answer::work, std::abs(grown - r.held) <= r.spread ? none * (slow + fast) : 0);
+        four[0] = candidate(Answer::work, std::abs(grown - r.held) <= r.spread + 3 * std::sqrt(noise2)
+                                              ? none * (slow + fast)
+                                              : 0);
         four[0].fast = fast2 * fast / std::max(slow + fast, 1e-300);
         four[1] = candidate(Answer::outlier, prior.outlier * outlier);
         four[2] = candidate(Answer::tool, r.other_tools && known_ ? prior.tool * of_shift : 0);
@@ -385,6 +390,7 @@ private:
     std::array<std::int32_t, most> order_{0, 1, 2, 3};  // by their weights
     std::int32_t alive_ = 1;
     bool known_ = false;
+    bool claimed_ = false;  // a contact that is large has come, and nothing was known
     Shift shift_ = Shift::none;
     std::uint64_t withdrawn_ = 0;
     double growth_ = 0, sigma_ = 0;

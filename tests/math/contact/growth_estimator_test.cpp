@@ -179,7 +179,8 @@ TEST(GrowthEstimator, AfterAStartTheContactsDecideAmongEachOther) {
     Machine machine;
     machine.estimator.forget();
     machine.begin();
-    machine.contact(0, 40 * um);
+    EXPECT_EQ(machine.contact(0, 40 * um), Verdict::claim);
+    EXPECT_FALSE(machine.estimator.known());
     machine.contact(2, 3 * um);
     machine.contact(1, 3 * um);
     EXPECT_NEAR(machine.estimator.growth(), 3 * um, 1 * um);
