@@ -11,7 +11,7 @@ import tempfile
 
 import numpy as np
 
-from support import charts, drives
+from support import charts, drives, proven
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import percentile_lines
 from support.recordings import write_rows
@@ -54,14 +54,15 @@ def simulate(command, seed, progress):
             progress(DURATION)
             errors = dead_point_errors(host)
             return errors, max(errors)
-        worst, beyond = learn(host)
+        worst, beyond, silent = learn(host)
         progress(DURATION)
-        return worst, beyond
+        return worst, beyond, silent
 
 
 def learn(host):
-    """Largest error at each dead point in the cycles after the first CYCLES at full speed, and farthest beyond until then."""
-    beyond = -np.inf
+    """Largest error at each dead point in the cycles after the first CYCLES at full speed, farthest beyond until then, and whether
+    chopping showed learned and no fault while an error was larger than 2 um."""
+    beyond, silent = -np.inf, False
     host.run(2)
     while host.get("chop.speed-factor") < 1 and not host.get("chop.fault") and host.time < 100:
         host.run(0.2)
@@ -74,7 +75,8 @@ def learn(host):
         beyond = max(beyond, *errors)
         if host.get("chop.stroke-count") > begin + 2 * CYCLES:
             worst = [max(old, new, key=abs) for old, new in zip(worst, errors)]
-    return worst if host.get("chop.active") else errors, beyond
+            silent |= max(map(abs, errors)) > 2 and host.get("chop.learned") and not host.get("chop.fault")
+    return worst if host.get("chop.active") else errors, beyond, silent
 
 
 def dead_point_errors(host):
@@ -242,17 +244,18 @@ def drift_line(hours, strokes, seconds):
 
 
 def error_lines(results):
-    rows = [(words, [max(map(abs, errors)) for errors, _ in results[command]]) for command, words in COMMANDS.items()]
+    rows = [(words, [max(map(abs, errors)) for errors, *_ in results[command]]) for command, words in COMMANDS.items()]
     title = "Error of the farther dead point, um"
     return percentile_lines(title, rows, 10, lambda value: f"{value:.1f}", 40)
 
 
 def promise_lines(results):
-    lines = [f"Learned, after {CYCLES} cycles at full speed{'':26}within 2 um   worst, um   farthest beyond, um"]
+    lines = [f"Learned, after {CYCLES} cycles at full speed{'':26}within 2 um   worst, um   farthest beyond, um   silent"]
     for command, words in LEARNED.items():
-        errors = [max(map(abs, its)) for its, _ in results[command]]
-        good, beyond = sum(error <= 2 for error in errors), max(beyond for _, beyond in results[command])
-        lines.append(f"{words:65}{f'{good} of {len(errors)}':>11}{max(errors):>12.1f}{beyond:>22.1f}")
+        errors = [max(map(abs, its)) for its, *_ in results[command]]
+        good, beyond = sum(error <= 2 for error in errors), max(beyond for _, beyond, _ in results[command])
+        silent = sum(silent for *_, silent in results[command])
+        lines.append(f"{words:65}{f'{good} of {len(errors)}':>11}{max(errors):>12.1f}{beyond:>22.1f}{silent:>9}")
     return lines
 
 
@@ -298,7 +301,7 @@ def draw(paths, cycle, results):
     views[3].set_xlabel("time (s)")
     colours = (charts.GREY, charts.PURPLE, charts.ORANGE, charts.GREEN)
     for (command, words), colour in zip(COMMANDS.items(), colours):
-        errors = np.sort([max(map(abs, its)) for its, _ in results[command]])
+        errors = np.sort([max(map(abs, its)) for its, *_ in results[command]])
         views[4].plot(np.maximum(errors, 1e-2), np.linspace(0, 100, len(errors)), color=colour, label=words)
     views[4].set_xscale("log")
     views[4].set_xlabel("error of the farther dead point (µm)")
@@ -311,7 +314,7 @@ def draw(paths, cycle, results):
 def write_axes(path, seeds, results):
     header = ["seed"] + [f"{command}_{end}_um" for command in COMMANDS for end in ("upper", "lower")] + ["learned_beyond_um"]
     rows = zip(seeds, *(results[command] for command in COMMANDS))
-    write_rows(path, header, ([seed, *(f"{error:.2f}" for errors, _ in its for error in errors), f"{its[-1][1]:.2f}"] for seed, *its in rows))
+    write_rows(path, header, ([seed, *(f"{error:.2f}" for errors, *_ in its for error in errors), f"{its[-1][1]:.2f}"] for seed, *its in rows))
 
 
 # --- the command ---
@@ -337,9 +340,12 @@ def main():
         by_drive = {}
         for (plant, _, weak), outcome in zip(axes, found):
             by_drive.setdefault((plant, weak), []).append(outcome)
+        axes = [(plant, seed) for plant in drives.PLANTS for seed in seeds]
+        found = simulate_all(proven.simulate, axes, proven.DURATION * len(axes), place_of(options))
+        by_plant = {plant: [outcome for (its, _), outcome in zip(axes, found) if its == plant] for plant in drives.PLANTS}
         [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
         print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s\n")
-        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + drives.table(by_drive) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
+        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + drives.table(by_drive) + [""] + proven.table(by_plant) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
         paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
         with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
             draw(paths[:2], record_cycle(folder), results)

@@ -2,11 +2,56 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """plumb wire joins centre_height, beside squareness, to a sample of LinuxCNC."""
 
+import math
 import os
 import re
+import shutil
+import subprocess
 import unittest
 
-from wire_sample import AXIS_MM, Sample, read
+import wire_samples
+from tree import BUILD, ROOT, own_folder
+from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
+
+
+# A tip 0.02 mm too far out and 0.4 mm too low: diameters of cuts at X 5 and 0.6, as a radius in millimetres.
+DIAMETERS = [2 * math.hypot(x + 0.02, 0.4) for x in (5, 0.6)]
+LATHE = """\
+G18 G21 G8 G90 G94
+T1 M6 G43
+G0 X10 Z0
+M450 P0 Q2 D10 E10.6
+G1 X5 F2000
+M451
+M452 P%.6f
+G1 X0.6
+M451
+M452 P%.6f
+M454
+M455 D10 Z58 K4 E10.6 Q2 P200 R10
+M2
+"""
+
+
+class Lathe(unittest.TestCase):
+    def test_without_y_two_cuts_correct_x_of_the_tool_and_the_lands_of_m455_are_refused(self):
+        folder = os.path.join(own_folder(self), "lathe")
+        shutil.copytree(os.path.join(wire_samples.GALLERY, "inch_lathe"), folder)
+        ini = os.path.join(folder, "lathe.ini")
+        write(os.path.join(folder, "tool.tbl"), "T1 P1 X+1.0 Z+0 D+0.1 ;turning tool\n")
+        write(os.path.join(folder, "two.ngc"), LATHE % tuple(DIAMETERS))
+        write(os.path.join(folder, "on.hal"), "setp interlock.function-switch-0 1\n")
+        status, output, _ = plumb_wire("centre_height", "--ini", ini, "--apply")
+        self.assertEqual(status, 0, output)
+        text = read(ini).replace("DISPLAY = axis", "DISPLAY = " + os.path.join(ROOT, "configs", "common", "headless.py"))
+        write(ini, text.replace("HALFILE = plumb/order.tcl", "HALFILE = plumb/order.tcl\nHALFILE = on.hal"))
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "5", "--", "linuxcnc", "-r", ini, "two.ngc"]
+        done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        self.assertIn("X of the tool is wrong. M454 stores X; Y stays.", done.stdout + done.stderr)
+        self.assertIn("M455 moves Y, which this machine does not have", done.stdout + done.stderr)
+        stored = float(re.search(r"X\+?([\d.]+)", read(os.path.join(folder, "tool.tbl")))[1])
+        expected = 1 + (math.sqrt(5**2 - 0.4**2) - 5.02) / 25.4  # the tip that turns 10 mm at this height
+        self.assertAlmostEqual(stored, expected, delta=2e-6)
 
 
 class Works(Sample):
@@ -16,7 +61,7 @@ class Works(Sample):
         seen = self.seen(output, "centre_height")
         self.assertTrue(any("50 um high give 50.000 um" in text for text in seen), output)
         self.assertTrue(all(seen.values()), output)
-        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=16", flat)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=23", flat)
         self.assertRegex(flat, r"USER_M_PATH = \S*functions/centre_height .*REMAP = M450 modalgroup=10 .*REMAP = M455 .*Still missing")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertRegex(hal, r"net height-on +interlock\.function-enable-1")

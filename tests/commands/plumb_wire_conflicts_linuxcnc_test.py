@@ -181,9 +181,9 @@ class Refusals(unittest.TestCase):
             named = [types.SimpleNamespace(name="f%d" % number) for number in range(functions)]
             return interlock.problems(named, [Part("", {"joint_offset": ["s%d" % number]}) for number in range(stages)])
 
-        self.assertEqual(problems(6, 10), [])
+        self.assertEqual(problems(6, 17), [])
         self.assertRegex(problems(7, 8)[0], "interlock serves 6 functions, and there are 7: f0, .*, f6")
-        self.assertRegex(problems(6, 11)[0], "interlock serves 10 stages, and there are 11: s0, .*, s10")
+        self.assertRegex(problems(6, 18)[0], "interlock serves 17 stages, and there are 18: s0, .*, s17")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,10 @@ import stand_ins  # noqa: E402
 import trial  # noqa: E402
 import writing  # noqa: E402
 from ini_file import IniFile  # noqa: E402
+from hal_state import State  # noqa: E402
 from output import Output  # noqa: E402
+from remedies import remedy  # noqa: E402
+from step_rates import too_slow  # noqa: E402
 from texts import Impossible  # noqa: E402
 
 ODD_NAMES = ("a blank", "$(touch ran)", "`touch ran`", "it's", 'a"quote', "a;touch ran", "new\nline", "[exit]", "{", "$x", "\\", "*")
@@ -201,8 +204,8 @@ class Names(unittest.TestCase):
             words = "has %s, and LinuxCNC cannot read an INI file there" % words
             self.assertRegex(self.refusal(name, "configs", "my.ini"), words)
             self.assertRegex(self.refusal(name.replace("mill", "mill.ini")), words)
-        words = "has a blank, and LinuxCNC does not find the INI file of a line '#INCLUDE my.inc' there"
-        self.assertIn(words, self.refusal("my mill", "my.ini", more="#INCLUDE my.inc\n"))
+        words = r"has a blank, and LinuxCNC does not find the INI file of line \d+, '#INCLUDE my.inc', there"
+        self.assertRegex(self.refusal("my mill", "my.ini", more="#INCLUDE my.inc\n"), words)
 
     def test_a_path_that_is_not_utf_8(self):
         self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The path .* has a byte that is not UTF-8")
@@ -212,7 +215,7 @@ class Names(unittest.TestCase):
         write(ini, "[KINS]\r\nKINEMATICS = trivkins\r\n[TRAJ]\r\nCOORDINATES = XYZ\r\n#INCLUDE my.inc\r\n")
         status, _, flat = plumb_wire("squareness", "--ini", ini)
         self.assertEqual(status, 1)
-        self.assertIn("has the line ends of DOS, and LinuxCNC does not find the file of its line '#INCLUDE my.inc'", flat)
+        self.assertIn("has the line ends of DOS, and LinuxCNC does not find the file of its line 5, '#INCLUDE my.inc'", flat)
         self.assertIn(r"sed -i 's/\r$//' %s" % ini, flat)
 
     def test_a_name_of_the_output_that_hal_would_read_otherwise(self):
@@ -293,6 +296,24 @@ class Order(unittest.TestCase):
         self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
 
 
+class Remedies(unittest.TestCase):
+    """What to do where LinuxCNC does not start without Plumb."""
+
+    def test_a_complaint_of_linuxcnc_gets_file_line_and_remedy(self):
+        home = own_folder(self)
+        path = os.path.join(home, "my.ini")
+        write(path, "[HAL]\nHALFILE = my.hal\nHALFILE = gone.hal\n")
+        python = '  File "/mpg.py", line 60\n    print \'bad event\'\n    ^^^^\nSyntaxError: Missing parentheses in call to \'print\'. Did you'
+        for words, expected in (
+            ("  CANNOT FIND FILE FOR:gone.hal\n", "%s:3 names gone.hal, and it is not there: put the file into %s, or remove the line." % (path, home)),
+            ("INI file [EMC]VERSION indicates update is needed, but", "LinuxCNC wants to convert %s first: run update_ini %s." % (path, path)),
+            (python, "/mpg.py:60 is written for Python 2: convert it by 2to3."),
+            ("./my.hal:7: Pin 'a.b' was already linked to signal 'c'", "./my.hal:7 nets a.b, which is in your signal c: use this signal there."),
+            ("something else", None),
+        ):
+            self.assertEqual(remedy(words, IniFile(path)), expected)
+
+
 class Later(unittest.TestCase):
     """Files of the user that use pins and signals of ours."""
 
@@ -325,6 +346,9 @@ class Later(unittest.TestCase):
 class Pins(unittest.TestCase):
     """The pins that stand in for a driver."""
 
+    def setUp(self):
+        self.rows, self.loaded = "", []  # what modules show that load here, and their loadrt lines
+
     def test_a_file_gives_types_and_directions(self):
         text = "# of my drive\nmydrive.0.torque s32 OUT\n 12  u32  IN  0  mydrive.0.control <== z-control\n"
         learnt = stand_ins.given_pins({"mydrive": ("pins.txt", text)})
@@ -341,6 +365,7 @@ class Pins(unittest.TestCase):
         self.written = {}
         ours = mock.Mock(read=set(), plumb="/nowhere/plumb")
         ours.write = lambda name, text, *_: self.written.setdefault(name, text)
+        ours.pins_of_modules = lambda lines: self.loaded.append(lines) or self.rows
         return stand_ins.StandIns(ours, IniFile(os.path.join(home, "my.ini")), [os.path.join(home, "my.hal")], learnt)
 
     def true(self):
@@ -355,6 +380,59 @@ class Pins(unittest.TestCase):
             ("cia402.0.statusword", ["u32", "IN"]),
         ):
             self.assertEqual(stand_ins._known(pin), expected, pin)
+
+    def test_a_module_that_loads_without_hardware_gives_its_pins_and_those_of_linuxcnc_are_not_tried(self):
+        self.rows = "    5  s32   OUT          0  lcec.0.cia-controlword\n 5 bit IN FALSE lcec.0.mode <== mine\n"
+        hal = "loadrt cia402 count=1\nnet mine motion.digital-out-00 => lcec.0.mode lcec.0.other\n"
+        learnt = {}
+        for _ in range(2):
+            found = self.stand_ins(hal, learnt)
+            self.assertEqual(found._kind("lcec.0.cia-controlword"), ["s32", "OUT"])
+            self.assertEqual(found._kind("lcec.0.other"), ["bit", "IN"])
+        self.assertEqual(self.loaded, [["loadrt lcec", "loadrt cia402 count=1"]])
+
+    def test_a_module_that_is_not_here_is_stood_in_for_and_one_with_a_wrong_option_is_not(self):
+        hal = "loadrt acme_io names=left\naddf left servo-thread\nnet speed acme-io.0.speed left.speed\nloadrt pid names=x\n"
+        found = self.stand_ins(hal)
+        self.assertFalse(found.learn("pid: rtapi_app_main: Invalid argument (-22)"))
+        self.assertFalse(found.learn("other: dlopen: /usr/lib/other.so: cannot open shared object file: No such file"))
+        missing = "acme_io: dlopen: /usr/lib/linuxcnc/modules/acme_io.so: cannot open shared object file: No such file or directory"
+        self.assertTrue(found.learn(missing))
+        found = self.stand_ins(hal, found.learnt)
+        self.assertIn("acme_io", found.drivers)
+        self.assertEqual(found.described["acme_io"], ["acme-io.0.speed", "left.speed"])
+        self.assertFalse(found.learn(missing), "once")
+
+    def test_signals_give_the_direction_of_a_pin_that_no_list_has_and_a_function_has_its_own_pins(self):
+        hal = "addf lcec.read-all servo-thread\nnet time lcec.read-all.time\nnet fb joint.0.motor-pos-fb <= hm2_7i92.0.stbl.1.2.pos_fb\n"
+        found = self.stand_ins(hal + "net own <= hm2_7i92.0.other.0.value\nsetp hm2_7i92.0.other.0.width 3\nnet index joint.0.index-enable <=> hm2_7i92.0.stbl.1.2.index\n")
+        self.assertEqual(found._kind("hm2_7i92.0.stbl.1.2.pos_fb"), ["float", "OUT"])
+        self.assertEqual(found._kind("hm2_7i92.0.other.0.value"), ["float", "OUT"])
+        self.assertEqual(found._kind("hm2_7i92.0.other.0.width"), ["float", "IN"])
+        self.assertEqual(found._kind("hm2_7i92.0.stbl.1.2.index"), ["bit", "IO"])
+        self.assertNotIn("lcec.read-all.time", [pin for pins in found.described.values() for pin in pins])
+
+    def test_real_modules_are_read_and_those_that_look_for_hardware_leave_nothing(self):
+        home = own_folder(self)
+        write(os.path.join(home, "my.ini"), "[HAL]\n")
+        there = trial.Trial(IniFile(os.path.join(home, "my.ini")), os.path.join(own_folder(self), "try"), os.path.join(BUILD, "bin", "plumb"))
+        there.read.add(BUILD)
+        rows = there.pins_of_modules(['loadrt hal_parport cfg="0x378"', "loadrt sim_grinder names=wheel", "loadrt nowhere"])
+        self.assertIn(["float", "IN", "wheel.position-cmd"], [row.split()[1:3] + row.split()[4:5] for row in rows.splitlines()])
+        self.assertNotIn("parport.", rows)
+
+    def test_a_step_generator_that_is_too_slow_for_its_joint_is_named(self):
+        def machine(scale):
+            texts = dict.fromkeys(("comp", "pin"), "")
+            texts["pin"] = "5 float OUT 0 joint.2.motor-pos-cmd ==> z\n"
+            texts["sig"] = "float 0 z <== joint.2.motor-pos-cmd ==> stepgen.1.position-cmd\n"
+            texts["param"] = "".join("5 u32 RW %s stepgen.1.%s\n" % pair for pair in ((5000, "steplen"), (1, "stepspace"), (scale, "position-scale")))
+            texts["thread"] = "250000 YES base-thread ( 0, 0 ) stepgen.make-pulses\n"
+            return mock.Mock(complete=State(texts), joints={"Z": [2]}, number=lambda joint, name: 2)
+
+        (sentence,) = too_slow(machine(-8000))
+        self.assertIn("Joint 2 may move at 2/s, by MAX_VELOCITY of [JOINT_2], and stepgen.1 makes steps for 0.25/s at most", sentence)
+        self.assertEqual(list(too_slow(machine(1000))), [])
 
     def test_a_pin_takes_the_type_of_the_signal_that_linuxcnc_names(self):
         for wanted in ("s32", "u32", "bit"):

@@ -27,8 +27,20 @@ class Gallery(unittest.TestCase):
         self.assertLess(run.megabytes, 10)
         return " ".join(run.output.split()), files
 
+    def test_an_inch_lathe_without_y_asks_for_a_shim(self):
+        flat, files = self.run_on("inch_lathe")
+        self.assertRegex(flat, "ok centre_height: a shim raises the tool by -50.000 um")
+        self.assertRegex(flat, "This machine has no Y. Two cuts .M450 P0 Q2. give X of the tool")
+        self.assertIn("\nsetp centre.without-y 1\n", files["centre_height.hal"])
+        self.assertIn("net y-tool-offset motion.tooloffset.y => motion.analog-in-13\n", files["centre_height.hal"])
+        self.assertNotIn("centre.y-position", files["centre_height.hal"])
+
     def test_functions_take_outputs_that_neither_hal_nor_a_subroutine_uses(self):
         flat, files = self.run_on("many_functions")
+        self.assertIn("These modules are not installed here or need hardware. Pins stand in for them here: acme_io.", flat)
+        self.assertIn("net y8-fault => interlock.stage-fault-14\n", files["stages.hal"])
+        self.assertIn("net z-fault => interlock.stage-fault-15\n", files["stages.hal"])
+        self.assertIn("net z-axis-fault => interlock.stage-fault-16\n", files["stages.hal"])
         self.assertIn("motion.digital-out-16 keeps your signal vacuum; chopping takes motion.digital-out-06", flat)
         self.assertIn("motion.digital-out-17 is in use by lamp.ngc; chopping takes motion.digital-out-15", flat)
         self.assertRegex(flat, "M68 E1 Q10 before an operation")  # operation-key, for the user's program

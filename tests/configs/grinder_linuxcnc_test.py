@@ -176,6 +176,26 @@ class Shift(Recorded):
         self.assertLess(np.ptp(self.shift["grinder.truth-position"][off[300:]]), 2 * um)
         self.assertRegex("\n".join(self.errors), "not homed while a stroke is out")
 
+    def test_g80_1_after_off_and_on_gives_the_reason_at_once(self):
+        stands_off, message, seconds = self.facts["g801_after_off"]
+        self.assertEqual(stands_off, 1)
+        self.assertRegex(message, "machine off has ended the strokes where Z stands")
+        self.assertLess(seconds, 2 * linuxcnc_runs.speed)
+        self.assertEqual(self.facts["at_r"], [0, 0])
+
+    def test_a_program_waits_for_learned(self):
+        self.assertRegex(self.facts["m482_at_rest"], "M482: the axis does not stroke")
+        self.assertEqual(self.facts["m482_without_learn"], [0, "", 0])
+        self.assertRegex(self.facts["impatient"], "M482: the dead points were not learned in time")
+        self.assertEqual(self.facts["waited"], 1)
+
+    def test_contour_runs_at_full_speed_where_the_joint_has_proven_it(self):
+        rows = self.strokes("proven")
+        self.assertEqual(set(self.shift["chop.speed-factor"][rows]), {1})
+        z = self.shift["grinder.truth-position"][rows]
+        self.assertGreater(z.min(), LOWER - 5 * um)
+        self.assertLess(z[-3000:].max(), UPPER + SHIFT + 5 * um)
+
     def test_stroke_after_a_stop_is_where_it_was_commanded(self):
         z = self.shift["chop.command"][self.strokes("start_again")][1000:]
         self.assertGreaterEqual(z.min(), LOWER - nm)
@@ -379,6 +399,9 @@ class ExtraJoint(Recorded):
         z = self.of("chop.command", "on_again")
         self.assertLess(abs(z[0]), 200)
         self.assertLess(np.ptp(z), STILL)
+
+    def test_g80_1_after_off_and_on_returns_the_axis(self):
+        self.assertEqual(self.facts["back_at_r"], [0, 1])
 
     def test_an_axis_that_does_not_follow_stops_the_stroke(self):
         self.assertEqual(self.facts["lag"], 10)

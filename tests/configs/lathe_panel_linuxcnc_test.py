@@ -32,6 +32,13 @@ class Lathe(unittest.TestCase):
         self.assertIn("The programmed diameter is 10 mm", self.seen["refused"])
         self.assertEqual(self.seen["state"], 2)
 
+    def test_a_wrong_diameter_has_no_tick_but_a_doubt_and_is_corrected(self):
+        self.assertNotIn("\u2714", self.seen["one entry"])
+        self.assertIn("No other cut confirms it yet", self.seen["one entry"])
+        self.assertIn("\u2714", self.seen["twin"])
+        self.assertIn("+100", self.seen["doubt"])
+        self.assertIn("Entered before", self.seen["entered before"])
+
     def test_y_moves_by_a_step_a_touch(self):
         self.assertEqual(self.seen["stepped"], [0.1, 0.11, 0.01, 0])
 

@@ -36,6 +36,7 @@ class Shift(Scenario):
         "interlock.feed-inhibit",
         "chop.at-end",
         "chop.stroking",
+        "chop.speed-factor",
         "interlock.function-enable-0",
     ]
 
@@ -68,6 +69,7 @@ class Shift(Scenario):
             self.without_words,
             self.learn,
             self.learned_again,
+            self.proven,
             self.unhomed,
             self.lost_homed,
             self.impatient,
@@ -231,6 +233,10 @@ class Shift(Scenario):
         self.machine.turn_on()
         self.machine.wait(0.5)
 
+    def proven(self):
+        """contour.ngc as shipped, with learning: at full speed in both regions."""
+        self.machine.run("contour.ngc")
+
     def unhomed(self):
         """The joint loses its homed state where machine off has ended the stroke, and is homed again: there, so that all places
         are other ones from here on."""
@@ -267,7 +273,11 @@ class Shift(Scenario):
 
     def back_at_r(self):
         self.note_place("off")
+        before = self.host.time
+        self.facts["g801_after_off"] = [self.host.get("chop.stands-off"), self.refuse("G80.1"), self.host.time - before]
+        self.facts["m482_at_rest"] = self.refuse("M482")
         self.start()
+        self.facts["m482_without_learn"] = [self.host.get("chop.learn"), self.refuse("M482"), self.host.get("chop.stands-off")]
         self.machine.mdi("G80.1")
         self.facts["at_r"] = [self.host.get("chop.offset"), self.host.get("z-stage.applied-offset")]
 
@@ -319,6 +329,7 @@ class Shift(Scenario):
         blocks.update({word: word for word in ("M481 I5 J5 P1", "M481 I0 J1 P0", "G80.1 P3", "G80.1 K0.5")})
         blocks["overlap"] = "M481 I0 J-10 P0.5", "M481 I-5 J-15 P0.5", stroke
         self.facts["refused"] = {name: self.refuse(*[block] if isinstance(block, str) else block) for name, block in blocks.items()}
+        self.await_pin("chop.program-sections", 0)  # the abort takes its time
         self.facts["words_left"] = self.host.get("chop.program-sections")
 
     def with_a_tool(self):
@@ -377,7 +388,11 @@ class Shift(Scenario):
     def learn(self):
         self.host.set("chop.learn", 1)
         self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
-        self.await_pin("chop.learned", 1)
+        self.facts["impatient"] = self.refuse("M482 P2")
+        self.await_pin("chop.at-end", 1)
+        self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+        self.machine.mdi("M482")
+        self.facts["waited"] = self.host.get("chop.learned")
         self.strokes(2)
         names = ("upper", "lower")
         self.facts["dead_points"] = [self.host.get("grinder.truth-" + name) for name in names]

@@ -5,12 +5,12 @@ import unittest
 
 import grinder
 from bench_runs import run_bench
-from support import drives
+from support import drives, proven
 
 
 def results(learned=((0.5, -1), (1, 3))):
     every = {command: [((10, -20), 10), ((5, 5), 5)] for command in grinder.COMMANDS}
-    every.update({command: [(errors, max(errors)) for errors in learned] for command in grinder.LEARNED})
+    every.update({command: [(errors, max(errors), max(errors) > 2) for errors in learned] for command in grinder.LEARNED})
     return every
 
 
@@ -24,7 +24,7 @@ class Figures(unittest.TestCase):
         lines = grinder.promise_lines(results())
         self.assertEqual(len(lines), 1 + len(grinder.LEARNED))
         for line in lines[1:]:
-            self.assertEqual(line.split()[-5:], ["1", "of", "2", "3.0", "3.0"])
+            self.assertEqual(line.split()[-6:], ["1", "of", "2", "3.0", "3.0", "1"])
 
     def test_trapezoid_takes_the_time_of_the_crank(self):
         v, a, way = grinder.trapezoid_speed(), grinder.ACCELERATION, grinder.STROKE
@@ -71,6 +71,19 @@ class Drives(unittest.TestCase):
             self.assertFalse(outcome.silent, axis)
             self.assertIn(outcome.fault, (21, 22), axis)
             self.assertLess(outcome.beyond, 50, axis)
+
+
+class Proven(unittest.TestCase):
+    """Strokes within the proven acceleration; the whole table is in the bench."""
+
+    def test_an_axis_is_at_full_speed_at_once_and_soon_right(self):
+        for plant in drives.PLANTS:
+            outcomes = proven.simulate(plant, 3, lambda seconds: True)
+            for kind, outcome in outcomes.items():
+                self.assertEqual(outcome.factor, 1, (plant, kind))
+                self.assertLessEqual(outcome.beyond, 5, (plant, kind))
+                self.assertTrue(outcome.soon or kind == "restart", (plant, kind))
+            self.assertEqual(len(proven.table({plant: [outcomes, None]})), 2 + len(proven.KINDS))
 
 
 class Drift(unittest.TestCase):

@@ -59,8 +59,8 @@ def own_ini(ini, **sections):
     with open(os.path.join(folder, "scene.hal"), "w") as file:
         file.write("newsig scene s32\n")
     # On a busy computer task and io stand still for longer than beside four busy loops.
-    stages = "HALFILE = stages.hal"
-    if stages in given["HAL"]:
+    stages = next((line for line in given["HAL"] if line.endswith("stages.hal")), None)
+    if stages:
         given["HAL"].insert(given["HAL"].index(stages) + 1, "HALFILE = patience.hal")
         with open(os.path.join(folder, "patience.hal"), "w") as file:
             file.write("".join("setp interlock.service-timeout-%d 60\n" % service for service in (4, 5)))

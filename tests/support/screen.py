@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A screen without a monitor, and a finger on plumb panel: presses go to the places that the panel writes into a file."""
 
+import contextlib
 import itertools
 import json
 import os
@@ -8,7 +9,20 @@ import signal
 import subprocess
 import time
 
+NEAR = 30  # px
 PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
+DOUBLE = PATIENCE / 100  # s, of that clock
+
+
+SHOT = """
+import sys
+import gi
+gi.require_version("Gdk", "3.0")
+from gi.repository import Gdk
+root = Gdk.get_default_root_window()
+width, height = [int(part) for part in sys.argv[2:]] or (root.get_width(), root.get_height())
+Gdk.pixbuf_get_from_window(root, 0, 0, width, height).savev(sys.argv[1], "png", [], [])
+"""
 
 
 class Screen:
@@ -36,6 +50,7 @@ class Finger:
     def __init__(self, display, widgets, between=lambda: time.sleep(0.05)):
         self._environment = {**os.environ, "DISPLAY": display}
         self._file, self._between = widgets, between
+        self._pressed = ("", 0, 0, 0.0)  # the last widget, its place, and when
 
     def _read(self):
         try:
@@ -90,10 +105,35 @@ class Finger:
             self.until(lambda: self.find(name), "the widget " + name)
             place = self.find(name)
             if place["scrolled"]:
-                self._do("mousemove", place["x"] + place["width"] // 2, self._middle(), "click", "5" if place["scrolled"] > 0 else "4")
+                self._do("mousemove", place["x"] + place["width"] // 2, sum(place["view"]) // 2, "click", "5" if place["scrolled"] > 0 else "4")
             self.rest()
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
+        former, its_x, its_y, when = self._pressed
+        while former != name and abs(x - its_x) < NEAR and abs(y - its_y) < NEAR and time.monotonic() - when < DOUBLE:
+            self._between()  # the panel would take it for the second half of a double press
+        self._pressed = (name, x, y, time.monotonic())
         self.press_at(x, y)
+
+    def press_answer(self, name):
+        """The button of a question, which may have the name of a button above it."""
+        self.rest()
+        place = max((each for each in self.widgets() if each["kind"] == "Button" and each["name"] == name), key=lambda each: each["y"])
+        self.press_at(place["x"] + place["width"] // 2, place["y"] + place["height"] // 2)
+
+    def end(self):
+        """Ends the panel of this finger."""
+        words = ["--widgets", self._file]
+        for pid in filter(str.isdigit, os.listdir("/proc")):
+            with contextlib.suppress(OSError), open("/proc/%s/cmdline" % pid) as file:
+                given = file.read().split("\0")
+                if any(given[place:place + 2] == words for place in range(len(given))):
+                    os.kill(int(pid), signal.SIGTERM)
+                    self.until(lambda pid=pid: not os.path.exists("/proc/" + pid), "the end of the panel")
+
+    def press_twice(self, name):
+        """As a finger that trembles does."""
+        self.press(name)
+        self._do("click", "1")
 
     def open(self, page, mark):
         """Presses the button of a page until a widget of the page is there: a window that was just covered may lose a press."""
@@ -134,11 +174,6 @@ class Finger:
     def press_at(self, x, y):
         self._do("mousemove", x, y, "click", "1")
 
-    def _middle(self):
-        """A height within the page: that of a button which is seen."""
-        seen = [each["y"] + each["height"] // 2 for each in self.widgets() if each["kind"] == "Label" and not each["scrolled"]]
-        return sorted(seen)[len(seen) // 2] if seen else 300
-
     def _do(self, *words):
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True, timeout=PATIENCE)
 
@@ -147,5 +182,6 @@ class Finger:
         for key in text:
             self.press({"-": "Sign"}.get(key, key))
 
-    def shot(self, path):
-        subprocess.run(["import", "-window", "root", path], env=self._environment, check=True, timeout=PATIENCE)
+    def shot(self, path, size=()):
+        """A picture of the screen, or of its upper left, by GTK, which the panel needs anyway."""
+        subprocess.run(["/usr/bin/python3", "-c", SHOT, path, *map(str, size)], env={**self._environment, "GDK_BACKEND": "x11"}, check=True, timeout=PATIENCE)

@@ -21,6 +21,7 @@ from error_tables import unsealed  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from later_files import LaterFiles  # noqa: E402
+from machine import joints_by_coordinates  # noqa: E402
 from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
 from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
@@ -179,7 +180,7 @@ class Wire:
 
     def run(self):
         ini = self.fresh_ini()
-        joints = joints_of(ini, self.given_joints)
+        joints = self.given_joints or joints_by_coordinates(ini)
         self.check_axes(joints, ini)
         self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
@@ -241,7 +242,7 @@ class Wire:
         ini = self.fresh_ini()
         with temporary_folder() as folder:
             trials = Trials(self.home, folder, plumb_program(), self.given_pins, self.later)
-            wiring = self.joined(trials, joints_of(ini, self.given_joints))
+            wiring = self.joined(trials, self.given_joints or joints_by_coordinates(ini))
         files = self.files(wiring)
         found = self.output.differences(files)
         changed = self.changed_ini().changed()
@@ -296,8 +297,8 @@ class Wire:
     def check_axes(self, joints, ini):
         letters = (ini.get("TRAJ", "COORDINATES") or "").replace(" ", "").upper()
         for function in self.functions:
-            lacking = [letter for letter in function.axes if not joints.get(letter)]
-            if len(function.axes) - len(lacking) >= function.required:
+            lacking = function.lacks([letter for letter in function.axes if joints.get(letter)])
+            if not lacking:
                 continue
             if lacking[0] not in letters:
                 sentence = "%s needs the axis %s, and this machine has %s: [TRAJ]COORDINATES in %s."
@@ -307,7 +308,7 @@ class Wire:
                 "No joint is known for the axis %s, which %s needs: the kinematics are %s. If a joint of its own drives each "
                 "of these axes, name them: --joints %s."
             )
-            example = ",".join("%s=%d" % (letter, "XYZ".find(letter)) for letter in function.axes)
+            example = ",".join("%s=%d" % (letter, "XYZ".find(letter)) for letter in function.axes if letter in "XYZ")
             kinematics = ini.get("KINS", "KINEMATICS") or "none"
             raise Impossible(wrapped(sentence % (" and ".join(lacking), function.name, kinematics, example)))
 
@@ -364,7 +365,8 @@ class Wire:
     @staticmethod
     def tell_stand_ins(stand_ins):
         for kind, names in (
-            ("drivers need hardware", stand_ins.drivers),
+            ("drivers need hardware", [name for name in stand_ins.drivers if name not in stand_ins.learnt.get("absent", ())]),
+            ("modules are not installed here or need hardware", stand_ins.learnt.get("absent")),
             ("programs need a screen or a device", stand_ins.programs),
         ):
             if names:
@@ -541,6 +543,8 @@ class Wire:
         ]
         for function in self.functions:
             for part in function.missing:
+                if part.get("without") in machine.axes:
+                    continue
                 signal = machine.complete.signals.get(part.get("signal"))
                 if not (signal and signal.writer):
                     text = self.numbers.literal(" ".join(part["text"].split()))
@@ -570,16 +574,17 @@ def forbid_names(path, ini):
         raise Impossible(wrapped(sentence % (path, character(odd[0]))))
     blank = " " in path
     dos = "\r\n" in ini.original[ini.path]
-    included = [place for place in ini.texts[ini.path] if re.match(r"#INCLUDE\s", place)]
+    lines = enumerate(ini.texts[ini.path], start=1)
+    included = [(number, line.strip()) for number, line in lines if re.match(r"#INCLUDE\s", line)]
     if included and dos:
         sentence = (
-            "%s has the line ends of DOS, and LinuxCNC does not find the file of its line %r. This line gives it others: "
+            "%s has the line ends of DOS, and LinuxCNC does not find the file of its line %d, %r. This line gives it others: "
             "sed -i 's/\\r$//' %s"
         )
-        raise Impossible(wrapped(sentence % (ini.path, included[0].strip(), shlex.quote(ini.path))))
+        raise Impossible(wrapped(sentence % (ini.path, *included[0], shlex.quote(ini.path))))
     if included and blank:
-        sentence = "The path %r has a blank, and LinuxCNC does not find the INI file of a line %r there. Rename the folder."
-        raise Impossible(wrapped(sentence % (path, included[0].strip())))
+        sentence = "The path %r has a blank, and LinuxCNC does not find the INI file of line %d, %r, there. Rename the folder."
+        raise Impossible(wrapped(sentence % (path, *included[0])))
     return blank or dos
 
 
@@ -605,23 +610,6 @@ def parse_joints(text):
         if not found:
             raise Impossible("--joints %s: '%s' is not an axis and its joint, such as X=0" % (text, part))
         joints.setdefault(found[1].upper(), []).append(int(found[2]))
-    return joints
-
-
-def joints_of(ini, given):
-    """The joints of each axis: as given, or by the coordinates of trivkins."""
-    if given:
-        return given
-    words = (ini.get("KINS", "KINEMATICS") or "").split()
-    if not words or words[0] != "trivkins":
-        return {}
-    letters = next((word.split("=", 1)[1] for word in words if word.startswith("coordinates=")), "XYZABCUVW")
-    count = int(ini.get("KINS", "JOINTS") or len(letters))
-    coordinates = set((ini.get("TRAJ", "COORDINATES") or letters).replace(" ", "").upper())
-    joints = {}
-    for number, letter in enumerate(letters.upper()[:count]):
-        if letter in coordinates:
-            joints.setdefault(letter, []).append(number)
     return joints
 
 

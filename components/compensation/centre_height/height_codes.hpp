@@ -28,6 +28,7 @@ enum class Fault : std::int32_t {
     no_step,
     no_solution,
     implausible,
+    no_load,
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -56,12 +57,14 @@ constexpr const char* sentence(Fault fault) {
         case Fault::implausible:
             return "The diameter does not follow from X of the tool. The tool did not cut, or its X or Y is "
                    "wrong by more than max-x-correction or max-move.";
+        case Fault::no_load:
+            return "The load of the spindle has shown no cut. Start the spindle, and cut deeper.";
         default: return nullptr;
     }
 }
 
 // Why Y may not move, although there is a height.
-enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement, at_rest };
+enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement, at_rest, shim };
 constexpr const char* sentence(Hold hold) {
     switch (hold) {
         case Hold::value_only: return "The setting automatic is false: move Y by hand.";
@@ -72,7 +75,11 @@ constexpr const char* sentence(Hold hold) {
         case Hold::sigma: return "The uncertainty of the height exceeds max-sigma.";
         case Hold::move: return "The move of Y exceeds max-move.";
         case Hold::at_rest: return "The height is that at rest. Y is corrected by the height under the cut.";
-        case Hold::disagreement: return "The cuts disagree by more than three sigmas. Begin again.";
+        case Hold::shim:
+            return "This machine has no Y: raise the tool by y-move, with a shim. Below 0, lower it.";
+        case Hold::disagreement:
+            return "The cuts disagree by more than three sigmas: a burr, a chip or a slip. Cut more lands, "
+                   "or begin again.";
         default: return nullptr;
     }
 }

@@ -20,6 +20,9 @@ struct HeightOrders final : hal::Group {
     hal::In<double> entered_diameter{this, "entered-diameter", 0, "mu",
                                      "Diameter, or radius, that the operator or a program enters."};
     hal::In<bool> entered{this, "entered", false, "A rising edge: entered-diameter of the cut counts."};
+    hal::In<double> entered_cut{this, "entered-cut", 0, "1",
+                                "Number of the cut whose diameter entered-diameter replaces, from 1; 0: the "
+                                "cut that waits."};
     hal::In<double> program_method{this, "program-method", 0, "1",
                                    "Method by a word of a program, plus 1; 0: the pin method."};
     hal::In<double> program_cuts{this, "program-cuts", 0, "1",
@@ -34,6 +37,7 @@ struct HeightOrders final : hal::Group {
              entry = false, compute = false;
         bool cut_done = false, value_ready = false, entered = false;  // as they are
         double cuts = 0;                                              // by a program; 0 for none
+        double corrected = 0;  // number of the cut whose diameter is entered again; 0 for none
     };
 
     Given read() noexcept {
@@ -50,6 +54,7 @@ struct HeightOrders final : hal::Group {
         now.entry = entry_.rises(now.entered);
         now.compute = compute_.rises(compute);
         now.cuts = program_cuts;
+        now.corrected = entered_cut;
         return now;
     }
 

@@ -23,14 +23,14 @@ struct HeightVerdict {
         KnownError y, x;
         bool x_asked = false;  // the programmed radius is known
         Hold hold = Hold::none;
-        bool checked_for_air = false, automatic = false;
+        bool checked_for_air = false, automatic = false, without_y = false;
         double largest_x = 0;  // mu
     };
 
     // Whether Y has its answer: on centre.
     static bool centred(const KnownError& error, Hold hold, double tolerance) noexcept {
         return (hold == Hold::none || hold == Hold::insignificant || hold == Hold::value_only ||
-                hold == Hold::sign) &&
+                hold == Hold::sign || hold == Hold::shim) &&
                error.within(tolerance);
     }
 
@@ -39,7 +39,9 @@ struct HeightVerdict {
         const bool y_centred = centred(asked.y, asked.hold, tolerance);
         const bool x_centred = !asked.x_asked || asked.x.within(tolerance);
         its.y_moves = asked.hold == Hold::none && !y_centred;
-        const bool y_answered = y_centred || its.y_moves;
+        // X turns the programmed diameter at the height that a tool has until it is shimmed, on either side.
+        const bool height_stays = asked.without_y && (asked.hold == Hold::shim || asked.hold == Hold::sign);
+        const bool y_answered = y_centred || its.y_moves || height_stays;
         its.x_changes = asked.x_asked && asked.automatic && asked.x.significant() &&
                         asked.x.size <= asked.largest_x &&
                         (y_answered || asked.hold == Hold::insignificant) && (its.y_moves || !x_centred);
@@ -57,10 +59,13 @@ struct HeightVerdict {
     // The cuts that would answer, if there is no answer yet.
     void ask_for_cuts(const Asked& asked, const HeightSettings::Values& now, std::size_t cuts, double radius,
                       std::size_t most) noexcept {
-        if (verdict != Verdict::unsure) return;
+        if (verdict != Verdict::unsure && asked.hold != Hold::disagreement && asked.hold != Hold::sigma)
+            return;
         const bool goes_on = now.method == Method::two_lands || now.method == Method::any_cuts;
         double count = 0;
-        if (goes_on) {
+        if (asked.hold == Hold::disagreement) {
+            if (!goes_on) return;  // begin again
+        } else if (goes_on) {
             const double of_y = asked.y.within(now.tolerance) ? 1 : asked.y.more_cuts(now.tolerance);
             const double of_x =
                 !asked.x_asked || asked.x.within(now.tolerance) ? 1 : asked.x.more_cuts(now.tolerance);
@@ -73,6 +78,7 @@ struct HeightVerdict {
         }
         constexpr double round = 4;  // the order 1 2 2 1
         count = std::max(round * std::ceil(count / round - 1e-9), round);
+        if (goes_on) count = std::max(count, round * std::floor(static_cast<double>(cuts) / round + 1));
         if (!(count <= static_cast<double>(most))) {
             remedy = Remedy::finer;
             return;

@@ -6,6 +6,7 @@
 #include "components/compensation/chopping/guarded_offset.hpp"
 #include "components/compensation/chopping/homed_watch.hpp"
 #include "components/compensation/chopping/learned_row.hpp"
+#include "components/compensation/chopping/standing_off.hpp"
 #include "components/compensation/chopping/stroke_faults.hpp"
 #include "components/compensation/chopping/stroke_in_force.hpp"
 #include "components/compensation/chopping/stroke_motion.hpp"
@@ -81,6 +82,9 @@ struct Chopping final : hal::Component {
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
     hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
+    hal::Out<bool> stands_off{this, "stands-off",
+                              "Machine off has ended strokes, and the axis has not been at their point R since: "
+                              "position is where it stood."};
     hal::Out<bool> program_refused{this, "program-refused",
                                    "The last word of the program is invalid, or the stroke that it checks."};
     hal::Out<std::int32_t> program_sections{this, "program-sections", "Sections that the program gave."};
@@ -191,7 +195,8 @@ private:
                       : !now.known ? Fault::position
                                    : in_force_.take(given, position_, dt));
         if (faults_.refused()) return;
-        in_force_.begin_cycles();
+        standing_off_.end();
+        in_force_.begin_strokes();
         supervision_.select(in_force_);
         supervision_.begin(seen(now));
         motion_.start(wanted(), position_ + rest_, command_in_force(dt));
@@ -224,6 +229,7 @@ private:
 
     // Motion has taken over the place of the axis.
     void release() noexcept {
+        if (offset_.value() != 0) standing_off_.begin(end_, end_ + offset_.value());
         rest_ = 0;
         offset_.release();
         motion_.freeze(position_);
@@ -311,6 +317,10 @@ private:
         if (now.measurable) measured_position = now.measured;
         stroke.show(motion_, supervision_, in_force_.values());
         at_end = !motion_.moves() && offset_.value() == 0;
+        if (!now.homed) standing_off_.end();
+        if (now.on) standing_off_.step(position_);
+        end_ = position_;
+        stands_off = standing_off_.stands();
         program_refused = words_.refused() || faults_.checked() != Fault::none;
         program_sections = static_cast<std::int32_t>(words_.sections());
         dead_points.show(supervision_, in_force_.values());
@@ -370,8 +380,10 @@ private:
     StrokeSupervision supervision_;
     StrokeFaults faults_;
     HomedWatch homed_watch_;
+    StandingOff standing_off_;
     GuardedOffset offset_;
     double position_ = 0;  // mu, point R: the last good one
+    double end_ = 0;       // mu, point R in the period before
     double rest_ = 0;      // mu, the offset at rest
     bool late_ = false;
     bool hold_ordered_ = false;

@@ -111,7 +111,11 @@ private:
         if (!meter_.found()) return present.learns && its.regular ? Event::lost : Event::none;
         position_[upper] = meter_.position();
         error_[upper] = upper ? position_[1] - its.bound : its.bound - position_[0];
-        if (!present.learns || !its.regular || its.first) return Event::none;
+        if (!present.learns || !its.regular) return Event::none;
+        const double crank = its.turning * its.length / (2 * its.speed * its.speed);
+        learning_.turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
+                         error_[upper] - its.offset);
+        if (its.first && !learning_.rising()) return Event::corrected;
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;
@@ -119,7 +123,9 @@ private:
             return Event::none;
         if (its.braking != learning_.braking() || !learning_.has(upper, its.bound)) return Event::none;
         switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed)) {
-            case Verdict::beyond: return Event::beyond;
+            case Verdict::beyond:
+                lag_.begin();
+                return Event::beyond;
             case Verdict::slips: return Event::slips;
             default: return Event::corrected;
         }

@@ -64,16 +64,21 @@ public:
     Fault refused() const noexcept { return refused_; }  // the settings given last
 
     // The stroke that learning learns, and how.
-    LearnedStrokes::Stroke learned_stroke() const noexcept { return values_.learned_stroke(lower_, upper_); }
+    LearnedStrokes::Stroke learned_stroke() const noexcept {
+        return values_.learned_stroke(lower_, upper_, command_);
+    }
     DeadPointLearning::Settings learning() const noexcept {
-        DeadPointLearning::Settings its = values_.learning;
-        its.inset = values_.inset_of(upper_ - lower_);
-        its.demand = values_.demand(upper_ - lower_);
+        DeadPointLearning::Settings its = values_.learned(lower_, upper_);
+        its.command = static_cast<int>(command_.number() >> 1);
         return its;
     }
 
-    // Multiplies the speed, so that a cycle takes its time; 1 after begin_cycles().
-    void begin_cycles() noexcept { stretch_ = 1; }
+    // Strokes start, with the command of the present settings until they end.
+    void begin_strokes() noexcept {
+        stretch_ = 1;
+        command_ = {values_.lead, values_.jerk_time};
+    }
+    // Multiplies the speed, so that a cycle takes its time.
     void stretch(double ratio) noexcept {
         if (std::abs(ratio - 1) > 1e-3) stretch_ = std::clamp(stretch_ * ratio, 0.1, 10.0);
     }
@@ -109,6 +114,7 @@ private:
     };
 
     StrokeValues values_{};
+    StrokeValues::Command command_;  // of the strokes that run, or that ran last
     Judged judged_;
     double lower_ = 0, upper_ = 0;
     double stretch_ = 1;

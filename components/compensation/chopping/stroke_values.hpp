@@ -76,22 +76,49 @@ struct StrokeValues {
     }
     // Mu/s2, the largest acceleration of a stroke of this length, at most.
     double demand(double length) const noexcept {
-        bool even = true;
-        for (const SpeedSection& each : stroke.sections) even &= each.kind == SpeedSection::off;
         const Reciprocation base{0, length, peak_speed(length)};
-        return even ? std::min(base.peak_acceleration(), stroke.acceleration) : stroke.acceleration;
+        return even() ? std::min(base.peak_acceleration(), stroke.acceleration) : stroke.acceleration;
     }
     double inset_of(double length) const noexcept { return std::min(inset, 0.05 * length); }
 
-    // As it is learned between these dead points: one number stands for its sections, dwells, lead and exact
-    // stop.
-    LearnedStrokes::Stroke learned_stroke(double low, double high) const noexcept {
+    bool even() const noexcept {
+        return std::all_of(stroke.sections.begin(), stroke.sections.end(),
+                           [](const SpeedSection& each) { return each.kind == SpeedSection::off; });
+    }
+
+    // How learning learns between these dead points.
+    DeadPointLearning::Settings learned(double low, double high) const noexcept {
+        const double length = high - low;
+        Oscillation::Settings planned = stroke;
+        planned.speed = peak_speed(length);
+        const Reciprocation base{low, high, planned.speed};
+        DeadPointLearning::Settings its = learning;
+        its.inset = inset_of(length);
+        its.demand = demand(length);
+        its.reversal = {OscillationLeg::reversal(base, low, planned),
+                        OscillationLeg::reversal(base, high, planned)};
+        its.crank = std::min(its.reversal[0], its.reversal[1]) / base.peak_acceleration();
+        its.stretching = its.crank < 1 ? 0 : stroke.timed ? 1 : -1;
+        its.even = even();
+        return its;
+    }
+
+    // From stroke to command.
+    struct Command {
+        double lead = 0, jerk_time = 0;  // s
+
+        std::uint32_t number() const noexcept { return whole(lead) * 31 + whole(jerk_time); }
+    };
+
+    // As it is learned between these dead points: one number stands for its sections, dwells, command and
+    // exact stop.
+    LearnedStrokes::Stroke learned_stroke(double low, double high, const Command& command) const noexcept {
         std::uint32_t number = 0;
         for (const SpeedSection& each : stroke.sections)
             for (const double value : {static_cast<double>(each.kind), each.from, each.to, each.ratio,
                                        stroke.lower_dwell, stroke.upper_dwell})
                 number = number * 31 + whole(value);
-        if (lead > 0) number = number * 31 + whole(lead);
+        number = number * 31 + command.number();
         if (exact_stop > 0) number = number * 31 + whole(exact_stop);
         return {low, high, peak_speed(high - low), stroke.acceleration, static_cast<int>(number >> 1)};
     }

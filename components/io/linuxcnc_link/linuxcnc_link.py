@@ -6,6 +6,7 @@
 import argparse
 import contextlib
 import errno
+import gettext
 import os
 import re
 import signal
@@ -23,7 +24,9 @@ import plumb  # noqa: E402
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts longer texts
-OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side")
+OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side", "panel-beat")
+PANEL_PATIENCE = 3  # s for which a beat of the panel counts
+LOCALE = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "share", "locale")  # the texts of the panel, codes too
 UNKNOWN_SIDE = 2
 SIDES = {400: 0, 410: 1, 411: 1, 420: -1, 421: -1}  # by G-code, times ten
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
@@ -119,8 +122,8 @@ def compensation_side(status):
     return next((SIDES[code] for code in status.gcodes[1:] if code in SIDES), UNKNOWN_SIDE)
 
 
-def declared_codes(source):
-    """The sentences of "MODULE PIN", as the module declares them. Raises OSError and ValueError."""
+def declared_codes(source, say=lambda text: text):
+    """The sentences of "MODULE PIN", as the module declares them, each translated by say(). Raises OSError and ValueError."""
     words = source.split()
     if len(words) != 2:
         raise ValueError("'%s' is not a module and its pin, as 'axis_offset fault-code'" % source)
@@ -128,14 +131,14 @@ def declared_codes(source):
     declared = plumb.declarations(module)
     if pin == STATUS and "statuses" in declared:
         return {
-            code: ("%s %s" % (its["sentence"], its["remedy"])).rstrip()
+            code: ("%s %s" % (say(its["sentence"]), say(its["remedy"]) if its["remedy"] else "")).rstrip()
             for code, its in declared["statuses"].items()
             if its["kind"] == "bad" and not its["detail"]
         }
     codes = declared["codes"]
     if pin not in codes:
         raise ValueError("%s has no codes of '%s', only of: %s" % (module, pin, ", ".join(sorted(codes)) or "nothing"))
-    return codes[pin]
+    return {code: say(text) for code, text in codes[pin].items()}
 
 
 class Message:
@@ -143,14 +146,14 @@ class Message:
 
     KINDS = ("error", "text", "display")
 
-    def __init__(self, table, where):
+    def __init__(self, table, where, languages=()):
         def fail(why):
             raise SettingsError("%s: %s" % (where, why))
 
         if not isinstance(table, dict):
             fail("it is no table")
         for key in table:
-            if key not in ("pin", "text", "kind", "codes"):
+            if key not in ("pin", "text", "kind", "codes", "on-panel", "translated"):
                 fail("unknown key '%s'" % key)
         for key in ("pin", "text"):
             if not isinstance(table.get(key), str) or not table[key]:
@@ -160,11 +163,17 @@ class Message:
             fail("pin = '%s' is not of a-z, 0-9 and -, at most 24" % self.pin)
         if self.kind not in self.KINDS:
             fail("kind = '%s' is none of %s" % (self.kind, ", ".join(self.KINDS)))
+        self.on_panel = table.get("on-panel", False)
+        if not isinstance(self.on_panel, bool):
+            fail("on-panel is neither true nor false")
         codes = table.get("codes")
+        in_words = {}
         self.only_listed = isinstance(codes, str) and codes.endswith(" " + STATUS)  # other statuses are for screens
         if isinstance(codes, str):
             try:
-                codes = declared_codes(codes)
+                source, codes = codes, declared_codes(codes)
+                catalog = gettext.translation("plumb-panel", LOCALE, languages=list(languages), fallback=True)
+                in_words = declared_codes(source, catalog.gettext)
             except (OSError, ValueError) as error:
                 fail("codes: %s" % error)
         if codes is not None and not isinstance(codes, dict):
@@ -181,7 +190,25 @@ class Message:
         for text in map(self._composed, self.codes or [0]):
             if len(text.encode()) > LONGEST:
                 fail("longer than %d characters: '%s'" % (LONGEST, text))
+        self._translate(table.get("translated", {}), languages, in_words, fail)
         self.seen = None  # the code of the last message, None while the pin is false
+
+    def _translate(self, texts, languages, codes, fail):
+        """Takes the text of the first language that there is. A translated code that makes it too long stays English."""
+        if not isinstance(texts, dict) or not all(isinstance(text, str) and text for text in texts.values()):
+            fail("translated is no table of texts by language")
+        for text in texts.values():
+            if ("{code}" in text) != ("{code}" in self.text):
+                fail("{code} is in the text and in each translation, or in none")
+            if len(text.encode()) > LONGEST:
+                fail("longer than %d characters: '%s'" % (LONGEST, text))
+        language = next((each for each in languages if each in texts), None)
+        if language is None:
+            return
+        self.text = texts[language]
+        for code, text in codes.items():
+            if len(self.text.replace("{code}", text).encode()) <= LONGEST:
+                self.codes[int(code)] = text
 
     @property
     def pins(self):
@@ -191,8 +218,10 @@ class Message:
         for name, kind in zip(self.pins, (hal.HAL_BIT, hal.HAL_S32)):
             component.newpin(name, kind, hal.HAL_IN)
 
-    def new_text(self, component):
-        """The text to show now, if any."""
+    def new_text(self, component, panel_is_seen=False):
+        """The text to show now, if any. What the panel shows waits until it is not seen any more."""
+        if self.on_panel and panel_is_seen and component[self.pin]:
+            return None
         code = component[self.pin + "-code"] if self.codes is not None else 0
         now = code if component[self.pin] else None
         if self.only_listed and now not in self.codes:
@@ -207,11 +236,18 @@ class Message:
         return self.text.replace("{code}", self.codes.get(code, "code %d" % code))
 
 
-def read_messages(*paths):
+def languages_of_user(environment=os.environ):
+    """As gettext reads them, such as de_AT and de; none for C."""
+    chosen = next((environment[name] for name in ("LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG") if environment.get(name)), "")
+    names = [name.split(".")[0].split("@")[0] for name in chosen.split(":")]
+    return [part for name in names if name not in ("", "C", "POSIX") for part in dict.fromkeys((name, name.split("_")[0]))]
+
+
+def read_messages(*paths, languages=()):
     """The messages of all these files. Raises SettingsError, which names the file and the message."""
     messages, places = [], dict.fromkeys(OWN_PINS)  # places: the files of pins
     for path in paths:
-        for message in read_file(path):
+        for message in read_file(path, languages):
             for pin in message.pins:
                 if pin in places:
                     other = places[pin]
@@ -222,7 +258,7 @@ def read_messages(*paths):
     return messages
 
 
-def read_file(path):
+def read_file(path, languages=()):
     try:
         with open(path, "rb") as file:
             table = tomllib.load(file)
@@ -234,7 +270,7 @@ def read_file(path):
     tables = table.get("message", [])
     if not isinstance(tables, list):
         raise SettingsError("%s: message is no list of tables: write [[message]]" % path)
-    return [Message(entry, "%s: message %d" % (path, number)) for number, entry in enumerate(tables, 1)]
+    return [Message(entry, "%s: message %d" % (path, number), languages) for number, entry in enumerate(tables, 1)]
 
 
 class Link:
@@ -246,6 +282,7 @@ class Link:
         self._command = None
         self._tools_due = 0
         self._reported = None
+        self._panel_beat, self._panel_beaten = component["panel-beat"], -PANEL_PATIENCE
 
     def step(self):
         identify = self._component["identify"]  # first: later pins are read after the request
@@ -266,13 +303,20 @@ class Link:
             self._tools_due = time.monotonic() + TOOLS_PAUSE
             self._component["tool-set-id"] = tool_set(self._status)
         self._component["identified"] = identify and (is_named or self._component["identified"])
+        panel_is_seen = self._panel_is_seen()
         for message in self._messages:
-            text = message.new_text(self._component)
+            text = message.new_text(self._component, panel_is_seen)
             if text is not None:
                 try:
                     getattr(self._command, message.kind + "_msg")(text)
                 except linuxcnc.error:
                     message.seen = None  # so it is tried again
+
+    def _panel_is_seen(self):
+        beat = self._component["panel-beat"]
+        if beat != self._panel_beat:
+            self._panel_beat, self._panel_beaten = beat, time.monotonic()
+        return time.monotonic() - self._panel_beaten < PANEL_PATIENCE
 
     def _connect(self):
         """HAL files are loaded before task runs; until then the status is missing, or all zero."""
@@ -302,7 +346,7 @@ def main():
     )
     arguments = parser.parse_args()
     try:
-        messages = read_messages(*arguments.messages)
+        messages = read_messages(*arguments.messages, languages=languages_of_user())
     except SettingsError as error:
         sys.exit("linuxcnc_link: %s" % error)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
@@ -318,6 +362,7 @@ def main():
         component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
         component.newpin("compensation-side", hal.HAL_S32, hal.HAL_OUT)
         component["compensation-side"] = UNKNOWN_SIDE
+        component.newpin("panel-beat", hal.HAL_S32, hal.HAL_IN)
         for message in messages:
             message.make_pins(component)
         component.ready()

@@ -5,6 +5,7 @@
 #include "components/math/oscillation/climb.hpp"
 #include "components/math/oscillation/learned_strokes.hpp"
 #include "components/math/oscillation/oscillation_settings.hpp"
+#include "components/math/oscillation/overshoot_model.hpp"
 
 #include <algorithm>
 #include <array>
@@ -35,10 +36,17 @@ public:
         double tolerance = 0;    // mu, of a learned dead point
         double most_beyond = 0;  // mu, beyond a dead point
         double demand = 0;       // mu/s2, the largest acceleration of the stroke at full speed
+        std::array<double, 2> reversal{};  // mu/s2, at the dead points at full speed; 0: unknown
+        double crank = 1;                  // that acceleration, to that of a crank of the same speed
+        int stretching = -1;               // the power of the length with which it goes
+        bool even = true;                  // without sections
+        int command = 0;                   // a number that changes with the way from stroke to command
 
         bool operator==(const Settings& other) const noexcept {
             return inset == other.inset && gain == other.gain && most == other.most &&
-                   tolerance == other.tolerance && most_beyond == other.most_beyond && demand == other.demand;
+                   tolerance == other.tolerance && most_beyond == other.most_beyond &&
+                   demand == other.demand && reversal == other.reversal && crank == other.crank &&
+                   stretching == other.stretching && even == other.even && command == other.command;
         }
     };
 
@@ -47,6 +55,7 @@ public:
 
     // Takes up a stroke: one that it has learned with its corrections, any other one from the beginning.
     void select(const Stroke& stroke, const Settings& settings) noexcept {
+        if (settings.command != settings_.command) forget_turns();
         settings_ = settings;
         if (stroke == stroke_ && used_) return;
         stroke_ = stroke;
@@ -63,14 +72,16 @@ public:
             excess_[i] = -its;
         }
         excess_speed_ = {stroke.speed, stroke.speed};
-        reference_ = known->reversal;
+        reference_ = {known->reversal, known->reversal};
         climb_.begin(1);
+        predicts_ = {false, false};
         drift_ = drift_from(known->first_offset);
     }
 
     // From the beginning, for the selected stroke: the axis is not the one that learned it.
     void restart() noexcept {
         strokes_.doubt(stroke_);
+        forget_turns();
         proven_ = 0;
         doubted_ = true;
         begin();
@@ -78,6 +89,7 @@ public:
 
     void forget() noexcept {
         strokes_.forget();
+        forget_turns();
         proven_ = 0;
         open();
         begin();
@@ -105,11 +117,16 @@ public:
     bool capped() const noexcept { return climb_.capped(); }  // the last good speed stays
     bool weak_drive() const noexcept { return weak_drive_; }  // it has shown its largest force
 
-    // Below full speed no stroke needs more acceleration than it shows at this factor.
+    // No motion needs more acceleration than the joint has proven, or than it shows at this factor. Where no
+    // correction was learned, the end lies inside by as much as the axis turns beyond, and a part of the inset.
     void restrain(OscillationSettings& settings) const noexcept {
-        if (at_full_speed()) return;
-        settings.acceleration = std::min(settings.acceleration, 1.05 * settings_.demand) * climb_.level();
+        if (!(settings_.demand > 0)) return;
+        const double longer = 1 + std::max(offset_[0] + offset_[1], 0.0) / length();  // in the same time
+        const double most = std::max(1.05 * settings_.demand * longer * climb_.level(), nearly * proven_);
+        settings.acceleration = std::min(settings.acceleration, most);
         settings.braking = climb_.braking();
+        if (at_full_speed())
+            settings.caution = settings_.inset / 2 + std::max({-offset_[0], -offset_[1], 0.0});
     }
 
     // Where the end of a stroke lies, with the acceleration of its reversal and its speed. An end beyond the
@@ -118,7 +135,7 @@ public:
     double offset(bool upper, double acceleration, double speed) const noexcept {
         const double its = offset_[upper], faster = speed / stroke_.speed;
         if (its < 0) return faster > 1 ? its * faster * faster : its;
-        return acceleration < reference_ ? its * acceleration / reference_ : its;
+        return acceleration < reference_[upper] ? its * acceleration / reference_[upper] : its;
     }
 
     // Whether a measured dead point can be that of this axis: the distance from its commanded end is between
@@ -147,6 +164,12 @@ public:
         note_weakness();
     }
 
+    // How far the axis turned beyond the commanded end of any stroke.
+    void turned(bool upper, const OvershootModel::Turn& turn, double beyond) noexcept {
+        turns_[upper].add(turn, beyond);
+        if (predicts_[upper]) predict(upper);
+    }
+
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
     // acceleration of the reversal, and the speed, of strokes at the present speed factor.
     Verdict measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
@@ -155,9 +178,10 @@ public:
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
         known_[upper] = true;
+        predicts_[upper] = false;
         if (climb_.complete()) {
-            offset_[upper] = bounded(used - correction(error), settings_.most);
-            reference_ = acceleration;
+            correct(upper, error, used);
+            reference_[upper] = acceleration;
         } else if (error > settings_.most_beyond) {
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
         }
@@ -185,14 +209,50 @@ private:
 
     void begin() noexcept {
         climb_.begin(first_factor());
-        const double overshoot = std::max(0.0, 1.3 * per_acceleration_ * settings_.demand * climb_.level());
+        const double a = settings_.demand * climb_.level();
+        const double overshoot = 1.3 * a * std::max(per_acceleration_, strokes_.largest_overshoot());
         offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
         excess_ = excess_speed_ = last_excess_ = {};
-        last_turning_ = reference_ = 0;
+        last_turning_ = 0;
+        reference_ = answer_ = {};
+        corrected_ = {false, false};
+        for (const std::size_t i : {0, 1}) {
+            predicts_[i] = at_full_speed() && !turns_[i].empty() && settings_.reversal[i] > 0;
+            if (predicts_[i]) predict(i);
+        }
         known_ = {false, false};
         cycles_ = good_ = slips_ = 0;
         was_learned_ = false;
         drift_ = 0;
+    }
+
+    // An end by the strokes that the joint has made, inside by the doubt of that. The ends that move make the
+    // stroke longer.
+    void predict(bool upper) noexcept {
+        double longer = 0;
+        OvershootModel::Prediction its;
+        double acceleration = settings_.reversal[upper];
+        for (int i = 0; i < 4; ++i) {
+            const double whole = length() + longer;
+            acceleration = settings_.reversal[upper] * std::pow(whole / length(), settings_.stretching);
+            its = turns_[upper].predict({acceleration, acceleration, whole, settings_.crank},
+                                        settings_.most_beyond);
+            longer = std::clamp(-2 * its.beyond, -0.5 * length(), 0.5 * length());
+        }
+        double doubt = its.doubt;
+        if (!settings_.even) doubt = std::max(doubt, uneven_doubt(its.beyond));
+        offset_[upper] = bounded(-its.beyond - doubt, settings_.most);
+        excess_[upper] = its.beyond;
+        reference_[upper] = acceleration;
+    }
+
+    // Mu, of a turn beside a section, which no even stroke explains.
+    double uneven_doubt(double beyond) const noexcept {
+        return beyond > 0 ? settings_.inset + beyond / 2 : std::max(settings_.inset / 2, -0.6 * beyond);
+    }
+
+    void forget_turns() noexcept {
+        for (OvershootModel& each : turns_) each.forget();
     }
 
     // At once at full speed where the joint has proven the acceleration since the start. One that it has
@@ -205,17 +265,29 @@ private:
         return std::max(std::sqrt(std::max(now, before / Climb::fastest)), slow);
     }
 
+    void correct(bool upper, double error, double used) noexcept {
+        // Where a longer stroke is a slower one, more than the last correction has come.
+        const double moved = used - last_used_[upper];
+        if (corrected_[upper] && moved > 10 * settings_.tolerance)
+            answer_[upper] = std::clamp((error - last_error_[upper]) / moved, 0.95, 1.5);
+        offset_[upper] = bounded(used - correction(upper, error), settings_.most);
+        corrected_[upper] = true;
+        last_used_[upper] = used;
+        last_error_[upper] = error;
+    }
+
     // Mu, by which the end moves inward. From far inside the stroke gets longer, and the axis closer: the
-    // correction leaves as much as that can be.
-    double correction(double error) const noexcept {
+    // first correction leaves as much as that can be.
+    double correction(bool upper, double error) const noexcept {
         if (error > settings_.most_beyond) return error;
         const double wrong = std::abs(error);
-        if (cycles_ > 3 || wrong <= 2 * settings_.tolerance) return settings_.gain * error;
-        const double lag = std::max({-excess_[0], -excess_[1], 0.0});
-        const double part = wrong > 20 * settings_.tolerance ? 0.1 : 0.03;
-        const double kept = std::max(part, std::min(2.2 * lag / length(), 1 - settings_.gain)) * wrong;
-        return error > 0 ? error : -(wrong - kept);
+        if (was_learned_ || wrong <= 2 * settings_.tolerance) return settings_.gain * error;
+        if (error > 0) return error;
+        if (answer_[upper] > 0) return -wrong * (nearly_all - lag_part() / 2) / answer_[upper];
+        return -wrong * std::min(nearly_all, 1 - std::min(2.2 * lag_part(), 1 - settings_.gain));
     }
+
+    double lag_part() const noexcept { return std::max({-excess_[0], -excess_[1], 0.0}) / length(); }
 
     Verdict cycle() noexcept {
         known_ = {false, false};
@@ -235,8 +307,8 @@ private:
         if (!climb_.capped()) {
             const double largest = std::min(shown_[0], shown_[1]) / seen_part;
             proven_ = std::max(proven_, std::min(settings_.demand, largest));
-            if (reference_ > 0)
-                per_acceleration_ = std::max(excess_[0], excess_[1]) / std::max(reference_, 1e-9);
+            const double least = std::min(reference_[0], reference_[1]);
+            if (least > 0) per_acceleration_ = std::max(excess_[0], excess_[1]) / least;
         }
         if (!learned()) return Verdict::none;
         was_learned_ = true;
@@ -245,7 +317,7 @@ private:
         const Learned* known = strokes_.find(stroke_);
         const std::array<double, 2> first = known ? known->first_offset : offset_;
         drift_ = drift_from(first);
-        strokes_.remember({stroke_, offset_, first, reference_, proven_});
+        strokes_.remember({stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_});
         return Verdict::none;
     }
 
@@ -303,7 +375,7 @@ private:
             const double predicted = growth * excess_[i] * (excess_[i] < 0 ? 0.7 : 1.3);
             offset_[i] = bounded(std::min(known->offset[i], -predicted), settings_.most);
         }
-        reference_ = known->reversal;
+        reference_ = {known->reversal, known->reversal};
     }
 
     double drift_from(const std::array<double, 2>& first) const noexcept {
@@ -312,6 +384,7 @@ private:
 
     static constexpr double seen_part = 0.95;  // of the peak of a crank, in a mean of 30 degrees
     static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
+    static constexpr double nearly_all = 0.97;  // of an error
     static constexpr double again = 0.975;     // of a correction, in the first stroke of a region
 
     Settings settings_;
@@ -325,7 +398,13 @@ private:
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> shown_{};                    // mu/s2, of the last strokes from both ends
     std::array<bool, 2> known_{};
-    double last_turning_ = 0, reference_ = 0, drift_ = 0;
+    std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
+    std::array<double, 2> answer_{};                    // of the error, to a correction; 0: unknown
+    std::array<double, 2> last_used_{}, last_error_{};  // mu, before the last correction
+    std::array<bool, 2> corrected_{};
+    std::array<OvershootModel, 2> turns_{};
+    std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
+    double last_turning_ = 0, drift_ = 0;
     double proven_ = 0;            // mu/s2, of this joint since the start
     double per_acceleration_ = 0;  // s2, the overshoot of this joint
     double limit_ = 0;             // mu/s2, of the last good speed, until open(); 0: none

@@ -66,6 +66,15 @@ public:
         return largest;
     }
 
+    // S2, how far the joint turned beyond an end for each acceleration, in any stroke; 0 if it never did.
+    double largest_overshoot() const noexcept {
+        double largest = 0;
+        for (int i = 0; i < count_; ++i)
+            for (const double offset : (*this)[i].offset)
+                largest = std::max(largest, -offset / (*this)[i].reversal);
+        return largest;
+    }
+
     // In the place of the oldest one where all are taken.
     void remember(const Learned& learned) noexcept {
         int place = place_of(learned.stroke);

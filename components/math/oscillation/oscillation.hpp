@@ -284,6 +284,8 @@ private:
         if (leg().sparks) ++sparks_;
         arrival_ = leg().arrival;
         arrival_.happened = true;
+        arrival_.length = std::abs(plan().to() - plan().from());
+        arrival_.turning = plan().last_acceleration();
         arrival_.infeed = !leg().sparks && stop_ != Stop::withdraw;
     }
 

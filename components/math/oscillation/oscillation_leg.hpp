@@ -27,6 +27,8 @@ struct OscillationLeg {
         double acceleration = 0;  // of the reversal
         double speed = 0;         // mu/s, peak
         double braking = 1;       // part of the acceleration
+        double length = 0;        // of the stroke
+        double turning = 0;       // mu/s2, of its last moment
     };
 
     Kind kind = Kind::none;
@@ -67,7 +69,7 @@ struct OscillationLeg {
                                    upward ? bound : std::max(from, begin.upper), now.speed};
         const double at_turn = std::min(reversal(region, bound, now), reversal(region, bound, latest));
         double offset = learned(upward, at_turn, now.speed);
-        if (!regular) offset = std::min(offset, 0.0);  // not learned for this stroke
+        if (!regular) offset = std::min(offset, 0.0) - now.caution;  // not learned for this stroke
         const double end = upward ? bound + offset : bound - offset;
 
         StrokeRequest request;
@@ -111,7 +113,6 @@ struct OscillationLeg {
         return request;
     }
 
-private:
     // The smaller acceleration of both strokes at a dead point.
     static double reversal(const Reciprocation& region, double position,
                            const OscillationSettings& its) noexcept {
@@ -124,6 +125,7 @@ private:
         return least;
     }
 
+private:
     static constexpr double fastest = 1e6;  // mu/s, a bound that is none
 };
 

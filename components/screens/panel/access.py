@@ -42,6 +42,8 @@ def busy(values):
         return _("A program runs.")
     if program == "paused":
         return _("A program is paused.")
+    if not program and "motion.motion-enabled" in values:
+        return _("LinuxCNC does not answer, so a program may run.")
     if values.get("motion.motion-type", 0):
         return _("An axis moves.")
     return ""

@@ -156,7 +156,15 @@ class Panel:
                 observe(self.values)
         if self.page is not None and seen:
             self.page.refresh(self.values)
+            self._beat(values)
         return True
+
+    def _beat(self, values):
+        """Tells linuxcnc_link that this screen is seen: what it shows needs no message over it. Beats of two screens differ as well."""
+        if self._looks * self.options.period // 1000 != (self._looks - 1) * self.options.period // 1000:
+            for name in values:
+                if name.endswith(".panel-beat"):
+                    self.hal.set(name, str(int(time.monotonic() * 1000) % (1 << 31)))
 
     def _end(self):
         self.task.close()
@@ -232,11 +240,12 @@ class Panel:
         self.hal.set(pin, text)
         self.settings.note(pin, _as_text(old), text, why)
 
-    def pulse(self, pin, time=300):
-        """A rising edge at a pin, and its end. A pin that another screen has left true falls first."""
+    def pulse(self, pin, time=300, ends=True):
+        """A rising edge at a pin, and its end, unless it stays true. A pin that another screen has left true falls first."""
         def rise():
             self.hal.set(pin, "1")
-            GLib.timeout_add(time, lambda: self.hal.set(pin, "0") and False)
+            if ends:
+                GLib.timeout_add(time, lambda: self.hal.set(pin, "0") and False)
 
         if self.hal.get(pin):
             self.hal.set(pin, "0")
@@ -249,11 +258,11 @@ class Panel:
         """The path of a program of this Plumb."""
         return os.path.join(self.options.programs, name)
 
-    def mdi(self, line, action, undo="", done=lambda: None):
-        """One MDI line. `undo` is a line that takes it back; done() is called after it, also after a refusal."""
+    def mdi(self, line, action, undo="", done=lambda: None, stays=False):
+        """One MDI line. `undo` is a line that takes it back; done() is called after it, also after a refusal; LinuxCNC stays in MDI, or goes back."""
         from panel.linuxcnc_access import mdi
 
-        self._beside(lambda: mdi(line), action, undo, line, done)
+        self._beside(lambda: mdi(line, stays), action, undo, line, done)
 
     def start(self, program, action):
         """Opens a program in LinuxCNC, and starts it."""

@@ -6,13 +6,14 @@ import math
 from gi.repository import Gtk
 
 from panel import access, centre_height_state, style as styles, texts
-from panel.function_page import FunctionPage
-from panel.pages import Page
+from panel.function_page import EntryPage, FunctionPage
 from panel.texts import _, in_micrometres, number, unit_name, with_unit
-from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, named, row, scrolled, set_text
+from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, named, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
+    function = "centre_height"
+    place = 3
     heading = "Centre height"  # for gettext: _("Centre height")
     _jogging = False  # a step is under way
     live = ("x-position-0", "y-position-0", "diameter")
@@ -27,11 +28,14 @@ class CentreHeightPage(FunctionPage):
     # for gettext: _("Both cuts on one land at the present Y, the second one deeper. They do not show the sign.")
     # for gettext: _("Cuts on one land, each deeper and at another Y.")
     LANDS = 1
+    SAME_Y = 0.001  # mu
 
     def content(self):
         self._picture = HeightPicture(self)
         self._figures = Figures(_("Height"), _("Uncertainty (k=2)"), _("Move of Y"), _("Cuts"))
-        self._step, self._entered, self._sent = label("", "value"), label("", "soft"), []
+        self._step, self._sent, self._shown = label("", "value"), [], None
+        self._ys, self._y_origin = {}, None  # where the cuts were ended here, and where Y was at the beginning
+        self._entered = column(spacing=4)
         self._place = label("", "value")
         steps = (0.001, 0.01, 0.1) if texts.MACHINE_UNIT[0] == "in" else (0.01, 0.1, 1)
         jogs = [button("Y %s%g" % ("\u2212" if sign < 0 else "+", step), lambda by=sign * step: self._jog(by), "key", name="Y %+g" % (sign * step))
@@ -46,7 +50,7 @@ class CentreHeightPage(FunctionPage):
                         name=_(method[0])) for method in self.METHODS]
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11"))
         self._next = {  # the buttons of a step, by state-code; the first one leads on
-            centre_height_state.CUTS: [button(_("The cut is done"), lambda: self._do(_("The cut is done"), "cut-done", "M451")), interrupt],
+            centre_height_state.CUTS: [button(_("The cut is done"), self._end_cut), interrupt],
             centre_height_state.WAITS: [button(_("Enter the radius") if self.by_radius else _("Enter the diameter"),
                                                lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
             centre_height_state.KNOWN: [button(_("Store the height: M454"), self._store), *begin],
@@ -55,16 +59,23 @@ class CentreHeightPage(FunctionPage):
         self._begin = begin
         return [*begin, *[its[0] for its in self._next.values()], interrupt]
 
+    def _y(self):
+        return self.get(self.panel.values, "y-position-%d" % self.get(self.panel.values, "post"), 0.0)
+
+    def _end_cut(self):
+        self._ys[self.get(self.panel.values, "cut-number") + 1] = self._y()
+        self._do(_("The cut is done"), "cut-done", "M451")
+
     def _jog(self, by):
         """One move of Y a touch, in machine coordinates: no tool and no origin is changed by it."""
         action = _("Move Y by a step")
         why = self.panel.access.refusal("operator") or access.unsafe(self.panel.guard.values())
-        y = self.get(self.panel.values, "y-position-%d" % self.get(self.panel.values, "post"), 0.0)
+        y = self._y()
         if why or self._jogging:
             self.panel.say(_("{action}: refused. {why}").format(action=action, why=why or _("An axis moves.")), "warn")
             return
         self._jogging = True
-        self.panel.mdi("G53 G0 Y%.6f" % (y + by), action, done=self._jogged)
+        self.panel.mdi("G53 G0 Y[%s]" % texts.for_program(y + by), action, done=self._jogged)
 
     def _jogged(self):
         self._jogging = False
@@ -76,7 +87,7 @@ class CentreHeightPage(FunctionPage):
         if state == centre_height_state.CUTS:
             cut = get("cut-number", 0) + 1
             if self.method(values) == self.LANDS:
-                y = get("land-1-y") if cut % 2 else get("land-2-y")
+                y = self._y_of_land(cut)
                 return _("Turn land {cut}: move Y by {y} from where you began, and X to a diameter of {diameter}. Then touch \"The cut is done\" "
                          "while the tool stands at its end.").format(cut=cut, y=with_sign(y), diameter=with_unit(get("land-diameter"), "mu"))
             return _("Turn cut {cut}. Then touch \"The cut is done\" while the tool stands at its end.").format(cut=cut)
@@ -103,13 +114,14 @@ class CentreHeightPage(FunctionPage):
         value = float(diameter.replace(",", "."))
         if not value > 0 or not math.isfinite(value):
             raise ValueError(_("A diameter is above 0."))
+        self._sent, self._ys, self._y_origin = [], {}, self._y()
         if "start" in self.instance.settings():
             for short, text in (("method", str(method)), ("cuts", str(cuts)), ("land-diameter", repr(value))):
                 if short in self.instance.settings():
                     self.panel.write(self.instance.full(short), text, "button")
             self.panel.pulse(self.instance.full("start"))
         else:
-            self.panel.mdi("M450 P%d Q%d D%r" % (method, cuts, value), _("Begin"))
+            self.panel.mdi("M450 P%d Q%d D[%s]" % (method, cuts, texts.for_program(value)), _("Begin"))
 
     def _do(self, action, pin, line):
         """By the pin, where nothing else writes it; else by the M-code of the configuration."""
@@ -121,27 +133,74 @@ class CentreHeightPage(FunctionPage):
 
         self.panel.guard.at_once(action, do)
 
-    def enter(self, text):
-        """The diameter of the last cut. Raises ValueError."""
+    def enter(self, text, cut=0):
+        """The diameter of the last cut, or of one that was entered before. Raises ValueError."""
         value = float(text.replace(",", "."))
         if not value > 0 or not math.isfinite(value):
             raise ValueError(_("A diameter is above 0."))
-        self._sent[self.get(self.panel.values, "cut-number"):] = [value]
+        former = self.value_of(cut)
         if "entered" in self.instance.settings():
+            self.panel.write(self.instance.full("entered-cut"), str(cut), "button")
             self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
             self.panel.pulse(self.instance.full("entered"))
         else:
-            self.panel.mdi("M452 P%r" % value, _("Enter the diameter"))
+            undo = "M452 P[%s] Q%d" % (texts.for_program(former), cut) if former else ""
+            self.panel.mdi("M452 P[%s]" % texts.for_program(value) + (" Q%d" % cut if cut else ""), _("Enter the diameter"), undo=undo)
+        if cut:
+            self._sent[cut - 1] = value
+        else:
+            self._sent[self.get(self.panel.values, "cut-number"):] = [value]
+
+    def value_of(self, cut):
+        """What was entered here for a cut; None for another one."""
+        return self._sent[cut - 1] if 0 < cut <= len(self._sent) else None
+
+    def _show_entered(self, values):
+        """A button for each diameter, which corrects it."""
+        count = self.get(values, "cut-number")
+        if not self.get(values, "state-code"):
+            self._sent.clear()
+        del self._sent[count + 1:]
+        if self._sent[:count] == self._shown:
+            return
+        self._shown = self._sent[:count]
+        clear(self._entered)
+        for cut, value in enumerate(self._shown, start=1):
+            if value is not None:
+                text = _("Correct cut {cut}: {value}").format(cut=cut, value=with_unit(value, "mu"))
+                self._entered.pack_start(button(text, lambda cut=cut: self.panel.open(DiameterPage(self.panel, self, cut)),
+                                                name=_("Correct cut {cut}").format(cut=cut)), False, False, 0)
+        self._entered.show_all()
 
     @property
     def by_radius(self):
         """Whether the component takes the radius of a cut."""
         return self.get(self.panel.values, "gauge-kind") == 1
 
-    def expected(self):
+    def expected(self, cut):
         """The diameter that a tool on centre leaves; 0 while it is unknown."""
         values = self.panel.values
-        return self.get(values, "land-diameter", 0.0) if self.method(values) == self.LANDS else 0.0
+        if self.method(values) != self.LANDS:
+            return 0.0
+        y = self._ys[cut] - self._y_origin if self._y_origin is not None and cut in self._ys else self._y_of_land(cut)
+        return 2 * math.hypot(self.get(values, "land-diameter", 0.0) / 2, y)
+
+    def _y_of_land(self, cut):
+        """Land 1, land 2, land 2, land 1: wear and warming cancel."""
+        return self.get(self.panel.values, "land-1-y" if cut % 4 in (0, 1) else "land-2-y", 0.0)
+
+    def twin(self, cut):
+        """A cut at the same Y that was entered here, and its value; None, None without one."""
+        for other, value in enumerate(self._sent, start=1):
+            known = other != cut and value is not None and other in self._ys and cut in self._ys
+            if known and self.method(self.panel.values) == self.LANDS and abs(self._ys[other] - self._ys[cut]) < self.SAME_Y:
+                return other, value
+        return None, None
+
+    def scatter(self):
+        """By which two cuts at the same Y may differ in diameter."""
+        values = self.panel.values
+        return 5 * math.hypot(self.get(values, "gauge-sigma", 0.0), 2 * self.get(values, "cut-repeatability", 0.0))
 
     def _store(self):
         move = in_micrometres(self.get(self.panel.values, "y-move", 0.0))
@@ -152,11 +211,7 @@ class CentreHeightPage(FunctionPage):
         super().refresh(values)
         set_text(self._step, self.guidance(values))
         set_text(self._place, "Y %.4f %s" % (self.get(values, "y-position-%d" % self.get(values, "post"), 0.0), unit_name("mu")))
-        del self._sent[self.get(values, "cut-number") + 1:]
-        taken = self._sent[: self.get(values, "cut-number")]
-        lines = ["%d: %s" % (place, with_unit(value, "mu")) for place, value in enumerate(taken, start=1)]
-        set_text(self._entered, _("Entered: {values}. A wrong one: interrupt, and begin again.").format(values=", ".join(lines)) if lines else "")
-        self._entered.set_visible(bool(lines))
+        self._show_entered(values)
         wanted = self._next.get(self.get(values, "state-code"), self._begin)
         centred = self.get(values, "state-code") == centre_height_state.KNOWN and self.get(values, "on-centre")
         for its in {each for step in self._next.values() for each in step} | set(self._begin):
@@ -173,15 +228,6 @@ class CentreHeightPage(FunctionPage):
 
 def with_sign(value):
     return ("+" if value >= 0 else "") + with_unit(float(value), "mu")
-
-
-class EntryPage(Page):
-    """A page that leads back to that of the function."""
-
-    page = None
-
-    def of(self):
-        return self.page.instance.name
 
 
 class BeginPage(EntryPage):
@@ -227,65 +273,90 @@ class BeginPage(EntryPage):
 
 
 class DiameterPage(EntryPage):
-    """The entry of a measured diameter, judged at once."""
+    """The entry of a measured diameter, judged at once: of the cut that waits, or of `cut`, whose entry was wrong."""
 
-    def __init__(self, panel, page):
+    def __init__(self, panel, page, cut=0):
         self.page = self.back = page
+        self._corrects = cut
+        self._cut = cut or page.get(panel.values, "cut-number") + 1
         super().__init__(panel)
 
     @property
     def title(self):
-        return _("Radius of the cut") if self.page.by_radius else _("Diameter of the cut")
+        text = _("Radius of cut {cut}") if self.page.by_radius else _("Diameter of cut {cut}")
+        return text.format(cut=self._cut)
 
     def build(self):
+        former = self.page.value_of(self._corrects)
         self._keypad = Keypad("")
         self._judged = label("", "value")
         self._keypad.entry.connect("changed", lambda _entry: self._judge())
-        return scrolled(column(label(self.title, "title"), row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)), self._judged,
+        facts = [] if former is None else [label(_("Entered before: {value}").format(value=with_unit(former, "mu")), "value")]
+        return scrolled(column(label(self.title, "title"), *facts, row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)), self._judged,
                                flow(button(_("Enter"), self._enter, "main"), button(_("Back"), lambda: self.panel.open(self.page)))))
+
+    def _plausible(self):
+        other, value = self.page.twin(self._cut)
+        return plausible(self._keypad.text, self.page.expected(self._cut), self.page.by_radius, other, value, self.page.scatter())
 
     def _judge(self):
         """At each key: whether the diameter can be that of this cut."""
-        kind, text = plausible(self._keypad.text, self.page.expected(), self.page.by_radius)
-        for each in ("good", "warn"):
+        kind, text = self._plausible()
+        for each in ("good", "warn", "off", "doubt"):
             self._judged.get_style_context().remove_class(each)
-        self._judged.get_style_context().add_class(kind)
+        self._judged.get_style_context().add_class("warn" if kind == "doubt" else kind)
         self._judged.set_text(text)
 
     def _enter(self):
+        kind, words = self._plausible()
+        if kind == "doubt":
+            self.panel.ask(_("{why} Enter it all the same?").format(why=words[2:]), _("Enter all the same"), self._send)
+        else:
+            self._send()
+
+    def _send(self):
         refusal = self.panel.access.refusal("operator")
-        kind, words = plausible(self._keypad.text, self.page.expected(), self.page.by_radius)
+        kind, words = self._plausible()
         try:
             if refusal:
                 raise ValueError(refusal)
             if kind == "warn":
-                raise ValueError(words.replace("\u25b2 ", ""))
-            self.page.enter(self._keypad.text)
+                raise ValueError(words[2:])
+            self.page.enter(self._keypad.text, self._corrects)
         except ValueError as error:
             self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
             return
         self.panel.open(self.page)
 
 
-def plausible(text, expected, by_radius=False):
-    """Kind and sentence of an entry, before it is sent: a diameter, or the radius that the component takes. `expected` is the diameter."""
+def plausible(text, expected, by_radius=False, other=None, value_of_other=None, scatter=0.0):
+    """Kind and sentence of an entry, before it is sent: a diameter, or the radius that the component takes.
+
+    `expected` is the diameter that a tool on centre leaves. `other` is a cut at the same Y that was entered before: only it can confirm an entry.
+    """
     try:
         value = float(text.replace(",", "."))
     except ValueError:
-        return "good", ""
+        return "off", ""
     if not expected or not math.isfinite(value):
-        return "good", ""
+        return "off", ""
     expected = expected / 2 if by_radius else expected
-    shown = with_unit(float(expected), "mu")
-    other = (2.0, _("That is the diameter: enter the radius.")) if by_radius else (0.5, _("That is the radius: enter the diameter."))
-    for factor, words in (other, (1 / 25.4, _("That is in inches: enter it in the unit of the machine.")),
+    shown = with_unit(round(float(expected), 4), "mu")
+    slip = (2.0, _("That is the diameter: enter the radius.")) if by_radius else (0.5, _("That is the radius: enter the diameter."))
+    for factor, words in (slip, (1 / 25.4, _("That is in inches: enter it in the unit of the machine.")),
                           (25.4, _("That is in millimetres: enter it in the unit of the machine."))):
         if abs(value / (expected * factor) - 1) < 0.1:
             return "warn", "\u25b2 " + words
     if abs(value / expected - 1) > 0.2:
-        words = _("The programmed radius is {expected}. Measure again.") if by_radius else _("The programmed diameter is {expected}. Measure again.")
+        words = _("A tool on centre leaves the radius {expected}. Measure again.") if by_radius else _("A tool on centre leaves the diameter {expected}. Measure again.")
         return "warn", "\u25b2 " + words.format(expected=shown)
-    return "good", _("{difference} from the programmed {expected}.").format(difference=in_micrometres(value - expected), expected=shown)
+    if other is not None:
+        away = in_micrometres(value - value_of_other)
+        if abs(value - value_of_other) > scatter:
+            return "doubt", "\u25b2 " + _("{difference} from cut {cut} at the same Y. Read it again.").format(difference=away, cut=other)
+        return "good", "\u2714 " + _("{difference} from cut {cut} at the same Y.").format(difference=away, cut=other)
+    return "off", "\u25cb " + _("{difference} from {expected}, which a tool on centre leaves. No other cut confirms it yet.").format(
+        difference=in_micrometres(value - expected), expected=shown)
 
 
 class HeightPicture(Gtk.DrawingArea):

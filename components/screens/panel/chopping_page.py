@@ -5,13 +5,16 @@ import math
 
 from gi.repository import Gtk
 
-from panel import style as styles
+from panel import chopping_orders, style as styles
+from panel.chopping_stroke_page import SectionsPage, StrokePage
 from panel.function_page import FunctionPage
 from panel.texts import _, in_micrometres, number, with_unit
 from panel.widgets import Figures, button, card, label, named, set_text
 
 
 class ChoppingPage(FunctionPage):
+    function = "chopping"
+    place = 4
     heading = "Chopping"  # for gettext: _("Chopping")
     live = ("position", "joint-feedback", "applied-offset")
 
@@ -26,6 +29,9 @@ class ChoppingPage(FunctionPage):
         """Those whose pins have no other writer. They set pins alone, so LinuxCNC's task and io may be dead."""
         own = self.instance.settings()
         its = []
+        if chopping_orders.way(self.instance, self.panel.ini):
+            its.append(button(_("Ends and start"), lambda: self.panel.open(StrokePage(self.panel, self)), "main"))
+        its.append(button(_("Sections"), lambda: self.panel.open(SectionsPage(self.panel, self))))
         if "stop" in own:
             its.append(button(_("Stop"), self._stop))
         if "go-to-end" in own:

@@ -7,7 +7,7 @@ An effect has a Move for each axis that moves at once; without one the write mov
 import collections
 import math
 
-from panel import squareness_program as program
+from panel import squareness_program as program, texts
 from panel.settings import parsed
 from panel.squareness_state import ANGLE, corrections
 from panel.texts import _, in_micrometres, with_unit
@@ -15,6 +15,7 @@ from panel.texts import _, in_micrometres, with_unit
 Move = collections.namedtuple("Move", "axis by exact")
 Move.__doc__ = "by is in machine units; if it is not exact, it is the largest distance either way."
 
+ANNOUNCED = 0.001  # mm by which a move may differ from the announced one
 SMALLEST = 5e-8  # mu, that counts as a move
 
 # Settings of functions that move no axis when they are written: they act on contacts to come, or on rates and messages.
@@ -50,6 +51,13 @@ def effect(machine, writes, values, chain_program=None):
         if changes and of_module:
             found += of_module(machine, instance, changes, values, chain_program)
     return [move for move in found if not abs(move.by) < SMALLEST]
+
+
+def are_same(moves, announced):
+    """Whether a finger that allowed the announced moves has allowed these."""
+    now, then = ({(move.axis, move.exact): float(move.by) for move in each} for each in (moves, announced))
+    most = ANNOUNCED / (25.4 if texts.MACHINE_UNIT[0] == "in" else 1)
+    return all(abs(now.get(key, 0.0) - then.get(key, 0.0)) <= most for key in now.keys() | then.keys())
 
 
 def in_words(moves):

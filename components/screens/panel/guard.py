@@ -6,6 +6,9 @@ from panel.settings import CHAIN, Conflict, Refused, Write
 from panel.texts import _, with_unit
 
 
+OF_OPERATOR = ("switch", "section")  # changes that an operator makes, and takes back
+
+
 class Guard:
     """`panel` gives access, hal, settings, machine, messages and the values of LinuxCNC's task."""
 
@@ -58,10 +61,10 @@ class Guard:
         then      is called after it
         """
         def judged():
-            """Why not, '' if it may be, and the words of its moves."""
+            """Why not, '' if it may be; its moves, and their words."""
             refusal = self._panel.access.refusal(needed)
             if refusal:
-                return refusal, ""
+                return refusal, [], ""
             values = self.values()
             moves = effects.effect(self._panel.machine, writes, values, self._chain_program())
             refusal = "" if chain and chain[2] == self.loaded_chain() else self._switches_on_new_chain(writes)
@@ -72,24 +75,25 @@ class Guard:
             words = effects.in_words(moves)
             if words and values.get("motion.motion-enabled") is False:
                 words = _("The machine is off. When it is on: {moves}").format(moves=words)
-            return refusal, words
+            return refusal, moves, words
 
-        def do():
-            if self._refused(action, judged()[0]):
+        def ask(announced=None):
+            """Asks again if the answer came when the moves had become others."""
+            try:
+                refusal, moves, words = judged()
+            except Refused as refused:
+                self._panel.say(str(refused), "bad")
                 return
-            self._write(writes, action, done, why, chain, then)
+            if self._refused(action, refusal):
+                return
+            if effects.are_same(moves, announced) if announced is not None else not words and not question:
+                self._write(writes, action, done, why, chain, then)
+            else:
+                changed = _("The moves have changed.") if announced is not None else ""
+                text = " ".join(text for text in (changed, question or asks or action + "?", words) if text)
+                self._panel.ask(text, action, lambda: ask(moves))
 
-        try:
-            refusal, words = judged()
-        except Refused as refused:
-            self._panel.say(str(refused), "bad")
-            return
-        if self._refused(action, refusal):
-            return
-        if words or question:
-            self._panel.ask(" ".join(text for text in (question or asks or action + "?", words) if text), action, do)
-        else:
-            do()
+        ask()
 
     def _write(self, writes, action, done, why, chain, then):
         settings = self._panel.settings
@@ -132,7 +136,8 @@ class Guard:
             return
         names = ", ".join("%s %s" % (write.name, _shown(write)) for write in writes)
         done = _("Undone: {changes} again.").format(changes=names.replace("{", "").replace("}", ""))
-        self.change(writes, action, done, why="undo", chain=chain, then=then, question=_("Undo {count} changes: {names}?").format(
+        needed = "operator" if change.why in OF_OPERATOR else "integrator"
+        self.change(writes, action, done, why="undo", needed=needed, chain=chain, then=then, question=_("Undo {count} changes: {names}?").format(
             count=len(writes), names=names) if len(writes) > 1 or chain else "")
 
     # --- the chain of squareness ---

@@ -8,8 +8,8 @@ from panel.texts import _
 PATIENCE = 30  # s for a line; taking an offset back takes a few
 
 
-def mdi(line):
-    """Runs one line in MDI, and goes back to the mode before. Raises RuntimeError with the reason."""
+def mdi(line, stays=False):
+    """Runs one line in MDI, and goes back to the mode before, unless it stays: another mode aborts. Raises RuntimeError with the reason."""
     import linuxcnc
 
     try:
@@ -31,7 +31,7 @@ def mdi(line):
     while status.interp_state != linuxcnc.INTERP_IDLE and time.monotonic() < ends:
         time.sleep(0.02)
         status.poll()
-    if mode != linuxcnc.MODE_MDI:
+    if mode != linuxcnc.MODE_MDI and not stays:
         command.mode(mode)
         command.wait_complete(PATIENCE)
     if result == linuxcnc.RCS_ERROR:

@@ -4,6 +4,7 @@
 import os
 
 from panel import chains, squareness_program as program, squareness_state, status
+from panel.entry_form import EntryForm
 from panel.function_page import FunctionPage
 from panel.pages import Page
 from panel.settings import Write
@@ -13,6 +14,8 @@ from panel.widgets import Figures, Keypad, button, card, choose, column, flow, g
 
 
 class SquarenessPage(FunctionPage):
+    function = "squareness"
+    place = 2
     heading = "Squareness"  # for gettext: _("Squareness")
     live = ("x-position", "y-position", "z-position", "z-tool-offset")
 
@@ -305,40 +308,17 @@ class Readings(Step):
         return ""
 
     def content(self):
-        self._texts, self._buttons, self._chosen = {}, {}, None
-        self._keypad = Keypad("")
-        self._keypad.entry.connect("changed", lambda entry: self._changed())
-        for name, start in self.fields():
-            self._texts[name] = start
-            self._buttons[name] = button("", lambda name=name: self._choose(name), name=name)
-        self._choose(next(iter(self._texts)))
-        left = column(label(self.words()), *self._buttons.values(), spacing=4)
-        return [row(grow(left), grow(self._keypad), spacing=16)]
-
-    def _choose(self, name):
-        self._chosen = None
-        self._keypad.entry.set_text(self._texts[name])
-        self._chosen = name
-        self._show()
-
-    def _changed(self):
-        if self._chosen:
-            self._texts[self._chosen] = self._keypad.text
-            self._show()
-
-    def _show(self):
-        for name, its in self._buttons.items():
-            its.get_child().set_text("%s: %s" % (name, self._texts[name] or "?"))
-            choose(its, name == self._chosen)
+        self._form = EntryForm(self.fields(), self.words())
+        return [self._form.widget]
 
     def further(self):
         return [button(_("Enter"), self._enter, "main")]
 
     def _enter(self):
-        lacking = [name for name, text in self._texts.items() if not text]
+        lacking = self._form.lacking()
         if lacking:
-            self.panel.say(_("Enter {name}.").format(name=lacking[0]), "warn")
-        elif self.work.compute(program.with_measurement(self.work.document, self.measurement(list(self._texts.values())))):
+            self.panel.say(lacking, "warn")
+        elif self.work.compute(program.with_measurement(self.work.document, self.measurement(list(self._form.texts.values())))):
             form = self
             while not isinstance(form, LeansStep):
                 form = form.back

@@ -54,6 +54,11 @@ def unit_name(unit):
 MACHINE_UNIT = ["mm"]
 
 
+def for_program(value):
+    """A length of the machine as an expression of G-code: a program may be in mm or inches."""
+    return "%.6f%s" % (value, "*[1+24.4*#<_metric>]" if MACHINE_UNIT[0] == "in" else "/[1+24.4*#<_imperial>]")
+
+
 def in_micrometres(value, unit="mm"):
     """A length of the machine as a text of a few digits."""
     if not isinstance(value, float) or not math.isfinite(value):

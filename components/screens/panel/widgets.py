@@ -37,13 +37,33 @@ def set_text(widget, text):
         widget.set_text(text)
 
 
+AGAIN, ELSEWHERE = 200, 450  # ms, within which a second press is no order: at the same button, and at one that came under the finger
+NEAR = 24  # px
+_last = {"time": 0, "place": (0, 0), "widget": None}
+
+
+def _is_meant(widget, repeats):
+    """False for the second half of a double press; it may meet another button where the first one has opened a page or ended a question."""
+    event = Gtk.get_current_event()
+    found, x, y = event.get_root_coords() if event else (False, 0, 0)
+    if not found:
+        return True
+    now, same = event.get_time(), _last["widget"] is widget
+    since = now - _last["time"]
+    near = abs(x - _last["place"][0]) < NEAR and abs(y - _last["place"][1]) < NEAR
+    if 0 <= since < (AGAIN if same else ELSEWHERE) and near and not (same and repeats):
+        return False
+    _last.update(time=now, place=(x, y), widget=widget)
+    return True
+
+
 def button(text, pressed, *classes, name=""):
     widget = Gtk.Button()
     words = Gtk.Label(label=text, justify=Gtk.Justification.CENTER)
     words.set_line_wrap(True)
     words.set_max_width_chars(18)  # longer words break, and buttons stand side by side
     widget.add(words)
-    widget.connect("clicked", lambda _button: pressed())
+    widget.connect("clicked", lambda its: _is_meant(its, "key" in classes) and pressed())
     widget.set_can_focus(False)  # keys belong to the screen around it
     named(widget, name or text.replace("\n", " "))
     return style(widget, *classes)
@@ -94,7 +114,7 @@ def scrolled(child):
 
 def flow(*children):
     """Children side by side, as many as fit."""
-    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=2, max_children_per_line=4, column_spacing=8, row_spacing=8)
+    box = Gtk.FlowBox(selection_mode=Gtk.SelectionMode.NONE, homogeneous=True, min_children_per_line=1, max_children_per_line=4, column_spacing=8, row_spacing=8)
     for child in children:
         box.add(child)
         child.get_parent().set_can_focus(False)

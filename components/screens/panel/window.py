@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The window: navigation on the left, a page on the right, messages and questions below."""
 
-from gi.repository import Gdk, Gtk
+from gi.repository import Gdk, GLib, Gtk
 
 from panel import style as styles
 from panel.embedding import forward_keys, is_viewable, put_into
@@ -9,8 +9,9 @@ from panel.messages import Messages
 from panel.texts import _
 from panel.widgets import button, choose, clear, column, grow, label, row, scrolled, style
 
-NARROW = 640  # px
+NARROW = 760  # px
 SIDE = 184  # px
+ROW = 4  # names of pages in a row, where it is narrow
 
 
 class Window:
@@ -23,7 +24,7 @@ class Window:
         self.gtk.connect("destroy", lambda _window: closed())
         self._css = Gtk.CssProvider()
         Gtk.StyleContext.add_provider_for_screen(Gdk.Screen.get_default(), self._css, Gtk.STYLE_PROVIDER_PRIORITY_APPLICATION)
-        self._buttons, self._names = {}, column(spacing=4)
+        self._buttons, self._names, self._navigation = {}, Gtk.Grid(row_spacing=4, column_spacing=4, column_homogeneous=True), []
         navigation = scrolled(self._names)
         navigation.grows = False
         navigation.set_hexpand(False)
@@ -37,40 +38,35 @@ class Window:
         self._standstill.set_no_show_all(True)
         content = row(navigation, grow(self._stack), spacing=0)
         content.grows = True
-        self._sides, self._narrow = (content, navigation), False
+        self._sides = content, navigation
         self.gtk.connect("size-allocate", lambda _window, place: self._arrange(place.width))
         self.gtk.add(style(column(content, self._standstill, self.messages, spacing=0), "plumb"))
+        if into is None and size[0] < NARROW:
+            self._put_navigation(True)  # before the window takes the width that the other arrangement needs
         self._theme()
 
     def _arrange(self, width):
-        """Where it is narrow, the navigation is a row above the page."""
-        from gi.repository import GLib
+        """Where it is narrow, the navigation stands in rows above the page: all of it is seen, also where a screen covers a part of the panel."""
+        narrow = width < NARROW
+        if narrow != (self._sides[0].get_orientation() == Gtk.Orientation.VERTICAL):
+            GLib.idle_add(self._put_navigation, narrow)  # not while places are given out
 
+    def _put_navigation(self, narrow):
         content, navigation = self._sides
-        wanted = Gtk.Orientation.VERTICAL if width < NARROW else Gtk.Orientation.HORIZONTAL
-        if content.get_orientation() == wanted:
-            return
-        narrow = wanted == Gtk.Orientation.VERTICAL
+        content.set_orientation(Gtk.Orientation.VERTICAL if narrow else Gtk.Orientation.HORIZONTAL)
+        self._place_names(narrow)
+        navigation.set_policy(Gtk.PolicyType.NEVER, Gtk.PolicyType.NEVER if narrow else Gtk.PolicyType.AUTOMATIC)
+        navigation.set_size_request(-1 if narrow else SIDE, -1)
+        navigation.set_vexpand(not narrow)
+        return False
 
-        def change():
-            content.set_orientation(wanted)
-            self._names.set_orientation(Gtk.Orientation.HORIZONTAL if narrow else Gtk.Orientation.VERTICAL)
-            self._names.set_valign(Gtk.Align.START if narrow else Gtk.Align.FILL)
-            policies = (Gtk.PolicyType.AUTOMATIC, Gtk.PolicyType.NEVER) if narrow else (Gtk.PolicyType.NEVER, Gtk.PolicyType.AUTOMATIC)
-            navigation.set_policy(*policies)
-            navigation.set_size_request(-1 if narrow else SIDE, -1)
-            navigation.set_vexpand(not narrow)
-            self._narrow = narrow
-            self._wrap()
-            return False
-
-        GLib.idle_add(change)  # not while places are given out
-
-    def _wrap(self):
-        """Words of a row stand in one line; they would break after each letter."""
+    def _place_names(self, narrow):
         for child in self._names.get_children():
-            words = child if isinstance(child, Gtk.Label) else child.get_child()
-            words.set_line_wrap(not self._narrow)
+            self._names.remove(child)
+        for place, its in reversed(list(enumerate(self._navigation))):  # a grid goes through them backwards
+            self._names.attach(its, place % ROW if narrow else 0, place // ROW if narrow else place, 1, 1)
+            its.set_hexpand(True)
+        self._names.show_all()
 
     def _theme(self):
         Gtk.Settings.get_default().set_property("gtk-application-prefer-dark-theme", self.dark)
@@ -94,16 +90,17 @@ class Window:
             print(self.gtk.get_window().get_xid(), flush=True)  # QtDragon reads this line, and never again
 
     def show_navigation(self, pages, opened, level):
-        clear(self._names)
-        self._buttons = {}
+        self._clear_navigation()
         for page in pages:
             its = button(page.title, lambda page=page: opened(page))
             self._buttons[page] = its
-            self._names.pack_start(its, False, False, 0)
-        self._names.pack_end(button(_("Light / dark"), self.toggle_theme), False, False, 0)
-        self._names.pack_end(label(_(level), "soft"), False, False, 0)
-        self._wrap()
-        self._names.show_all()
+            self._navigation.append(its)
+        self._navigation += [button(_("Light / dark"), self.toggle_theme), label(_(level), "soft")]
+        self._place_names(self._sides[0].get_orientation() == Gtk.Orientation.VERTICAL)
+
+    def _clear_navigation(self):
+        clear(self._names)
+        self._buttons, self._navigation = {}, []
 
     def show_page(self, page):
         """Old questions and messages go with the page that they came from."""
@@ -118,7 +115,7 @@ class Window:
     def show_sentence(self, text):
         """Instead of pages."""
         self.messages.hush()
-        clear(self._names)
+        self._clear_navigation()
         self._empty()
         self._stack.pack_start(label(text, "title"), False, False, 40)
         self._stack.show_all()

@@ -6,13 +6,33 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <utility>
 
 namespace plumb {
 
 // The stages that bring offsets into the axes, as they report it.
 struct Stages : hal::Group {
-    static constexpr std::size_t number = 10;
-    using Row = hal::Row<hal::In<bool>, number>;
+    static constexpr std::size_t number = 17;  // a joint each, and an axis
+
+    // Numbered from 0 to 16: names of the first ten are those of when there were no more.
+    class Row {
+    public:
+        Row(Stages* owner, const std::string& stem, bool initial, const std::string& doc)
+            : Row(std::make_index_sequence<number>{}, owner, stem, initial, doc) {}
+
+        hal::In<bool>& operator[](std::size_t i) noexcept { return pins_[i]; }
+        hal::In<bool>* begin() noexcept { return pins_; }
+        hal::In<bool>* end() noexcept { return pins_ + number; }
+
+    private:
+        template <std::size_t... I>
+        Row(std::index_sequence<I...> /*numbers*/, Stages* owner, const std::string& stem, bool initial,
+            const std::string& doc)
+            : pins_{hal::In<bool>(owner, stem + "-" + std::to_string(I), initial, doc)...} {}
+
+        hal::In<bool> pins_[number];
+    };
 
     using Group::Group;
 

@@ -2,11 +2,12 @@
 """The trial of centre_height on a copy: two lands that are entered give the height of a tool that is off centre."""
 
 HEIGHT, RADIUS, STEP = 0.05, 5, 1  # mm
+SHIM = 8  # of hold-code
 
 
 def check(machinery):
     get, put, unit = machinery.get, machinery.set, machinery.unit
-    settings = {"centre.keyed": True, "centre.method": 1, "centre.cuts": 2, "centre.clearance-angle": 0, "centre.max-sigma": 0.1 * unit}
+    settings = {"centre.keyed": True, "centre.method": 1, "centre.cuts": 2, "centre.clearance-angle": 0, "centre.max-sigma": 0.1 * unit, "centre.largest-burr": 0}
     for index, y in enumerate((STEP, -STEP)):
         settings["centre.cut-diameter-%02d" % index] = 2 * (RADIUS**2 + (y + HEIGHT) ** 2) ** 0.5 * unit
         settings["centre.cut-x-%02d" % index] = RADIUS * unit
@@ -18,12 +19,17 @@ def check(machinery):
     for value in (False, True):
         put("centre.compute", value)
         machinery.machine.wait(0.1)
-    height, move, allowed, fault = (get("centre." + name) for name in ("height", "y-move", "move-allowed", "fault"))
+    names = ("height", "y-move", "move-allowed", "fault", "hold-code")
+    height, move, allowed, fault, hold = (get("centre." + name) for name in names)
     put("centre.compute", False)
     for name, value in before.items():
         put(name, value)
+    if "Y" in machinery.axes:
+        moves = "Y may move by %.3f um", bool(allowed)
+    else:
+        moves = "a shim raises the tool by %.3f um", not allowed and hold == SHIM
     return [
         ("two lands of a tool that is %g um high give %.3f um" % (1e3 * HEIGHT, 1e3 * height / unit), abs(height - HEIGHT * unit) < 1e-6 * unit),
-        ("Y may move by %.3f um" % (1e3 * move / unit), bool(allowed) and abs(move + HEIGHT * unit) < 1e-6 * unit),
+        (moves[0] % (1e3 * move / unit), moves[1] and abs(move + HEIGHT * unit) < 1e-6 * unit),
         ("no fault", not fault),
     ]

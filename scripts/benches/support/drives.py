@@ -77,7 +77,7 @@ def simulate(plant, seed, weak, progress):
     return outcome
 
 
-def prepare(host, plant, seed, drawn):
+def prepare(host, plant, seed, drawn, run=True):
     for line in LINES.format(plant=plant, module=PLANTS[plant]).strip().splitlines():
         host.command(line)
     settings = {f"{plant}.seed": seed, f"{plant}.force-limit": drawn.limit, "chop.lower": 0, "chop.upper": drawn.stroke, "chop.feed": drawn.feed}
@@ -87,7 +87,7 @@ def prepare(host, plant, seed, drawn):
         host.set(name, value)
     host.command("start")
     host.run(SETTINGS_IN_FORCE)
-    host.set("chop.run", True)
+    host.set("chop.run", run)
     host.run(SETTINGS_IN_FORCE)
 
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plumb {
@@ -955,6 +956,75 @@ TEST_F(Learned, ALowerOverrideNeverTakesTheAxisBeyond) {
     bench.run(1);
     EXPECT_GE(bench.get("axis.truth-position"), -20.001);
     EXPECT_LE(bench.get("axis.truth-position"), -7.999);
+}
+
+// A correction holds for the command that was in force when it was learned.
+TEST_F(Learned, AnotherJerkTimeOrLeadIsLearnedForItself) {
+    ASSERT_EQ(get("learned"), 1);
+    bench.expect("z >= -20.005", {{"z", "axis.truth-position"}});
+    set("max-output-accel", 10000);
+    for (const auto& [pin, value] : {std::pair{"jerk-time", 0.03}, {"lead", 0.01}, {"jerk-time", 0.06}, {"lead", 0}}) {
+        set(pin, value);  // while it strokes, and in force with the next start
+        bench.run(20);
+        set("run", 0);
+        bench.run(2);
+        start();
+        bench.run(25);
+        EXPECT_EQ(get("learned"), 1) << pin << " " << value;
+        EXPECT_EQ(get("fault-code"), 0) << pin << " " << value;
+    }
+}
+
+TEST_F(Learned, NoOverrideAndNoWayFromRNeedsMoreThanTheJointHasProven) {
+    ASSERT_EQ(get("learned"), 1);
+    bench.set("axis.force-limit", 900);  // for 600 mm/s2 and friction
+    bench.run(3);
+    ASSERT_EQ(get("fault-code"), 0);
+    bench.expect("z >= -20.005", {{"z", "axis.truth-position"}});
+    set("override", 1.5);
+    bench.run(10);
+    EXPECT_EQ(get("fault-code"), 0);
+    set("override", 1);
+    bench.run(3);
+    for (const double end : {-9.0, -14.0, -19.0}) {
+        set("run", 0);
+        bench.run(3);
+        set("position", end);
+        bench.run(3);
+        start();
+        bench.run(8);
+        EXPECT_EQ(get("fault-code"), 0) << end;
+        EXPECT_EQ(get("learned"), 1) << end;
+    }
+}
+
+TEST_F(Learned, AnotherRegionFeedOrSectionIsAtFullSpeedAtOnceAndSoonLearned) {
+    ASSERT_EQ(get("learned"), 1);
+    bench.expect("z >= -20.005", {{"z", "axis.truth-position"}});
+    const auto stroke = [this](int cycles, const std::vector<std::pair<const char*, double>>& settings) {
+        set("run", 0);
+        bench.run(3);
+        for (const auto& [pin, value] : settings) set(pin, value);
+        start();
+        bench.run(0.1);
+        while (get("stroke-count") < 2 * cycles + 1) {
+            bench.run(0.01);
+            EXPECT_EQ(get("speed-factor"), 1);
+        }
+        bench.run(0.1);
+        EXPECT_NEAR(bench.get("axis.truth-lower"), get("lower"), 2 * um) << settings[0].first;
+        EXPECT_NEAR(bench.get("axis.truth-upper"), get("upper"), 2 * um) << settings[0].first;
+        while (get("stroke-count") < 2 * cycles + 4) bench.run(0.01);
+        EXPECT_EQ(get("learned"), 1) << settings[0].first;
+    };
+    stroke(3, {{"feed", 45}});
+    stroke(3, {{"upper", -11}, {"feed", 50}});
+    stroke(3, {{"upper", -6}, {"feed", 60.5}});
+    stroke(4, {{"section-0-kind", 2},
+               {"section-0-from", -16},
+               {"section-0-to", -12},
+               {"section-0-ratio", 0.5},
+               {"max-acceleration", 600}});
 }
 
 TEST_F(Learned, AScaleThatDoesNotFollowStopsTheStroke) {

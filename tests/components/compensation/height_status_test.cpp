@@ -24,6 +24,7 @@ TEST(HeightStatus, OnlyAToolOnCentreIsGood) {
         {{State::idle, Fault::none, Verdict::none, service}, service, Kind::bad},
         {{State::aborted, Fault::none, Verdict::none, {}}, S::interrupted, Kind::warn},
         {{State::known, Fault::none, Verdict::held, {}}, S::held, Kind::warn},
+        {{State::known, Fault::none, Verdict::held, {}, Hold::disagreement}, S::disagree, Kind::warn},
         {{State::known, Fault::none, Verdict::both, {}}, S::off_centre, Kind::warn},
         {{State::known, Fault::none, Verdict::y, {}}, S::off_centre, Kind::warn},
         {{State::known, Fault::none, Verdict::x, {}}, S::off_centre, Kind::warn},
@@ -42,8 +43,9 @@ TEST(HeightStatus, OnlyAToolOnCentreIsGood) {
         found.insert(each.status);
     }
     for (std::int32_t number = hal::first_own; number < 100; ++number)
-        if (said(static_cast<S>(number)).sentence)
+        if (said(static_cast<S>(number)).sentence) {
             EXPECT_EQ(found.count(static_cast<S>(number)), 1u) << number;
+        }
 }
 
 }  // namespace

@@ -90,8 +90,22 @@ TEST(StrokeInForce, TheSpeedIsStretchedWithinBoundsAndPartOfItIsLearned) {
     EXPECT_DOUBLE_EQ(it.speed(0.2), 18);
     for (int i = 0; i < 50; ++i) it.stretch(2);
     EXPECT_DOUBLE_EQ(it.speed(1), 600);
-    it.begin_cycles();
+    it.begin_strokes();
     EXPECT_EQ(it.speed(1), 60);
+}
+
+TEST(StrokeInForce, ALearnedStrokeBelongsToTheCommandOfItsStart) {
+    StrokeInForce it;
+    StrokeValues given = good();
+    given.jerk_time = 0.02;
+    ASSERT_EQ(it.take(given, 0, dt), Fault::none);
+    it.begin_strokes();
+    const auto before = it.learned_stroke();
+    given.jerk_time = 0.03;
+    ASSERT_TRUE(it.judge(given, {0, true, 0, 0.02}, dt));
+    EXPECT_TRUE(it.learned_stroke() == before);
+    it.begin_strokes();
+    EXPECT_FALSE(it.learned_stroke() == before);
 }
 
 TEST(StrokeInForce, TheInsetIsAPartOfAShortStroke) {

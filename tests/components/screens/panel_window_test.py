@@ -107,8 +107,9 @@ class Window(unittest.TestCase):
         finger.until(lambda: not finger.find("Squareness"), "the page of squareness to go")
         self.host.command("net growth-nan growth.load")
         self.host.set("growth-nan", float("nan"))
+        self.host.command("start")
         finger.press("All components")
-        finger.await_text("growth.load is not a number.")
+        finger.await_text("A fault is active. The load is invalid.")
 
     def test_looks_at_the_pins_keep_no_memory(self):
         program = os.path.join(ROOT, "tests", "programs", "panel_memory.py")
@@ -142,6 +143,100 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.host.get("chop.override") == 1.05, "the faster stroke")
         finger.await_text("105 %")
 
+    def test_strokes_and_a_section_by_pins_and_one_undo_takes_the_section_back(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.position 10", "setp chop.min-limit -100",
+                     "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        for name in ("Chopping", "Sections", "Section 1", "From, mm"):
+            finger.press(name)
+        finger.type("-20")
+        finger.press("To, mm")
+        finger.type("-5")
+        finger.press("Save")
+        finger.until(lambda: self.host.get("chop.section-0-kind") == 2, "the section")
+        finger.await_text("\u221220 mm to \u22125 mm, 50 % of the speed, both ways")
+        self.assertEqual(self.host.get(["chop.section-0-from", "chop.section-0-to", "chop.section-0-ratio"]), [-20, -5, 0.5])
+        finger.press("Back")
+        finger.press("Ends and start")
+        finger.press("Upper dead point here")
+        finger.press("Lower dead point, mm")
+        finger.type("-30")
+        finger.press("Largest speed, mm/min")
+        finger.type("3000")
+        finger.press("Start the strokes")
+        finger.await_text("LinuxCNC's motion is not loaded.")
+        self.assertFalse(self.host.get("chop.active"))
+        finger.press("Changes")
+        finger.press("Undo chop.section-0-kind")
+        finger.press("Undo")
+        finger.until(lambda: self.host.get("chop.section-0-kind") == 0, "no section")
+        self.assertEqual(self.host.get(["chop.section-0-from", "chop.section-0-to", "chop.section-0-ratio"]), [0, 0, 1])
+
+    def test_the_second_half_of_a_double_press_is_no_order(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Growth of Z")
+        finger.press("Learn from the next part")
+        finger.await_text("The machine must be cold")
+        finger.press_twice("Cancel")  # the page comes under the finger
+        finger.rest()
+        self.assertFalse(self.host.get("growth.learn"))
+        finger.press("Chopping")
+        finger.press_twice("Hold / go on")  # at once on, and no question whether to go on
+        finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
+        finger.rest()
+        self.assertFalse(finger.find_text("Go on with the strokes?"))
+        finger.press("Faster")
+        finger.press("Faster")
+        finger.until(lambda: abs(self.host.get("chop.override") - 1.1) < 1e-9, "two steps by two presses")
+
+    def test_moves_that_have_changed_are_asked_again(self):
+        self.set_square("setp square.axis-direction 0", "setp square.ea0y -0.0001", "setp square.y-position 100", "setp square.all-homed 1",
+                        "setp square.enable 1", "setp square.max-rate 5")
+        finger = self.panel()
+        self.host.run(2)
+        for name in ("Squareness", "All pins and settings", "Other settings, at their defaults", "ea0y", "Clear"):
+            finger.press(name)
+        finger.type("0")
+        finger.press("Save")
+        announced = finger.await_text("It moves: ")
+        self.host.command("setp square.y-position -200")
+        self.host.run(2)
+        finger.press_answer("Save")
+        again = finger.await_text("The moves have changed.")
+        self.assertNotEqual(announced, again)
+        self.assertEqual(self.host.get("square.ea0y"), -0.0001)
+        finger.press_answer("Save")
+        finger.until(lambda: self.host.get("square.ea0y") == 0, "the angle")
+
+    def test_two_panels_at_once_and_the_second_one_sees_what_the_first_one_did(self):
+        first = self.panel(name="first")
+        for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
+            first.press(name)
+        first.type("0.25")
+        second = self.panel("--size", "1000x700", name="second")  # before the first one
+        for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
+            second.press(name)
+        second.type("0.3")
+        second.press("Save")
+        second.until(lambda: self.host.get("growth.window") == 0.3, "the setting of the second one")
+        second.end()
+        first.press("Save")
+        first.await_text("was changed meanwhile by second")
+        self.assertEqual(self.host.get("growth.window"), 0.3)
+
+    def test_linuxcnc_that_ends_under_a_question_is_said_and_nothing_is_written(self):
+        finger = self.panel("--access", "operator")
+        finger.press("Growth of Z")
+        finger.press("Learn from the next part")
+        finger.await_text("The machine must be cold")
+        self.host.command("stop")
+        self.host.command("unloadrt thermal_displacement")
+        finger.until(lambda: not finger.find("Growth of Z"), "the page to go")
+        self.assertFalse(finger.find("Learn"), "the question of a page that is gone")
+
     def test_strokes_end_by_pins_alone(self):
         """No LinuxCNC is here: neither task nor io lives."""
         for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
@@ -150,7 +245,7 @@ class Window(unittest.TestCase):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Chopping")
-        finger.await_text("Strokes.")
+        finger.await_text("The axis strokes.")
         finger.press("Stop")
         finger.until(lambda: not self.host.get("chop.active"), "the stop")
         self.assertNotEqual(self.host.get("chop.offset"), 0)
@@ -160,7 +255,7 @@ class Window(unittest.TestCase):
         self.host.command("setp chop.run 0")
         self.host.run(0.1)
         self.host.command("setp chop.run 1")
-        finger.await_text("Strokes.")
+        finger.await_text("The axis strokes.")
         finger.press("To point R")
         finger.press("Move the axis")
         finger.await_text("At rest at point R.")
@@ -304,6 +399,7 @@ class Window(unittest.TestCase):
     def test_the_inputs_and_the_load_are_live(self):
         for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3"):
             self.host.command(line)
+        self.host.set("growth.enable", True)
         finger = self.panel()
         finger.press("Growth of Z")
         finger.until(lambda: finger.find("Load 12.5 %, a contact at 15.5 %"), "the bar of the load")
@@ -323,6 +419,7 @@ class Window(unittest.TestCase):
         self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
         self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
         self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
+        self.host.set("growth.enable", True)
         finger = self.panel()
         finger.press("Sensors")
         finger.await_text("No valid value: modbus-sensor.spindle-load.")

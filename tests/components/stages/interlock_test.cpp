@@ -20,7 +20,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr int services = 8, functions = 6, stages = 8;
+constexpr int services = 8, functions = 6, stages = 17;
 
 // The table of the manual page whose first line begins with these words, without blank lines.
 std::string page_table(const std::string& first_words) {

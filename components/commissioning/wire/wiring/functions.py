@@ -19,6 +19,7 @@ class Function:
         self.joint_offset = given.get("joint_offset", {})
         self.axis_offset = given.get("axis_offset", {})
         self.stroke = given.get("stroke", {})
+        self.without = given.get("without", {})
         self.interlock = given["interlock"]
         self.records = given.get("records", [])
         self.abort = given.get("abort")
@@ -58,12 +59,23 @@ class Function:
         return [
             command._replace(words=[moved.get(word, word) for word in command.words])
             for command in hal_text.parse(self.text(self.name + ".hal"))
-            if not (command.name == "net" and command.words[0].startswith(absent))
+            if not (
+                command.name == "net"
+                and command.words[0].startswith(absent)
+                and not command.words[0].endswith("-tool-offset")  # LinuxCNC has those of all axes
+            )
         ]
 
     def nets(self, axes):
         """The words of its nets on a machine with these axes."""
         return [command.words for command in self.commands(axes) if command.name == "net"]
+
+    def lacks(self, axes):
+        """The axes that it needs, if a machine with these axes has too few of them."""
+        if isinstance(self.required, list):
+            return [letter for letter in self.required if letter not in axes]
+        lacking = [letter for letter in self.axes if letter not in axes]
+        return lacking if len(self.axes) - len(lacking) < self.required else []
 
     @property
     def needs_halui(self):

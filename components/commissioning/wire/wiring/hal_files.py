@@ -15,6 +15,13 @@ ORDER = LICENSE + """
 
 proc plumb_order {before behind} {
   if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return    ;# TWOPASS adds functions in its second pass
+  foreach line [split [exec halcmd -s show thread] \\n] {    ;# a file that loads a function may have added it
+    foreach name [concat $before $behind] {
+      if {[lsearch -exact $line $name] >= 0} {
+        delf $name [lindex $line 2]
+      }
+    }
+  }
   foreach line [split [exec halcmd -s show thread] \\n] {
     set found [lsearch -exact $line motion-controller]
     if {$found < 0} continue
@@ -116,6 +123,8 @@ class HalFiles:
             lines.append("setp %s.max-offset %g" % (instance, self.machine.travel(joint)))
             lines.append("setp %s.max-rate %s" % (instance, self.machine.named(joint, "MAX_VELOCITY", 1)))
             lines.append("setp %s.taper 3" % instance)
+        for letter in set(function.without) - set(self.machine.axes):
+            lines += ["", "# This machine has no %s." % letter, *("setp %s 1" % pin for pin in function.without[letter])]
         return "\n".join(lines) + "\n"
 
     def _value(self, word):

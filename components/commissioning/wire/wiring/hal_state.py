@@ -27,8 +27,11 @@ class State:
                     readers.append(pin)
             self.signals[words[2]] = Signal(words[0], writer, readers)
         self.parameters = {words[4]: words[0] for words in _rows(texts["param"], 5)}
+        self.values = {words[4]: words[3] for words in _rows(texts["param"], 5)}
+        self.periods = {}  # of the threads, in ns
         for words in _rows(texts["thread"], 3):
             self.threads[words[2]] = words[5:]
+            self.periods[words[2]] = words[0]
 
     def signal_of(self, pin):
         found = self.pins.get(pin)

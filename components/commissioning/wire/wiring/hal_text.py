@@ -50,6 +50,8 @@ def nets_of(text):
             signal[0].extend(pins)
             if "=>" in words:
                 signal[1].update(words[2 : words.index("=>")])
+            if "<=" in words:
+                signal[1].update(words[words.index("<=") + 1 :][:1])
     return found
 
 

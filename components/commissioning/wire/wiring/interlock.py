@@ -61,8 +61,9 @@ def interlock(functions, stages, has_operation):
         ["interlock-fault", "interlock.fault", "=>", "linuxcnc-link.interlock-fault"],
         ["interlock-code", "interlock.fault-code", "=>", "linuxcnc-link.interlock-fault-code"],
     ]
-    part.messages = message("interlock-fault", "Interlock: {code}", "interlock fault-code")
-    part.messages += message("feed-held", "The feed is held until the axes have their offsets.")
+    part.messages = message("interlock-fault", "Interlock: {code}", "Verriegelung: {code}", "interlock fault-code")
+    german = "Der Vorschub steht, bis die Achsen ihren Versatz haben."
+    part.messages += message("feed-held", "The feed is held until the axes have their offsets.", german)
     for function in functions:
         if function.stroke:
             _stroke(part, function.number)
@@ -92,7 +93,8 @@ def _stroke(part, number):
     """The message for a stroke that a loss has ended."""
     part.nets.append(["strokes-lost", "interlock.function-lost-%d" % number, "=>", "linuxcnc-link.strokes-lost"])
     sentence = "A program that strokes need did not answer. No other stroke starts before you turn the switch of strokes off and on."
-    part.messages += message("strokes-lost", sentence, kind="error")
+    german = "Ein Programm, das die Hübe brauchen, antwortete nicht. Kein anderer Hub beginnt, ehe Sie den Schalter der Hübe aus- und einschalten."
+    part.messages += message("strokes-lost", sentence, german, kind="error")
     for net in (
         ["path-velocity", "motion.current-vel", "=>", "interlock.path-speed"],
         ["abort", "interlock.abort", "=>", "halui.abort"],
@@ -101,8 +103,9 @@ def _stroke(part, number):
         if net not in part.nets:
             part.nets.append(net)
     sentence = "A move began while strokes end, and was aborted: M49, M51 P0 and M53 P0 disable the holds of LinuxCNC."
+    german = "Eine Bewegung begann, während Hübe enden, und wurde abgebrochen: M49, M51 P0 und M53 P0 schalten das Anhalten von LinuxCNC ab."
     if sentence not in part.messages:
-        part.messages += message("hold-defeated", sentence, kind="error")
+        part.messages += message("hold-defeated", sentence, german, kind="error")
 
 
 def _arm(part, axes):
@@ -116,6 +119,8 @@ def _arm(part, axes):
         ["probing-told", "interlock.probing-refused", "=>", "linuxcnc-link.probing-refused"],
     ]
     sentence = "Probing is aborted: its result would contain the offset of %s. Take it back, or use o<probe_work> call."
-    part.messages += message("probing-refused", sentence % axes, kind="error")
+    german = "Das Antasten ist abgebrochen: sein Ergebnis enthielte den Versatz von %s. Erst zurücknehmen, oder mit o<probe_work> call antasten."
+    part.messages += message("probing-refused", sentence % axes, german % axes, kind="error")
     sentence = "%s lacks its offset until the next cycle starts: touch off by o<touch_off> call."
-    part.messages += message("uncompensated", sentence % axes)
+    german = "%s fehlt sein Versatz, bis der nächste Zyklus beginnt: mit o<touch_off> call ankratzen."
+    part.messages += message("uncompensated", sentence % axes, german % axes)

@@ -96,6 +96,21 @@ def prefixes(letter, joints):
     return [(letter.lower() + (str(number) if number > 1 else ""), joint) for number, joint in enumerate(joints, start=1)]
 
 
+def joints_by_coordinates(ini):
+    """The joints of each axis, by the coordinates of trivkins; none for other kinematics."""
+    words = (ini.get("KINS", "KINEMATICS") or "").split()
+    if not words or words[0] != "trivkins":
+        return {}
+    letters = next((word.split("=", 1)[1] for word in words if word.startswith("coordinates=")), "XYZABCUVW")
+    count = int(ini.get("KINS", "JOINTS") or len(letters))
+    coordinates = set((ini.get("TRAJ", "COORDINATES") or letters).replace(" ", "").upper())
+    joints = {}
+    for number, letter in enumerate(letters.upper()[:count]):
+        if letter in coordinates:
+            joints.setdefault(letter, []).append(number)
+    return joints
+
+
 def is_inch(units):
     """Whether [TRAJ]LINEAR_UNITS is the inch. It is a word, or the number of units in a millimetre."""
     units = (units or "mm").strip().lower()

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The parts that functions need on a machine."""
 
+import os
+
 import stages
 from interlock import interlock
 from interlock import problems as too_many
@@ -19,19 +21,19 @@ class Parts:
     """
 
     def __init__(self, functions, machine, folder):
-        self.functions, self.machine, self.file = functions, machine, folder + "/stages.hal"
+        self.functions, self.machine, self.file = functions, machine, os.path.join(folder, "stages.hal")
         self.freed, self.names, self.problems, self.notes = {}, {}, [], []
         used = {words[0] for function in functions for words in function.nets(machine.axes)}
-        self.all = [stages.link(self._path(folder + "/messages.toml")), stages.alive()]
+        self.all = [stages.link(self._path(os.path.join(folder, "messages.toml"))), stages.alive()]
         keepers = [function for function in functions if function.records]
         if keepers:
-            self.all += [stages.retain(self._path(folder + "/retain.toml"), keepers), stages.identity()]
+            self.all += [stages.retain(self._path(os.path.join(folder, "retain.toml")), keepers), stages.identity()]
         into_axes = self._stages()
         self.all.append(interlock(functions, into_axes, "operation" in used))
         self.all += into_axes
         self.all.append(self._from_joints(used))
         if "panel-settings" not in machine.complete.components:
-            self.all.append(stages.panel_settings(self._path(folder + "/panel.toml")))
+            self.all.append(stages.panel_settings(self._path(os.path.join(folder, "panel.toml"))))
         self._emergency_stop()
         self.problems += too_many(functions, into_axes)
 

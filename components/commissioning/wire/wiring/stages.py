@@ -50,9 +50,12 @@ def joint_stage(prefix, joint, sources, machine):
     ]
     part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
-    part.messages = message(prefix + "-fault", "Correction of %s: {code}" % prefix.upper(), "joint_offset fault-code")
+    name = prefix.upper()
+    german = "Korrektur von %s: {code}" % name
+    part.messages = message(prefix + "-fault", "Correction of %s: {code}" % name, german, "joint_offset fault-code")
     sentence = "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage."
-    part.messages += message(prefix + "-limited", sentence % prefix.upper())
+    german = "%s hat nicht die ganze Korrektur: nahe am Softwareende, oder durch max-offset oder max-rate seiner Stufe."
+    part.messages += message(prefix + "-limited", sentence % name, german % name)
     return part
 
 
@@ -103,7 +106,8 @@ def axis_stage(letter, source, clear):
     part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.reports.update({report: "%s-%s" % (letter, report) for report in ("uncompensated", "probing-refused")})
     part.after = [stage + ".update"]
-    part.messages = message(own + "-fault", "Offset of %s: {code}" % letter.upper(), "axis_offset fault-code")
+    german = "Versatz von %s: {code}" % letter.upper()
+    part.messages = message(own + "-fault", "Offset of %s: {code}" % letter.upper(), german, "axis_offset fault-code")
     return part
 
 
@@ -126,10 +130,14 @@ def retain(path, functions):
     ]
     names, codes = [function.name for function in functions], "plumb-retain fault-code"
     off = "%s %s off: " % (" and ".join(names), "is" if len(names) == 1 else "are")
-    part.messages = message("not-restored", off + "{code} The terminal has more.", codes)
-    part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", codes)
+    german = "%s %s aus: {code} Mehr steht im Terminal." % (" und ".join(names), "ist" if len(names) == 1 else "sind")
+    part.messages = message("not-restored", off + "{code} The terminal has more.", german, codes)
+    german = "Die Kompensation geht weiter. {code} Mehr steht im Terminal."
+    part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", german, codes)
     ends = "plumb-retain has ended: %s %s off with the end of the work. Start LinuxCNC again."
-    part.messages += message("retain-lost", ends % (" and ".join(names), "goes" if len(names) == 1 else "go"), kind="error")
+    german = "plumb-retain ist beendet: %s %s mit dem Ende der Arbeit aus. LinuxCNC neu starten."
+    german %= (" und ".join(names), "geht" if len(names) == 1 else "gehen")
+    part.messages += message("retain-lost", ends % (" and ".join(names), "goes" if len(names) == 1 else "go"), german, kind="error")
     return part
 
 
@@ -166,7 +174,8 @@ def alive():
         ["io-lost", "interlock.service-lost-5", "=>", "linuxcnc-link.io-lost"],
     ]
     sentence = "LinuxCNC's io does not answer: the feed is held. Press the emergency stop, and start LinuxCNC again."
-    part.messages = message("io-lost", sentence, kind="error")
+    german = "LinuxCNCs io antwortet nicht: der Vorschub steht. Not-Halt drücken und LinuxCNC neu starten."
+    part.messages = message("io-lost", sentence, german, kind="error")
     return part
 
 
@@ -197,11 +206,12 @@ def either(ours, theirs, pin):
     return part
 
 
-def message(pin, text, codes=None, kind=None):
+def message(pin, text, german, codes=None, kind=None):
     lines = ["[[message]]", 'pin  = "%s"' % pin]
     if codes or kind:
         lines.append('kind = "error"')
     lines.append('text = "%s"' % text)
     if codes:
         lines.append('codes = "%s"' % codes)
+    lines.append('translated = { de = "%s" }' % german)
     return "\n" + "\n".join(lines) + "\n"

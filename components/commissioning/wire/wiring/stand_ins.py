@@ -21,6 +21,8 @@ DRIVERS = re.compile(
     r"hal_stg|hal_tiro|hal_vti|hal_ax5214h|hal_evoreg|pcl720|pluto_servo|pluto_step|serport|opto_ac5|mesa_7i65|"
     r"mesa_uart|setsserial|uparport|sserial|hal_gpio|cia402|litexcnc\w*|remora\w*)$"
 )
+# LinuxCNC's own drivers do not load without their hardware, and hm2_eth takes minutes until it says so.
+LOADABLE = re.compile(r"^(?!hm2_|hal_|hostmot2|pluto_|mesa_|probe_parport|opto_ac5|pcl720|serport|setsserial|sserial|uparport)")
 PREFIXES = {
     "hal_parport": "parport",
     "hostmot2": r"hm2_\w+",  # of all cards
@@ -45,6 +47,7 @@ FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
 KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits the whole name
     (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|free-.*)", FLOAT, "OUT"),
     (r"joint\.\d+\.(motor-pos-fb|jog-scale)", FLOAT, "IN"),
+    (r"(joint|spindle)\.\d+\.index-enable", BIT, "IO"),
     (r"joint\.\d+\.jog-counts", S32, "IN"),
     (r"joint\.\d+\.(amp-enable-out|homed|homing|active|in-position)", BIT, "OUT"),
     (r"joint\.\d+\..*", BIT, "IN"),
@@ -90,7 +93,7 @@ KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the f
     (r"lcec\..*(controlword|control-word|cia-controlword)", U32, "IN"),
     (r"lcec\..*(statusword|status-word|cia-statusword)", U32, "OUT"),
 ]
-LIKELY = [  # the other pins of these drivers, where their manual pages do not have them
+LIKELY = [  # the other pins of these drivers, where neither their manual pages nor signals tell
     (r"parport\.\d+\..*", BIT, "IN"),
     (r"hm2_.*", FLOAT, "IN"),
 ]
@@ -108,7 +111,12 @@ SPECIAL = {
         "follow": {"changed": "change"},
     }
 }
-CARRIERS = ("xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose instances stand in for functions
+# A module that is not installed here, or that looks for its hardware in vain.
+ABSENT = re.compile(
+    r"\b([\w-]+): (?:dlopen: .*cannot open shared object file|rtapi_app_main: "
+    r"(?:No such device|Operation not permitted|No such file|Permission denied|Input/output error|Device or resource busy))"
+)
+CARRIERS = ("updown", "xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose instances stand in for functions
 
 
 class StandIns:
@@ -141,7 +149,8 @@ class StandIns:
         """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
         for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.-]+" % re.escape(prefix), self.all))):
-            if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(name), self.all, re.M):
+            function = re.sub(r"\.(time|tmax|tmax-increased)$", "", name)  # each function has these pins
+            if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(function), self.all, re.M):
                 found[name[len(prefix) + 1 :]] = self._kind(name)
         return found
 
@@ -155,9 +164,8 @@ class StandIns:
         return next(filter(None, (page.kind(name) for page in pages)), [None, None])
 
     def _told(self, name):
-        """Type and direction of a pin, as far as LinuxCNC and its pages give them."""
-        told = _known(name, KNOWN) or self._on_page(name)
-        return [given or likely for given, likely in zip(told, _known(name, LIKELY) or [None, None])]
+        """Type and direction of a pin, as far as its module, LinuxCNC and their pages give them."""
+        return self.learnt.get("real", {}).get(name) or _known(name, KNOWN) or self._on_page(name)
 
     def _guess(self, name):
         told = self._told(name)
@@ -165,7 +173,7 @@ class StandIns:
 
     def _by_use(self, name):
         """Type and direction of a pin by the signals and values that the user's files give it."""
-        others, is_source = [], False
+        others, is_source, likely = [], False, _known(name, LIKELY) or [None, None]
         for pins, sources in self.nets.values():
             if name in pins:
                 others += [kind for kind in map(self._told, pins) if None not in kind]
@@ -174,21 +182,25 @@ class StandIns:
         if others:
             kind = others[0][0]
         elif value:
-            kind = BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT
+            kind = likely[0] or (BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT)
         else:
-            kind = BIT if LIKE_A_BIT.search(name) else FLOAT
+            kind = likely[0] or (BIT if LIKE_A_BIT.search(name) else FLOAT)
+        if any(direction == "IO" for _, direction in others):
+            return [kind, "IO"]
         has_writer = any(direction == "OUT" for _, direction in others)
         reads = any(direction == "IN" for _, direction in others)
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
 
     def _stand_in_for_drivers(self):
-        for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+)(.*)$", self.all, re.M):
+        lines = {}
+        for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+).*$", self.all, re.M):
             module = found[1]
-            if not (DRIVERS.match(module) or module in self.learnt.get("given", ())) or module in self.drivers:
-                continue
-            self.drivers.append(module)
+            if DRIVERS.match(module) or any(module in self.learnt.get(kind, ()) for kind in ("given", "absent")):
+                lines.setdefault(module, found[0].strip())
+        self.drivers += lines
         if not self.drivers:
             return
+        self._load(line for module, line in lines.items() if LOADABLE.match(module))
         if any(module.startswith("hm2_") for module in self.drivers) and "hostmot2" not in self.drivers:
             self.drivers.append("hostmot2")
         carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
@@ -198,14 +210,17 @@ class StandIns:
             prefix = PREFIXES.get("hostmot2" if module.startswith("hm2_") else module, module)
             self.pages += [(r"%s(\.\d+)?\." % prefix, page_of(name)) for name in names]
         for module in self.drivers:
-            prefix = r"(?<![\w.-])(%s(?:\.\d+)?)\.(?=\w)" % PREFIXES.get(module, module)
+            # A component in C has - in its pins for _ in its name, and instances of their own names.
+            named = re.search(r"\bnames=(\S+)", lines.get(module, ""))
+            names = [PREFIXES.get(module, re.sub("[-_]", "[-_]", module)), *map(re.escape, named[1].split(",") if named else ())]
+            prefix = r"(?<![\w.-])((?:%s)(?:\.\d+)?)\.(?=\w)" % "|".join(names)
             heads = sorted(set(re.findall(prefix, self.all)))
             heads = [head for head in heads if head not in described]
             described += heads
             pins = {}
             for head in heads:
                 pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
-                added = sorted(set(re.findall(r"^\s*addf\s+(%s\.\S+)" % re.escape(head), self.all, re.M)))
+                added = sorted(set(re.findall(r"^\s*addf\s+(%s(?:\.\S+)?)(?=\s)" % re.escape(head), self.all, re.M)))
                 functions += [name for name in added if name not in functions]  # parport.0.read is one of parport, too
             self._describe(module, pins, {}, prefix=False)
         first = True
@@ -226,6 +241,14 @@ class StandIns:
             if changed != text:
                 self.texts[path] = changed
                 self.trial.place(path, changed)
+
+    def _load(self, lines):
+        """Learns the pins of drivers that can be loaded without their hardware."""
+        lines = list(lines)
+        if lines and self.learnt.get("loaded") != lines:
+            rows = (row.split() for row in self.trial.pins_of_modules(lines).splitlines())
+            self.learnt["real"] = {words[4]: [words[1], DIRECTIONS[words[2]]] for words in rows if len(words) > 4 and words[2] in DIRECTIONS}
+            self.learnt["loaded"] = lines
 
     def _expanded(self, written, line, module):
         return line if self._values(written).split()[1] == module else written
@@ -305,6 +328,10 @@ class StandIns:
         found = re.search(r"Signal '([^']+)' of type '(\w+)' cannot add pin '([^']+)' of type '(\w+)'", words)
         if found:
             return self._take_type(*found.groups())
+        found = ABSENT.search(words)
+        if found and found[1] not in self.drivers and re.search(r"^[ \t]*loadrt[ \t]+%s\b" % re.escape(found[1]), self.all, re.M):
+            self.learnt.setdefault("absent", []).append(found[1])
+            return True
         found = re.search(r"pin '([^']+)' is not writable", words)
         if found and self._is_stand_in(found[1]) and self.learnt.get("direction of " + found[1]) != "IN":
             self.learnt["direction of " + found[1]] = "IN"
@@ -320,7 +347,7 @@ class StandIns:
             path = next((path for path in self.texts if path.endswith(os.path.basename(found[1]))), None)
             line = self._values(self.texts[path].splitlines()[int(found[2]) - 1]) if path else ""
             return len(line.split()) > 1 and self._try_next(line.split()[1])
-        found = re.search(r"Signal '([^']+)' can not add OUT pin", words)
+        found = re.search(r"[Ss]ignal '([^']+)' (?:can not add OUT pin|already has output)", words)
         if found and found[1] in self.nets:
             for pin in self.nets[found[1]][0]:
                 if not _known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):

@@ -15,6 +15,7 @@ from texts import Impossible, wrapped
 HERE = os.path.dirname(os.path.realpath(__file__))
 SPEED = 10  # times real time
 PATIENCE = 300  # s of this computer's time
+MODULE_PATIENCE = 10
 NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file")
 WRITTEN = (("RS274NGC", "PARAMETER_FILE"), ("EMCIO", "TOOL_TABLE"), ("TRAJ", "POSITION_FILE"))  # LinuxCNC writes these
 # Variables by which a program reaches another that runs outside the trial.
@@ -113,34 +114,47 @@ class Trial:
                 os.makedirs(os.path.join(self.own, "outside", str(number)), exist_ok=True)
             self.ini.set(section, name, os.path.join(OWN, "outside", str(number), os.path.basename(path)))
 
-    def _linuxcnc(self):
-        plan = {
+    def pins_of_modules(self, lines):
+        """Rows of `halcmd -s show pin` with the pins of modules that load without their hardware, by their loadrt lines."""
+        path = self.write("modules.hal", "".join(line + "\n" for line in lines) + "show pin\n")
+        command, environment = in_sandbox(self._plan(), [self.plumb, "run", "--"], ["halrun", "-k", "-s", path])
+        return finished(command, environment, MODULE_PATIENCE)[1]
+
+    def _plan(self):
+        return {
             "home": self.ini.folder,
             "copy": self.copy,
             "own": self.own,
             "covers": [(os.path.join(self.own, name), path) for path, name in self.covers.items()],
             "keep": [HERE, self.plumb, sys.executable, *self.ini.texts, *self.read, *self.covers],
         }
+
+    def _linuxcnc(self):
         host = [self.plumb, "run", "--speed", str(SPEED), "--"]
-        command, environment = in_sandbox(plan, host, ["linuxcnc", "-r", self.ini.path])
-        with subprocess.Popen(
-            command,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            encoding="utf-8",
-            errors="replace",
-        ) as process:
-            try:
-                output = process.communicate(timeout=PATIENCE)[0]
-            except subprocess.TimeoutExpired:
-                process.terminate()
-                output = process.communicate()[0] + "\nLinuxCNC did not end within %d s" % PATIENCE
-            except BaseException:
-                process.terminate()
-                raise
-        return process.returncode, output
+        command, environment = in_sandbox(self._plan(), host, ["linuxcnc", "-r", self.ini.path])
+        return finished(command, environment, PATIENCE)
+
+
+def finished(command, environment, patience):
+    """Exit status and output of a program that has this many seconds."""
+    with subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+        errors="replace",
+    ) as process:
+        try:
+            output = process.communicate(timeout=patience)[0]
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            output = process.communicate()[0] + "\nLinuxCNC did not end within %d s" % patience
+        except BaseException:
+            process.terminate()
+            raise
+    return process.returncode, output
 
 
 def in_sandbox(plan, host, words):

@@ -8,9 +8,11 @@ import hal_text
 import writing
 from hal_state import SHOWN, State
 from machine import MOTION, Machine
+from remedies import remedy
 from sandbox import OWN
 from stand_ins import StandIns
-from texts import Impossible
+from step_rates import too_slow
+from texts import Impossible, wrapped
 from trial import NotStarted, Trial
 
 # Modules that pass a number on, with its pin and settings: the first that the user does not load.
@@ -69,7 +71,8 @@ class Trials:
             except NotStarted as error:
                 if not self.stand_ins.learn(str(error)):
                     sentence = "Your configuration does not start here, without anything of Plumb:\n%s"
-                    raise Impossible(sentence % error) from None
+                    advice = remedy(str(error), written)
+                    raise Impossible(sentence % error + ("\n" + wrapped(advice) if advice else "")) from None
         else:
             raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
         texts = {}
@@ -138,7 +141,10 @@ class Trials:
         except NotStarted:
             return " Your configuration does not start either when Plumb is left out."
         failed = [statement for statement, holds in seen if not holds]
-        return " The same machine without Plumb fails too: %s." % failed[0] if failed else " Without Plumb it works."
+        if not failed:
+            return " Without Plumb it works."
+        reasons = too_slow(machine) if "following error" in failed[0] else ()
+        return "\n".join([" The same machine without Plumb fails too: %s." % failed[0], *(wrapped(reason, "- ") for reason in reasons)])
 
     def release(self, machine):
         """Learns the inputs from the hardware without which the machine does not turn on or the spindle is not at speed."""
@@ -165,6 +171,7 @@ class Trials:
 
     def drive(self, trial, ini, machine, stand_ins):
         """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
+        begin_with_first_sequence(ini)
         outputs, lines, drives = stand_ins.outputs(), [], []
         if not outputs:
             return
@@ -172,7 +179,7 @@ class Trials:
         module, pin, settings = next(follower for follower in FOLLOWERS if follower[0] not in loaded)
         for joint in sorted({joint for numbers in machine.joints.values() for joint in numbers}):
             if ini.get("JOINT_%d" % joint, "HOME_SEARCH_VEL"):
-                for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_USE_INDEX"):
+                for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_FINAL_VEL", "HOME_USE_INDEX"):
                     ini.set("JOINT_%d" % joint, name, "0")
             command = machine.halfiles.signal_of("joint.%d.motor-pos-cmd" % joint)
             feedback = machine.halfiles.signal_of("joint.%d.motor-pos-fb" % joint)
@@ -187,6 +194,15 @@ class Trials:
         if lines:
             lines.insert(0, "loadrt %s names=%s" % (module, ",".join(drives)))
             ini.add("HAL", "HALFILE", trial.write("drives.hal", "\n".join(lines) + "\n"))
+
+
+def begin_with_first_sequence(ini):
+    """LinuxCNC homes all joints together only from sequence 0 or 1 on; some users home theirs one by one."""
+    sections = ["JOINT_%d" % joint for joint in range(int(ini.get("KINS", "JOINTS") or 0))]
+    sequences = {section: int(ini.get(section, "HOME_SEQUENCE") or 0) for section in sections}
+    first = min(map(abs, sequences.values()), default=0)
+    for section, sequence in sequences.items() if first > 1 else ():
+        ini.set(section, "HOME_SEQUENCE", str(sequence - first + 1 if sequence > 0 else sequence + first - 1))
 
 
 def renamed(text, wiring, machine, functions):
