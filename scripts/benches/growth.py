@@ -18,6 +18,7 @@ import tempfile
 import numpy as np
 
 from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
+from support import growth_curves
 from support.figures import largest, rms
 from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
@@ -151,13 +152,35 @@ def bench(count, first, duration, measured, place=None):
     return outcomes
 
 
+def curves(options):
+    """The lines of a table of the measured curves."""
+    names, units = (options.time, options.growth, options.speed), (options.time_unit, options.growth_unit)
+    read = [growth_curves.read_curve(path, names, units) for path in options.curve]
+    outcomes = simulate_all(
+        growth_curves.simulate, [(curve, 0, options.rate) for curve in read], sum(curve.times[-1] for curve in read), place_of(options)
+    )
+    files = [os.path.basename(path) for path in options.curve]
+    lines = [f"{file}: {curve.taken}" for file, curve in zip(files, read)]
+    return [*lines, "", growth_curves.HEAD, *(growth_curves.line(file, outcome) for file, outcome in zip(files, outcomes))]
+
+
 def main():
     parser = new_parser("growth", __doc__)
     parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines (default: 200)")
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 4h)")
+    parser.add_argument("--curve", action="append", metavar="FILE", help="a measured curve as the growth of the mill; may be repeated")
+    for what in ("time", "growth", "speed"):
+        parser.add_argument(f"--{what}", metavar="COLUMN", help=f"the column of the {what} in FILE (default: by its name)")
+    parser.add_argument("--time-unit", choices=growth_curves.SECONDS, help="of that column (default: by name and values)")
+    parser.add_argument("--growth-unit", choices=growth_curves.MILLIMETRES, help="of that column (default: by name and values)")
+    parser.add_argument("--rate", type=whole(100, 10000), default=1000, metavar="HZ", help="of the thread, with --curve (default: 1000)")
     add_place(parser)
     options = parser.parse_args()
+    if options.curve:
+        with errors_reported():
+            print("\n".join(curves(options)))
+        return
     with errors_reported():
         outcomes = bench(options.seeds, options.seed, options.duration, True, place_of(options))
     print(f"{duration_text(options.duration)} on each of {options.seeds} machines, twice; a contact every 5 min\n")

@@ -104,6 +104,15 @@ def chiller(host):
     replay(host, 0)
 
 
+def grows_little(host):
+    host.set("mill.spindle-growth", 0.012)
+    host.set("drive.lag", 0.02)
+
+
+def stock(height):
+    return ((0, lambda host: force(host, STOCK, height=height)),)
+
+
 ATTACKS = [
     Attack("none"),
     Attack("event of the program", program_event),
@@ -126,6 +135,10 @@ ATTACKS = [
     Attack("speed changes on the approach", one_gauge, ((0, lambda host: force(host, SPEED_CHANGE, factor=0.9, operation=40)),)),
     Attack("interrupted surface", events=((0, lambda host: host.set("program.blank-repeatability", 0.012)),)),
     Attack("step of 20 um", every_gauge, (*steps([-900], lambda host, time: replay(host, 0.01)), (0, lambda host: replay(host, 0.03)))),
+    Attack("growth 12 um: blanks 25 um higher", grows_little, stock(0.025)),
+    Attack("growth 12 um: a fixture 50 um higher", grows_little, stock(0.05)),
+    Attack("growth 12 um: the only tool 30 um longer", grows_little, ((0, lambda host: force(host, LONGER, height=0.03, operation=10)),)),
+    Attack("growth 12 um: filter of the drive 20 to 50 ms", grows_little, ((0, lambda host: host.set("drive.lag", 0.05)),)),
 ]
 
 
@@ -173,10 +186,12 @@ def find_cuts(column):
     return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
 
 
-def record(host, folder, seed, attacks, duration, progress):
+def record(host, folder, seed, attacks, duration, progress, growth=None):
     """attacks: pairs of an Attack and the time at which it begins."""
     path = os.path.join(folder, "recording.csv")
     start_mill(host, seed)
+    if growth is not None:
+        host.set("mill.spindle-growth", growth / 1000)
     host.command("net learn-again growth.learning-failed => program.relearn")  # as an operator who reads the message
     for attack, _ in attacks:
         attack.prepare(host)
@@ -196,13 +211,20 @@ def record(host, folder, seed, attacks, duration, progress):
     return read_columns(path)
 
 
-def simulate(seed, rate, name, duration, progress):
+UNKNOWN = 11  # doubt-code: a notice at a start, which is no message
+
+
+def simulate_growth(seed, rate, growth, duration, progress):
+    return simulate(seed, rate, "none", duration, progress, growth)
+
+
+def simulate(seed, rate, name, duration, progress, growth=None):
     import plumb
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
-        column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress)
+        column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth)
     cuts, _, times = find_cuts(column)
-    doubt = (column["growth.doubt"] + column["growth.fault"]) > 0
+    doubt = (column["growth.doubt"] * (column["growth.doubt-code"] != UNKNOWN) + column["growth.fault"]) > 0
     messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
     return cuts, times, messages, 1000 * column["growth.reference-sigma"][-1]
 
@@ -310,6 +332,7 @@ def main():
     parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines for each rate (default: 200)")
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--rate", type=whole(100, 10000), action="append", metavar="HZ", help="of the servo thread; may be repeated (default: 500, 1000, 4000)")
+    parser.add_argument("--growth", type=whole(1, 200), metavar="UM", help="growth of the spindle of each machine (default: drawn, 20 to 70)")
     parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 2h)")
     add_place(parser)
     add_output(parser, "trust")
@@ -332,8 +355,8 @@ def main():
             sys.exit(1 if lines else 0)
         rates = options.rate or RATES
         seeds = range(options.seed, options.seed + options.seeds)
-        tasks = [(seed, rate, "none", options.duration) for rate in rates for seed in seeds]
-        outcomes = simulate_all(simulate, tasks, len(tasks) * options.duration, place_of(options))
+        tasks = [(seed, rate, options.growth, options.duration) for rate in rates for seed in seeds]
+        outcomes = simulate_all(simulate_growth, tasks, len(tasks) * options.duration, place_of(options))
         rows = [machine_row(cuts, messages, sigma) for cuts, _, messages, sigma in outcomes]
         print(f"{duration_text(options.duration)} of milling on each machine\n")
         for i, rate in enumerate(rates):

@@ -3,12 +3,14 @@
 
 import os
 import sys
+import tempfile
 import unittest
 
 import numpy as np
 
 import growth
 from growth import GAUGE, KINDS
+from support import growth_curves
 from support.figures import largest, rms
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
@@ -53,6 +55,42 @@ class Judged(unittest.TestCase):
         self.assertIn(" 75%, 1 without a cut after a second contact", line)
         self.assertEqual(line.split()[3:8], ["1.0"] * 5)
         self.assertIn("not one machine had a cut", growth.table({"speed steps": [none]})[1])
+
+
+class Curves(unittest.TestCase):
+    def read(self, text, *arguments):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "curve.csv")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+            return growth_curves.read_curve(path, *arguments)
+
+    def test_columns_and_units_are_found_by_name_and_values(self):
+        for text in (
+            "TIME,S,T1,Z\n0,0,20,0\n1,3000,20,4\n2,3000,21,6\n",  # minutes, micrometres
+            "time_s,growth_mm,spindle_rpm\n10,0,0\n70,0.004,3000\n130,0.006,3000\n",
+            "spindle speed_rpm,displacement_um,time_min\n0,0,5\n3000,4,6\n3000,6,7\n",
+        ):
+            curve = self.read(text)
+            np.testing.assert_allclose(curve.times, [0, 60, 120])
+            np.testing.assert_allclose(curve.growth, [0, 0.004, 0.006])
+            np.testing.assert_allclose(curve.speeds, [0, 3000, 3000])
+
+    def test_a_column_can_be_named_and_a_bad_file_is_refused_with_its_reason(self):
+        text = "time_s,spindle_rpm,ch1_um,ch2_um\n0,0,1,0\n60,0,1,4\n120,0,1,6\n"
+        np.testing.assert_allclose(self.read(text, (None, "ch2_um", None)).growth, [0, 0.004, 0.006])
+        for bad, reason in (
+            (text, "which column is the growth"),
+            ("time_s,speed,z\n0,0,0\n0,0,1\n", "do not rise"),
+            ("time_s,speed,z\n0,0,0\n1,0,nan\n", "not finite"),
+            ("time_s,speed,z\n0,0,0\n1,0\n", "index"),
+            ("time_s,speed,z\n0,0,0\n", "two rows"),
+        ):
+            with self.assertRaisesRegex(OSError, reason):
+                self.read(bad)
+
+    def test_part_removed_is_of_the_rms(self):
+        self.assertAlmostEqual(growth_curves.removed(np.array([1, -1]), np.array([10, 10])), 0.9)
 
 
 class Speeds(unittest.TestCase):

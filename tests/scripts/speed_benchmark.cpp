@@ -223,7 +223,8 @@ std::vector<double> least_of_each_stretch(client::Client& client, const std::fil
 
 // The most that one update() takes, as a multiple of one of pid: of the same stretches of many cycles the
 // fastest, which nothing else on the computer disturbed, and of these the slowest.
-void slowest_thermal_displacement_beside_pid(benchmark::State& state) try {
+// `known`: a cycle was learned, and another one compared with it, before.
+void thermal_displacement_in_cycles(benchmark::State& state, bool known) try {
     constexpr int periods = 2000;
     const auto cycle = write_cycle(periods);
     const std::vector<std::pair<std::string, std::string>> inputs{
@@ -250,6 +251,15 @@ void slowest_thermal_displacement_beside_pid(benchmark::State& state) try {
     const auto without = host_with(commands);
     const auto with_pid = with(pid);
     const auto with_subject = with(subject);
+    if (known) {
+        with_subject->replay({cycle.string()});
+        with_subject->run(host::seconds(periods * period));
+        for (int i = 0; i < instances; ++i) with_subject->set("it-" + std::to_string(i) + ".learn", 0);
+        with_subject->replay({cycle.string()});
+        with_subject->run(host::seconds(periods * period));
+        if (with_subject->get("it-0.contacts-accepted") == 0)
+            throw std::runtime_error("the growth is not known");
+    }
     for (auto _ : state) {
         const double empty = quantile(least_of_each_stretch(*without, cycle, periods), 0.5);
         const double one_pid =
@@ -260,13 +270,23 @@ void slowest_thermal_displacement_beside_pid(benchmark::State& state) try {
         state.counters["ns"] = slowest;
         state.counters["pid_ns"] = one_pid;
         state.counters["ratio"] = slowest / one_pid;
-        state.counters["median_ns"] = (quantile(all, 0.5) - empty) / instances;
+        const double median = (quantile(all, 0.5) - empty) / instances;
+        state.counters["median_ns"] = median;
+        state.counters["median_ratio"] = median / one_pid;
     }
     std::filesystem::remove(cycle);
     if (with_subject->get("it-0.contacts") == 0 || with_subject->get("it-0.contacts-rejected") > 0)
         throw std::runtime_error("it-0 has fitted no contact");
 } catch (const std::runtime_error& error) {
     state.SkipWithError(error.what());
+}
+
+void slowest_thermal_displacement_beside_pid(benchmark::State& state) {
+    thermal_displacement_in_cycles(state, false);
+}
+
+void known_thermal_displacement_beside_pid(benchmark::State& state) {
+    thermal_displacement_in_cycles(state, true);
 }
 
 // Taking an offset back, which is all that it does when it is armed, too.
@@ -458,6 +478,7 @@ BENCHMARK(empty_thread)->UseManualTime()->Iterations(20)->Unit(benchmark::kMilli
 BENCHMARK(control_loop)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(thermal_displacement_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(slowest_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
+BENCHMARK(known_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
 BENCHMARK(axis_offset_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);

@@ -29,12 +29,12 @@ struct ContactSettings : hal::Group {
         s.limits.feed_tolerance = feed_tolerance;
         s.limits.feed_range = feed_range;
         s.limits.lost_time_tolerance = lost_time_tolerance;
-        s.limits.max_correction = max_correction;
+        s.growth.max_correction = max_correction;
         s.limits.steady_time = steady_time;
-        s.gate.max_growth_rate = max_growth_rate;
-        s.gate.floor = gate_floor;
-        s.gate.cap = gate_cap;
-        s.gate.confirm = confirm_contacts;
+        s.growth.gate.max_growth_rate = max_growth_rate;
+        s.growth.gate.floor = gate_floor;
+        s.growth.gate.cap = gate_cap;
+        s.growth.gate.confirm = confirm_contacts;
         return s;
     }
 

@@ -21,7 +21,8 @@ enum class DisplacementStatus : std::int32_t {
     doubted,
     dry_run,
     no_contact,
-    bounded
+    bounded,
+    asks
 };
 
 constexpr hal::Said said(DisplacementStatus status) {
@@ -53,12 +54,16 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::doubted:
             return {Kind::warn, "The growth is not trusted.", "Remove the cause, or learn again.", "",
                     "doubt-code"};
+        case S::asks:
+            return {Kind::warn, "Contacts moved at once: the offset leaves that out, and waits for your answer.",
+                    "Set shift-is-not-growth if work, zero, tool or drive have changed, else shift-is-growth.",
+                    "", "doubt-code"};
         case S::dry_run:
             return {Kind::off, "Dry run: the growth is measured, and Z is not moved.",
                     "End the dry run when the growth is plausible.", "dry-run"};
         case S::no_contact:
             return {Kind::wait, "Waits for the first contact: the growth is not known yet.",
-                    "The program brings it."};
+                    "The program brings it. Until then nothing is corrected: pre-cut, probe, or accept."};
         case S::bounded:
             return {Kind::warn, "The growth exceeds max-offset: Z is corrected in part.",
                     "Check the contacts, or raise max-offset."};
@@ -70,7 +75,8 @@ struct DisplacementSeen {
     bool fault = false, enabled = false, load_valid = true;
     bool learning = false, will_learn = false, learning_failed = false;
     bool refused = false, has_reference = false, has_rows = false;  // has_reference: for this program
-    bool cycle_running = false, dry_run = false, doubted = false, known = false, bounded = false;
+    bool cycle_running = false, dry_run = false, doubted = false, asks = false;
+    bool known = false, bounded = false;
     DisplacementStatus interlock{};
 };
 
@@ -100,6 +106,7 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {!its.has_reference && !its.cycle_running, S::kept},
                           {!its.has_reference, S::other_program},
                           {its.interlock != S{}, its.interlock},
+                          {its.asks, S::asks},
                           {its.doubted, S::doubted},
                           {its.dry_run, S::dry_run},
                           {!its.known, S::no_contact},

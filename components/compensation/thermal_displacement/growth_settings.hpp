@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/contact/growth_between_contacts.hpp"
+#include "components/math/contact/growth_from_contacts.hpp"
 #include "hal/component.hpp"
 
 namespace plumb {
@@ -10,14 +10,15 @@ namespace plumb {
 struct GrowthSettings : hal::Group {
     using Group::Group;
 
-    GrowthBetweenContacts::Settings read() noexcept {
-        GrowthBetweenContacts::Settings s;
+    void read(GrowthFromContacts::Settings& all) noexcept {
+        all.hold_time = hold_time;
+        all.work_tolerance = work_tolerance;
+        GrowthBetweenContacts::Settings& s = all.between;
         s.by_speed = follow_speed;
         s.expected_growth = expected_growth;
         s.unexplained_growth = unexplained_growth;
         s.repeatability = contact_repeatability;
         s.temperature_growth = temperature_growth;
-        return s;
     }
 
     bool temperature_usable() noexcept {
@@ -47,6 +48,9 @@ struct GrowthSettings : hal::Group {
                                        "Growth with temperature to expect either way, roughly."};
     hal::In<double> hold_time{this, "hold-time", 1800, "s",
                               "Time without a contact that counts, after which the offset returns to 0."};
+    hal::In<double> work_tolerance{
+        this, "work-tolerance", 0.01, "mu",
+        "Error of the work along Z that matters: a larger one to expect is a doubt, half of it a shift."};
     hal::Out<double> growth_estimate{this, "growth-estimate", "mu",
                                      "Growth now: by the model, or by the last accepted contact."};
     hal::Out<double> growth_sigma{this, "growth-sigma", "mu", "Standard deviation of growth-estimate."};

@@ -5,6 +5,7 @@
 #include "components/compensation/thermal_displacement/growth_settings.hpp"
 #include "components/compensation/thermal_displacement/reference_conditions.hpp"
 #include "components/compensation/thermal_displacement/reference_row.hpp"
+#include "components/compensation/thermal_displacement/shift_question.hpp"
 #include "components/compensation/thermal_displacement/trust_report.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/edge.hpp"
@@ -87,6 +88,9 @@ struct ThermalDisplacement final : hal::Component {
         this, "verify-step", 0, "mu",
         "Displacement that shows which contacts are of the work, at most gate-cap; 0: none."};
     static constexpr hal::Range lengths{0, 1000}, times{0, 1000}, rates{0, 1};
+    hal::In<bool> constant_in_part{
+        this, "constant-in-part", false,
+        "The offset changes only at the start of a cycle: an even part, whose error changes."};
     hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied.", lengths};
     hal::In<double> time_tolerance{
         this, "time-tolerance", 0, "s", "Smallest change that is applied by the time method, as a time.",
@@ -100,6 +104,7 @@ struct ThermalDisplacement final : hal::Component {
     hal::Status<DisplacementStatus> status{this};
     ContactReport report{this};
     TrustReport trust{this};
+    ShiftQuestion shift{this};
     hal::Records records{this};
     ReferenceRow row{this};
 
@@ -119,17 +124,20 @@ struct ThermalDisplacement final : hal::Component {
     void update(double dt) noexcept {
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
-        const Settings wanted = settings();
-        if (wanted.valid()) settings_ = wanted;
+        if (periods_++ % between_settings == 0) take_settings();
         const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
         const bool dry = dry_run;
         const bool applying = now.enable && !dry && !now.learn && measured_.applicable();
-        watch_cycle(now.cycle_running, now.load_lost, applying);
+        const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying);
         now.step = step_;
 
         const auto event = measured_.step(now, at_zero, settings_.contact, dt);
-        if (conditions.acknowledges()) measured_.acknowledge();
-        const double asked = ask(applying, event);
+        if (conditions.acknowledges()) {
+            measured_.acknowledge();
+            shown_event_ = true;
+        }
+        shift.answer(measured_);
+        const double asked = ask(applying, event, starts || !constant_in_part);
         const double offset = bounded(asked, settings_.max_offset);
         const bool frozen = applying && (now.load_lost ? !load_gone_ : lost != Lost::nothing);
         const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
@@ -142,13 +150,11 @@ struct ThermalDisplacement final : hal::Component {
                                                    {lost == Lost::speed, Fault::spindle_speed},
                                                    {lost == Lost::offset, Fault::applied_offset},
                                                    {lost == Lost::approach, Fault::approach},
-                                                   {!wanted.valid(), Fault::settings},
+                                                   {bad_settings_, Fault::settings},
                                                    {measured_.tally().lost_track(), Fault::lost_track}});
         fault = its_fault;
-        const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
-        growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
-        trust.show(measured_, grown, slew_.value(), applying);
-        report.show(measured_, event, now.setup, settings_.contact);
+        if (measured_.due() || shown_event_) show(event, applying, now.setup);
+        shown_event_ = event != GrowthByContact::Event::none;
         walk();
         show_status(now, its_fault != Fault::none, dry, applying, offset != asked);
     }
@@ -167,16 +173,29 @@ private:
         bool in_range = false;
 
         bool valid() const noexcept {
-            return in_range && contact.valid() && std::abs(verify_step) <= contact.gate.cap;
+            return in_range && contact.valid() && std::abs(verify_step) <= contact.growth.gate.cap;
         }
     };
+
+    void take_settings() noexcept {
+        const Settings wanted = settings();
+        bad_settings_ = !wanted.valid();
+        if (!bad_settings_) settings_ = wanted;
+    }
+
+    void show(GrowthByContact::Event event, bool applying, const MachiningSetup& setup) noexcept {
+        const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
+        growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
+        trust.show(measured_, grown, slew_.value(), applying);
+        report.show(measured_, event, setup, settings_.contact);
+        shift.show(measured_, settings_.contact.growth, applying);
+    }
 
     Settings settings() noexcept {
         Settings s;
         hal::SettingsReader setting;
         s.contact = contact_settings.read();
-        s.contact.between = growth.read();
-        s.contact.hold_time = growth.hold_time;
+        growth.read(s.contact.growth);
         s.tolerance = setting(tolerance);
         s.verify_step = verify_step;
         s.time_tolerance = setting(time_tolerance);
@@ -226,6 +245,7 @@ private:
         seen.cycle_running = now.cycle_running;
         seen.dry_run = dry;
         seen.doubted = measured_.known() && applying && measured_.authority().doubt() != Doubt::none;
+        seen.asks = applying && measured_.from_contacts().shift(settings_.contact.growth) != Shift::none;
         seen.known = measured_.known();
         seen.bounded = bounded;
         seen.interlock = status.of_interlock();
@@ -233,20 +253,22 @@ private:
     }
 
     // A load that was lost before the cycle began holds nothing up: its authority decides.
-    void watch_cycle(bool running, bool load_lost, bool applying) noexcept {
-        if (cycle_.rises(running)) {
+    bool watch_cycle(bool running, bool load_lost, bool applying) noexcept {
+        const bool starts = cycle_.rises(running);
+        if (starts) {
             load_gone_ = load_lost;
             step_ = verify && applying ? settings_.verify_step : 0;
         }
         if (!load_lost) load_gone_ = false;
+        return starts;
     }
 
     // The offset that is asked for, mu.
-    double ask(bool applying, GrowthByContact::Event event) noexcept {
+    double ask(bool applying, GrowthByContact::Event event, bool may_change) noexcept {
         const double estimate = measured_.authority().offset();
         following_ =
             applying && measured_.known() && (following_ || event == GrowthByContact::Event::accepted);
-        if (following_ && differs(estimate)) target_ = estimate;
+        if (following_ && may_change && differs(estimate)) target_ = estimate;
         if (!applying) target_ = 0;
         return applying ? target_ + step_ : 0;
     }
@@ -266,7 +288,10 @@ private:
     }
 
     GrowthByContact measured_;
-    Settings settings_;       // last good values
+    static constexpr std::uint32_t between_settings = 32;  // periods
+    Settings settings_;                                    // last good values
+    bool bad_settings_ = false, shown_event_ = false;
+    std::uint32_t periods_ = 0;
     double target_ = 0;       // mu
     bool following_ = false;  // the offset is applied, and a contact was accepted since
     SlewLimit slew_;

@@ -21,7 +21,10 @@ struct TrustReport : hal::Group {
             known ? std::hypot(measured.estimate_sigma(), estimate - offset, measured.learning_growth()) : 0;
         contact_age = known ? measured.authority().age() : 0;
         reference_sigma = measured.reference_sigma();
-        doubt = known && applying ? measured.authority().doubt() : Doubt::none;
+        const bool compares = applying && measured.cycle().references().size() > 0;
+        doubt = !applying ? Doubt::none
+                : known   ? measured.authority().doubt()
+                          : (compares ? Doubt::unknown : Doubt::none);
     }
 
     hal::Out<double> authority{this, "authority", "1", "Part of the growth that is applied, 0 to 1."};

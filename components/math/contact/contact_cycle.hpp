@@ -4,6 +4,7 @@
 #include "components/math/contact/contact_reference.hpp"
 #include "components/math/contact/learning_check.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <utility>
@@ -98,6 +99,13 @@ public:
     }
     void spoil() noexcept { spoilt_ = true; }          // nothing can be learnt from this cycle
     void lack_clock() noexcept { clockless_ = true; }  // a contact without a time is not learnt
+
+    // A reference was off by a distance, in mu: 0 ≤ i < references().size().
+    void displace(std::int32_t i, double distance) noexcept {
+        Contact& contact = lists_[in_force_][i].contact;
+        contact.coordinate += distance;
+        contact.time = contact.time > 0 ? std::max(contact.time + distance / contact.feed, 1e-9) : 0;
+    }
 
     // From a file. Refused while learning, or if the reference is implausible, one too many, double, or of
     // another setup than those before.

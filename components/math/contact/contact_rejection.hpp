@@ -43,10 +43,8 @@ constexpr const char* sentence(Rejection rejection) {
         case Rejection::unsteady_feed:
             return "A feed hold, a stop or another override came less than steady-time before.";
         case Rejection::no_onset: return "The load has no clear rise.";
-        case Rejection::unconfirmed:
-            return "The growth differs from the expected one; the next contacts decide.";
-        case Rejection::withdrawn:
-            return "The contacts of this operation move with the offset, or contradict all others.";
+        case Rejection::unconfirmed: return "The contact is no growth as expected; the next contacts decide.";
+        case Rejection::withdrawn: return "The contacts of this operation move with the offset.";
         case Rejection::no_clock:
             return "By time: no clock ran. The program must set start-height or clock-start before each "
                    "plunge.";
@@ -58,15 +56,13 @@ struct ContactLimits {
     double window = 0;               // mu, about the coordinate of the reference
     double feed_tolerance = 0;       // part of the feed of the reference
     double lost_time_tolerance = 0;  // s
-    double max_correction = 0;       // mu, from the last accepted growth
     double steady_time = 0;          // s of steady feed before the contact
     double feed_range = 0.5;         // as feed_tolerance, by coordinate: beyond it costs certainty
 
     bool valid() const noexcept {
         return window >= 0 && window <= 1e3 && feed_tolerance >= 0 && feed_tolerance <= 1 &&
                feed_range >= 0 && feed_range <= 0.9 && lost_time_tolerance >= 0 &&
-               lost_time_tolerance <= 1e3 && max_correction >= 0 && max_correction <= 1e3 &&
-               steady_time >= 0 && steady_time <= 1e3;
+               lost_time_tolerance <= 1e3 && steady_time >= 0 && steady_time <= 1e3;
     }
 };
 

@@ -8,8 +8,7 @@
 
 namespace plumb {
 
-// Counts contacts from cycle to cycle: accepted ones, rejected ones, cycles without an accepted one, and how
-// well the last ones agree with the expected growth.
+// Counts contacts from cycle to cycle: accepted ones, rejected ones, and cycles without an accepted one.
 class CycleTally {
 public:
     struct Counts {
@@ -34,7 +33,6 @@ public:
     const Counts& counts() const noexcept { return counts_; }
     Rejection rejection() const noexcept { return rejection_; }                // the last one
     LearningFault learning_fault() const noexcept { return learning_fault_; }  // of the last learning cycle
-    double agreement() const noexcept { return agreement_; }                   // of the last contacts, 0 to 1
     bool barren() const noexcept { return barren_; }  // since a cycle in which no contact counted
 
     // In the last cycles, at least three, contacts were compared and none accepted.
@@ -46,7 +44,6 @@ public:
     }
 
     void end(const Cycle& its) noexcept {
-        if (its.new_reference) agreement_ = 1;
         if (its.learning) learning_fault_ = its.fault;
         if (!its.compared) return;
         counts_.missed += its.missed;
@@ -70,22 +67,13 @@ public:
         rejection_ = reason;
     }
 
-    void agree(bool agrees) noexcept {
-        constexpr double part = 0.25;
-        agreement_ += part * ((agrees ? 1 : 0) - agreement_);
-    }
-
     // The growth is unknown from here on.
-    void forget() noexcept {
-        agreement_ = 1;
-        barren_ = false;
-    }
+    void forget() noexcept { barren_ = false; }
 
 private:
     Counts counts_;
     Rejection rejection_ = Rejection::none;
     LearningFault learning_fault_ = LearningFault::none;
-    double agreement_ = 1;
     bool barren_ = false;
     std::int32_t barren_cycles_ = 0;
     std::int32_t accepted_before_ = 0;  // when this cycle began

@@ -4,6 +4,7 @@
 #include "components/math/blocks/authority.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/edge.hpp"
+#include "components/math/contact/growth_estimator.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,10 +20,13 @@ enum class Doubt : std::int32_t {
     old,
     contradiction,
     program_event,
-    no_growth,
+    shift,
     poor_reference,
     prediction,
     uncertain,
+    held_back,
+    unknown,
+    shift_of_only_tool,
 };
 
 constexpr const char* sentence(Doubt doubt) {
@@ -33,15 +37,23 @@ constexpr const char* sentence(Doubt doubt) {
                    "hold-time.";
         case Doubt::old: return "No contact has counted for hold-time: the offset returns to 0.";
         case Doubt::contradiction:
-            return "The contacts of one operation contradict the others: check its tool, and learn again.";
+            return "The contacts of one tool moved at once, others did not: another tool, or measured again? "
+                   "Growth cannot do that.";
         case Doubt::program_event:
             return "The load of an operation rises by the program, not by the work: it does not count.";
-        case Doubt::no_growth:
-            return "The spindle should have grown at its speed, and contacts do not show it: verify them.";
+        case Doubt::shift:
+            return "All contacts moved at once: other work, zero, tool setting or drive? Growth cannot do "
+                   "that.";
+        case Doubt::shift_of_only_tool:
+            return "All contacts moved at once: other work, zero, tool, tool setting or drive? Growth cannot "
+                   "do that.";
         case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
         case Doubt::prediction:
             return "The growth since the last contact is uncertain: the offset holds that contact.";
-        case Doubt::uncertain: return "The growth is uncertain: the offset is a part of it, or may do harm.";
+        case Doubt::uncertain: return "The growth is less certain than work-tolerance.";
+        case Doubt::held_back: return "The growth is so uncertain that only a part of it is applied.";
+        case Doubt::unknown:
+            return "The growth is unknown: no offset until the first contact. Pre-cut, probe, or accept.";
         default: return nullptr;
     }
 }
@@ -51,8 +63,9 @@ constexpr const char* sentence(Doubt doubt) {
 class GrowthAuthority {
 public:
     struct Settings {
-        double floor = 0.015;  // mu, standard deviation from which a prediction counts for nothing
-        double hold = 1800;    // s without a contact that counted
+        double floor = 0.015;      // mu, standard deviation from which a prediction counts for nothing
+        double hold = 1800;        // s without a contact that counted
+        double tolerance = 0.010;  // mu, of the work: an error to expect beyond it is a doubt
     };
 
     struct Evidence {
@@ -60,12 +73,12 @@ public:
         double sigma = 0, since_sigma = 0;  // mu, of `predicted`, and of its change since that contact
         double spread = 0;                  // mu, of the gate
         double reference_sigma = 0;         // mu
-        double agreement = 1;               // 0 to 1, of the last contacts
         bool predicts = true;               // the model is asked for
         bool load_valid = true;
         bool barren = false;  // contacts should have come, and none has counted
-        bool contradicted = false, program_event = false, no_growth = false;
-        bool settled = true;                      // contacts have shown the growth to expect
+        bool program_event = false;
+        bool compared = true;                     // a contact has come since the reference or the start
+        Shift shift = Shift::none;                // that is large enough to matter
         bool in_cycle = false, accepted = false;  // in this period
     };
 
@@ -85,8 +98,10 @@ public:
         }
         sigma_ = silent ? e.sigma : std::hypot(e.sigma, growth_ - e.predicted);
         const double before = authority_.part();
-        authority_.step({growth_, sigma_, age_, e.agreement}, e.in_cycle,
-                        {1, 2, settings.floor / 3, settings.hold});
+        // What is held does harm if less than half of it is left; by the prediction twice that much is left.
+        const double left = 2 * std::copysign(e.predicted, growth_ * e.predicted) - std::abs(growth_);
+        const double value = silent ? growth_ : std::max(left, 0.0);
+        authority_.step({value, e.sigma, age_, 1}, e.in_cycle, {1, 2, settings.floor / 3, settings.hold});
         if (!holds || authority_.part() > before) offset_ = authority_.part() * growth_;
         judge(e, certain, settings);
     }
@@ -100,31 +115,29 @@ public:
 
 private:
     void judge(const Evidence& e, double certain, const Settings& settings) noexcept {
-        const double poor = 0.4 * settings.floor, harm = settings.floor / 3;
         const double unapplied = std::abs(growth_ - offset_);
-        // So far may the growth be off before the offset does more harm than that.
-        const double margin = std::abs(growth_) - 0.5 * (std::abs(offset_) - harm);
-        const bool risky = std::abs(offset_) > harm && margin < sigma_;
-        if (std::abs(growth_) > harm && authority_.part() > 0.9) was_trusted_ = true;
-        const bool doubtful = risky || (was_trusted_ && unapplied > harm);
-        doubt_ = !e.load_valid                   ? Doubt::load
-                 : age_ > settings.hold          ? Doubt::old
-                 : e.contradicted                ? Doubt::contradiction
-                 : e.program_event               ? Doubt::program_event
-                 : e.barren || e.agreement < 0.5 ? Doubt::missed
-                 : e.no_growth                   ? Doubt::no_growth
-                 : e.reference_sigma > poor      ? Doubt::poor_reference
-                 : !e.settled                    ? Doubt::none
-                 : !doubtful                     ? Doubt::none
-                 : e.predicts && certain < 0.5   ? Doubt::prediction
-                                                 : Doubt::uncertain;
+        const double expected = std::hypot(sigma_, unapplied);
+        doubtful_ = expected > (doubtful_ ? 0.8 : 1) * settings.tolerance;
+        doubt_ = !e.load_valid                        ? Doubt::load
+                 : age_ > settings.hold               ? Doubt::old
+                 : e.shift == Shift::one_tool         ? Doubt::contradiction
+                 : e.shift == Shift::all              ? Doubt::shift
+                 : e.shift == Shift::only_tool        ? Doubt::shift_of_only_tool
+                 : e.program_event                    ? Doubt::program_event
+                 : e.barren                           ? Doubt::missed
+                 : !doubtful_                         ? Doubt::none
+                 : !e.compared                        ? Doubt::unknown
+                 : unapplied > 0.7 * expected         ? Doubt::held_back
+                 : e.reference_sigma > 0.7 * expected ? Doubt::poor_reference
+                 : e.predicts && certain < 0.5        ? Doubt::prediction
+                                                      : Doubt::uncertain;
     }
 
     Authority authority_;
     double base_ = 0, growth_ = 0, sigma_ = 0, offset_ = 0;
     double trusted_ = 0, age_ = 0;
     Edge silence_;
-    bool was_trusted_ = false;
+    bool doubtful_ = false;
     Doubt doubt_ = Doubt::none;
 };
 

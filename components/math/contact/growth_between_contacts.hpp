@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 namespace plumb {
@@ -118,10 +119,38 @@ public:
         return std::sqrt(std::max(0.0, sum));
     }
 
-    // See there.
-    void doubt(const Gauge& gauge, double sigma) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.doubt(gauge, sigma);
+    // See SpeedDrivenGrowth.
+    void forget_bias(double variance) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.forget_bias(variance);
     }
+    void shift_all(double variance) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.shift_all(variance);
+    }
+    void shift(std::uint64_t gauges, double sigma, double variance) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.shift(gauges, sigma, variance);
+    }
+    void take_shift_as_growth() noexcept {
+        for (std::size_t i = 0; i < lags.size(); ++i) {
+            filters_[i].take_shift_as_growth();
+            estimates_[i] = {filters_[i].growth(), filters_[i].variance()};
+        }
+    }
+    void forget_shift() noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.forget_shift();
+    }
+    void forget_error(std::int32_t gauge) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.forget_error(gauge);
+    }
+    double shift_of_all() const noexcept {
+        return mean([](const SpeedDrivenGrowth& filter) { return filter.shift_of_all(); });
+    }
+    double error_of(std::int32_t gauge) const noexcept {
+        return mean([&](const SpeedDrivenGrowth& filter) { return filter.error_of(gauge); });
+    }
+    double largest_gain() const noexcept {
+        return mean([](const SpeedDrivenGrowth& filter) { return filter.largest_gain(); });
+    }
+    double fastest_response() const noexcept { return filters_.front().driven(); }
 
     // All gauges have new references.
     void renew_gauges() noexcept {
@@ -132,6 +161,13 @@ public:
     void forget() noexcept { started_ = known_ = false; }
 
 private:
+    template <class Of>
+    double mean(const Of& of) const noexcept {
+        double sum = 0;
+        for (std::size_t i = 0; i < lags.size(); ++i) sum += weights_[i] * of(filters_[i]);
+        return sum;
+    }
+
     struct Estimate {
         double growth, variance;
     };

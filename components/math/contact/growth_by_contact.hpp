@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/edge.hpp"
 #include "components/math/contact/contact_cycle.hpp"
 #include "components/math/contact/contact_finder.hpp"
 #include "components/math/contact/contact_rejection.hpp"
 #include "components/math/contact/cycle_tally.hpp"
 #include "components/math/contact/displacement_law.hpp"
-#include "components/math/contact/growth_authority.hpp"
-#include "components/math/contact/growth_estimator.hpp"
-#include "components/math/contact/plausibility_gate.hpp"
+#include "components/math/contact/growth_from_contacts.hpp"
 #include "components/math/contact/reference_refusal.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace plumb {
 
@@ -28,15 +26,10 @@ public:
         std::int32_t reference_cycles = 1;  // cycles in the mean
         ContactFinder::Settings finder;
         ContactLimits limits;
-        PlausibilityGate::Settings gate;
-        GrowthBetweenContacts::Settings between;
-        double hold_time = 1800;  // s without a contact that counted, after which the offset returns to 0
-
-        GrowthEstimator::Settings estimator() const noexcept { return {between, gate.floor, gate.cap}; }
+        GrowthFromContacts::Settings growth;
 
         bool valid() const noexcept {
-            return hold_time > 0 && hold_time <= 1e6 && reference_cycles >= 1 && finder.valid() &&
-                   limits.valid() && gate.valid() && between.valid();
+            return reference_cycles >= 1 && finder.valid() && limits.valid() && growth.valid();
         }
     };
 
@@ -50,22 +43,31 @@ public:
     // One period of dt > 0, in s. The sample is judged. `at_zero`: no offset is in force, as it must be while
     // learning. The settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        follow_cycle(s, settings);
+        waited_ += dt;
         const Event event = find(s, at_zero, settings, dt);
-        if (known())
-            authority_.step(evidence(s, event, settings), {settings.gate.floor, settings.hold_time}, dt);
+        const std::int32_t state = 4 * cycle_.running() + 2 * s.load_lost + tally_.barren();
+        due_ = ++periods_ >= seldom || waited_ >= longest_wait || event != Event::none ||
+               std::exchange(state_, state) != state;
+        if (due_) apply(s, event, settings);
         return event;
     }
+
+    // Growth, authority and doubt were judged in this period: at an event, and else each sixteenth period.
+    bool due() const noexcept { return due_; }
 
     const ContactCycle& cycle() const noexcept { return cycle_; }
     const ReferenceRefusal& refusal() const noexcept { return refusal_; }
     const LoadContact& detector() const noexcept { return finder_.detector(); }
-    double gate(const Settings& settings) const noexcept { return gate_.spread(settings.gate); }  // mu
+    double gate(const Settings& settings) const noexcept {
+        return from_contacts_.gate(settings.growth);
+    }  // mu
 
     bool in_work() const noexcept { return finder_.in_work(); }  // see there
 
     // The growth is known to half of the narrowest gate at best.
     bool uncertain(const Settings& settings) const noexcept {
-        return !known() || estimator_.sigma() > 0.5 * settings.gate.floor;
+        return !known() || from_contacts_.sigma() > 0.5 * settings.growth.gate.floor;
     }
     const CycleTally& tally() const noexcept { return tally_; }
 
@@ -82,16 +84,24 @@ public:
     double growth() const noexcept { return growth_; }
     double sigma() const noexcept { return sigma_; }
 
-    // A contact was accepted; nothing has been forgotten since.
-    bool known() const noexcept { return gate_.known() && estimator_.known(); }
-
-    // The growth now, by the model or the last accepted contact, and its standard deviation, in mu.
+    bool known() const noexcept { return from_contacts_.known(); }
+    const GrowthFromContacts& from_contacts() const noexcept { return from_contacts_; }
+    const GrowthAuthority& authority() const noexcept { return from_contacts_.authority(); }
     double estimate(const Settings& settings) const noexcept {
-        return settings.between.by_speed ? estimator_.growth() : gate_.growth();
+        return from_contacts_.growth(settings.growth);
     }
-    double estimate_sigma() const noexcept { return estimator_.sigma(); }
-    // The offset that may be applied, see there.
-    const GrowthAuthority& authority() const noexcept { return authority_; }
+    double estimate_sigma() const noexcept { return from_contacts_.sigma(); }
+
+    // The answers to a shift, see GrowthEstimator. Without a shift they change nothing.
+    void shift_is_growth() noexcept { from_contacts_.shift_is_growth(); }
+    void shift_is_not_growth() noexcept {
+        const GrowthEstimator& estimator = from_contacts_.estimator();
+        if (estimator.shift() == Shift::none || cycle_.learning()) return;
+        for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
+            cycle_.displace(i, estimator.displaced(i));
+        from_contacts_.shift_is_corrected();
+    }
+
     double reference_sigma() const noexcept { return reference_sigma_; }  // mu, of all gauges together
     // Growth to expect within the learning cycle, in mu: a cut is compared with one at another time of it.
     double learning_growth() const noexcept { return learning_growth_; }
@@ -111,14 +121,35 @@ public:
     }
 
 private:
+    static constexpr std::int32_t seldom = 16;    // periods
+    static constexpr double longest_wait = 0.05;  // s
+
+    // The growth as it is now, before its contact is judged.
+    void predict(const Sample& s, const Settings& settings) noexcept {
+        if (waited_ <= 0) return;
+        machine_.speed = s.speed;
+        machine_.temperature = s.temperature;
+        machine_.temperature_valid = s.temperature_valid;
+        from_contacts_.predict(machine_, settings.growth, waited_);
+        since_applied_ += std::exchange(waited_, 0);
+        periods_ = 0;
+    }
+
+    void apply(const Sample& s, Event event, const Settings& settings) noexcept {
+        predict(s, settings);
+        machine_.reference_sigma = reference_sigma_;
+        machine_.load_valid = !s.load_lost;
+        machine_.barren = tally_.barren();
+        machine_.in_cycle = cycle_.running();
+        machine_.accepted = event == Event::accepted;
+        from_contacts_.apply(machine_, settings.growth, std::exchange(since_applied_, 0));
+    }
+
     Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
-        follow_cycle(s, settings);
         if (!s.complete || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
-        gate_.step(dt);
-        estimator_.step(s.speed, s.temperature, s.temperature_valid, settings.estimator(), dt);
         step_ = s.step;
         switch (finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt)) {
-            case ContactFinder::Found::contact: return judge(Rejection::none, settings);
+            case ContactFinder::Found::contact: predict(s, settings); return judge(Rejection::none, settings);
             case ContactFinder::Found::blanked: return judge(Rejection::blanked, settings);
             case ContactFinder::Found::no_onset: return judge(Rejection::no_onset, settings);
             case ContactFinder::Found::lost:
@@ -142,13 +173,13 @@ private:
             its.enabled = s.enable;
             if (finder_.end()) cycle_.spoil();
             const ContactCycle::Ended ended =
-                cycle_.end(complete, settings.method, settings.reference_cycles, settings.gate.floor);
+                cycle_.end(complete, settings.method, settings.reference_cycles, settings.growth.gate.floor);
             its.new_reference = its.learning && ended.fault == LearningFault::none && cycle_.learnt() == 0;
             its.missed = ended.missed;
             its.fault = ended.fault;
             if (its.new_reference) {
-                estimator_.renew_gauges();
-                learning_growth_ = std::abs(estimator_.usual_growth(settings.estimator()) - usual_growth_);
+                from_contacts_.renew_gauges();
+                learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
             }
             reference_sigma_ = judge_references(settings);
             refusal_.end(complete && !its.learning);
@@ -160,7 +191,7 @@ private:
             finder_.begin(settings.finder.program_clock);
             tally_.begin();
             reference_sigma_ = judge_references(settings);
-            usual_growth_ = estimator_.usual_growth(settings.estimator());
+            usual_growth_ = usual_growth(settings);
             setup_ = s.setup;
         }
     }
@@ -189,8 +220,7 @@ private:
         if (learning) cycle_.learn(finder_.found(), !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
         const double sigma = learning && fresh ? finder_.found().contact.sigma : sigma_;
-        if (learning) estimator_.learn(fresh ? 0 : growth_, sigma, fresh, settings.estimator());
-        gate_.accept(fresh ? 0 : growth_);
+        if (learning) from_contacts_.learn(fresh ? 0 : growth_, sigma, fresh, settings.growth);
         tally_.accept(learning);
         return learning ? Event::contact : Event::accepted;
     }
@@ -206,46 +236,37 @@ private:
         if (reason != Rejection::none) return reason;
         growth_ = plumb::growth(settings.method, now, partner.contact);
         sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
-        if (!(std::abs(growth_ - gate_.growth()) <= settings.limits.max_correction))
-            return Rejection::too_large;
-        const bool inside = std::abs(growth_ - gate_.growth()) <= gate_.spread(settings.gate);
-        const bool admitted = gate_.admits(growth_, finder_.found().key.tool, cycle_.number(), settings.gate);
-        if (cycle_.learning()) return admitted ? Rejection::none : Rejection::beyond_gate;
-        GrowthEstimator::Reading r = reading(partner, settings);
-        r.admitted = admitted;
-        r.confirmed = admitted && !inside;
-        const GrowthEstimator::Verdict verdict = estimator_.judge(r, settings.estimator());
-        if (verdict != GrowthEstimator::Verdict::withdrawn)
-            tally_.agree(verdict == GrowthEstimator::Verdict::accepted);
-        switch (verdict) {
-            case GrowthEstimator::Verdict::claim:
-                return admitted ? Rejection::unconfirmed : Rejection::beyond_gate;
-            case GrowthEstimator::Verdict::withdrawn: return Rejection::withdrawn;
-            default: return Rejection::none;
-        }
+        const GrowthFromContacts::Reading r = reading(partner, settings);
+        return cycle_.learning() ? from_contacts_.compare(r, settings.growth)
+                                 : from_contacts_.judge(r, settings.growth);
     }
 
-    GrowthEstimator::Reading reading(const ContactReference& partner,
-                                     const Settings& settings) const noexcept {
+    GrowthFromContacts::Reading reading(const ContactReference& partner,
+                                        const Settings& settings) const noexcept {
         const ContactReferences& references = cycle_.references();
-        GrowthEstimator::Reading r;
+        GrowthFromContacts::Reading r;
         r.growth = growth_;
         r.noise = std::hypot(std::max(finder_.found().contact.sigma, partner.scatter),
                              feed_sigma(finder_.found().contact, partner.contact));
         r.reference_sigma = own_sigma(partner, settings);
-        r.applied_offset = finder_.found().contact.applied_offset;
         r.step = step_;
         r.gauge = references.find(partner.key);
         r.tool = partner.key.tool;
         r.cycle = cycle_.number();
-        for (std::int32_t i = 0; i < references.size(); ++i)
-            r.other_tools |= references[i].key.tool != r.tool &&
-                             estimator_.withdrawal(i) == GrowthEstimator::Withdrawal::none;
+        for (std::int32_t i = 0; i < references.size(); ++i) {
+            const bool same = references[i].key.tool == r.tool;
+            if (same) r.of_tool |= std::uint64_t{1} << i;
+            r.other_tools |= !same && !from_contacts_.estimator().withdrawn(i);
+        }
         return r;
     }
 
+    double usual_growth(const Settings& settings) const noexcept {
+        return from_contacts_.estimator().usual_growth(settings.growth.estimator());
+    }
+
     static double own_sigma(const ContactReference& reference, const Settings& settings) noexcept {
-        const double scatter = std::max(reference.scatter, settings.between.repeatability);
+        const double scatter = std::max(reference.scatter, settings.growth.between.repeatability);
         return std::max(reference.contact.sigma,
                         std::hypot(reference.contact.sigma, scatter / std::sqrt(reference.cycles)));
     }
@@ -261,32 +282,8 @@ private:
         return sum > 0 ? 1 / std::sqrt(sum) : 0;
     }
 
-    GrowthAuthority::Evidence evidence(const Sample& s, Event event,
-                                       const Settings& settings) const noexcept {
-        GrowthAuthority::Evidence e;
-        e.held = settings.between.by_speed ? estimator_.held() : gate_.growth();
-        e.predicted = estimate(settings);
-        e.sigma = estimator_.sigma();
-        e.since_sigma = estimator_.since_sigma();
-        e.spread = gate_.spread(settings.gate);
-        e.reference_sigma = reference_sigma_;
-        e.agreement = tally_.agreement();
-        e.predicts = settings.between.by_speed;
-        e.load_valid = !s.load_lost;
-        e.barren = tally_.barren();
-        e.contradicted = estimator_.contradicted();
-        e.program_event = estimator_.program_event();
-        e.no_growth = estimator_.lacks_growth(settings.estimator());
-        e.settled = estimator_.accepted() >= 2;
-        e.in_cycle = cycle_.running();
-        e.accepted = event == Event::accepted;
-        return e;
-    }
-
     void forget_growth() noexcept {
-        gate_.forget();
-        estimator_.forget();
-        authority_.forget();
+        from_contacts_.forget();
         tally_.forget();
     }
 
@@ -297,9 +294,7 @@ private:
 
     ContactFinder finder_;
     ContactCycle cycle_;
-    PlausibilityGate gate_;
-    GrowthEstimator estimator_;
-    GrowthAuthority authority_;
+    GrowthFromContacts from_contacts_;
     CycleTally tally_;
     double reference_sigma_ = 0;
     double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
@@ -310,6 +305,11 @@ private:
     double growth_ = 0;
     double sigma_ = 0;
     double step_ = 0;
+    GrowthFromContacts::Machine machine_;
+    double waited_ = 0, since_applied_ = 0;  // s since growth was predicted, and applied
+    std::int32_t periods_ = 0;               // since it was predicted
+    bool due_ = false;
+    std::int32_t state_ = 0;  // of cycle and load, in the last period
 };
 
 }  // namespace plumb

@@ -3,86 +3,119 @@
 
 #include "components/math/contact/contact_reference.hpp"
 #include "components/math/contact/growth_between_contacts.hpp"
-#include "components/math/contact/program_lock.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace plumb {
 
-// The growth by contacts of several gauges, each of which may be wrong. A contact is taken at once if it lies
-// within three standard deviations of the prediction and changes the growth by less than `floor`. Another
-// one is a claim, which the next contacts decide. One within `floor` counts meanwhile as if it lay at three
-// standard deviations (P. J. Huber, Ann. Math. Statist. 35, 1964); one beyond counts for nothing.
+// A distance by which contacts have moved at once, and which is not growth.
+enum class Shift : std::int32_t { none, all, only_tool, one_tool };
+
+// What is expected of any machine, before its contacts.
+struct ContactPriors {
+    double outlier = 0.005;      // of a contact: a chip or odd blank in 200
+    double tool = 0.0005;        // of a contact: a tool that was changed or measured, once in 2000
+    double all = 0.0005;         // of a contact: other work, zero, setter or drive, once in 2000
+    double fast = 0.1;           // of a contact: growth that the model does not describe
+    double settled_rate = 0.05;  // of max-growth-rate: a machine of which no past is known
+    double slowest = 0.01;       // of max-growth-rate: no machine is quieter than that
+    double shortest = 60;        // s, in which a growth shows
+    double lasting = 300;        // s, for which it keeps its direction
+    double lightest = 1e-3;      // weight of a hypothesis, of the heaviest one
+    double memory = 0.05;        // part of a contact in the consistency: twenty contacts
+    double widest = 16;          // of the consistency, the ratio of variances found and expected
+};
+
+// The growth by contacts of several gauges. What a contact shows is one of
 //
-//     step       another contact agrees with the claim: beyond `floor` one of another tool, if the
-//                reference has one and the growth was known. The growth follows them whole.
-//     outlier    the next contact of this gauge is as predicted. The claim is dropped.
-//     contradiction    the gauge claims again and again, and no other agrees: its reference is off by less
-//                than `floor`, or the gauge is withdrawn.
-//     event of the program    its contacts move with the offset (ProgramLock): it is withdrawn.
+//     work      growth and noise. The growth may have been faster than the model, as far as physics and this
+//               machine's own past allow
+//     outlier   a chip, an odd blank: nothing follows from it
+//     tool      all gauges of this tool have shifted alike
+//     all       all gauges have shifted alike
 //
-// A withdrawn gauge counts for nothing until it is learnt again. Contacts that scatter more than their noise
-// explains weigh less, and innovations that are larger than expected widen sigma().
+// A hypothesis is a sequence of such answers: a copy of the filters with the shifts that it supposes, and
+// its weight (D. B. Reid, IEEE Trans. Automatic Control 24, 1979). Each contact splits each hypothesis in
+// four. The `most` heaviest live on, unless they are lighter than `lightest` of the heaviest. The growth is
+// their weighted median, which makes the expected error smallest; a shift is never in it.
+//
+// An event of the program moves with the offset. In closed loop the offset follows the growth, so only a
+// contact of a cycle whose offset is displaced on purpose can show it: then its gauge is withdrawn.
 class GrowthEstimator {
 public:
     struct Settings {
         GrowthBetweenContacts::Settings between;
-        double floor = 0.015;  // mu, largest change by one contact that no other confirms
-        double cap = 0.06;     // mu, standard deviation of a growth of which nothing is known
+        double floor = 0.015;             // mu, a third of which is harmless
+        double cap = 0.06;                // mu, standard deviation of an outlier; of a shift half of it
+        double max_growth_rate = 0.0002;  // mu/s
     };
 
     struct Reading {
         double growth = 0, noise = 0;  // mu
         double reference_sigma = 0;    // mu
-        double applied_offset = 0;     // mu
         double step = 0;               // mu, by which the offset is displaced on purpose
         std::int32_t gauge = -1;       // index of the reference
-        std::int32_t tool = 0, cycle = 0;
-        bool other_tools = false;  // the reference has gauges of other tools, not withdrawn
-        bool admitted = true;      // the gate lets it in
-        bool confirmed = false;    // the gate does so after contacts that confirm it
+        std::uint64_t of_tool = 0;     // a bit for each gauge of this tool
+        bool other_tools = false;      // the reference has gauges of other tools, not withdrawn
+        double held = 0;               // mu, the growth of the last accepted contact
+        double spread = 1e9;           // mu, of the gate about it, beyond which nothing is growth
     };
 
     enum class Verdict { accepted, claim, withdrawn };
-    enum class Withdrawal : std::int8_t { none, program, contradiction };
 
     void step(double speed, double temperature, bool temperature_valid, const Settings& settings,
               double dt) noexcept {
-        model_.step(speed, temperature, temperature_valid, settings.between, dt);
-        if (!model_.known()) known_ = false;
+        for (std::int32_t i = 0; i < alive_; ++i)
+            at(i).model.step(speed, temperature, temperature_valid, settings.between, dt);
+        if (!at(0).model.known()) known_ = false;
+        since_ += dt;
         predict();
     }
 
     Verdict judge(const Reading& r, const Settings& settings) noexcept {
-        const Verdict verdict = decide(r, settings);
-        sum_up();
-        return verdict;
+        if (withdrawn(r.gauge)) return Verdict::withdrawn;
+        const Expected expected = at(0).model.expected({r.gauge, r.reference_sigma});
+        if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < 0.5) {
+            withdrawn_ |= bit(r.gauge);
+            return Verdict::withdrawn;
+        }
+        const Answer answer = split(r, settings);
+        // After a start nothing is known with which the first contact could be compared: another one decides.
+        const bool alone = !known_ && std::abs(r.growth) > settings.floor && !std::exchange(claimed_, true);
+        const bool accepted = answer == Answer::work && !alone;
+        if (accepted) ++accepted_;
+        finish(accepted);
+        return accepted ? Verdict::accepted : Verdict::claim;
     }
 
     // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
     void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
-        model_.correct(growth, sigma, {}, !first, settings.between);
+        alive_ = 1;
+        at(0).model.correct(growth, sigma, {}, !first, settings.between);
         accepted_ = 0;
-        finish_taking();
+        finish(true);
     }
 
     // All gauges have new references; the growth stays known.
     void renew_gauges() noexcept {
-        model_.renew_gauges();
-        watches_.fill({});
-        turns_ = 0;
-        sum_up();
+        alive_ = 1;
+        at(0).model.renew_gauges();
+        at(0).forget_shifts();
+        shift_ = Shift::none;
+        withdrawn_ = 0;
+        predict();
     }
     void forget() noexcept {
-        model_.forget();
-        watches_.fill({});
-        turns_ = 0;
-        sum_up();
+        renew_gauges();
+        at(0).model.forget();
         known_ = false;
         consistency_ = 1;
+        rate2_ = 0;
+        claimed_ = false;
         accepted_ = 0;
     }
 
@@ -92,204 +125,280 @@ public:
     double held() const noexcept { return held_; }  // mu, after the last accepted contact
     // Standard deviation of the change of the growth since the last accepted contact.
     double since_sigma() const noexcept {
-        const double now = sigma();
-        return std::sqrt(std::max(0.0, now * now - held_sigma_ * held_sigma_));
+        return std::sqrt(std::max(0.0, sigma_ * sigma_ - held_sigma_ * held_sigma_));
     }
-
     std::int32_t accepted() const noexcept { return accepted_; }  // contacts since nothing was known
-    // The spindle has turned so long that it should have grown, and many contacts do not show it.
-    bool lacks_growth(const Settings& settings) const noexcept {
-        constexpr std::int32_t many = 10;
-        constexpr double least = 0.15;  // of the usual growth
-        const double usual = usual_growth(settings);
-        return accepted_ >= many && usual > settings.floor && std::abs(held_) < least * usual;
-    }
 
-    // That a spindle as expected would have by its speed, in mu.
+    // The growth that a spindle as expected would have by its speed, in mu.
     double usual_growth(const Settings& settings) const noexcept {
-        return model_.usual_growth(settings.between);
+        return at(0).model.usual_growth(settings.between);
     }
 
-    Withdrawal withdrawal(std::int32_t gauge) const noexcept { return watches_[gauge].withdrawn; }
-    bool program_event() const noexcept { return program_event_; }  // a gauge is withdrawn for that
-    // A gauge has claimed the same in two cycles, and no other agrees; or steps take each other back.
-    bool contradicted() const noexcept { return contradicted_; }
+    bool withdrawn(std::int32_t gauge) const noexcept { return withdrawn_ & bit(gauge); }
+    bool program_event() const noexcept { return withdrawn_ != 0; }
+
+    // More likely than all other hypotheses together; its size in mu, of a tool the mean of its gauges.
+    Shift shift() const noexcept { return shift_; }
+    double shift_size() const noexcept { return shift_ == Shift::none ? 0 : shift_of(at(0)); }
+    std::uint64_t shifted_gauges() const noexcept { return at(0).of_tool; }
+    // By which the contacts of a gauge are displaced without growth, in mu, as far as it is known.
+    double displaced(std::int32_t gauge) const noexcept { return displaced(at(0), gauge); }
+
+    // The answers to the question that a shift is. As growth it is applied; else the references were
+    // corrected by displaced().
+    void shift_is_growth() noexcept {
+        if (shift_ == Shift::none) return;
+        alive_ = 1;
+        at(0).model.take_shift_as_growth();
+        at(0).forget_shifts();
+        finish(true);
+    }
+    void shift_is_corrected() noexcept {
+        alive_ = 1;
+        for (std::int32_t i = 0; i < ContactReferences::capacity; ++i)
+            if (at(0).of_tool & bit(i)) at(0).model.forget_error(i);
+        at(0).model.forget_shift();
+        at(0).forget_shifts();
+        finish(false);
+    }
 
 private:
-    Verdict decide(const Reading& r, const Settings& settings) noexcept {
-        Watch& watch = watches_[r.gauge];
-        if (watch.withdrawn != Withdrawal::none) return Verdict::withdrawn;
-        const GrowthBetweenContacts::Gauge gauge{r.gauge, r.reference_sigma};
-        const GrowthBetweenContacts::Expected expected =
-            known_ ? model_.expected(gauge) : unknown(gauge, settings);
+    using Expected = GrowthBetweenContacts::Expected;
+    enum class Answer { work, outlier, tool, all };
+    static constexpr std::size_t most = 4, answers = 4;
+    static constexpr double of_mean_deviation = 1.2533;  // standard deviations, of a normal distribution
+
+    static constexpr ContactPriors prior{};
+
+    struct Hypothesis {
+        GrowthBetweenContacts model;
+        double weight = 1;
+        bool all = false;           // all gauges have shifted
+        bool alone = false;         // ... of the only tool
+        std::uint64_t of_tool = 0;  // the gauges that have shifted by their tool
+
+        void forget_shifts() noexcept {
+            all = alone = false;
+            of_tool = 0;
+        }
+    };
+
+    struct Candidate {
+        double weight = -1e300;  // logarithm
+        std::int32_t parent = 0;
+        Answer answer = Answer::work;
+        double fast = 0;  // mu², of a growth that the model does not describe
+    };
+
+    Hypothesis& at(std::int32_t i) noexcept { return set_[order_[i]]; }  // 0 is the heaviest
+    const Hypothesis& at(std::int32_t i) const noexcept { return set_[order_[i]]; }
+
+    static constexpr std::uint64_t bit(std::int32_t gauge) noexcept {
+        return std::uint64_t{1} << (gauge & 63);
+    }
+
+    static double likelihood(double error, double variance) noexcept {
+        return std::exp(-0.5 * error * error / variance) / std::sqrt(variance);
+    }
+
+    // The best answer to what this contact is.
+    Answer split(const Reading& r, const Settings& settings) noexcept {
+        std::array<Candidate, most * answers> candidates;
         const double repeatability = settings.between.repeatability;
         const double noise2 = r.noise * r.noise + repeatability * repeatability;
-        const double seen2 = noise2 + watch.scatter2;
-        const double sum2 = consistency_ * expected.variance + seen2;
-        const double innovation = r.growth - expected.mean;
-
-        watch.lock.add(r.growth, expected.mean, r.applied_offset, std::sqrt(noise2));
-        if (watch.lock.locked() || watch.lock.follows(r.growth, expected.mean, r.step))
-            return withdraw(watch, Withdrawal::program);
-        const bool near = innovation * innovation <= 9 * sum2;
-        const double change = std::abs(innovation) * consistency_ * expected.variance / sum2;
-        const Claim claim{
-            innovation, std::sqrt(noise2), r.cycle, r.tool, near, std::abs(innovation) > settings.floor};
-        const bool of_a_step = innovation * innovation > 4 * sum2 && confirmed(claim, r);
-        if (r.admitted && near && change <= settings.floor && !of_a_step) {
-            drop_claim(watch);
-            ++predicted_;
-            learn_scatter(watch, innovation * innovation, expected.variance, noise2);
-            return take(r, gauge, std::sqrt(seen2), true, settings);
-        }
-        if (r.admitted && (r.confirmed || confirmed(claim, r)))
-            return take_step(r, claim.shift, gauge, std::sqrt(seen2), settings);
-        const Verdict verdict = claimed(watch, claim, r, gauge, std::sqrt(seen2), settings);
-        if (verdict != Verdict::claim) return verdict;
-        watch.claimed2 = std::min(innovation * innovation, 16 * sum2) - sum2;
-        if (!r.admitted || near || std::abs(innovation) > settings.floor) return verdict;
-        Reading bounded_one = r;
-        bounded_one.growth = expected.mean + std::copysign(3 * std::sqrt(sum2), innovation);
-        return take(bounded_one, gauge, std::sqrt(seen2), true, settings);
+        for (std::int32_t i = 0; i < alive_; ++i)
+            weigh(i, r, noise2, settings, candidates.data() + answers * i);
+        const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(answers) * alive_;
+        std::partial_sort(candidates.begin(), candidates.begin() + most, end,
+                          [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
+        learn_past(candidates[0], r, noise2, settings);
+        live_on(candidates, r, settings);
+        return candidates[0].answer;
     }
 
-    static constexpr std::int32_t most_turns = 2;   // steps, each the reverse of the one before
-    static constexpr std::int32_t most_claims = 3;  // of a gauge, and no other agrees
-    static constexpr double scatter_part = 0.15, consistency_part = 0.05, widest = 16;
-
-    struct Claim {
-        double shift = 0, noise = 0;  // mu, from the prediction
-        std::int32_t cycle = 0, tool = 0;
-        bool possible = false;                     // as far as known, though more than one contact may change
-        bool large = false;                        // beyond `floor`
-        bool clear = std::abs(shift) > 4 * noise;  // as it was made
-    };
-
-    struct Watch {
-        ProgramLock lock;
-        double scatter2 = 0;  // mu², beyond the known noise
-        Claim claim;
-        double claimed2 = 0;         // mu², by which the claim exceeded its expected square
-        std::int32_t claims = 0;     // one after the other
-        std::int64_t predicted = 0;  // see below, at the first claim
-        Withdrawal withdrawn = Withdrawal::none;
-    };
-
-    static GrowthBetweenContacts::Expected unknown(const GrowthBetweenContacts::Gauge& gauge,
-                                                   const Settings& settings) noexcept {
-        return {0, settings.cap * settings.cap + gauge.sigma * gauge.sigma};
+    void weigh(std::int32_t i, const Reading& r, double noise2, const Settings& settings,
+               Candidate* four) const noexcept {
+        const Hypothesis& h = at(i);
+        const Expected expected = h.model.expected({r.gauge, r.reference_sigma});
+        const double error = r.growth - expected.mean;
+        const double variance = consistency_ * (expected.variance + noise2);
+        const double fast2 = fast_variance(h, settings);
+        const double slow = (1 - prior.fast) * likelihood(error, variance);
+        const double fast = prior.fast * likelihood(error, variance + fast2);
+        const double shift2 = settings.cap * settings.cap / 4;
+        const double of_shift = likelihood(error, variance + shift2);
+        const double outlier = likelihood(error, variance + settings.cap * settings.cap);
+        const double none = 1 - prior.outlier - prior.tool - prior.all;
+        const auto candidate = [&](Answer answer, double p) {
+            return Candidate{std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, 0};
+        };
+        const double grown = r.growth - displaced(h, r.gauge);
+        four[0] = candidate(Answer::work, std::abs(grown - r.held) <= r.spread + 3 * std::sqrt(noise2)
+                                              ? none * (slow + fast)
+                                              : 0);
+        four[0].fast = fast2 * fast / std::max(slow + fast, 1e-300);
+        four[1] = candidate(Answer::outlier, prior.outlier * outlier);
+        four[2] = candidate(Answer::tool, r.other_tools && known_ ? prior.tool * of_shift : 0);
+        four[3] = candidate(Answer::all, known_ ? prior.all * of_shift : 0);
     }
 
-    static bool agree(const Claim& a, const Claim& b) noexcept {
-        return std::abs(a.shift - b.shift) <= 3 * std::hypot(a.noise, b.noise);
+    // Since the last accepted contact a growth may have come that the model does not describe: slowly, and by
+    // a change of speed as much as the whole effect of that.
+    double fast_variance(const Hypothesis& h, const Settings& settings) const noexcept {
+        const double rate2 =
+            std::max(rate2_ > 0 ? rate2_ : squared(prior.settled_rate * settings.max_growth_rate),
+                     squared(prior.slowest * settings.max_growth_rate));
+        const double by_speed = h.model.largest_gain() * (h.model.fastest_response() - response_);
+        return std::min(rate2 * since_ * std::min(since_, prior.lasting) + by_speed * by_speed,
+                        settings.cap * settings.cap);
     }
 
-    // Noise agrees with noise: only a claim far beyond its own can be confirmed.
-    bool confirmed(const Claim& claim, const Reading& r) const noexcept {
-        if (std::abs(claim.shift) < 3 * claim.noise) return false;
-        const bool by_another_tool = r.other_tools && claim.large && !claim.possible;
-        for (std::size_t i = 0; i < watches_.size(); ++i) {
-            const Watch& other = watches_[i];
-            if (other.claims == 0 || !other.claim.clear || !agree(other.claim, claim)) continue;
-            const bool another_gauge = static_cast<std::int32_t>(i) != r.gauge;
-            const bool another_cycle =
-                other.claim.cycle != claim.cycle && (another_gauge || predicted_ == other.predicted);
-            if (by_another_tool ? other.claim.tool != claim.tool : another_cycle || another_gauge)
-                return true;
-        }
-        return false;
-    }
-
-    Verdict claimed(Watch& watch, const Claim& claim, const Reading& r,
-                    const GrowthBetweenContacts::Gauge& gauge, double sigma,
+    // How far contacts scatter about what is expected, and how fast the machine grows unexpectedly.
+    void learn_past(const Candidate& best, const Reading& r, double noise2,
                     const Settings& settings) noexcept {
-        if (watch.claims == 0 || !agree(watch.claim, claim)) {
-            drop_claim(watch);
-            watch.predicted = predicted_;
-        }
-        watch.claim = claim;
-        if (++watch.claims < most_claims) return Verdict::claim;
-        if (predicted_ > watch.predicted) {
-            if (claim.large) return withdraw(watch, Withdrawal::contradiction);
-            watch.claims = 0;
-            model_.doubt(gauge, claim.shift);
-            return r.admitted ? take(r, gauge, sigma, true, settings) : Verdict::claim;
-        }
-        return r.admitted ? take_step(r, claim.shift, gauge, sigma, settings)
-                          : Verdict::claim;  // no other spoke
+        if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
+        const Expected expected = at(best.parent).model.expected({r.gauge, r.reference_sigma});
+        const double variance = expected.variance + noise2, error = r.growth - expected.mean;
+        const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
+        consistency_ = std::clamp(consistency_ + prior.memory * (ratio - consistency_), 1.0, prior.widest);
+        if (best.answer != Answer::work) return;
+        if (rate2_ == 0) rate2_ = squared(prior.settled_rate * settings.max_growth_rate);
+        const double since = std::max(since_, prior.shortest);
+        const double excess =
+            std::max(error * error - variance, 0.0) / (since * std::min(since, prior.lasting));
+        rate2_ += prior.memory * std::min(since_ / prior.shortest, 1.0) *
+                  (std::min(excess, squared(settings.max_growth_rate)) - rate2_);
     }
 
-    Verdict take_step(const Reading& r, double shift, const GrowthBetweenContacts::Gauge& gauge, double sigma,
-                      const Settings& settings) noexcept {
-        for (Watch& watch : watches_) watch.claims = 0;
-        turns_ =
-            shift * last_step_ < 0 && std::abs(shift + last_step_) < 0.5 * std::abs(shift) ? turns_ + 1 : 0;
-        last_step_ = shift;
-        return take(r, gauge, sigma, false, settings);
-    }
+    static double squared(double x) noexcept { return x * x; }
 
-    Verdict take(const Reading& r, const GrowthBetweenContacts::Gauge& gauge, double sigma, bool explained,
+    // The heaviest candidates become the hypotheses, the heaviest of all the first one.
+    void live_on(const std::array<Candidate, most * answers>& candidates, const Reading& r,
                  const Settings& settings) noexcept {
-        const double before = model_.growth();
-        model_.correct(r.growth, sigma, gauge, explained, settings.between);
-        ++accepted_;
-        finish_taking();
-        for (Watch& watch : watches_) watch.claim.shift -= growth_ - before;
-        return Verdict::accepted;
-    }
-
-    void sum_up() noexcept {
-        program_event_ = false;
-        contradicted_ = turns_ >= most_turns;
-        for (const Watch& watch : watches_) {
-            program_event_ |= watch.withdrawn == Withdrawal::program;
-            contradicted_ |=
-                watch.withdrawn == Withdrawal::contradiction || (watch.claims >= 2 && watch.claim.large);
+        std::int32_t count = 0;
+        const std::int32_t before = alive_;
+        while (count < static_cast<std::int32_t>(most) && count < 4 * before &&
+               candidates[count].weight > candidates[0].weight + std::log(prior.lightest))
+            ++count;
+        // The first child of a parent takes its place; the others move into places that are free.
+        std::array<bool, most> taken{}, placed{};
+        std::array<std::int32_t, most> place{};
+        for (std::int32_t c = 0; c < count; ++c) {
+            place[c] = order_[candidates[c].parent];
+            placed[c] = !std::exchange(taken[place[c]], true);
         }
+        for (std::int32_t c = 0; c < count; ++c) {
+            if (placed[c]) continue;
+            const Hypothesis& parent = set_[place[c]];
+            place[c] =
+                static_cast<std::int32_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
+            taken[place[c]] = true;
+            set_[place[c]] = parent;
+        }
+        order_ = place;
+        alive_ = count;
+        double sum = 0;
+        for (std::int32_t c = 0; c < count; ++c) {
+            suppose(at(c), candidates[c], r, settings);
+            sum += at(c).weight = std::exp(candidates[c].weight - candidates[0].weight);
+        }
+        for (std::int32_t c = 0; c < count; ++c) at(c).weight /= sum;
     }
 
-    // It was scatter, not a step.
-    static void drop_claim(Watch& watch) noexcept {
-        if (watch.claims > 0) watch.scatter2 += scatter_part * watch.claimed2;
-        watch.claims = 0;
+    void suppose(Hypothesis& h, const Candidate& c, const Reading& r, const Settings& settings) noexcept {
+        if (c.answer == Answer::outlier) return;
+        const double shift2 = settings.cap * settings.cap / 4;
+        if (c.answer == Answer::tool) {
+            h.model.shift(r.of_tool, r.reference_sigma, shift2);
+            h.of_tool |= r.of_tool;
+        }
+        if (c.answer == Answer::all) {
+            h.model.shift_all(shift2);
+            h.all = true;
+            h.alone = !r.other_tools;
+        }
+        if (c.answer == Answer::work) h.model.forget_bias(c.fast);
+        const double more = (consistency_ - 1) * (r.noise * r.noise + settings.between.repeatability *
+                                                                          settings.between.repeatability);
+        h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), {r.gauge, r.reference_sigma}, true,
+                        settings.between);
     }
 
-    void finish_taking() noexcept {
-        known_ = true;
+    static double displaced(const Hypothesis& h, std::int32_t gauge) noexcept {
+        return h.model.shift_of_all() + (h.of_tool & bit(gauge) ? h.model.error_of(gauge) : 0);
+    }
+
+    static double shift_of(const Hypothesis& h) noexcept {
+        if (h.all) return h.model.shift_of_all();
+        double sum = 0;
+        std::int32_t count = 0;
+        for (std::int32_t i = 0; i < ContactReferences::capacity; ++i)
+            if (h.of_tool & bit(i)) {
+                sum += h.model.error_of(i);
+                ++count;
+            }
+        return count > 0 ? sum / count : 0;
+    }
+
+    void finish(bool accepted) noexcept {
+        known_ |= accepted;
         predict();
+        const Hypothesis& best = at(0);
+        double weight = 0;
+        for (std::int32_t i = 0; i < alive_; ++i)
+            if (at(i).all == best.all && at(i).of_tool == best.of_tool) weight += at(i).weight;
+        const bool shifted = (best.all || best.of_tool != 0) && weight > 0.5;
+        shift_ = !shifted     ? Shift::none
+                 : !best.all  ? Shift::one_tool
+                 : best.alone ? Shift::only_tool
+                              : Shift::all;
+        if (!accepted) return;
         held_ = growth_;
         held_sigma_ = sigma_;
+        since_ = 0;
+        response_ = best.model.fastest_response();
     }
 
     // Once a period, for all who ask.
     void predict() noexcept {
-        growth_ = model_.growth();
-        sigma_ = std::sqrt(consistency_) * model_.sigma();
+        std::array<double, most> growth{};
+        for (std::int32_t i = 0; i < alive_; ++i) growth[i] = at(i).model.growth();
+        growth_ = growth[0];
+        if (alive_ > 1) growth_ = median(growth);
+        double variance = 0, away = 0;
+        for (std::int32_t i = 0; i < alive_; ++i) {
+            const double own = at(i).model.sigma();
+            variance += at(i).weight * own * own;
+            away += at(i).weight * std::abs(growth[i] - growth_);
+        }
+        sigma_ = std::hypot(std::sqrt(consistency_ * variance), of_mean_deviation * away);
     }
 
-    static Verdict withdraw(Watch& watch, Withdrawal reason) noexcept {
-        watch.withdrawn = reason;
-        watch.claims = 0;
-        return Verdict::withdrawn;
+    double median(const std::array<double, most>& growth) const noexcept {
+        for (std::int32_t i = 0; i < alive_; ++i) {
+            double below = 0, above = 0;
+            for (std::int32_t j = 0; j < alive_; ++j) {
+                if (growth[j] < growth[i]) below += at(j).weight;
+                if (growth[j] > growth[i]) above += at(j).weight;
+            }
+            if (below <= 0.5 && above <= 0.5) return growth[i];
+        }
+        return growth[0];
     }
 
-    void learn_scatter(Watch& watch, double square, double variance, double noise2) noexcept {
-        const double sum2 = consistency_ * variance + noise2 + watch.scatter2;
-        watch.scatter2 = std::max(0.0, watch.scatter2 + scatter_part * (square - sum2));
-        const double ratio = std::min(square / (variance + noise2 + watch.scatter2), 9.0);
-        consistency_ = std::clamp(consistency_ + consistency_part * (ratio - consistency_), 1.0, widest);
-    }
-
-    GrowthBetweenContacts model_;
-    std::array<Watch, ContactReferences::capacity> watches_{};
-    bool known_ = false, program_event_ = false, contradicted_ = false;
+    std::array<Hypothesis, most> set_{};
+    std::array<std::int32_t, most> order_{0, 1, 2, 3};  // by their weights
+    std::int32_t alive_ = 1;
+    bool known_ = false;
+    bool claimed_ = false;  // a contact that is large has come, and nothing was known
+    Shift shift_ = Shift::none;
+    std::uint64_t withdrawn_ = 0;
     double growth_ = 0, sigma_ = 0;
     double held_ = 0, held_sigma_ = 0;
+    double since_ = 0, response_ = 0;  // s, and response to the drive, since the last accepted contact
     double consistency_ = 1;
-    double last_step_ = 0;        // mu
-    std::int32_t turns_ = 0;      // steps that took the one before back
-    std::int32_t accepted_ = 0;   // contacts since nothing was known
-    std::int64_t predicted_ = 0;  // contacts that came as predicted
+    double rate2_ = 0;  // mu²/s², of the growth that the model does not describe; 0 before the first contact
+    std::int32_t accepted_ = 0;  // contacts since nothing was known
 };
 
 }  // namespace plumb

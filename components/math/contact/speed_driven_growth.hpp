@@ -13,13 +13,13 @@ namespace plumb {
 // explain:
 //
 //     g = b + K x + A d + c T        x' = (u - x) / tau,  x(0) = 0        d' = -d / tau,  d(0) = 1
-//     z = g + r_i + noise            a contact of gauge i
+//     z = g + s + r_i + noise        a contact of gauge i
 //
 // b is a slow bias, K the growth in the end for u = 1, A d the unknown heat that the machine had at the
-// start, c the growth by a temperature T, r_i the error of the reference of gauge i, which all its contacts
-// share. They are the state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, the
-// r_i stand, and contacts correct each by its uncertainty. So many contacts of one gauge do not make the
-// growth more certain than its reference is.
+// start, c the growth by a temperature T, s a shift of all contacts that is not growth, r_i the error of the
+// reference of gauge i, which all its contacts share. They are the state of a Kalman filter (R. E. Kalman, J.
+// Basic Eng. 82, 1960): b and K wander, s and the r_i stand, and contacts correct each by its uncertainty. So
+// many contacts of one gauge do not make the growth more certain than its reference is.
 //
 // Where the drive is above all at which contacts came, K is half unknown: a spindle may saturate there.
 class SpeedDrivenGrowth {
@@ -33,16 +33,16 @@ public:
 
     // For a machine in an unknown state.
     void start(const Prior& prior) noexcept {
-        constexpr double start_bias = 2, start_heat = 2.0 / 3, forgetting = 1.0 / 90000;  // 1/s, as 25 h
+        constexpr double start_bias = 2, start_heat = 2.0 / 3;
         const auto squared = [](double x) { return x * x; };
         renew_gauges();
         seen_ = 0;
         std::fill_n(state_.begin(), states, 0);
         state_[gain] = prior.growth;
         most_ = {squared(start_bias * prior.growth), squared(prior.growth),
-                 squared(start_heat * prior.growth), squared(prior.temperature)};
-        wander_ = {squared(prior.wander), forgetting * most_[gain], 0, 0};
-        row_ = {1, 0, 1, 0};
+                 squared(start_heat * prior.growth), squared(prior.temperature), 0};
+        wander_ = {squared(prior.wander), 0, 0, 0, 0};
+        row_ = {1, 0, 1, 0, 0};
         for (std::size_t i = 0; i < states; ++i) {
             std::fill_n(covariance_[i].begin(), states, 0);
             covariance_[i][i] = most_[i];
@@ -63,15 +63,17 @@ public:
     // dt > 0 seconds make the state less certain; b at most as uncertain as at the start, where it is as
     // good as unknown.
     void wander(double dt) noexcept {
-        for (std::size_t i = 0; i < heat; ++i)
-            if (covariance_[i][i] < most_[i]) covariance_[i][i] += wander_[i] * dt;
+        if (covariance_[bias][bias] < most_[bias]) covariance_[bias][bias] += wander_[bias] * dt;
+        const double gain2 = std::min(state_[gain] * state_[gain], most_[gain]);
+        if (covariance_[gain][gain] < most_[gain]) covariance_[gain][gain] += forgetting * gain2 * dt;
     }
 
     // T in K, from its first value.
     void temperature(double T) noexcept { row_[warmth] = T; }
 
-    // The growth now may differ from the model by any bias.
-    void forget_bias() noexcept { covariance_[bias][bias] += most_[bias]; }
+    // The growth now may differ from the model by any bias, or by one of this variance, in mu².
+    void forget_bias() noexcept { forget_bias(most_[bias]); }
+    void forget_bias(double variance) noexcept { covariance_[bias][bias] += variance; }
 
     static constexpr std::int32_t most_gauges = 64;
 
@@ -88,9 +90,10 @@ public:
     Expected expected(const Gauge& gauge) const noexcept {
         const std::int32_t slot = slot_of(gauge);
         const double own = slot < 0 ? gauge.sigma * gauge.sigma : covariance_[slot][slot];
+        const Row seen = row_of_contact();
         double shared = 0;
-        for (std::size_t i = 0; slot >= 0 && i < states; ++i) shared += covariance_[slot][i] * row_[i];
-        return {growth() + (slot < 0 ? 0 : state_[slot]), variance() + own + 2 * shared};
+        for (std::size_t i = 0; slot >= 0 && i < states; ++i) shared += covariance_[slot][i] * seen[i];
+        return {dot(state_, seen) + (slot < 0 ? 0 : state_[slot]), variance(seen) + own + 2 * shared};
     }
 
     // Corrects the state by a contact z of variance `variance` > 0, of no gauge that has an error of its own.
@@ -101,12 +104,13 @@ public:
         covariance_[bias][bias] += beyond() * beyond();
         seen_ = std::max(seen_, row_[gain]);
         const std::int32_t slot = introduce(gauge);
+        const Row seen = row_of_contact();
         All doubt;
         for (std::size_t i = 0; i < used_; ++i) {
-            doubt[i] = dot(covariance_[i], row_);
+            doubt[i] = dot(covariance_[i], seen);
             if (slot >= 0) doubt[i] += covariance_[i][slot];
         }
-        double sum = dot(doubt, row_) + variance, error = z - growth();
+        double sum = dot(doubt, seen) + variance, error = z - dot(state_, seen);
         if (slot >= 0) {
             sum += doubt[slot];
             error -= state_[slot];
@@ -118,29 +122,95 @@ public:
         return -0.5 * (error * error / sum + std::log(sum));
     }
 
-    // The reference of a gauge may be off by another `sigma`, in mu.
-    void doubt(const Gauge& gauge, double sigma) noexcept {
-        const std::int32_t slot = introduce(gauge);
-        if (slot >= 0) covariance_[slot][slot] += sigma * sigma;
+    // All contacts may have shifted by any distance of this variance, in mu².
+    void shift_all(double variance) noexcept { covariance_[shifted][shifted] += variance; }
+
+    // The gauges of one tool may have shifted alike: those whose bits are set.
+    void shift(std::uint64_t gauges, double sigma, double variance) noexcept {
+        for (std::int32_t i = 0; i < most_gauges; ++i)
+            if (gauges >> i & 1) introduce({i, sigma});
+        for (std::int32_t i = 0; i < most_gauges; ++i)
+            for (std::int32_t j = 0; j < most_gauges; ++j)
+                if (gauges >> i & gauges >> j & 1) covariance_[slots_[i]][slots_[j]] += variance;
+    }
+
+    double shift_of_all() const noexcept { return state_[shifted]; }  // mu
+    double error_of(std::int32_t gauge) const noexcept {              // mu, of its reference
+        const std::int32_t slot = slot_of({gauge, 0});
+        return slot < 0 ? 0 : state_[slot];
+    }
+
+    // The shift of all contacts was growth.
+    void take_shift_as_growth() noexcept {
+        state_[bias] += state_[shifted];
+        for (std::size_t i = 0; i < used_; ++i) covariance_[bias][i] += covariance_[shifted][i];
+        for (std::size_t i = 0; i < used_; ++i) covariance_[i][bias] += covariance_[i][shifted];
+        forget_shift();
+    }
+
+    // All references have been corrected by the shift.
+    void forget_shift() noexcept {
+        state_[shifted] = 0;
+        for (std::size_t i = 0; i < used_; ++i) covariance_[shifted][i] = covariance_[i][shifted] = 0;
+    }
+
+    // The reference of a gauge was corrected by its error.
+    void forget_error(std::int32_t gauge) noexcept {
+        const std::int32_t slot = slot_of({gauge, 0});
+        if (slot >= 0) state_[slot] = 0;
     }
 
     // All gauges have new references.
     void renew_gauges() noexcept {
         used_ = states;
         slots_.fill(-1);
+        forget_shift();
     }
 
-    double driven() const noexcept { return row_[gain]; }         // x
-    double growth() const noexcept { return dot(state_, row_); }  // mu
-    double variance() const noexcept {                            // mu²
-        double sum = beyond() * beyond();
-        for (std::size_t i = 0; i < states; ++i) sum += row_[i] * dot(covariance_[i], row_);
-        return sum;
+    // Copies only the gauges that have come.
+    SpeedDrivenGrowth() noexcept = default;
+    SpeedDrivenGrowth(const SpeedDrivenGrowth& other) noexcept { *this = other; }
+    SpeedDrivenGrowth& operator=(const SpeedDrivenGrowth& other) noexcept {
+        used_ = other.used_;
+        for (std::size_t i = 0; i < used_; ++i) {
+            state_[i] = other.state_[i];
+            std::copy_n(other.covariance_[i].begin(), used_, covariance_[i].begin());
+        }
+        slots_ = other.slots_;
+        row_ = other.row_;
+        most_ = other.most_;
+        wander_ = other.wander_;
+        seen_ = other.seen_;
+        tau_ = other.tau_;
+        dt_ = other.dt_;
+        part_ = other.part_;
+        return *this;
     }
+
+    double driven() const noexcept { return row_[gain]; }  // x
+    // |K| and a standard deviation of it, in mu.
+    double largest_gain() const noexcept {
+        return std::abs(state_[gain]) + std::sqrt(covariance_[gain][gain]);
+    }
+    double growth() const noexcept { return dot(state_, row_); }  // mu
+    double variance() const noexcept { return variance(row_); }   // mu²
 
 private:
-    static constexpr std::size_t bias = 0, gain = 1, heat = 2, warmth = 3, states = 4;
+    static constexpr double forgetting = 1.0 / 90000;  // 1/s, of the gain: as 25 h
+    static constexpr std::size_t bias = 0, gain = 1, heat = 2, warmth = 3, shifted = 4, states = 5;
     using Row = std::array<double, states>;
+
+    Row row_of_contact() const noexcept {
+        Row row = row_;
+        row[shifted] = 1;
+        return row;
+    }
+
+    double variance(const Row& row) const noexcept {
+        double sum = beyond() * beyond();
+        for (std::size_t i = 0; i < states; ++i) sum += row[i] * dot(covariance_[i], row);
+        return sum;
+    }
 
     template <class Wide>
     static double dot(const Wide& a, const Row& b) noexcept {

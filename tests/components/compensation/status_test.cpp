@@ -303,6 +303,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
               its.interlock = of<S>(Common::not_homed);
           },
           of<S>(Common::not_homed), Kind::wait},
+         {"a shift without an answer", [](auto& its) { its.asks = true; }, S::asks, Kind::warn},
          {"contacts do not come", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
          {"dry run", [](auto& its) { its.dry_run = true; }, S::dry_run, Kind::off},
          {"no contact yet", [](auto& its) { its.known = false; }, S::no_contact, Kind::wait},

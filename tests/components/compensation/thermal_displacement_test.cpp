@@ -35,6 +35,7 @@ struct Mill {
         bench.command("start");
         set("enable", 1);
         set("follow-speed", 0);  // it grows in steps, which do not depend on its speed
+        set("max-growth-rate", 0.01 * unit);
     }
 
     void set(const std::string& pin, double value) { bench.set("z." + pin, value); }
@@ -432,9 +433,73 @@ TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
         EXPECT_EQ(mill.get("fault-code"), 6);
         EXPECT_NEAR(mill.offset(), growth, 1 * um);
         mill.set(pin, own);
-        mill.bench.run(0.01);
+        mill.bench.run(0.04);
         EXPECT_EQ(mill.get("fault-code"), 0);
     }
+}
+
+TEST(ThermalDisplacement, AShiftIsAskedAboutAndTheOffsetLeavesItOutUntilItIsAnswered) {
+    for (const bool growth : {false, true}) {
+        Mill mill;
+        mill.set("max-growth-rate", 0.0002);
+        mill.set("wait-for-answer", 1);
+        mill.learn();
+        for (int n = 0; n < 3; ++n) mill.cycle(1 * um);
+        EXPECT_NEAR(mill.offset(), 0, 2 * um);
+        EXPECT_EQ(mill.get("doubt-code"), 0);
+        mill.bench.expect(growth ? "abs(offset) < 0.033" : "abs(offset) < 0.003", {{"offset", "z.z-offset"}});
+        for (int n = 0; n < 4; ++n) mill.cycle(31 * um);  // blanks 30 um higher
+        EXPECT_EQ(mill.get("doubt-code"), 6);
+        EXPECT_NEAR(mill.get("shift-size"), 30 * um, 1 * um);
+        EXPECT_TRUE(mill.get("wait"));
+        EXPECT_NEAR(mill.offset(), 0, 2 * um);
+        mill.set("row", 0);
+        mill.bench.run(0.04);
+        const double reference = mill.get("row-coordinate");
+        mill.set(growth ? "shift-is-growth" : "shift-is-not-growth", 1);
+        mill.bench.run(0.04);
+        EXPECT_EQ(mill.get("doubt-code"), 0);
+        EXPECT_EQ(mill.get("shift-size"), 0);
+        EXPECT_FALSE(mill.get("wait"));
+        EXPECT_NEAR(mill.get("row-coordinate") - reference, growth ? 0 : 30 * um, 1 * um);
+        for (int n = 0; n < 2; ++n) mill.cycle(31 * um);
+        EXPECT_NEAR(mill.offset(), (growth ? 31 : 1) * um, 2 * um);
+        EXPECT_EQ(mill.get("doubt-code"), 0);
+    }
+}
+
+TEST(ThermalDisplacement, ConstantInPartChangesTheOffsetOnlyAtTheStartOfACycle) {
+    Mill mill;
+    mill.set("constant-in-part", 1);
+    mill.learn();
+    mill.cycle(12 * um);
+    EXPECT_EQ(mill.offset(), 0) << "its contacts come after its start";
+    mill.bench.expect("offset < 0.013", {{"offset", "z.z-offset"}});
+    mill.cycle(20 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um) << "of the part before";
+}
+
+TEST(ThermalDisplacement, AfterARestartTheGrowthIsUnknownBeforeTheFirstCut) {
+    Mill mill;
+    mill.learn();
+    mill.cycle(5 * um);
+    EXPECT_EQ(mill.get("doubt-code"), 0);
+    mill.set("row", 0);
+    mill.bench.run(0.04);
+    std::map<std::string, double> kept;
+    for (const char* field : {"operation", "tool", "occurrence", "coordinate", "time", "lost-time", "feed",
+                              "feed-override", "applied-offset", "sigma", "time-constant", "program-id",
+                              "tool-set-id", "speed-history", "temperature", "date", "cycles", "scatter"})
+        kept[field] = mill.get(std::string("row-") + field);
+    mill.set("forget", 1);
+    mill.bench.run(0.04);
+    for (const auto& [field, value] : kept) mill.set("restore-" + field, value);
+    mill.set("restore", 1);
+    mill.bench.run(0.04);
+    EXPECT_EQ(mill.get("restores"), 1);
+    EXPECT_EQ(mill.get("doubt-code"), 11);
+    for (int n = 0; n < 2; ++n) mill.cycle(20 * um);
+    EXPECT_EQ(mill.get("doubt-code"), 0);
 }
 
 TEST(ThermalDisplacement, EverySettingIsJudged) {
@@ -463,13 +528,14 @@ TEST(ThermalDisplacement, EverySettingIsJudged) {
                                   "tolerance",
                                   "time-tolerance",
                                   "max-offset",
-                                  "max-rate"}) {
+                                  "max-rate",
+                                  "work-tolerance"}) {
         const double own = mill.get(pin);
         mill.set(pin, -1);
-        mill.bench.run(0.01);
+        mill.bench.run(0.04);
         EXPECT_EQ(mill.get("fault-code"), 6) << pin;
         mill.set(pin, own);
-        mill.bench.run(0.01);
+        mill.bench.run(0.04);
         EXPECT_EQ(mill.get("fault-code"), 0) << pin;
     }
 }
@@ -567,7 +633,7 @@ TEST(ThermalDisplacement, AReferenceOfAnotherProgramIsRefusedAndTheOffsetReturns
     EXPECT_EQ(mill.get("fault-code"), 0);
     mill.milling.setup = {7, 4};
     mill.set("acknowledge", 1);
-    mill.bench.run(0.01);
+    mill.bench.run(0.04);
     EXPECT_FALSE(mill.get("reference-refused"));
     EXPECT_EQ(mill.get("refusal-code"), 0);
     mill.cycle(12 * um);

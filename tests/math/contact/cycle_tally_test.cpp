@@ -52,19 +52,6 @@ TEST(CycleTally, ALearningOrAbortedCycleIsNotBarren) {
     EXPECT_EQ(tally.counts().missed, 2);
 }
 
-TEST(CycleTally, AgreementForgetsByAQuarter) {
-    CycleTally tally;
-    EXPECT_EQ(tally.agreement(), 1);
-    tally.agree(false);
-    EXPECT_DOUBLE_EQ(tally.agreement(), 0.75);
-    tally.agree(true);
-    EXPECT_DOUBLE_EQ(tally.agreement(), 0.8125);
-    CycleTally::Cycle learned = compared_cycle();
-    learned.learning = learned.new_reference = true;
-    tally.end(learned);
-    EXPECT_EQ(tally.agreement(), 1);
-}
-
 TEST(CycleTally, AnUnexpectedContactIsNotARejectedOne) {
     CycleTally tally;
     tally.reject(Rejection::unexpected);

@@ -9,7 +9,7 @@ namespace {
 constexpr double um = 1e-3;  // mm
 
 struct Applied {
-    GrowthAuthority::Settings settings{15 * um, 600};
+    GrowthAuthority::Settings settings{15 * um, 600, 10 * um};
     GrowthAuthority::Evidence now{};
     GrowthAuthority authority{};
 
@@ -51,7 +51,6 @@ TEST(GrowthAuthority, InACycleALossOfTrustMovesNothing) {
     mill.step();
     mill.now.in_cycle = true;
     mill.now.since_sigma = mill.now.sigma = 30 * um;
-    mill.now.agreement = 0;
     mill.now.load_valid = false;
     for (int i = 0; i < 3000; ++i) {
         mill.now.predicted += 0.01 * um;
@@ -92,29 +91,41 @@ TEST(GrowthAuthority, StaysWithinTheGateAboutTheLastContact) {
     EXPECT_LE(mill.step(), 55 * um + 1e-12);
 }
 
-TEST(GrowthAuthority, AnOffsetThatMayDoHarmIsDoubtedAndAPartOfItIsNot) {
+TEST(GrowthAuthority, HoldsAContactWhosePredictionIsWideButOnTheSameSide) {
     Applied mill;
-    mill.authority.forget();
-    mill.now.held = mill.now.predicted = 8 * um;
-    mill.now.sigma = 5.7 * um;
+    mill.now.predicted = 130 * um;
+    mill.now.since_sigma = mill.now.sigma = 50 * um;
+    EXPECT_NEAR(mill.step(), 40 * um, 1e-12) << "half of it is left, by more than two standard deviations";
+    mill.now.predicted = 40 * um;
+    EXPECT_LT(mill.step(), 1 * um);
+}
+
+TEST(GrowthAuthority, AnErrorToExpectBeyondTheToleranceIsADoubt) {
+    Applied mill;
+    mill.now.sigma = 9 * um;
     mill.step();
-    EXPECT_LT(mill.authority.part(), 0.5) << "the machine has begun to warm";
     EXPECT_EQ(mill.authority.doubt(), Doubt::none);
-    mill.now.predicted = 20 * um;
-    mill.now.sigma = 3 * um;
+    mill.now.sigma = 10.5 * um;
     mill.step();
-    EXPECT_EQ(mill.authority.part(), 1);
-    EXPECT_EQ(mill.authority.doubt(), Doubt::none);
-    mill.now.in_cycle = true;
-    mill.now.sigma = 13 * um;
-    mill.step();
-    EXPECT_EQ(mill.authority.part(), 1) << "in a cycle it holds";
     EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain);
-    mill.now.in_cycle = false;
-    mill.now.sigma = 20 * um;
+    mill.now.sigma = 9 * um;
     mill.step();
-    EXPECT_EQ(mill.authority.offset(), 0);
-    EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain) << "it was applied, and no longer is";
+    EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain) << "it ends at 8, so that noise sends no messages";
+    mill.now.sigma = 7 * um;
+    mill.step();
+    EXPECT_EQ(mill.authority.doubt(), Doubt::none);
+    mill.settings.tolerance = 5 * um;
+    mill.step();
+    EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain);
+}
+
+TEST(GrowthAuthority, AGrowthThatIsHeldBackIsADoubt) {
+    Applied mill;
+    mill.now.held = mill.now.predicted = 58 * um;
+    mill.now.sigma = 25 * um;
+    mill.step();
+    EXPECT_LT(mill.authority.offset(), 30 * um);
+    EXPECT_EQ(mill.authority.doubt(), Doubt::held_back);
 }
 
 TEST(GrowthAuthority, NamesEachDoubt) {
@@ -125,12 +136,15 @@ TEST(GrowthAuthority, NamesEachDoubt) {
         return mill.authority.doubt();
     };
     using Evidence = GrowthAuthority::Evidence;
-    EXPECT_EQ(doubt([](Evidence& e) { e.contradicted = true; }), Doubt::contradiction);
+    EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::one_tool; }), Doubt::contradiction);
+    EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::all; }), Doubt::shift);
+    EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::only_tool; }), Doubt::shift_of_only_tool);
     EXPECT_EQ(doubt([](Evidence& e) { e.program_event = true; }), Doubt::program_event);
-    EXPECT_EQ(doubt([](Evidence& e) { e.no_growth = true; }), Doubt::no_growth);
-    EXPECT_EQ(doubt([](Evidence& e) { e.reference_sigma = 8 * um; }), Doubt::poor_reference);
-    EXPECT_EQ(doubt([](Evidence& e) { e.agreement = 0.3; }), Doubt::missed);
-    EXPECT_EQ(doubt([](Evidence& e) { e.sigma = 20 * um; }), Doubt::uncertain);
+    EXPECT_EQ(doubt([](Evidence& e) { e.sigma = e.reference_sigma = 11 * um; }), Doubt::poor_reference);
+    EXPECT_EQ(doubt([](Evidence& e) { e.barren = true; }), Doubt::missed);
+    EXPECT_EQ(doubt([](Evidence& e) { e.sigma = 11 * um; }), Doubt::uncertain);
+    EXPECT_EQ(doubt([](Evidence& e) { e.sigma = e.since_sigma = 11 * um; }), Doubt::prediction);
+    EXPECT_EQ(doubt([](Evidence& e) { e.sigma = 11 * um, e.compared = false; }), Doubt::unknown);
     EXPECT_EQ(doubt([](Evidence&) {}), Doubt::none);
 }
 

@@ -20,9 +20,10 @@ GrowthByContact::Settings settings(Method method = Method::coordinate, double un
     GrowthByContact::Settings s;
     s.method = method;
     s.finder.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
-    s.limits = {unit * 0.5, 0.02, 0.002, unit * 0.1, 0.2};
-    s.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
-    s.between.unexplained_growth = unit * 1;  // a growth may come at once
+    s.limits = {unit * 0.5, 0.02, 0.002, 0.2};
+    s.growth.gate = {unit * 0.2 * um, unit * 15 * um, unit * 60 * um, 0};
+    s.growth.max_correction = unit * 0.1;
+    s.growth.between.unexplained_growth = unit * 1;  // a growth may come at once
     return s;
 }
 
@@ -112,7 +113,7 @@ TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSig
     shop.mill.program = {{10, 1, -20}};
     shop.mill.noise = 0.3;
     shop.mill.dt = 0.004;
-    shop.used.between.by_speed = true;
+    shop.used.growth.between.by_speed = true;
     shop.learn();
     constexpr int cycles = rounds(1000, 50);
     double offset = 0, largest = 0, variance = 0;
@@ -246,16 +247,42 @@ TEST(GrowthByContact, WithinTheGateAChipShiftsByItsHeightUntilTheNextContact) {
     EXPECT_NEAR(shop.target, 10 * um, 0.5 * um);
 }
 
-TEST(GrowthByContact, ReportsThatTheGateKeepsOutAllContacts) {
+TEST(GrowthByContact, ReportsThatNoContactCounts) {
     Shop shop = learnt();
     shop.cycle(10 * um);
-    for (int n = 0; n < 2; ++n) shop.cycle(-80 * um);
-    shop.cycle(-80 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // proves nothing either way
+    for (int n = 0; n < 2; ++n) shop.cycle(-150 * um);
+    shop.cycle(-150 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});  // proves nothing either way
     EXPECT_FALSE(shop.measured.tally().lost_track());
-    shop.cycle(-80 * um);
+    shop.cycle(-150 * um);
     EXPECT_TRUE(shop.measured.tally().lost_track());
     shop.cycle(10 * um, {{3, {false, 0.2}}});
     EXPECT_FALSE(shop.measured.tally().lost_track()) << "one rejected contact among others does not count";
+}
+
+TEST(GrowthByContact, AShiftBeyondTheGateIsAskedAboutAndAnswered) {
+    for (const Method method : {Method::coordinate, Method::time})
+        for (const bool growth : {false, true}) {
+            Shop shop;
+            shop.used = settings(method);
+            shop.used.growth.between.unexplained_growth = 6 * um;
+            shop.learn();
+            for (int n = 0; n < 3; ++n) shop.cycle(3 * um);
+            const double before = shop.target;
+            for (int n = 0; n < 3; ++n) shop.cycle(53 * um);
+            const GrowthFromContacts& found = shop.measured.from_contacts();
+            EXPECT_EQ(found.shift(shop.used.growth), Shift::all);
+            EXPECT_NEAR(found.estimator().shift_size(), 50 * um, 1 * um);
+            EXPECT_NEAR(shop.measured.estimate(shop.used), before, 1 * um);
+            EXPECT_FALSE(shop.measured.tally().lost_track());
+            if (growth)
+                shop.measured.shift_is_growth();
+            else
+                shop.measured.shift_is_not_growth();
+            for (int n = 0; n < 3; ++n) shop.cycle(53 * um);
+            EXPECT_EQ(found.shift(shop.used.growth), Shift::none);
+            EXPECT_NEAR(shop.measured.estimate(shop.used), (growth ? 53 : 3) * um, 1 * um);
+            EXPECT_NEAR(shop.accepted.back(), (growth ? 53 : 3) * um, 1 * um);
+        }
 }
 
 TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
@@ -281,14 +308,13 @@ TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
     EXPECT_TRUE(in_the_cut);
 }
 
-TEST(GrowthByContact, TheGateOpensWithTime) {
-    Shop shop = learnt();
-    shop.cycle(25 * um);
-    EXPECT_EQ(shop.counts().accepted, 0);
-    for (int n = 0; n < 4; ++n) shop.cycle(25 * um);
-    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::beyond_gate);
-    EXPECT_GT(shop.counts().accepted, 0) << "after 125 s at 0.2 um/s";
-    EXPECT_NEAR(shop.target, 25 * um, 0.5 * um);
+TEST(GrowthByContact, TimeDoesNotMakeAShiftGrowth) {
+    Shop shop;
+    shop.used.growth.between.unexplained_growth = 6 * um;
+    shop.learn();
+    for (int n = 0; n < 8; ++n) shop.cycle(25 * um);
+    EXPECT_NEAR(shop.measured.estimate(shop.used), 0, 1 * um) << "the gate opens after 125 s at 0.2 um/s";
+    EXPECT_EQ(shop.measured.from_contacts().shift(shop.used.growth), Shift::all);
 }
 
 TEST(GrowthByContact, AnotherFeedIsRejectedByTimeAndComparedByCoordinate) {
@@ -804,8 +830,8 @@ TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
 // Learnt from, one contact at 5 um, then ten minutes at a speed of which much growth is to be expected.
 Shop predicting(bool by_speed = true) {
     Shop shop;
-    shop.used.between.by_speed = by_speed;
-    shop.used.gate.max_growth_rate = 0.01 * um;
+    shop.used.growth.between.by_speed = by_speed;
+    shop.used.growth.gate.max_growth_rate = 0.01 * um;
     shop.learn();
     shop.cycle(5 * um);
     Milling::Sample turning;
@@ -845,17 +871,12 @@ TEST(GrowthByContact, PredictionLetsNothingThroughTheGate) {
     EXPECT_EQ(shop.measured.tally().rejection(), Rejection::beyond_gate);
 }
 
-TEST(GrowthByContact, AContactFarFromThePredictionIsDecidedByTheNextOne) {
+TEST(GrowthByContact, AfterAnotherSpeedAContactFarFromThePredictionCounts) {
     Shop shop = predicting();
-    const auto before = shop.accepted.size();
     shop.mill.program = {{10, 1, -20}};
     shop.cycle(-5 * um);  // 10 from the last contact, and much more from the prediction
-    EXPECT_EQ(shop.accepted.size(), before);
-    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::unconfirmed);
-    shop.cycle(-5 * um);
-    shop.cycle(-5 * um);
-    ASSERT_GT(shop.accepted.size(), before);
     EXPECT_NEAR(shop.accepted.back(), -5 * um, 0.5 * um);
+    EXPECT_EQ(shop.measured.from_contacts().shift(shop.used.growth), Shift::none);
 }
 
 TEST(GrowthByContact, PredictsNothingBeforeAContactWasAccepted) {

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Whole shifts of ten hours on drawn machines of two structures, in steps of a second.
+#include "tests/support/growth_shop.hpp"
+
+#include "tests/support/rounds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+namespace plumb {
+namespace {
+
+constexpr double um = 1e-3;  // mm
+constexpr int machines = rounds(10, 2);
+
+GrowthShop shop_with(std::vector<GrowthShop::Gauge> gauges) {
+    GrowthShop shop;
+    shop.gauges = std::move(gauges);
+    shop.settings.between.by_speed = true;
+    shop.settings.gate = {0.2 * um, 15 * um, 60 * um, 0};
+    return shop;
+}
+const std::vector<GrowthShop::Gauge> one_tool{{1, 0.7 * um}, {1, 0.7 * um}};
+const std::vector<GrowthShop::Gauge> two_tools{{1, 0.7 * um}, {1, 0.7 * um}, {4, 0.7 * um}};
+
+struct Score {
+    int cuts = 0, told = 0, worse = 0, silent = 0, asked = 0, within = 0, messages = 0;
+    double with = 0, without = 0;
+
+    void add(const std::vector<GrowthShop::Cut>& judged, double from = 0) {
+        bool before = true;  // a notice at the start is none of these messages
+        for (const GrowthShop::Cut& cut : judged) {
+            if (cut.time < from) continue;
+            ++cuts;
+            told += cut.told;
+            asked += cut.asked;
+            messages += cut.told && !before;
+            before = cut.told;
+            const bool harm = std::abs(cut.error) > std::abs(cut.without) + 5 * um;
+            worse += harm;
+            silent += harm && !cut.told;
+            within += std::abs(cut.error) <= 2 * cut.sigma;
+            with += cut.error * cut.error;
+            without += cut.without * cut.without;
+        }
+    }
+};
+
+TEST(GrowthShifts, HealthyMachinesAreCorrectedAndNotAccused) {
+    for (const double size : {5 * um, 12 * um, 50 * um})
+        for (const auto& gauges : {one_tool, two_tools})
+            for (const bool two_states : {false, true}) {
+                Score score;
+                for (int seed = 1; seed <= machines; ++seed) {
+                    GrowthShop shop = shop_with(gauges);
+                    const auto growth = std::make_unique<GrowthFromContacts>();
+                    score.add(shop.run(drawn_growth(seed, size, two_states, 10), 10, seed, *growth));
+                }
+                EXPECT_LT(score.with, score.without) << size;
+                if (size > 40 * um) {
+                    EXPECT_LT(std::sqrt(score.with), 0.2 * std::sqrt(score.without));
+                }
+                EXPECT_EQ(score.asked, 0) << size << two_states;
+                EXPECT_LE(score.told, 0.02 * score.cuts) << size << two_states;
+                EXPECT_LE(score.worse, 0.005 * score.cuts) << size << two_states;
+                EXPECT_GE(score.within, 0.85 * score.cuts) << size << two_states;
+                EXPECT_LE(score.messages, 0.1 * machines + 1) << "in ten hours each";
+            }
+}
+
+TEST(GrowthShifts, AShiftThatGrowthCannotMakeIsAskedAboutAndMovesNothing) {
+    struct Case {
+        const char* name;
+        double distance;
+        const std::vector<GrowthShop::Gauge>* gauges;
+        std::int32_t tool;  // 0: all
+    };
+    const Case cases[]{{"the only tool longer", 30 * um, &one_tool, 0},
+                       {"one of two tools longer", 30 * um, &two_tools, 4},
+                       {"higher blanks", 25 * um, &two_tools, 0},
+                       {"the filter of the drive from 20 to 50 ms", -50 * um, &two_tools, 0},
+                       {"15 ms of bus latency", -25 * um, &two_tools, 0},
+                       {"a new fixture", 50 * um, &two_tools, 0}};
+    for (const double size : {5 * um, 12 * um})
+        for (const Case& its : cases) {
+            Score score;
+            for (int seed = 1; seed <= machines; ++seed) {
+                GrowthShop shop = shop_with(*its.gauges);
+                const double begin = 7200 + 400 * (seed % 9);
+                shop.shift = [&](double t, std::size_t gauge) {
+                    const bool its_tool = its.tool == 0 || shop.gauges[gauge].tool == its.tool;
+                    return t >= begin && its_tool ? its.distance : 0.0;
+                };
+                const auto growth = std::make_unique<GrowthFromContacts>();
+                score.add(shop.run(drawn_growth(seed, size, seed % 2, 6), 6, seed, *growth), begin);
+            }
+            EXPECT_LE(score.worse, 0.002 * score.cuts) << its.name << size;
+            EXPECT_EQ(score.silent, 0) << its.name << size;
+            EXPECT_GE(score.asked, (its.tool ? 0.5 : 0.97) * score.cuts) << its.name << size;
+            EXPECT_LT(score.with, score.without) << its.name << size;
+        }
+}
+
+}  // namespace
+}  // namespace plumb

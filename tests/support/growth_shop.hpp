@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// A shop that makes a part every five minutes, as the estimator of the growth sees it: contacts of several
+// gauges, and the cuts after them, in steps of a second. The growth is that of two plants of different
+// structure, or any function.
+#pragma once
+
+#include "components/math/blocks/random.hpp"
+#include "components/math/contact/growth_from_contacts.hpp"
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace plumb {
+
+// Growth of a machine, mu, and the speed of its spindle, rpm, at a time in s.
+struct GrowthTruth {
+    std::function<double(double)> growth, speed;
+};
+
+// A drawn machine that grows by about `size`: a spindle against its column, or two states of the spindle
+// whose quick one shortens it, and a shop whose air swings.
+inline GrowthTruth drawn_growth(std::uint64_t seed, double size, bool two_states, double hours) {
+    Random random(seed, 7);
+    const auto steps = static_cast<std::size_t>(hours * 3600) + 1;
+    auto growth = std::make_shared<std::vector<double>>(), speed = std::make_shared<std::vector<double>>();
+    const double tau = random.uniform(240, 1200), rest = random.uniform(2700, 5400);
+    const double slow = random.uniform(3600, 10800), share = random.uniform(0.2, 0.5);
+    const double exponent = random.uniform(1.5, 1.9), dip = random.uniform(0.1, 0.3);
+    const double air = size * random.uniform(0.02, 0.08), turn = random.uniform(900, 1500);
+    const double day = size * random.uniform(0.05, 0.15), phase = random.uniform(0, 6.28);
+    double spindle = 0, other = 0, n = 0, until = 0;
+    for (std::size_t t = 0; t < steps; ++t) {
+        if (static_cast<double>(t) >= until) {
+            n = random.uniform() < 0.12 && t > 0 ? 0 : random.uniform(2000, 8000);
+            until = static_cast<double>(t) + random.uniform(1800, 5400);
+        }
+        const double heat = size * std::pow(n / 8000, exponent);
+        if (two_states) {
+            spindle += (1.4 * heat - spindle) / slow;
+            other += (-dip * heat - other) / (0.5 * tau);
+        } else {
+            spindle += (heat - spindle) / (n > 0 ? tau : rest);
+            other += (-share * heat - other) / slow;
+        }
+        const double s = static_cast<double>(t);
+        growth->push_back(spindle + other + air * std::sin(6.2832 * s / turn + phase) +
+                          day * std::sin(6.2832 * s / 86400 + phase));
+        speed->push_back(n);
+    }
+    const auto at = [steps](const auto& list) {
+        return [list, steps](double t) {
+            return (*list)[std::min(steps - 1, static_cast<std::size_t>(std::max(t, 0.0)))];
+        };
+    };
+    return {at(growth), at(speed)};
+}
+
+struct GrowthShop {
+    struct Gauge {
+        std::int32_t tool;
+        double sigma;  // mu, of its contacts
+    };
+    // A cut, after its contact.
+    struct Cut {
+        double time, error, without, sigma;  // s, mu
+        bool told, asked, known;
+        std::int32_t doubt;
+    };
+
+    std::vector<Gauge> gauges{{1, 0.0007}, {1, 0.0007}, {4, 0.0007}};
+    double blank = 0.001;      // mu, from part to part
+    double interval = 300;     // s
+    double part_speed = 5000;  // rpm, in a part
+    double between = 10;       // s, between two contacts of a part
+    GrowthFromContacts::Settings settings{};
+    // Displacement of the contacts of a gauge beside the growth, mu, and what the cuts see of it.
+    std::function<double(double time, std::size_t gauge)> shift = [](double, std::size_t) { return 0.0; };
+    std::function<void(double, GrowthFromContacts&)> every_part = [](double, GrowthFromContacts&) {};
+
+    std::vector<Cut> run(const GrowthTruth& truth, double hours, std::uint64_t seed,
+                         GrowthFromContacts& growth) {
+        Random random(seed, 11);
+        std::vector<double> reference(gauges.size(), 0.0), own(gauges.size(), 0.0);
+        std::vector<Cut> cuts;
+        double offset = 0, blank_now = 0, zero = 0;
+        std::int32_t part = 1;
+        for (double t = 1; t < hours * 3600; ++t) {
+            const double in_part = std::fmod(t, interval);
+            const bool in_cycle =
+                in_part >= 20 && in_part < 80 + between * static_cast<double>(gauges.size());
+            GrowthFromContacts::Machine machine;
+            machine.speed = in_cycle ? part_speed : truth.speed(t);
+            machine.in_cycle = in_cycle;
+            if (in_part == 0) {
+                ++part;
+                blank_now = blank * random.gaussian();
+                every_part(t, growth);
+            }
+            const double place = (in_part - 30) / between;
+            const auto gauge = static_cast<std::size_t>(std::max(place, 0.0));
+            const bool contact =
+                in_cycle && place >= 0 && place == std::floor(place) && gauge < gauges.size();
+            if (!contact) {
+                growth.predict(machine, settings, 1);
+                growth.apply(machine, settings, 1);
+                if (growth.known()) offset = growth.authority().offset();
+                continue;
+            }
+            growth.predict(machine, settings, 1);
+            const double grown = truth.growth(t);
+            const double z = grown + blank_now + gauges[gauge].sigma * random.gaussian() + shift(t, gauge);
+            const double cut_offset = offset;
+            const Doubt doubt = growth.authority().doubt();
+            const bool known = growth.known();
+            const double sigma = std::hypot(growth.sigma(), growth.growth(settings) - cut_offset);
+            bool accepted = true;
+            if (part <= 1) {
+                if (gauge == 0) zero = grown;
+                reference[gauge] = z;
+                own[gauge] = gauges[gauge].sigma;
+                growth.learn(0, gauges[gauge].sigma, gauge == 0, settings);
+                if (gauge + 1 == gauges.size()) growth.renew_gauges();
+            } else {
+                GrowthFromContacts::Reading r;
+                r.growth = z - reference[gauge];
+                r.noise = gauges[gauge].sigma;
+                r.reference_sigma = std::hypot(own[gauge], settings.between.repeatability);
+                r.gauge = static_cast<std::int32_t>(gauge);
+                r.cycle = part;
+                r.tool = gauges[gauge].tool;
+                for (std::size_t i = 0; i < gauges.size(); ++i) {
+                    if (gauges[i].tool == gauges[gauge].tool)
+                        r.of_tool |= std::uint64_t{1} << i;
+                    else
+                        r.other_tools = true;
+                }
+                accepted = growth.judge(r, settings) == Rejection::none;
+                cuts.push_back({t, cut_offset - (grown - zero), -(grown - zero), sigma, doubt != Doubt::none,
+                                growth.shift(settings) != Shift::none, known,
+                                static_cast<std::int32_t>(doubt)});
+            }
+            machine.accepted = accepted;
+            growth.apply(machine, settings, 1);
+            if (part <= 1) offset = 0;
+        }
+        return cuts;
+    }
+};
+
+}  // namespace plumb
