@@ -20,7 +20,7 @@ class Screens(unittest.TestCase):
         self.assertIn("refused", seen["refused"])
         self.assertIn("0.025", seen["changes"])
         self.assertEqual(seen["old question"], "")
-        self.assertIn("The machine is off. Nothing is corrected.", seen["off"])
+        self.assertIn("The machine is off. Turn the machine on.", seen["off"])
 
     def test_in_gmoccapy_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("gmoccapy")

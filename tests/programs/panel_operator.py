@@ -57,7 +57,7 @@ class Operator:
         self.square()
         self.machine.turn_off()
         finger.press("Squareness")
-        seen["off"] = finger.await_text("Nothing is corrected.")
+        seen["off"] = finger.await_text("The machine is off. Turn")
         finger.press("Growth of Z")
         finger.press("Switch on / off")
         finger.press("Switch off")

@@ -63,7 +63,7 @@ class Operator:
         seen["old question"] = finger.find_text("The machine must be cold")
         self.machine.turn_off()
         finger.press("Squareness")
-        seen["off"] = finger.await_text("Nothing is corrected.")
+        seen["off"] = finger.await_text("The machine is off. Turn")
         finger.press("Growth of Z")
         finger.press("Switch on / off")
         finger.press("Switch off")
