@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/acceleration_limit.hpp"
 #include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/joint_origin.hpp"
 #include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/offset_release.hpp"
 #include "components/math/blocks/soft_limits.hpp"
 #include "components/math/blocks/source_sum.hpp"
+#include "components/math/blocks/tapered_offset.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 #include "pages/joint_offset.page.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -131,7 +131,7 @@ struct JointOffset final : hal::Component {
     hal::Function run{this, "update", &JointOffset::update, hal::Place::stage,
                       "Before the drive's command is written."};
 
-    void prepare() override { settings_ = {max_offset, ramp_rate, max_rate}; }
+    void prepare() override { applied_ = TaperedOffset({max_offset, ramp_rate, max_rate}); }
 
     void update_feedback(double) noexcept {
         const double given = drive_feedback;
@@ -143,48 +143,49 @@ struct JointOffset final : hal::Component {
 
     void update(double dt) noexcept {
         hal::SettingsReader setting;
-        const Settings settings{setting(max_offset), setting(ramp_rate), setting(max_rate)};
-        const bool refused = setting.good() && !take(settings, dt);
+        const TaperedOffset::Settings settings{setting(max_offset), setting(ramp_rate), setting(max_rate)};
+        const bool refused = setting.good() && !applied_.take(settings, dt);
         const SoftLimits limits{min_limit, max_limit, joint_acceleration, offset_acceleration};
-        if (limits.valid()) take(limits, dt);
+        if (limits.valid()) applied_.take(limits, dt);
         const double command = joint_command;
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
         const bool good_sources = sources_.read(offset, largest);
-        const bool is_homed = homed;
-        watch_origin(is_homed, knows_place_ && within(command, farthest));
+        const bool is_homed = homed, knows_origin = knows_place_ && within(command, farthest);
+        origin_.step(is_homed, knows_origin ? command_ - position_ : origin_.last(), in_force(), slack);
         interlock_.step(heartbeat);
-        const bool permitted = interlock_.alive();
-        const bool active = enable && is_homed && !shifted_ && limits_.valid(), on = motion_enabled;
+        const bool permitted = interlock_.alive(), shifted = origin_.shifted();
+        const bool active = enable && is_homed && !shifted && applied_.knows_limits(), on = motion_enabled;
         const auto sums = release_.sum(sources_, read_release());
-        const double wanted = !permitted ? source_.value() : active ? sums.all : 0;
-        const double possible = bounded(wanted, settings_.max_offset);
+        const double wanted = !permitted ? applied_.sum() : active ? sums.all : 0;
+        const double possible = bounded(wanted, applied_.settings().max_offset);
 
-        if (release_.step(on)) move_to(release_.stays(), dt);
-        const bool stranded = on && release_.out() && (!is_homed || shifted_);
+        if (release_.step(on)) applied_.move_to(release_.stays(), dt);
+        const bool stranded = on && release_.out() && (!is_homed || shifted);
         const bool holding = (is_homed && !on) || release_.pending() || stranded;
-        if (active != active_ || (holding_ && !holding) || (!permitted_ && permitted)) ramping_ = true;
+        if (active != active_ || (holding_ && !holding) || (!permitted_ && permitted)) applied_.ramp();
         active_ = active;
         permitted_ = permitted;
         holding_ = holding;
         const double before = applied_.value();
+        const bool guarded = is_homed && applied_.knows_limits();
         if (holding)
-            hold();
+            applied_.hold();
         else
-            follow(possible, is_homed && limits_.valid(), jumped ? 0 : moved, dt);
-        const bool follows = permitted && active && !ramping_ && applied_.value() == sums.all;
-        if (!holding) release_.note(applied_.value(), bounded(sums.others, settings_.max_offset), follows);
+            applied_.follow(possible, {last_position_, position_, jumped ? 0 : moved, guarded}, dt);
+        const bool follows = permitted && active && !applied_.ramping() && applied_.value() == sums.all;
+        if (!holding)
+            release_.note(applied_.value(), bounded(sums.others, applied_.settings().max_offset), follows);
 
         drive_command = command_ + applied_.value();
         const double velocity = joint_velocity;
         drive_velocity = (within(velocity, farthest) ? velocity : 0) + (applied_.value() - before) / dt;
         applied_offset = applied_.value();
-        ramping = ramping_;
-        inhibit_homing = std::abs(applied_.value()) > slack;
+        ramping = applied_.ramping();
+        inhibit_homing = in_force();
         show_release();
-        limited = !holding && (release_.ignores() || wanted != possible || tapered_ ||
-                               (!ramping_ && lag(possible) > slack));
+        limited = !holding && (release_.ignores() || wanted != possible || applied_.falls_short(possible));
         fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
                                    {!good_sources, Fault::source},
                                    {!within(command, farthest) || !knows_place_, Fault::position},
@@ -192,7 +193,7 @@ struct JointOffset final : hal::Component {
                                    {!setting.good(), Fault::settings},
                                    {refused, Fault::bound},
                                    {!limits.valid(), Fault::limits},
-                                   {shifted_, Fault::origin},
+                                   {shifted, Fault::origin},
                                    {stranded, Fault::unhomed},
                                    {on && release_.ignores(), Fault::unreleased}});
     }
@@ -200,38 +201,11 @@ struct JointOffset final : hal::Component {
 private:
     static constexpr double largest = 1e3;                    // mu, of an offset
     static constexpr double farthest = SoftLimits::farthest;  // mu, of a position
-    static constexpr double slack = 1e-9;                     // mu, without meaning
-    static constexpr double gentle = 100;                     // mu/s2, without valid limits
-    static constexpr double quarter = 0.25;  // of the acceleration, for sources, beside a taper
+    static constexpr double slack = TaperedOffset::slack;
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
-    struct Settings {
-        double max_offset, ramp_rate, max_rate;
-    };
-
-    // False if max-offset is too small for the present offset; the last one stays in force.
-    bool take(const Settings& given, double dt) noexcept {
-        const double most = settings_.max_offset;
-        settings_ = given;
-        if (given.max_offset >= most || stops_within(given.max_offset, acceleration(), dt)) return true;
-        settings_.max_offset = most;
-        return false;
-    }
-
-    // A smaller offset-acceleration waits until the offset can stop within max-offset by it.
-    void take(const SoftLimits& given, double dt) noexcept {
-        const double before = limits_.offset_acceleration;
-        limits_ = given;
-        if (given.offset_acceleration < before &&
-            !stops_within(settings_.max_offset, given.offset_acceleration, dt))
-            limits_.offset_acceleration = before;
-    }
-
-    bool stops_within(double bound, double acceleration, double dt) const noexcept {
-        return source_.stops_within(bound, acceleration * source_share(), dt) &&
-               applied_.stops_within(bound, acceleration, dt);
-    }
+    bool in_force() const noexcept { return std::abs(applied_.value()) > slack; }
 
     // Whether the distance from the last position to this one can be a move of the joint.
     bool read_position() noexcept {
@@ -243,18 +217,6 @@ private:
         return knew && knows_place_;
     }
 
-    // Homing moves the origin of motion at the switch, long before the joint is homed, and by a feedback
-    // without the offset. Once the offset is released, the origin would be wrong by it.
-    void watch_origin(bool is_homed, bool known) noexcept {
-        const double origin = known ? command_ - position_ : origin_;
-        if (homed_ && !is_homed) shifted_ = false;
-        const bool homes = !homed_ || !is_homed;
-        if (homes && std::abs(applied_.value()) > slack && std::abs(origin - origin_) > slack)
-            shifted_ = true;
-        origin_ = origin;
-        homed_ = is_homed;
-    }
-
     OffsetRelease<4>::Which read_release() noexcept {
         OffsetRelease<4>::Which which{};
         for (std::size_t i = 0; i < which.size(); ++i) which[i] = release_at_off[i];
@@ -263,88 +225,13 @@ private:
 
     void show_release() noexcept { released = !release_.any() ? -1 : release_.released() ? 1 : 0; }
 
-    // In drive-command motion has the rest of it.
-    void move_to(double place, double dt) noexcept {
-        source_.move_to(place, acceleration(), dt);
-        applied_.move_to(place, acceleration(), dt);
-        hold();
-    }
-
-    void hold() noexcept {
-        source_.hold();
-        applied_.hold();
-    }
-
-    // The sources, then the soft limits, then the drive. `moved` is the distance that motion moves the joint
-    // in this period.
-    void follow(double possible, bool guarded, double moved, double dt) noexcept {
-        const double most = settings_.max_offset, rate = settings_.max_rate;
-        const double acceleration = this->acceleration();
-        if (guarded_ && !guarded) {  // the rest of the sum must not come at once
-            source_.move_to(applied_.value(), acceleration, dt);
-            source_.hold();
-        }
-        guarded_ = guarded;
-        const double source = source_.value(), applied = applied_.value();
-        const SoftLimits::Step joint{last_position_, position_, moved, dt};
-        share_out(guarded && (limits_.tapers(std::max(source, possible), joint) ||
-                              limits_.tapers(std::min(source, possible), joint)),
-                  acceleration, dt);
-        AccelerationLimit::Limits speeds{
-            ramping_ ? settings_.ramp_rate : rate, rate, acceleration * source_share(), rate, rate, most};
-        if (guarded) {
-            speeds.down = limits_.largest_speed(-1, source, joint);
-            speeds.up = limits_.largest_speed(1, source, joint);
-        }
-        source_.step(possible, speeds, dt);
-        const bool held = (possible > source ? speeds.up : speeds.down) * dt <= slack;  // by a soft limit
-        ramping_ = ramping_ && source_.value() != possible && !held;
-
-        const double now = source_.value();
-        const double allowed = guarded ? limits_.allowed(now, position_) : now;
-        tapered_ = allowed != now;
-        // At most share(), so that the offset brakes in time when motion does.
-        const double by_motion = guarded ? std::min(std::abs(allowed - limits_.allowed(now, last_position_)),
-                                                    limits_.share() * moved)
-                                         : 0;
-        const double fastest = rate + by_motion / dt;
-        applied_.step(allowed, {rate, fastest, acceleration, fastest, fastest, most}, dt);
-        if (!guarded) return;
-        const double within = limits_.largest_offset(applied_.value(), applied, joint);
-        if (std::abs(applied_.value()) > within)
-            applied_.move_to(std::copysign(within, applied_.value()), acceleration, dt);
-    }
-
-    // While the taper may act, it needs all of the acceleration but a quarter. The sources have all of it
-    // elsewhere; they give it back when they do not need it to stop within max-offset.
-    void share_out(bool tapers, double acceleration, double dt) noexcept {
-        const double rest = acceleration * quarter;
-        if (!tapers)
-            shares_ = false;
-        else if (source_.settled(rest, dt) && source_.stops_within(settings_.max_offset, rest, dt))
-            shares_ = true;
-    }
-
-    double acceleration() const noexcept { return limits_.valid() ? limits_.offset_acceleration : gentle; }
-    double source_share() const noexcept { return shares_ ? quarter : 1; }
-
-    double lag(double possible) const noexcept { return std::abs(possible - applied_.value()); }
-
-    Settings settings_{};  // these are the last good values
-    SoftLimits limits_{};
+    TaperedOffset applied_{{}};  // the last command contains it
     SourceSum<4> sources_;
-    double position_ = 0, command_ = 0, feedback_ = 0;
-
-    double last_position_ = 0;
-    AccelerationLimit source_;   // the sum, bounded and ramped
-    AccelerationLimit applied_;  // source_ within the soft limits; the last command contains it
     OffsetRelease<4> release_;
+    JointOrigin origin_;
     LiveCounter interlock_;
-    bool active_ = false, holding_ = false, ramping_ = false, permitted_ = true;
-    bool guarded_ = false, tapered_ = false;  // by the soft limits
-    bool shares_ = true;                      // the acceleration, with the taper
-    double origin_ = 0;                       // command_ - position_
-    bool homed_ = false, shifted_ = false;    // shifted: fault origin
+    double position_ = 0, last_position_ = 0, command_ = 0, feedback_ = 0;  // the last good values
+    bool active_ = false, holding_ = false, permitted_ = true;
     bool good_feedback_ = true, knows_place_ = true;
 };
 

@@ -62,11 +62,6 @@ hal::CommandPage page() {
           R"(Plumb measures and corrects errors of a machine tool with LinuxCNC HAL components, and runs HAL in virtual
 time. plumb runs its commands. Each is built in, or is the program plumb-COMMAND in the folder of this one. plumb --help
 lists them all.)"},
-         {"PROGRAMS",
-          R"(plumb contacts reports the contacts of a recording, and whether to compensate. plumb example copies a configuration, ready
-to run. plumb growth shows how much a machine
-grows as it warms. plumb panel shows the functions of a machine on a touch screen. plumb squareness turns tilts or
-measurements into settings. plumb wire wires functions into a LinuxCNC configuration, and tries the result.)"},
          {"EXIT STATUS", "0 after success; 1 after an error; 2 for a wrong command line."}},
         pages_of_commands() + ".BR halcmd (1)"};
 }

@@ -5,6 +5,8 @@ A growth test of each machine gives its law (plumb growth identify). On another 
 configs/mill/bench.hal cuts parts while it grows as sim_artifact does. An error is that of the tip at a cut less that at the
 last cut of the learning cycle, for each axis; thermal_displacement corrects Z only. One more column has the law of machine 1,
 which is another one of the same kind.
+
+--days takes measured days of one machine instead, as CSV: a law is learnt on each day and used on every other one.
 """
 
 import os
@@ -13,6 +15,7 @@ import tempfile
 
 import numpy as np
 
+from support import growth_days, growth_machines
 from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
 from support.figures import largest, rms
 from support.growth_tests import add_axis_growth, law_of, run_test
@@ -130,14 +133,43 @@ def figures(outcomes):
     return lines + ["", "median and p90 are of the rms of a machine, max is the worst cut of all"]
 
 
+def pair_of_days(learnt, used, progress):
+    found = growth_days.pair(learnt, used)
+    progress(1)
+    return found
+
+
+def days_lines(paths, place):
+    pairs = [(first, second) for first in range(len(paths)) for second in range(len(paths)) if first != second]
+    found = simulate_all(pair_of_days, [(paths[first], paths[second]) for first, second in pairs], len(pairs), place)
+    return growth_days.figures(paths, dict(zip(pairs, found)))
+
+
+def machines_lines(options, place):
+    seeds = range(options.seed, options.seed + options.seeds)
+    structures = range(len(growth_machines.STRUCTURES))
+    tasks = [(structure, seed, options.duration) for structure in structures for seed in seeds]
+    found = simulate_all(growth_machines.simulate, tasks, options.duration * len(tasks), place)
+    return growth_machines.figures({structure: [each for task, each in zip(tasks, found) if task[0] == structure] for structure in structures})
+
+
 def main():
     parser = new_parser("axis_growth", __doc__)
-    parser.add_argument("--seeds", type=whole(1, 10000), default=50, metavar="N", help="machines (default: 50)")
+    parser.add_argument("--seeds", type=whole(1, 10000), default=100, metavar="N", help="machines of each structure (default: 100)")
     parser.add_argument("--seed", type=whole(2, 2**31 - 1), default=1001, metavar="N", help="the first of them")
     parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="length of the day (default: 2h)")
+    parser.add_argument("--days", nargs="+", metavar="FILE", help="measured days: a law of each, used on each other")
+    parser.add_argument("--contacts", action="store_true", help="compare with thermal_displacement while parts are milled")
     add_place(parser)
     options = parser.parse_args()
     with errors_reported():
+        if options.days:
+            print("\n".join(days_lines([os.path.abspath(path) for path in options.days], place_of(options))))
+            return
+        if not options.contacts:
+            lines = machines_lines(options, place_of(options))
+            print("a day of %s, %d machines of each structure\n" % (duration_text(options.duration), options.seeds) + "\n".join(lines))
+            return
         tasks = [(seed, options.duration) for seed in range(options.seed, options.seed + options.seeds)]
         outcomes = simulate_all(simulate, tasks, options.duration * options.seeds, place_of(options))
     print("a day of %s\n" % duration_text(options.duration) + "\n".join(figures(outcomes)))

@@ -16,6 +16,7 @@ from support.command import add_output, add_place, errors_reported, make_writabl
 from support.figures import rms
 from support.lathe_machine import AT_A_TIME, METHODS, UM, WORKS, Case, procedure, simulate
 from support.recordings import write_rows
+from support.second_lathe import SLIPS, SecondCase, simulate_second
 from support.simulations import simulate_all
 
 TARGETS = "simulation_lathe"
@@ -101,6 +102,101 @@ def centre_row(case, outcome):
     return f"    {name_of(case):44}{within:8}{said:8}{outside:9}"
 
 
+# --- the second lathe ---
+
+METHODS_THAT_ASK = ("one pair of lands", "lands ABBA", "lands ABBA x 3", "eight cuts")  # the others are never on centre here
+NEAR = 8  # times as many lathes, so that 400 of a row are on centre
+
+
+def second_cases():
+    cases = [SecondCase(diameter, method, burrs) for diameter in WORKS for method in METHODS for burrs in (False, True)]
+    near = [SecondCase(diameter, method, burrs, near=True) for diameter in WORKS for method in METHODS_THAT_ASK for burrs in (False, True)]
+    slips = [SecondCase(10, method, slip=slip) for slip in SLIPS for method in ("lands ABBA", "lands ABBA x 3")]
+    return cases, near, slips
+
+
+def second_name(case):
+    return f"{case.method}{', burrs' if case.burrs else ''}"
+
+
+def errors_of(case, outcome):
+    """Y's errors in sigmas, of all heights that there are."""
+    its = outcome.values
+    known = (its["value-valid"] > 0) & outcome.met
+    height, truth = its["height"][known], outcome.truth[known]
+    if case.method == "two cuts":
+        return (height**2 - truth**2) / its["within"][known] ** 2
+    return (height - truth) / its["sigma"][known]
+
+
+def within_two(errors):
+    return float(np.mean(np.abs(errors) <= 2)) if len(errors) else 1.0
+
+
+def second_worse(outcome):
+    its = outcome.values
+    return int(np.sum((its["move-allowed"] > 0) & (np.abs(its["height"] - outcome.truth) > np.abs(outcome.truth))))
+
+
+def second_row(case, outcome):
+    its = outcome.values
+    moved = its["move-allowed"] > 0
+    residual = (its["height"] - outcome.truth)[moved]
+    figures = f"{rms(residual):8.2f}{np.percentile(np.abs(residual), 95):8.2f}{rms(its['sigma'][moved]):8.2f}" if moved.any() else f"{'':24}"
+    return f"    {second_name(case):44}{figures}{within_two(errors_of(case, outcome)):8.1%}{int(moved.sum()):8}{second_worse(outcome):7}"
+
+
+def on_centre_of(case, outcome):
+    """How many were said to be on centre, and how many of them are outside in Y, outside in X, and met no stock."""
+    said, tolerance = outcome.values["on-centre"] > 0, UM * WORKS[case.diameter].tolerance
+    outside = [int(np.sum(said & (np.abs(truth) > tolerance))) for truth in (outcome.truth, outcome.truth_x)]
+    return int(said.sum()), *outside, int(np.sum(said & ~outcome.met))
+
+
+def slip_row(case, outcome):
+    its = outcome.values
+    fault, moved, centred = (its[name] > 0 for name in ("fault-code", "move-allowed", "on-centre"))
+    stored = moved | (its["x-allowed"] > 0)
+    bad = moved & (np.abs(its["height"] - outcome.truth) > np.abs(outcome.truth))
+    numbers = (fault.sum(), np.sum(~fault & ~stored & ~centred), np.sum(stored & ~bad), bad.sum(), centred.sum())
+    return f"    {SLIPS[case.slip] + ', ' + case.method:72}" + "".join(f"{int(number):9}" for number in numbers)
+
+
+def second(seed, count, place):
+    """Prints the tables of the second lathe; whether all limits hold."""
+    cases, near, slips = second_cases()
+    tasks = [(case, range(seed, seed + count)) for case in cases + slips]
+    tasks += [(case, range(seed, seed + NEAR * count)) for case in near]
+    outcomes = simulate_all(simulate_second, tasks, sum(len(seeds) for _, seeds in tasks) * 0.002, place)
+    results = list(zip(cases + slips + near, outcomes))
+    wrong = []
+    print(f"\nThe second lathe, {count} drawn, burrs on 8 % of the cuts. Within: errors of at most two sigmas, of all heights.\n")
+    for diameter in WORKS:
+        print(f"{f'Residual of the height at D {diameter} mm, um':48}{'rms':>8}{'p95':>8}{'sigma':>8}{'within':>8}{'moves':>8}{'worse':>7}")
+        for case, outcome in results[: len(cases)]:
+            if case.diameter == diameter:
+                print(second_row(case, outcome))
+                if count >= 400 and not 0.9 <= within_two(errors_of(case, outcome)) <= 0.99:
+                    wrong.append(f"within two sigmas: {second_name(case)}, D {diameter}")
+        print()
+    burred = [outcome for case, outcome in results[: len(cases)] if case.burrs]
+    moves, bad = sum(int((outcome.values["move-allowed"] > 0).sum()) for outcome in burred), sum(second_worse(outcome) for outcome in burred)
+    print(f"{bad} of {moves} moves with burrs left more than there was.")
+    if bad > ALLOWED * moves:
+        wrong.append("moves with burrs that left more than there was")
+    print(f"\n{'Tools close to the tolerance, said to be on centre':52}{'said':>8}{'Y out':>8}{'X out':>8}{'no cut':>8}")
+    for case, outcome in results:
+        said, y_out, x_out, air = on_centre_of(case, outcome)
+        if case.near:
+            print(f"    D {case.diameter:<3}{second_name(case):43}{said:8}{y_out:8}{x_out:8}{air:8}")
+        if air or (case.near and said >= 20 and max(y_out, x_out) > OUTSIDE * said):
+            wrong.append(f"on centre: {second_name(case)}, D {case.diameter} {case.slip}")
+    print(f"\n{'Slips, D 10 mm':76}{'refused':>9}{'again':>9}{'right':>9}{'worse':>9}{'centre':>9}")
+    print("\n".join(slip_row(*each) for each in results[len(cases) : len(cases) + len(slips)]))
+    print("\n".join(f"Missed: {each}" for each in wrong))
+    return not wrong
+
+
 # --- write ---
 
 
@@ -166,7 +262,8 @@ def bench(seed, count, output, place):
     draw(paths[:2], procedure(case, seed), case, seed)
     write_lathes(paths[2], results)
     print(written_line(paths))
-    return bad <= ALLOWED * moves and outside <= OUTSIDE * said
+    good = second(seed, count, place)
+    return good and bad <= ALLOWED * moves and outside <= OUTSIDE * said
 
 
 def main():

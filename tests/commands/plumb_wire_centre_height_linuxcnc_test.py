@@ -16,7 +16,7 @@ class Works(Sample):
         seen = self.seen(output, "centre_height")
         self.assertTrue(any("50 um high give 50.000 um" in text for text in seen), output)
         self.assertTrue(all(seen.values()), output)
-        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=16", flat)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=23", flat)
         self.assertRegex(flat, r"USER_M_PATH = \S*functions/centre_height .*REMAP = M450 modalgroup=10 .*REMAP = M455 .*Still missing")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertRegex(hal, r"net height-on +interlock\.function-enable-1")

@@ -48,6 +48,16 @@ class Example(unittest.TestCase):
                     for named in re.findall(r"\b(?:common|functions)/[\w./-]*\w", "".join(lines)):
                         self.assertTrue(os.path.exists(os.path.join(folder, named)), "%s of %s names %s" % (path, name, named))
 
+    def test_each_file_of_settings_in_a_copy_is_in_force(self):
+        for name in CONFIGURATIONS:
+            self.assertEqual(self.example(name, name).returncode, 0)
+            folder = os.path.join(self.folder, name)
+            copy, halfiles = files_in(folder), set()
+            for path in filter(lambda path: path.endswith((".ini", ".inc")), copy):
+                with open(os.path.join(folder, path), encoding="utf-8") as file:
+                    halfiles |= set(re.findall(r"^HALFILE *= *(\S+)", file.read(), re.M))
+            self.assertEqual({path for path in copy if path.endswith("settings.hal")} - halfiles, set(), name)
+
     def test_programs_of_a_copy_can_be_started(self):
         self.example("lathe", "it")
         for name in ("common/headless.py", "functions/centre_height/M159", "functions/centre_height/tool_table_check"):

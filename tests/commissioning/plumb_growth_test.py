@@ -136,7 +136,7 @@ class Report(unittest.TestCase):
         law = law_of(self.log)
         with open(self.out("law/results.json"), encoding="utf-8") as file:
             results = json.load(file)["tests"][0]
-        self.assertEqual(results["identified"], {"axes": law["axes"], "lines": law["lines"]})
+        self.assertEqual(results["identified"], {key: law[key] for key in ("axes", "lines", "sensors")})
         with open(self.out("law/axis_growth_settings.hal"), encoding="utf-8") as file:
             settings = file.read()
         self.assertEqual(settings, growth("identify", self.log)[1])
@@ -146,7 +146,7 @@ class Report(unittest.TestCase):
         self.assertIn("Which axis does the compensation follow?", page)
         self.assertIn("<li>%s</li>" % results["compensation"]["sentence"], page)
         for axis, its in law["axes"].items():
-            left = "%.1f um of passes it did not see" % (1e3 * its["predicted_rest_mm"])
+            left = "%.1f um of duties it did not see" % (1e3 * its["predicted_rest_mm"])
             self.assertRegex(output, r"Identified: %s: drift [\d.]+ um rms; the law leaves [\d.]+ um, and %s" % (axis, left))
             self.assertIn("<td>%.1f</td><td>yes</td>" % (1e3 * its["predicted_rest_mm"]), page)
 
@@ -325,7 +325,7 @@ class Identify(unittest.TestCase):
         self.assertLess(squares["on"][2] ** 0.5, 0.3 * squares["off"][2] ** 0.5)
         self.assertLess(sum(squares["on"]) ** 0.5, 0.3 * sum(squares["off"]) ** 0.5)
 
-    def test_states_what_the_law_leaves_of_passes_it_did_not_see(self):
+    def test_states_what_the_law_leaves_of_duties_it_did_not_see(self):
         law = law_of(self.log)
         axis = law["axes"]["Z"]
         self.assertTrue(axis["used"])
@@ -333,7 +333,7 @@ class Identify(unittest.TestCase):
         self.assertLess(axis["predicted_rest_mm"], 0.4 * axis["drift_mm"])
         status, output, error = growth("identify", self.log)
         self.assertEqual((status, error), (0, ""))
-        self.assertRegex(output, r"# Z: drift [\d.]+ um rms; the law leaves [\d.]+ um, and [\d.]+ um of passes it did not see")
+        self.assertRegex(output, r"# Z: drift [\d.]+ um rms; the law leaves [\d.]+ um, and [\d.]+ um of duties it did not see")
         self.assertEqual([line for line in output.split("\n") if line and not re.match(r"#|setp axis-growth\.[a-z0-9-]+ +-?[\d.e-]+$", line)], [])
 
     def test_the_sensor_of_the_artifact_is_not_a_term(self):
@@ -371,6 +371,74 @@ class Identify(unittest.TestCase):
         status, _, error = growth("identify", self.log, "--sensors", "column")
         self.assertEqual(status, 1)
         self.assertIn("there is no sensor 'column'", error)
+
+
+def gauges(hot=0.015, common=0.0, shop=0.0, start=0.0, hours=10):
+    """A day of gauges, each 5 min: a spindle in steps, a structure that follows the shop, and growth by both."""
+    lines, warm = ["TIME,S,T1,T2,T3,Z"], 0.0
+    for step in range(hours * 12):
+        speed = (0, 6000, 12000, 0, 9000)[step // 12 % 5]
+        warm += (speed / 2000 - warm) * (1 - math.exp(-5 / 30))
+        air = shop * math.sin(step / 40)
+        lines.append("%d,%d,%.3f,%.3f,%.3f,%.3f" % (5 * step, speed, 20 + start + warm + air, 20 + start + air, 21 + start + air, 1e3 * (hot * warm + common * air)))
+    return lines
+
+
+class Gauges(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="plumb-gauges-")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def law(self, lines, *options):
+        path = os.path.join(self.folder, "day.csv")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("\n".join(lines) + "\n")
+        return growth("identify", path, "--json", *options)
+
+    def terms(self, lines, *options):
+        status, output, error = self.law(lines, *options)
+        self.assertEqual((status, error), (0, ""))
+        its = json.loads(output)["axes"]["Z"]
+        self.assertTrue(its["used"])
+        return {term["name"]: (1e3 * term["value_mm"], 1e3 * term["uncertainty_mm"]) for term in its["terms"]}
+
+    def test_the_law_is_that_of_the_difference_from_the_structure(self):
+        terms = self.terms(gauges(shop=3))
+        self.assertAlmostEqual(terms["T1"][0], 15, delta=0.5)
+        self.assertAlmostEqual(terms["all sensors together"][0], 0, delta=0.5)
+        self.assertEqual(set(terms), {"T1", "all sensors together"})
+
+    def test_a_common_change_that_the_day_does_not_show_stays_uncertain(self):
+        self.assertGreater(self.terms(gauges())["all sensors together"][1], 2.5)
+        seen = self.terms(gauges(shop=3, common=0.002))["all sensors together"]
+        self.assertAlmostEqual(seen[0], 2, delta=0.3)
+        self.assertLess(seen[1], 1)
+
+    def test_a_coefficient_that_no_machine_has_is_not_chosen(self):
+        status, output, _ = self.law(gauges(hot=0.04))
+        self.assertEqual(status, 0)
+        self.assertTrue(all(abs(term["value_mm"]) < 0.02 for term in json.loads(output)["axes"]["Z"]["terms"] if term["name"] != "speed"))
+
+    def test_the_structure_may_be_named(self):
+        status, output, _ = self.law(gauges(), "--structure", "T1")
+        self.assertEqual(status, 0)
+        found = json.loads(output)
+        number = found["sensors"].index("T1")
+        self.assertRegex(found["lines"], r"axis-growth\.structure +%d\n" % number)
+        self.assertRegex(json.loads(self.law(gauges(), "--structure", "none")[1])["lines"], r"axis-growth\.structure +-1\n")
+        self.assertIn("there is no sensor 'T9'", self.law(gauges(), "--structure", "T9")[2])
+
+    def test_missing_values_are_left_out_and_broken_files_are_refused_by_line(self):
+        lines = gauges(shop=3)
+        lines[7] = re.sub(r"^(\d+,\d+),[^,]+", r"\1,nan", lines[7])
+        lines[9] = re.sub(r",[^,]+$", ",", lines[9])
+        self.assertAlmostEqual(self.terms(lines)["T1"][0], 15, delta=0.5)
+        for line, text, why in ((3, "5,0,20", ":4: has 3 fields"), (3, "5,0,20,20,21,0", ":4: the time does not rise"), (0, "TIME,S,T1", ":1: names no column of growth"), (0, "S,T1,Z", ":1: names no column of times")):
+            broken = gauges()
+            broken[line] = text
+            status, _, error = self.law(broken)
+            self.assertEqual(status, 1)
+            self.assertIn(why, error)
 
 
 class MeasuredCurve(unittest.TestCase):

@@ -197,7 +197,7 @@ class Identified(unittest.TestCase):
         machine = copy_configuration("growth", folder)
         program(machine, "short.ngc", "[1] [0] [1] [0]")
         with open(os.path.join(machine, "identified_settings.hal"), "w", encoding="ascii") as file:
-            lines = {"z-growth-0": 0.001, "z-sigma": 0.0005, "reference-0": 20, "low-0": 18, "high-0": 50, "smoothing": 1, "harmless": 0.1}
+            lines = {"z-growth-0": 0.001, "z-sigma": 0.0005, "reference-0": 20, "rise-low-0": -2, "rise-high-0": 30, "smoothing": 1, "harmless": 0.1}
             file.writelines("setp axis-growth.%s %g\n" % line for line in lines.items())
         status, output = run(folder, machine, shortened(machine, "identified.ini"), "short.ngc")
         self.assertEqual(status, 0, output)

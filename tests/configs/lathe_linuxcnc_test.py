@@ -43,6 +43,32 @@ class Shift(unittest.TestCase):
         self.assertEqual(self.after_restart["offset"], self.facts["at the end"]["T1"])
         self.assertNotEqual(self.after_restart["offset"][1], 0)
 
+    def test_restart_in_the_middle_begins_again_and_keeps_the_table(self):
+        self.assertEqual(self.after_restart["state"], [0, False, False])
+        self.assertIn("nothing is interrupted", "\n".join(self.after_restart["nothing to continue"]))
+        self.assertIn("nothing is stored", "\n".join(self.after_restart["nothing to store"]))
+        self.assertEqual(self.after_restart["restarted"], self.facts["at the end"])
+
+    def test_readme_brings_a_tool_on_centre_by_hand_word_by_word(self):
+        self.assertEqual(self.facts["readme before"], [-100, 0])
+        x, y = self.facts["readme"]
+        self.assertAlmostEqual(y, -0.1, delta=0.012)
+        self.assertAlmostEqual(x, -100.02, delta=0.012)
+        self.assertRegex("\n".join(self.messages), r"M454 changes Y of tool *1 from *0\.0000 to *-0\.(09|10)")
+
+    def test_two_cuts_bring_a_thin_bar_to_its_end_and_find_the_side(self):
+        x, y = self.facts["two"]
+        self.assertAlmostEqual(y, 0.03, delta=0.012)
+        self.assertGreater(self.facts["two before"], 0.1)
+        self.assertAlmostEqual(self.facts["two after"], 0.06, delta=0.02)
+        self.assertEqual([self.facts["word -1"], self.facts["word 1"]], [[-1, 0], [1, 0]])
+        self.assertIn("two lands need their diameter", "\n".join(self.facts["lands need D"]))
+
+    def test_spindle_that_feels_no_cut_is_told(self):
+        self.assertIn("the cut is refused", "\n".join(self.facts["load"]))
+        self.assertIn("The load of the spindle has shown no cut", "\n".join(self.facts["load"] + self.messages + self.errors))
+        self.assertEqual(self.facts["load of a cut"], 0)
+
     def test_preview_of_the_program_ends(self):
         """A screen interprets the program without a machine that answers."""
         command = ["rs274", "-g", "-i", self.ini, os.path.join(os.path.dirname(self.ini), "centre.ngc")]

@@ -470,9 +470,8 @@ class Configuration(unittest.TestCase):
     def test_both_machines_have_the_tab_and_keep_its_settings(self):
         for name in ("axis_portal.ini", "axis_column.ini"):
             self.assertIn("EMBED_TAB_COMMAND = plumb-panel -x {XID}\n", self.read(name))
-            self.assertTrue(self.read(name).endswith("HALFILE = panel.hal\n"), "behind all files that set pins")
-            self.assertIn("pins = []", self.read(re.search("SETTINGS = (.*)", self.read(name))[1]))
-        self.assertIn("--file $(CONFIG_DIR)/[PLUMB](SETTINGS)", self.read("panel.hal"))
+            self.assertTrue(self.read(name).endswith("HALFILE = common/panel.hal\n"), "behind all files that set pins")
+            self.assertEqual(re.findall("SETTINGS = (.*)", self.read(name)), [name[len("axis_"):-len(".ini")] + "_panel.toml"])
 
 
 tearDownModule = starts("portal/portal.ini", "portal/column.ini")

@@ -4,6 +4,8 @@
 
 import glob
 import math
+import os
+import re
 import sys
 
 from plumb_linuxcnc import OperatorError
@@ -15,6 +17,7 @@ STEPS = {"begun": 0, "first cut": CUTTING, "first measure": None, "between": TAK
 STEPS |= {"second measure": TAKEN | CUTTING, "known": TAKEN | VALID}
 
 LANDS = "M455 D10 Z58 K4 Q1 P600 R10"
+README = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "configs", "lathe", "README.md")
 STORED = 0.05  # mm, the height of the tool in each conversation by hand
 
 
@@ -24,7 +27,7 @@ class Shift(Scenario):
     def work(self):
         if sys.argv[-1] == "restart":
             return self.play(self.turn_on, self.restarted)
-        self.play(self.turn_on, self.centre_by_gauge, self.behind, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool, self.interrupted_lands, self.by_step, self.bend, self.interrupted_store)
+        self.play(self.turn_on, self.centre_by_gauge, self.behind, self.thin_bar, self.refusals, self.by_hand, self.interrupted, self.second_tool, self.interrupted_lands, self.by_step, self.bend, self.interrupted_store, self.by_readme, self.two_cuts, self.left_in_the_middle)
 
     def note(self, name, value):
         self.facts[name] = value
@@ -123,6 +126,7 @@ class Shift(Scenario):
         host.set("lathe.gauge-time", 5e4)  # nobody measures but the operator
         host.set("centre.land-step", 1)
         host.set("centre.cut-repeatability", 0.0012)
+        host.set("centre.largest-burr", 0)  # the operator deburrs
         before = self.table()
         self.note("nothing known", self.refused("M450 P1 Q2 D10", "M454"))
         self.note("compensated", self.refused("G18 G41 D1", "M450 P1 Q2 D10"))
@@ -331,6 +335,13 @@ class Shift(Scenario):
             self.machine.mdi(block)
         self.note("air", self.refused(LANDS + " E10.6"))
         self.note("air on centre", self.host.get("centre.on-centre"))
+        self.fresh_tool()
+        self.host.set("centre.least-load", 2.1)
+        self.note("load", self.refused("M3 S1000", "M450 P1 Q2 D10 E10.6", "M451"))
+        self.begin_lands()
+        self.machine.wait_until_idle()
+        self.note("load of a cut", self.host.get("centre.fault-code"))
+        self.host.set("centre.least-load", 0)
 
     def bend(self):
         """The height under the cut, then by spring passes."""
@@ -360,9 +371,67 @@ class Shift(Scenario):
                 self.refused("G43", "M453")
                 self.refused("M454")
             self.facts["stores"].append([before["T1"], self.table()["T1"], x, y])
+
+    def lines_of_readme(self, heading):
+        with open(README) as file:
+            section = file.read().split("## " + heading, 1)[1].split("\n## ", 1)[0]
+        return re.findall(r"^    (?!plumb)(.*)$", section, re.M)
+
+    def follow(self, line):
+        """A line of the README, word by word; only the diameter is the one that a micrometer shows."""
+        if line.startswith("halcmd"):
+            self.host.command(line.partition(" ")[2])
+            self.machine.wait(0.05)
+        elif line.startswith("M452 P"):
+            self.machine.wait(0.3)
+            self.machine.mdi("M452 P%.3f" % self.host.get("lathe.truth-diameter"))
+        else:
+            self.machine.mdi(line)
+
+    def new_lathe(self):
+        """A cold machine, and a tool without wear."""
+        for seed in (1, 0):
+            self.host.set("lathe.seed", seed)
+            self.machine.wait(0.05)
+        self.fresh_tool()
+
+    def by_readme(self):
+        self.new_lathe()
+        self.host.set("centre.largest-burr", 0.04)
+        self.note("readme before", self.table()["T1"])
+        for line in self.lines_of_readme("By hand"):
+            self.follow(line)
+        self.note("readme", self.table()["T1"])
+
+    def two_cuts(self):
+        """A bar of 1 mm, a tool 0.03 mm low: claim 1 of the source."""
+        self.new_lathe()
+        self.host.set("lathe.gauge-time", 0.2)
+        for line in self.lines_of_readme("Two cuts"):
+            self.follow(line)
+        self.machine.mdi("M3 S1000")
+        self.note("two before", self.turned(0.03, 58))
+        self.machine.run("two.ngc")
+        self.note("two", self.table()["T1"])
+        self.machine.mdi("T1 M6 G43 M3 S1000")
+        self.note("two after", self.turned(0.03, 20))
+        for side in (-1, 1):
+            for block in ("G0 X4 Y0", "M450 P0 Q2 E1 Y%d" % side):
+                self.machine.mdi(block)
+            self.note("word %d" % side, [self.host.get("centre.program-sign"), self.host.get("centre.fault-code")])
+        self.note("lands need D", self.refused("M450 P1 Q2"))
+
+    def left_in_the_middle(self):
+        self.host.set("lathe.gauge-time", 5e4)
         self.note("at the end", self.table())
+        self.first_cut(1)
 
     def restarted(self):
+        self.note("state", self.host.get(["centre.state-code", "centre.value-valid", "centre.measure"]))
+        self.turn_on()
+        self.note("nothing to continue", self.refused("M453"))
+        self.note("nothing to store", self.refused("M454"))
+        self.note("restarted", self.table())
         self.note("offset", self.host.get(["motion.tooloffset.x", "motion.tooloffset.y"]))
 
 

@@ -12,6 +12,7 @@ from bench_runs import run_bench
 from support import lathe_machine
 from support.figures import rms
 from support.lathe_machine import Case, Outcome, simulate
+from support.second_lathe import SecondCase, simulate_second
 
 EDGE = lathe.EDGE
 SEEDS = range(1, 201)
@@ -101,6 +102,63 @@ class Figures(unittest.TestCase):
         for method, ratio in (("two cuts", "1.87"), ("lands ABBA", "4.67")):
             row = lathe.row(Case(10, method), outcome)
             self.assertEqual(row.split()[-6:], ["2.08", "2.90", "1.41", ratio, "25.0%", "1"])
+
+
+class SecondPlant(unittest.TestCase):
+    """Lands 1 2 2 1 of 10 mm on the second lathe."""
+
+    def outcome(self, method="lands ABBA", **case):
+        return simulate_second(SecondCase(10, method, **case), SEEDS, no_news)
+
+    def shares(self, outcome):
+        its = outcome.values
+        stored = (its["move-allowed"] > 0) | (its["x-allowed"] > 0)
+        return {"refused": np.mean(its["fault-code"] > 0), "stored": np.mean(stored), "centre": np.mean(its["on-centre"] > 0)}
+
+    def test_heights_are_right_and_sigma_is_honest_with_burrs_and_without(self):
+        for burrs in (False, True):
+            with self.subTest(burrs):
+                outcome = self.outcome(burrs=burrs)
+                self.assertGreater(lathe.within_two(lathe.errors_of(SecondCase(10, "lands ABBA"), outcome)), 0.9)
+                self.assertEqual(lathe.second_worse(outcome), 0)
+                self.assertGreater(np.mean(outcome.values["move-allowed"]), 0.6)
+
+    def test_eight_lands_leave_burrs_out(self):
+        outcome = self.outcome("lands ABBA x 3", burrs=True)
+        self.assertGreater(np.sum(outcome.values["rejected-cuts"]), 50)
+        self.assertGreater(np.mean(outcome.values["move-allowed"]), 0.85)
+        self.assertEqual(np.sum(self.outcome("lands ABBA x 3").values["rejected-cuts"] > 1), 0)
+
+    def test_cuts_that_met_nothing_are_refused(self):
+        for slip in ("air", "standing"):
+            with self.subTest(slip):
+                outcome = self.outcome(slip=slip)
+                self.assertFalse(outcome.met.any())
+                self.assertEqual(self.shares(outcome), {"refused": 1, "stored": 0, "centre": 0})
+
+    def test_radii_and_inches_are_refused(self):
+        for slip in ("radius", "inch"):
+            with self.subTest(slip):
+                self.assertEqual(self.shares(self.outcome(slip=slip)), {"refused": 1, "stored": 0, "centre": 0})
+
+    def test_another_tool_a_swapped_pair_a_burr_and_a_wrong_diameter_ask_for_more_cuts(self):
+        for slip in ("tool", "swapped", "burr", "one wrong"):
+            with self.subTest(slip):
+                outcome = self.outcome(slip=slip)
+                self.assertLess(self.shares(outcome)["stored"], 0.05)
+                self.assertEqual(lathe.second_worse(outcome), 0)
+
+    def test_lands_of_a_bar_that_is_not_of_one_diameter_leave_no_more_than_there_was(self):
+        outcome = self.outcome(slip="depth")
+        self.assertEqual(lathe.second_worse(outcome), 0)
+        self.assertGreater(lathe.within_two(lathe.errors_of(SecondCase(10, "lands ABBA"), outcome)), 0.9)
+
+    def test_tool_that_is_said_to_be_on_centre_is(self):
+        case = SecondCase(10, "lands ABBA x 3", near=True)
+        said, y_out, x_out, air = lathe.on_centre_of(case, simulate_second(case, range(1, 801), no_news))
+        self.assertGreater(said, 80)
+        self.assertLessEqual(max(y_out, x_out), 0.05 * said)
+        self.assertEqual(air, 0)
 
 
 class Command(unittest.TestCase):

@@ -120,10 +120,10 @@ void write_identified(std::ostringstream& out, const GrowthAnalysis& test) {
     }
     out << "<p>The law of temperatures and spindle speed that explains this test best. The last column is "
            "the one to "
-           "trust: each pass in turn was left out and predicted by the others.</p><table><thead><tr><th "
+           "trust: each duty in turn was left out and predicted by the others.</p><table><thead><tr><th "
            "scope=\"col\">Axis</th><th scope=\"col\">drift, \u00b5m rms</th><th scope=\"col\">the law "
            "leaves</th><th "
-           "scope=\"col\">of passes it did not see</th><th scope=\"col\">used</th></tr></thead><tbody>\n";
+           "scope=\"col\">of duties it did not see</th><th scope=\"col\">used</th></tr></thead><tbody>\n";
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const GrowthIdentified::Axis& its = test.identified->axes[axis];
         out << "<tr><th scope=\"row\">" << letters[axis] << "</th>";
@@ -137,7 +137,8 @@ void write_identified(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "</tbody></table><details><summary>The lines for axis_growth_settings.hal, also in "
            "axis_growth_settings.hal beside "
            "this page</summary><pre>"
-        << escaped_xml(growth_settings(*test.log, *test.identified)) << "</pre></details>\n";
+        << escaped_xml(growth_settings(test.log->file, test.log->begun, *test.identified))
+        << "</pre></details>\n";
 }
 
 void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {

@@ -38,7 +38,8 @@ namespace fs = std::filesystem;
 hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
-        "report LOG... [--output DIR] | identify LOG [--sensors A,B] | fit SERIES.csv [--time COLUMN] "
+        "report LOG... [--output DIR] | identify LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time "
+        "COLUMN] "
         "[--columns A,B]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
@@ -60,17 +61,22 @@ is fail as soon as a deviation leaves the tolerance by as much. A prediction is 
 Cross gains and the rms of offset minus drift show which axis a compensation follows. The settings of axis_growth are those of
 plumb growth identify without options.)"},
          {"IDENTIFY",
-          R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the logged
-temperatures, with the spindle speed and along its travel. It needs four passes, and eight are better. Both states of a
-compensation are as good. --sensors names the sensors to use. The one named artifact is left out, and shows the expansion of
-the artifact itself; --artifact gives it another name. --no-speed leaves the spindle speed out. --instance names the component.
---json prints JSON.
+          R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the
+temperatures, with the spindle speed and along its travel, each with its uncertainty. It needs four passes, and eight are better.
+Both states of a compensation are as good. --sensors names the sensors to use. --structure names the one from which the others are
+counted, or none; the default is the sensor from which the others differ least. The one named artifact is left out, and shows the
+expansion of the artifact itself; --artifact gives it another name. --no-speed leaves the spindle speed out. --instance names the
+component. --json prints JSON.
+
+LOG may be a CSV file of gauges that were read continuously. Its first line names the columns: time_s, time_min or time_h (time is in
+min); spindle_rpm, rpm or S; T1, T2, ... or names that end in _degC; and X, Y, Z or x_um, y_um, z_um, the growth in um. A field
+that is no number is a missing value. The law numbers the sensors that it reads, and a comment has the name of each.
 
 The lines are HAL, which has no place for a checksum. The log has one in each line, so you can print the settings again and
 compare.
 
-The comments state the drift, what the law leaves of it, and what it leaves of passes that were left out in turn. The last
-number is the one to trust. An axis that the law does not help gets no lines.)"},
+The comments state the drift, what the law leaves of it, and what it leaves of duties that were left out in turn. The last
+number is the one to trust. An axis that the law does not help is not compensated.)"},
          {"FIT",
           R"(plumb growth fit SERIES.csv fits a + b (1 - exp(-t / tau)) to each column. The first line names the columns; --time
 names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments. --uncertainty is that of a
@@ -113,7 +119,8 @@ int report(const std::vector<std::string>& files, std::string output) {
     write_file(folder / "results.csv", growth_csv(tests.front()));
     const fs::path settings = folder / "axis_growth_settings.hal";
     if (tests.front().identified)
-        write_file(settings, growth_settings(logs.front(), *tests.front().identified));
+        write_file(settings,
+                   growth_settings(logs.front().file, logs.front().begun, *tests.front().identified));
     else
         fs::remove(settings);
     bool drawn = true;
@@ -147,13 +154,16 @@ static int carry_out(int argc, char** argv) {
     bool no_speed = false;
     CLI::App* const identifying =
         app.add_subcommand("identify", "Prints the settings of axis_growth that a log gives.");
-    identifying->add_option("log", log, "Log of growth_log.")->required()->type_name("LOG");
+    identifying->add_option("log", log, "Log of growth_log, or CSV of gauges.")->required()->type_name("LOG");
     identifying
-        ->add_option("--sensors", identify.sensors,
-                     "Sensors to use; by default all but the artifact's.")
+        ->add_option("--sensors", identify.sensors, "Sensors to use; by default all but the artifact's.")
         ->delimiter(',')
         ->type_name("A,B");
     identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")
+        ->type_name("NAME");
+    identifying
+        ->add_option("--structure", identify.structure,
+                     "Sensor of the structure, or none; by default the most typical one.")
         ->type_name("NAME");
     identifying->add_option("--instance", identify.instance, "Name of the component; axis-growth by default.")
         ->type_name("NAME");
@@ -186,7 +196,8 @@ static int carry_out(int argc, char** argv) {
         }
         if (*identifying) {
             identify.speed = !no_speed;
-            const plumb::GrowthLog read = plumb::read_growth_log(log);
+            const GrowthCourse read =
+                is_growth_log(log) ? course_of(plumb::read_growth_log(log)) : read_growth_course(log);
             const GrowthIdentified found = growth_identified(read, identify);
             if (json) {
                 nlohmann::json all = growth_identified_json(found);
@@ -194,7 +205,7 @@ static int carry_out(int argc, char** argv) {
                 all["machine"] = read.machine;
                 std::cout << all.dump(1) << '\n';
             } else {
-                std::cout << growth_settings(read, found);
+                std::cout << growth_settings(read.file, read.begun, found);
             }
             return 0;
         }

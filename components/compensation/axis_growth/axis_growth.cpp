@@ -3,6 +3,7 @@
 #include "components/compensation/axis_growth/axis_growth_inputs.hpp"
 #include "components/compensation/axis_growth/axis_growth_status.hpp"
 #include "components/math/blocks/authority.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/ramped_correction.hpp"
 #include "hal/codes.hpp"
 #include "hal/component.hpp"
@@ -30,6 +31,8 @@ struct AxisGrowth final : hal::Component {
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::Axes<hal::In<double>, 3> position{this, "%-position", 0.0, "mu", "Commanded position of %."};
+    hal::In<bool> zero_set{this, "zero-set", false,
+                           "A rising edge says that a work zero was set: growth counts from here."};
     hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle."};
     axis_growth::Sensors sensors{this};
     axis_growth::LawPins law{this};
@@ -54,7 +57,7 @@ struct AxisGrowth final : hal::Component {
     hal::Axes<hal::Out<double>, 3> offset{this, "%-offset", "mu", "Offset of %, for its stage."};
     hal::Axes<hal::Out<double>, 3> growth{this, "%-growth", "mu", "Growth of % here and now, by the law."};
     hal::Axes<hal::Out<double>, 3> growth_sigma{this, "%-growth-sigma", "mu",
-                                                "Standard uncertainty of that growth."};
+                                                "Standard uncertainty of the growth since the zero."};
     hal::Out<double> authority{this, "authority", "1",
                                "Part of the growth that is applied, 0 to 1, of the least certain axis."};
     hal::Out<double> lost_age{this, "lost-age", "s",
@@ -80,11 +83,12 @@ struct AxisGrowth final : hal::Component {
         sensors.step(
             settings_, [this](int i) noexcept { return settings_.law.uses(i); }, dt);
 
-        const GrowthLaw::Line line =
-            settings_.law.at(sensors.values(), drive_.step(speed_, settings_.drive, dt));
+        const double driven = drive_.step(speed_, settings_.drive, dt);
+        const GrowthLaw::Line line = settings_.law.at(sensors.rises(), driven);
+        if (zero_edge_.rises(zero_set) && sensors.all_known()) zero_ = {sensors.values(), driven, true};
         const bool homed = all_homed, enabled = enable;
         const bool applies = enabled && homed && sensors.all_known();
-        const double part = trust(line, applies);
+        const double part = trust(line, driven, applies);
         follow(line, applies, jumped, dt);
 
         const Eigen::Vector3d grown = line.at(position_, settings_.law.pivot);
@@ -101,7 +105,7 @@ struct AxisGrowth final : hal::Component {
         const Doubt its_doubt =
             hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
                                {sensors.lost() > 0, Doubt::sensor},
-                               {!sensors.outside().isZero(0), Doubt::range},
+                               {applies && unapplied_ > settings_.harmless && beyond_, Doubt::range},
                                {applies && unapplied_ > settings_.harmless, Doubt::uncertain}});
         doubt = its_doubt;
         const Fault its_fault = hal::first<Fault>({{!position_good_, Fault::position},
@@ -125,6 +129,8 @@ struct AxisGrowth final : hal::Component {
 private:
     static constexpr double play = 0.1;  // of max-speed: blended moves add up
     static constexpr double farthest = 1e6;
+    static constexpr double bent = 0.3;              // by which a term may deviate outside of its range
+    static constexpr double none = 0.25, all = 0.5;  // of the certainty
 
     hal::MovingPin moving(std::size_t axis) {
         return hal::MovingPin(offset[axis])
@@ -168,18 +174,34 @@ private:
         return jumped;
     }
 
-    // The part of the growth that may be applied, by axis; returns the smallest.
-    double trust(const GrowthLaw::Line& line, bool applies) noexcept {
+    // The part of the growth that may be applied, by axis; returns the smallest. What the law does not know
+    // is how the temperatures and the spindle have changed the growth since the work zero, which holds the
+    // rest.
+    double trust(const GrowthLaw::Line& line, double driven, bool applies) noexcept {
         const bool holds = cycle_running && applies;
+        const GrowthLaw::Temperatures& rise = sensors.rises();
+        GrowthLaw::Temperatures since = rise;
+        if (zero_.set) since -= settings_.law.rises(zero_.temperatures);
+        GrowthLaw::Temperatures outside;
+        for (int i = 0; i < GrowthLaw::sensors; ++i)
+            outside[i] = std::max({0.0, settings_.low[i] - rise[i], rise[i] - settings_.high[i]});
+        const double lost = std::min(sensors.lost() / std::max(settings_.hold_time, 1.0), 1.0);
         double least = 1;
         unapplied_ = 0;
+        beyond_ = false;
         for (int k = 0; k < 3; ++k) {
-            const double beyond = settings_.law.growth.row(k).cwiseAbs() * sensors.outside();
-            sigma_[k] = std::hypot(settings_.sigma[k], beyond);
+            const GrowthLaw::Temperatures by = settings_.law.growth.row(k).cwiseAbs().transpose();
+            const double terms = settings_.growth_sigma.row(k).transpose().cwiseProduct(since).norm();
+            const double by_speed = settings_.speed_sigma[k] * (driven - (zero_.set ? zero_.driven : 0));
+            const double beyond = bent * by.dot(outside);
+            const double unseen = lost * by.dot(since.cwiseAbs());
+            const double known = std::hypot(settings_.sigma[k], std::hypot(terms, by_speed));
+            sigma_[k] = std::hypot(known, std::hypot(beyond, unseen));
+            beyond_ |= beyond > known;
             const double largest = std::abs(line.offset[k]) + std::abs(line.slope[k]) * settings_.travel[k];
             const Authority::Evidence evidence{largest, sigma_[k], sensors.lost(), 1};
             part_[k] = authority_[static_cast<std::size_t>(k)].step(
-                evidence, holds, {1, 2, settings_.harmless, settings_.hold_time});
+                evidence, holds, {none, all, settings_.harmless, settings_.hold_time});
             if (largest > 0) least = std::min(least, part_[k]);
             unapplied_ = std::max(unapplied_, (1 - part_[k]) * largest);
         }
@@ -202,8 +224,16 @@ private:
     Settings settings_;  // last good values
     Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), pivot_ = position_;
     Eigen::Vector3d part_ = Eigen::Vector3d::Zero(), sigma_ = part_;
+    struct Zero {
+        GrowthLaw::Temperatures temperatures = GrowthLaw::Temperatures::Zero();  // degC
+        double driven = 0;
+        bool set = false;
+    };
+
     double speed_ = 0, unapplied_ = 0;
-    bool position_good_ = true;
+    bool position_good_ = true, beyond_ = false;
+    Zero zero_;
+    Edge zero_edge_;
     SpindleDrive drive_;
     std::array<Authority, 3> authority_;
     GrowthLaw::Line applied_;

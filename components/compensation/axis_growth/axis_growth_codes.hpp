@@ -23,8 +23,8 @@ constexpr const char* sentence(Doubt doubt) {
                    "hold-time.";
         case Doubt::old: return "A temperature has been invalid for hold-time: the offset returns to 0.";
         case Doubt::range:
-            return "A temperature is outside the range of the growth test: the offset beyond it is "
-                   "uncertain.";
+            return "A temperature is outside the range of the growth test: only a part of the growth is "
+                   "applied.";
         case Doubt::uncertain: return "The growth is uncertain: only a part of it is applied.";
         default: return nullptr;
     }

@@ -26,11 +26,13 @@ struct CentreHeight final : hal::Component {
                                                                 "Position of Y."};
     hal::Row<hal::In<double>, HeightSettings::posts> x_zero{
         this, "x-zero", 0, "mu", "Position of X that the program calls 0, tool offset included."};
+    hal::In<double> spindle_load{this, "spindle-load", 0, "%", "Load of the spindle of the work."};
     HeightGauge gauge{this};
     KeyedCuts keyed_cuts{this};
     HeightSettings settings{this};
 
-    hal::Out<bool> cut_taken{this, "cut-taken", "The position of the cut was taken, while cut-done is true."};
+    hal::Out<bool> cut_taken{this, "cut-taken",
+                             "The position of the cut was taken or refused, while cut-done is true."};
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
@@ -41,7 +43,12 @@ struct CentreHeight final : hal::Component {
         const HeightSettings::Values now = settings.values(orders.program_post, orders.program_method);
         const HeightOrders::Given given = orders.read();
 
-        if (given.start) procedure_.begin(now, y_position[now.post], x_zero[now.post]);
+        const double load = spindle_load;
+        if (load > load_) load_ = load;
+        if (given.start) {
+            procedure_.begin(now, y_position[now.post], x_zero[now.post]);
+            load_ = 0;
+        }
         if (given.abort)
             procedure_.interrupt();
         else if (given.stored)
@@ -49,7 +56,7 @@ struct CentreHeight final : hal::Component {
         else if (given.resume)
             procedure_.go_on(now);
         else if (given.cut)
-            cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post]);
+            take_position(now);
         else if (given.entry && given.corrected > 0)
             taken_ = procedure_.correct(now, entered(given), given.corrected);
         else if ((given.value || given.entry) && procedure_.state() == State::measure)
@@ -62,13 +69,19 @@ struct CentreHeight final : hal::Component {
         taken_ &= given.value_ready || given.entered;
 
         outputs.show(procedure_, now);
-        status = status_of(
-            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock()});
+        status = status_of({procedure_.state(), procedure_.fault(), procedure_.verdict().verdict,
+                            procedure_.hold(), status.of_interlock()});
         cut_taken = cut_taken_;
         value_taken = taken_;
     }
 
 private:
+    void take_position(const HeightSettings::Values& now) noexcept {
+        cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post], load_) ||
+                     procedure_.fault() == Fault::no_load;
+        load_ = 0;
+    }
+
     void take_diameter(const HeightSettings::Values& now, const HeightOrders::Given& given) noexcept {
         HeightProcedure::Entry entry = entered(given);
         if (!given.entry) {
@@ -89,6 +102,7 @@ private:
     }
 
     HeightProcedure procedure_;
+    double load_ = 0;  // the largest since the last cut
     bool cut_taken_ = false, taken_ = false;
 };
 

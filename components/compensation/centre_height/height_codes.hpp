@@ -28,6 +28,7 @@ enum class Fault : std::int32_t {
     no_step,
     no_solution,
     implausible,
+    no_load,
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -56,6 +57,8 @@ constexpr const char* sentence(Fault fault) {
         case Fault::implausible:
             return "The diameter does not follow from X of the tool. The tool did not cut, or its X or Y is "
                    "wrong by more than max-x-correction or max-move.";
+        case Fault::no_load:
+            return "The load of the spindle has shown no cut. Start the spindle, and cut deeper.";
         default: return nullptr;
     }
 }
@@ -72,7 +75,9 @@ constexpr const char* sentence(Hold hold) {
         case Hold::sigma: return "The uncertainty of the height exceeds max-sigma.";
         case Hold::move: return "The move of Y exceeds max-move.";
         case Hold::at_rest: return "The height is that at rest. Y is corrected by the height under the cut.";
-        case Hold::disagreement: return "The cuts disagree by more than three sigmas. Begin again.";
+        case Hold::disagreement:
+            return "The cuts disagree by more than three sigmas: a burr, a chip or a slip. Cut more lands, "
+                   "or begin again.";
         default: return nullptr;
     }
 }

@@ -50,6 +50,9 @@ struct HeightOutputs final : hal::Group {
     hal::Out<double> land_2_y{this, "land-2-y", "mu", "Y of the second land, against the present one."};
     hal::Out<double> predicted{this, "predicted-diameter", "mu", "Diameter of the last cut, by the others."};
     hal::Out<double> disagreement{this, "disagreement", "1", "Disagreement of the cuts, in sigmas."};
+    hal::Out<std::int32_t> rejected_cuts{this, "rejected-cuts",
+                                         "Number of cuts that do not count, as a burr stands on them."};
+    hal::Out<std::int32_t> rejected_cut{this, "rejected-cut", "Number of the first of these cuts; 0: none."};
     hal::Out<bool> bend_known{this, "bend-known", "This tool has a height under the cut and one at rest."};
     hal::Out<double> bend{this, "bend", "mu", "Height at rest less the one under the cut."};
     hal::Out<double> bend_sigma{this, "bend-sigma", "mu", "Sigma of the bend."};
@@ -85,6 +88,14 @@ struct HeightOutputs final : hal::Group {
         by_travel = result.by_travel;
         predicted = result.predicted;
         disagreement = result.disagreement;
+        std::int32_t burrs = 0, first = 0;
+        for (std::int32_t cut = 32; cut > 0; --cut) {
+            if ((result.rejected >> (cut - 1) & 1) == 0) continue;
+            burrs += 1;
+            first = cut;
+        }
+        rejected_cuts = valid ? burrs : 0;
+        rejected_cut = valid ? first : 0;
         smallest_diameter = if_valid(2 * std::abs(result.height));
         y_move = valid && result.signed_ ? procedure.move() : 0;
         x_correction = if_valid(procedure.correction());

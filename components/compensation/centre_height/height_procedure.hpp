@@ -69,11 +69,16 @@ public:
         if (state_ == State::known) evaluate(now);
     }
 
-    // The tool stands at the end of a cut.
-    bool take_position(const Settings& now, double x, double y) noexcept {
+    // The tool stands at the end of a cut. `load` is the largest one of the spindle since the cut before, in
+    // %.
+    bool take_position(const Settings& now, double x, double y, double load) noexcept {
         if ((state_ != State::cut && state_ != State::known) || cuts_.count == CutFit::most) return false;
         if (!known(x) || !known(y)) {
             fail(Fault::position);
+            return false;
+        }
+        if (now.least_load > 0 && !now.at_rest && !(load >= now.least_load)) {
+            fail(Fault::no_load);
             return false;
         }
         forget();
@@ -103,10 +108,12 @@ public:
         if (static_cast<double>(cuts_.count) >= entry.wanted) evaluate(now);
     }
 
-    // Another diameter for the cut of this number, from 1. Returns whether there is such a cut. A slip changes nothing.
+    // Another diameter for the cut of this number, from 1. Returns whether there is such a cut. A slip
+    // changes nothing.
     bool correct(const Settings& now, const Entry& entry, double number) noexcept {
         const double count = static_cast<double>(cuts_.count);
-        const bool may = state_ != State::idle && state_ != State::aborted && number >= 1 && number < count + 1;
+        const bool may =
+            state_ != State::idle && state_ != State::aborted && number >= 1 && number < count + 1;
         if (!may) return false;
         const std::size_t i = static_cast<std::size_t>(number) - 1;
         const double former = cuts_.cuts[i].radius;
@@ -159,7 +166,7 @@ private:
         const bool y_moves = !stays && result_.signed_ && hold_ != Hold::insignificant;
         correction_ =
             correction_of_x(y_moves ? axes.x_of(move_) : 0, y_moves ? 0 : result_.height) * now.outward();
-        asked.x = {std::abs(correction_), result_.sigma_x};
+        asked.x = {std::abs(correction_), result_.sigma_x, result_.bias_x};
         asked.x_asked = now.x_is_radius && cuts_.programmed(0) > 0;
         asked.hold = hold_;
         asked.checked_for_air = now.stock_diameter > 0;
@@ -193,7 +200,8 @@ private:
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
     Hold reason_to_hold(const Settings& now, double rise) const noexcept {
         const bool squared = now.method == Method::two_cuts;
-        const double least = squared ? 2 * result_.within : 3 * result_.sigma;
+        const double least = squared ? std::sqrt(4 * result_.within * result_.within + 2 * result_.bias_y)
+                                     : std::max(3 * result_.sigma, 2 * result_.bias_y);
         const double found = squared ? std::abs(result_.height) : std::abs(rise);
         return hal::first<Hold>({{!result_.signed_, Hold::sign},
                                  {result_.disagreement > 3, Hold::disagreement},

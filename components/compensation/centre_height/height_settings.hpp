@@ -57,6 +57,13 @@ struct HeightSettings final : hal::Group {
                                 "mu",
                                 "Sigma of the drift from cut to cut: wear, warming, lift of the spindle.",
                                 sigmas};
+    hal::In<double> largest_burr{
+        this,
+        "largest-burr",
+        0,
+        "mu",
+        "Largest burr on a measured diameter; a height that an unseen one could make moves nothing.",
+        sigmas};
     hal::In<bool> x_known{this, "x-known", false, "The true X of the first cut is known: known-x."};
     hal::In<double> known_x{
         this, "known-x", 0, "mu", "True distance of the tip from the axis at cut 1, in X.", anywhere};
@@ -91,6 +98,14 @@ struct HeightSettings final : hal::Group {
     hal::In<double> tool{this, "program-tool", 0, "1", "Number of the tool; a new one has no bend yet."};
     hal::In<std::int32_t> sign{this, "sign", 0, "Sign of the height for two cuts: 1, -1, or 0 unknown.",
                                signs};
+    hal::In<double> program_sign{this, "program-sign", 0, "1",
+                                 "Sign by a word of a program: 1, -1; 0: the pin sign."};
+    hal::In<double> least_load{this,
+                               "least-load",
+                               0,
+                               "%",
+                               "Smallest load of the spindle that shows a cut; 0: the load is not wired.",
+                               hal::Range{0, 1000}};
     hal::In<bool> automatic{this, "automatic", false, "Y may be moved; else the value is only shown."};
     hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have.", offsets};
     hal::In<double> correction_offset{this, "correction-offset", 0, "mu", "Added to the height.", offsets};
@@ -122,7 +137,7 @@ struct HeightSettings final : hal::Group {
         double sign = 0, target_height = 0, correction_offset = 0, correction_factor = 1;
         double diameter_offset = 0, diameter_factor = 1, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
-        double stock_sigma = 0, pass_depth = 0, max_x_correction = 0;
+        double stock_sigma = 0, pass_depth = 0, max_x_correction = 0, largest_burr = 0, least_load = 0;
 
         double tool = 0;
 
@@ -145,7 +160,10 @@ struct HeightSettings final : hal::Group {
         const std::int32_t its_method = read(method), own_post = read(post);
         const double its_post = post_word == 0 ? own_post : post_word - 1;
         const bool has_post = its_post > -0.5 && its_post < posts - 0.5;
-        now.sign = read(sign);
+        const double own_sign = read(sign), its_sign = program_sign;
+        const bool has_sign = its_sign == 0 || its_sign == 1 || its_sign == -1;
+        now.sign = has_sign && its_sign != 0 ? its_sign : own_sign;
+        now.least_load = read(least_load);
         now.method = methods.contains(its_method) ? static_cast<Method>(its_method) : Method::two_lands;
         now.post = has_post ? static_cast<std::size_t>(its_post + 0.5) : 0;
         now.inside = inside;
@@ -165,6 +183,7 @@ struct HeightSettings final : hal::Group {
         now.sigmas.travel = read(travel_sigma);
         now.sigmas.step = read(step_sigma);
         now.sigmas.drift = read(drift_sigma);
+        now.largest_burr = read(largest_burr);
         now.known_x = read(known_x);
         now.known_x_sigma = read(known_x_sigma);
         now.land_step = read(land_step);
@@ -187,7 +206,7 @@ struct HeightSettings final : hal::Group {
         now.target_diameter = read(target_diameter);
 
         const bool has_method = method_word == 0 || (method_word > 0.5 && method_word < 4.5);
-        now.good = read.good() && has_post && has_method && has_stock;
+        now.good = read.good() && has_post && has_method && has_stock && has_sign;
         if (now.good && method_word != 0)
             now.method = static_cast<Method>(static_cast<int>(method_word - 0.5));
         return now;

@@ -18,7 +18,8 @@ enum class HeightStatus : std::int32_t {
     unsure,
     held,
     refused,
-    interrupted
+    interrupted,
+    disagree
 };
 
 constexpr hal::Said said(HeightStatus status) {
@@ -41,6 +42,9 @@ constexpr hal::Said said(HeightStatus status) {
             return {Kind::bad, "The cuts give no height.", "Begin again.", "start", "fault-code"};
         case S::interrupted:
             return {Kind::warn, "The measurement is interrupted.", "Resume it, or begin again.", "resume"};
+        case S::disagree:
+            return {Kind::warn, "The cuts disagree: a burr, a chip or a slip.",
+                    "Cut more lands, or begin again.", "", "hold-code"};
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }
@@ -49,6 +53,7 @@ struct HeightSeen {
     State state = State::idle;
     Fault fault = Fault::none;
     Verdict verdict = Verdict::none;
+    Hold hold = Hold::none;
     HeightStatus interlock{};
 };
 
@@ -68,7 +73,7 @@ inline HeightStatus status_of(const HeightSeen& its) noexcept {
     }
     switch (its.verdict) {
         case Verdict::on_centre: return S::on_centre;
-        case Verdict::held: return S::held;
+        case Verdict::held: return its.hold == Hold::disagreement ? S::disagree : S::held;
         case Verdict::both:
         case Verdict::y:
         case Verdict::x: return S::off_centre;

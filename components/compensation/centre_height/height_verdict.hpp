@@ -57,10 +57,13 @@ struct HeightVerdict {
     // The cuts that would answer, if there is no answer yet.
     void ask_for_cuts(const Asked& asked, const HeightSettings::Values& now, std::size_t cuts, double radius,
                       std::size_t most) noexcept {
-        if (verdict != Verdict::unsure) return;
+        if (verdict != Verdict::unsure && asked.hold != Hold::disagreement && asked.hold != Hold::sigma)
+            return;
         const bool goes_on = now.method == Method::two_lands || now.method == Method::any_cuts;
         double count = 0;
-        if (goes_on) {
+        if (asked.hold == Hold::disagreement) {
+            if (!goes_on) return;  // begin again
+        } else if (goes_on) {
             const double of_y = asked.y.within(now.tolerance) ? 1 : asked.y.more_cuts(now.tolerance);
             const double of_x =
                 !asked.x_asked || asked.x.within(now.tolerance) ? 1 : asked.x.more_cuts(now.tolerance);
@@ -73,6 +76,7 @@ struct HeightVerdict {
         }
         constexpr double round = 4;  // the order 1 2 2 1
         count = std::max(round * std::ceil(count / round - 1e-9), round);
+        if (goes_on) count = std::max(count, round * std::floor(static_cast<double>(cuts) / round + 1));
         if (!(count <= static_cast<double>(most))) {
             remedy = Remedy::finer;
             return;

@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 namespace plumb {
 
@@ -27,8 +28,10 @@ struct TipHeight {
     double sigma = 0, within = 0;
     double x = 0, sigma_x = 0, theta = 0;  // at the first cut, theta in rad
     double by_diameter_1 = 0, by_diameter_2 = 0, by_travel = 0;
-    double disagreement = 0;  // in sigmas
-    double predicted = 0;     // diameter of the last cut, by the estimate
+    double disagreement = 0;        // in sigmas
+    double predicted = 0;           // diameter of the last cut, by the estimate
+    double bias_y = 0, bias_x = 0;  // by a burr that no other cut shows; of two cuts, that of y squared
+    std::uint32_t rejected = 0;     // a bit for each cut that is an outlier
     Fault fault = Fault::none;
 
     // What an entry may be. A tool on centre would leave `expected`, steps of Y included. X is the programmed
@@ -39,7 +42,9 @@ struct TipHeight {
         const double x = settings.x_is_radius && cuts.programmed(i) > 0 ? cuts.programmed(i)
                          : settings.method == Method::two_lands         ? settings.land_diameter / 2
                                                                         : 0;
-        const double expected = x > 0 ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
+        // Beside a radius as small as the errors that a tool may have there is no slip to be seen.
+        const double least = std::min(settings.max_x_correction, settings.max_move) / 2;
+        const double expected = x > least ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
         switch (slip_of(cuts[i].radius, expected)) {
             case EntrySlip::not_positive: return Fault::diameter;
             case EntrySlip::radius: return Fault::radius;
@@ -102,6 +107,10 @@ struct TipHeight {
     }
 
 private:
+    // Of the largest unseen burr, if one stands on one cut of twelve: half of them are smaller than two
+    // sigmas.
+    static constexpr double burrs_in_sigma = 0.25;
+
     void by_two_cuts(const Settings& settings, const TurnedCuts& cuts) noexcept {
         const double inward = settings.inside ? 1 : -1;
         const double moved = (cuts[1].x - cuts[0].x) * inward;
@@ -112,49 +121,83 @@ private:
             return;
         }
         const double travel = entered ? cuts.travel : moved;
-        const TwoCuts two =
-            TwoCuts::of(cuts[0].radius, cuts[1].radius, travel, settings.inside, settings.sigmas,
-                        depth_of(settings, cuts, 1) - depth_of(settings, cuts, 0));
+        TwoCuts two = TwoCuts::of(cuts[0].radius, cuts[1].radius, travel, settings.inside, settings.sigmas,
+                                  depth_of(settings, cuts, 1) - depth_of(settings, cuts, 0));
         fault = fault_of(two.refusal);
         if (fault != Fault::none) return;
         signed_ = settings.sign != 0;
         height = two.y() * (signed_ ? settings.sign : 1);
+        // A burr that no third cut shows.
+        const double burr = cuts.count == 2 ? settings.largest_burr / 2 : 0;
+        bias_y = std::max(std::abs(two.by_r1), std::abs(two.by_r2)) * burr;
+        bias_x = std::max(cuts[0].radius, cuts[1].radius) / travel * burr;
+        two.sigma_y_squared = std::hypot(two.sigma_y_squared, burrs_in_sigma * bias_y);
         sigma = two.sigma();
         within = two.floor();
         x = two.x1;
-        sigma_x = two.sigma_x1;
+        sigma_x = std::hypot(two.sigma_x1, burrs_in_sigma * bias_x);
         theta = two.theta;
         by_diameter_1 = two.sensitivity(two.by_r1) / 2;
         by_diameter_2 = two.sensitivity(two.by_r2) / 2;
         by_travel = two.sensitivity(two.by_travel);
-        correct(settings);
+        if (cuts.count > 2 && !signed_) find_sign(settings, cuts, two, travel);
         if (cuts.count > 2) compare(settings, cuts, two, travel);
+        correct(settings);
+    }
+
+    // A further cut, or a touch of the turned land, at another Y: the sign by which it agrees with the two,
+    // if it does not agree by the other one.
+    void find_sign(const Settings& settings, const TurnedCuts& cuts, const TwoCuts& two,
+                   double travel) noexcept {
+        const Cut& last = cuts[cuts.count - 1];
+        const auto disagreement_by = [&](double side) {
+            const Prediction its = expected(settings, cuts, two, travel, side * two.y());
+            return its.radius > 0 ? its.disagreement(last.radius) : HUGE_VAL;
+        };
+        const double above = disagreement_by(1), below = disagreement_by(-1);
+        signed_ = last.y != cuts[0].y && std::min(above, below) <= 3 && std::max(above, below) > 6;
+        if (signed_ && below < above) height = -height;
+    }
+
+    Prediction expected(const Settings& settings, const TurnedCuts& cuts, const TwoCuts& two, double travel,
+                        double y) const noexcept {
+        FurtherCut last = further(settings, cuts);
+        last.drifts = static_cast<double>(cuts.count) - 1;
+        return predict(two, cuts[0], cuts[1], travel, settings.inside ? 1 : -1, y, sigma, last,
+                       settings.sigmas);
     }
 
     // Predicts the last cut from the first two, and compares. Independent of the sign if Y has not moved.
     void compare(const Settings& settings, const TurnedCuts& cuts, const TwoCuts& two,
                  double travel) noexcept {
-        FurtherCut last = further(settings, cuts);
-        last.drifts = static_cast<double>(cuts.count) - 1;
-        const double y = two.y() * (signed_ ? settings.sign : 1);
-        const Prediction expected =
-            predict(two, cuts[0], cuts[1], travel, settings.inside ? 1 : -1, y, sigma, last, settings.sigmas);
-        if (!(expected.radius > 0) || (last.dy != 0 && !signed_)) return;
-        predicted = 2 * expected.radius;
-        disagreement = expected.disagreement(cuts[cuts.count - 1].radius);
+        const Prediction its = expected(settings, cuts, two, travel, height);
+        if (!(its.radius > 0) || (cuts[cuts.count - 1].y != cuts[0].y && !signed_)) return;
+        predicted = 2 * its.radius;
+        disagreement = its.disagreement(cuts[cuts.count - 1].radius);
     }
 
     void by_fit(const Settings& settings, const TurnedCuts& cuts) noexcept {
         const SkewedAxes axes(settings.angle);
-        const CutFit fit = fit_of(settings, cuts, cuts.count);
+        CutFit fit = fit_of(settings, cuts, cuts.count);
+        // A burr: the radius is too large, and no other cut explains it as well. Two spare cuts must remain.
+        const double material = settings.inside ? -1 : 1;
+        for (std::size_t n = 0;
+             n < cuts.count / 4 && fit.refusal == CutFit::Refusal::none && fit.excess > 3 && fit.spare > 2 &&
+             fit.suspect.sigmas * material > 3 && fit.suspect.lead > 9;
+             ++n) {
+            rejected |= std::uint32_t{1} << fit.suspect.cut;
+            fit = fit_of(settings, cuts, cuts.count);
+        }
         fault = fault_of(fit.refusal);
         if (fault != Fault::none) return;
         signed_ = true;
+        bias_y = fit.bias_y;
+        bias_x = fit.bias_x;
         const double first = axes.height_of(cuts[0].y);
         height = fit.y - first;
-        sigma = within = fit.sigma_y;
+        sigma = within = std::hypot(fit.sigma_y, burrs_in_sigma * bias_y);
         x = fit.x - axes.x_of(cuts[0].y);
-        sigma_x = fit.sigma_x;
+        sigma_x = std::hypot(fit.sigma_x, burrs_in_sigma * bias_x);
         theta = std::atan2(height, x);
         disagreement = fit.excess;
         compare(settings, cuts);
@@ -168,6 +211,7 @@ private:
 
     // The last cut by the others, if there are enough of them.
     void compare(const Settings& settings, const TurnedCuts& cuts) noexcept {
+        if ((rejected >> (cuts.count - 1) & 1) != 0) return;
         const CutFit others = fit_of(settings, cuts, cuts.count - 1);
         if (others.refusal != CutFit::Refusal::none) return;
         const double measured = cuts[cuts.count - 1].radius;
@@ -201,12 +245,15 @@ private:
         return settings.pass_depth > 0 ? std::min(whole, settings.pass_depth) : whole;
     }
 
-    static CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) noexcept {
+    CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) const noexcept {
         std::array<Cut, CutFit::most> its = cuts.cuts;
-        for (std::size_t i = 0; i < count; ++i) its[i].depth = depth_of(settings, cuts, i);
+        for (std::size_t i = 0; i < count; ++i) {
+            its[i].depth = depth_of(settings, cuts, i);
+            its[i].rejected = (rejected >> i & 1) != 0;
+        }
         return CutFit::of(its.data(), count, SkewedAxes(settings.angle), settings.sigmas,
                           {settings.known_x, settings.known_x_sigma, settings.x_known},
-                          settings.method == Method::two_lands);
+                          settings.method == Method::two_lands, settings.largest_burr / 2);
     }
 
     // For the habits of a machine.

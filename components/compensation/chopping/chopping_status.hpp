@@ -27,12 +27,12 @@ constexpr hal::Said said(ChoppingStatus status) {
     using hal::Kind;
     using S = ChoppingStatus;
     switch (status) {
-        case S::strokes: return {Kind::good, "Strokes.", "", "", "stroke-count"};
+        case S::strokes: return {Kind::good, "The axis strokes.", "", "", "stroke-count"};
         case S::bounded:
-            return {Kind::warn, "Strokes, and a bound is active.", "Check the setting that is named.", "",
+            return {Kind::warn, "The axis strokes, and a bound is active.", "Check the setting that is named.", "",
                     "limited-code"};
         case S::with_fault:
-            return {Kind::bad, "Strokes with a fault.", "Stop the strokes, and remove the cause.", "stop",
+            return {Kind::bad, "The axis strokes with a fault.", "Stop the strokes, and remove the cause.", "stop",
                     "fault-code"};
         case S::hold_ordered:
             return {Kind::warn, "A hold is ordered: the axis goes on to where it will stand.",

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/squareness/compensated_tip.hpp"
 #include "components/compensation/squareness/error_tables.hpp"
+#include "components/compensation/squareness/motion_reader.hpp"
 #include "components/compensation/squareness/settling.hpp"
 #include "components/compensation/squareness/squareness_model.hpp"
 #include "components/compensation/squareness/squareness_settings.hpp"
 #include "components/compensation/squareness/squareness_status.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/ramped_correction.hpp"
 #include "hal/component.hpp"
 #include "hal/message.hpp"
@@ -79,7 +81,7 @@ struct Squareness final : hal::Component {
         parallel_ = axes_.parallel_axis();
         model_ = SquarenessModel(axes_, unit.millimetres());
         settings.judge(axes_);
-        model_.set(settings.values(), tool_, false);
+        model_.set(settings.values(), reader_.tool(), false);
     }
 
     bool has_background() const noexcept override { return tables_.any(); }
@@ -91,10 +93,11 @@ struct Squareness final : hal::Component {
     }
 
     void update(double dt) noexcept {
-        const bool jumped = read_motion(dt);
-        const bool tool_known = read_tool();
+        const double way = settings.values().max_speed * dt * (1 + play);
+        const bool jumped = reader_.read_motion(settings.axes, axes_, way);
+        reader_.read_tool(tool_offset);
         const bool by_program = coordinated;
-        compensated.step(model_.velocity(motion_), by_program);
+        compensated.step(model_.velocity(reader_.motion()), by_program);
         const bool edited = settings.judge(axes_);
         const bool reloaded = take_over_tables();
         const bool homed = all_homed, was_active = model_.active();
@@ -104,18 +107,18 @@ struct Squareness final : hal::Component {
 
         for (int i = 0; i < 3; ++i) {
             correction[i] = ramp_.offset()[i];
-            corrected_position[i] = motion_.position[i] + ramp_.offset()[i];
-            corrected_velocity[i] = motion_.velocity[i] + ramp_.velocity()[i];
+            corrected_position[i] = reader_.motion().position[i] + ramp_.offset()[i];
+            corrected_velocity[i] = reader_.motion().velocity[i] + ramp_.velocity()[i];
             error[i] = homed ? result_.error[i] : 0;
         }
         if (parallel_) {
             const auto i = static_cast<std::size_t>(*parallel_);
             correction[i] = parallel_ramp_.offset()[0];
-            corrected_position[i] = motion_.position[3] + parallel_ramp_.offset()[0];
-            corrected_velocity[i] = motion_.velocity[3] + parallel_ramp_.velocity()[0];
+            corrected_position[i] = reader_.motion().position[3] + parallel_ramp_.offset()[0];
+            corrected_velocity[i] = reader_.motion().velocity[3] + parallel_ramp_.velocity()[0];
         }
         ramping = is_ramping();
-        report(tool_known, jumped && was_active);
+        report(jumped && was_active);
         settle(by_program, dt);
         show_status(enabled, homed);
     }
@@ -132,45 +135,8 @@ private:
         return pin;
     }
 
-    // Reads positions and velocities of the axes; an invalid position keeps its last good value. Returns
-    // whether a position has changed faster than its axis can move.
-    bool read_motion(double dt) noexcept {
-        bool jumped = false;
-        motion_known_ = true;
-        const double way = settings.values().max_speed * dt * (1 + play);
-        for (const AxisBranch* branch : {&axes_.work, &axes_.tool}) {
-            for (const Axis axis : *branch) {
-                const SquarenessAxis& pins = settings.axes[static_cast<std::size_t>(axis)];
-                const double p = pins.position, v = pins.velocity;
-                double& position = motion_.position[coordinate(axis)];
-                double& velocity = motion_.velocity[coordinate(axis)];
-                const double last = position;
-                const bool known =
-                    std::abs(p) <= SquarenessAxis::farthest && std::abs(v) <= SquarenessAxis::farthest;
-                motion_known_ &= known;
-                position = usable(p, SquarenessAxis::farthest, position);
-                velocity = known ? v : 0;
-                jumped |= std::abs(position - last) > way;
-            }
-        }
-        return jumped;
-    }
-
-    // False if the tool is invalid; an invalid component keeps its last good value.
-    bool read_tool() noexcept {
-        bool known = true;
-        for (int i = 0; i < 3; ++i) {
-            const double offset = tool_offset[i];
-            known &= std::abs(offset) <= SquarenessSettings::longest;
-            tool_[i] = -usable(offset, SquarenessSettings::longest, -tool_[i]);
-        }
-        return known;
-    }
-
     bool take_over_tables() noexcept {
-        const bool reloading = reload;
-        if (reloading && !reloading_) tables_.ask();
-        reloading_ = reloading;
+        if (reload_.rises(reload)) tables_.ask();
         const bool reloaded = tables_.take_over();
         serial_ += reloaded;
         return reloaded;
@@ -179,12 +145,14 @@ private:
     // The correction at the present position, with the former and with the new settings. Motion did not
     // cause their difference, so the ramp takes it.
     void follow(bool edited, bool active, bool jumped, bool reloaded, double dt) noexcept {
-        const Eigen::Vector3d mounted = tool_ + settings.radial();
-        const Eigen::Vector3d tool = compensated.in_use() ? tool_ + compensated.radial() : mounted;
+        const Eigen::Vector3d mounted = reader_.tool() + settings.radial();
+        const Eigen::Vector3d tool =
+            compensated.in_use() ? Eigen::Vector3d(reader_.tool() + compensated.radial()) : mounted;
         tool_changed_ = mounted != mounted_;
         mounted_ = mounted;
         const SquarenessModel::Result last = result_;
-        SquarenessModel::Result before = model_.at(motion_, reloaded ? tables_.before() : tables_.in_use());
+        SquarenessModel::Result before =
+            model_.at(reader_.motion(), reloaded ? tables_.before() : tables_.in_use());
         result_ = before;
         const bool set_anew = edited || reloaded || active != model_.active();
         if (set_anew || tool != model_.tool()) {
@@ -192,7 +160,7 @@ private:
                 model_.set(settings.values(), tool, active);
             else
                 model_.set_tool(tool);
-            result_ = model_.at(motion_, tables_.in_use());
+            result_ = model_.at(reader_.motion(), tables_.in_use());
         }
         if (jumped || before.steady != last.steady) before = last;
         ramp_.step(result_.wanted, before.wanted, settings.values().max_rate, dt);
@@ -201,7 +169,7 @@ private:
 
     bool is_ramping() const noexcept { return ramp_.ramping() || parallel_ramp_.ramping(); }
 
-    void report(bool tool_known, bool jumped) noexcept {
+    void report(bool jumped) noexcept {
         const bool active = model_.active();
         const Bound bound =
             hal::first<Bound>({{settings.limited(), Bound::angle},
@@ -210,8 +178,8 @@ private:
                                {active && result_.beyond_table, Bound::table}});
         limited = bound;
         is_limited_ = bound != Bound::none;
-        const Fault code = hal::first<Fault>({{!motion_known_, Fault::motion},
-                                              {!tool_known, Fault::tool},
+        const Fault code = hal::first<Fault>({{!reader_.motion_known(), Fault::motion},
+                                              {!reader_.tool_known(), Fault::tool},
                                               {settings.fault() != Fault::none, settings.fault()},
                                               {tables_.refused(), Fault::tables},
                                               {!result_.steady, Fault::steep},
@@ -252,14 +220,12 @@ private:
     std::optional<Axis> parallel_;  // U, V or W
     ErrorTables tables_;
     SquarenessModel model_{AxisChain{}, 1};
-    SquarenessModel::Motion motion_;                  // last good values
-    Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu, from the gauge point to the tip; last good values
-    Eigen::Vector3d mounted_ = Eigen::Vector3d::Zero();  // mu, that tool with the radial offset
-    bool motion_known_ = true;
+    MotionReader reader_;
+    Eigen::Vector3d mounted_ = Eigen::Vector3d::Zero();  // mu, the tool with the radial offset
     SquarenessModel::Result result_;
     RampedCorrection ramp_;
     RampedCorrectionOf<1> parallel_ramp_;  // of U, V or W
-    bool reloading_ = true;                // a reload that is true already asks for nothing
+    Edge reload_{true};                    // a reload that is true already asks for nothing
     std::int32_t serial_ = 0, count_ = 0;  // of reloads, of axes with a table
     Settling settling_;
     bool tool_changed_ = false, has_fault_ = false, is_limited_ = false;  // in this period

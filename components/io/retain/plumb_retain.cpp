@@ -32,11 +32,15 @@ struct Retain final : hal::Component {
     hal::Option<std::string> file{this, "file", "",
                                   "TOML file that lists the values to keep. LinuxCNC starts programs in the "
                                   "folder of the INI file: a relative path begins there."};
+    hal::Option<std::string> machine{this, "machine", "",
+                                     "Name of the machine for a file that is not there yet: it is written "
+                                     "with this name and without a value."};
     hal::Function run{this, "update", &Retain::update, "Once per period."};
 
     void prepare() override {
         if (file.get().empty())
             throw std::invalid_argument("give the TOML file that lists the values to keep by --file");
+        if (!machine.get().empty()) begin_settings(file.get(), machine);
         keeper_ = std::make_unique<Keeper>(std::filesystem::absolute(file.get()));
         identity_ = std::make_unique<ProgramIdentity>(keeper_->settings().program);
         identify();

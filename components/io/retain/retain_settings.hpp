@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -36,6 +37,18 @@ struct RetainSettings {
     // Throws std::runtime_error with file, line and reason.
     static RetainSettings read(const std::filesystem::path& file);
 };
+
+// Writes a file without values, unless there is one. In the name halcmd leaves the quotes of "[EMC](MACHINE)".
+inline void begin_settings(const std::filesystem::path& file, std::string machine) {
+    if (std::filesystem::exists(std::filesystem::symlink_status(file))) return;
+    if (machine.size() > 1 && machine.front() == '"' && machine.back() == '"')
+        machine = machine.substr(1, machine.size() - 2);
+    if (machine.find_first_of("\"\\\n") != std::string::npos)
+        throw std::runtime_error("the name of the machine has a quote or a backslash: " + machine);
+    std::ofstream out(file);
+    out << "# SPDX-License-Identifier: GPL-2.0-or-later\nmachine = \"" << machine << "\"\npins = []\n";
+    if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
+}
 
 namespace retain_settings {
 

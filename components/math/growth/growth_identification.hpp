@@ -7,30 +7,34 @@
 
 namespace plumb {
 
-// Coefficients of a linear law, found from visits of several bores in several passes:
+// Coefficients of a linear law, from visits of several bores:
 //
 //     y = A w + c_g + noise
 //
-// with a constant c_g for each group g, which is a bore at one orientation; it is not wanted. The square of
-// w_j counts with the weight (sigma / w0_j)^2, w0_j being the size of a large coefficient: what the visits do
-// not determine stays small (A. E. Hoerl and R. W. Kennard, Technometrics 12, 1970).
+// with a constant c_g for each group g, which is a bore at one orientation; it is not wanted. Of w_j is known
+// beforehand that it is about 0 by w0_j (A. E. Hoerl and R. W. Kennard, Technometrics 12, 1970). What a law
+// leaves of slow growth lasts for half an hour and longer, so visits that follow each other closely are one
+// observation: `weight` is the number of observations that a visit counts for, at most 1.
 struct GrowthVisits {
-    Eigen::MatrixXd terms;    // A, a row for each visit
-    Eigen::VectorXd growth;   // y, mu
+    Eigen::MatrixXd terms;   // A, a row for each visit, in the order of time
+    Eigen::VectorXd growth;  // y, mu
+    Eigen::VectorXd weight;
     std::vector<int> groups;  // g of each visit
-    std::vector<int> passes;  // of each visit
+    std::vector<int> duties;  // of each visit
 };
 
 struct IdentifiedGrowth {
-    Eigen::VectorXd value;      // w
-    double drift = 0;           // mu, rms of y about the constants of the groups
-    double rest = 0;            // mu, rms of what the law leaves of it
-    double predicted_rest = 0;  // mu, the same of passes that were left out; infinite if there were none
+    Eigen::VectorXd value;       // w
+    Eigen::MatrixXd covariance;  // of w
+    double drift = 0;            // mu, rms of y about the constants of the groups
+    double rest = 0;             // mu, rms of what the law leaves of it
+    double predicted_rest = 0;   // mu, the same of duties that were left out; infinite if there is but one
+    // That rest, as of an error that is always there, mu, and one that is a part of each term.
+    double floor = 0, share = 0;
 };
 
-// `large` is w0, above 0, one for each column; `sigma` in mu that of a visit. The rest of passes that were
-// left out is that of each pass but the first: the law is found from the others, and has to explain how the
-// bores have moved since the first pass.
-IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::VectorXd& large, double sigma);
+// `usual` is w0, above 0, one for each column; `sigma` in mu the least standard deviation of an observation.
+// Each duty in turn is left out and predicted by the law of the others.
+IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::VectorXd& usual, double sigma);
 
 }  // namespace plumb

@@ -13,8 +13,11 @@ namespace plumb {
 // How the axes of a machine grow, by the temperatures T of its parts and by its spindle. For each axis, at
 // its position P:
 //
-//     d = K0(T) + tan(beta)(T) (P - P0)        K0 = sum of k_i (T_i - R_i) + s x
-//     tan(beta) = sum of b_i (T_i - R_i)       tau x' = (n / n0)^p - x
+//     d = K0(T) + tan(beta)(T) (P - P0)        K0 = sum of k_i D_i + s x
+//     tan(beta) = sum of b_i D_i               tau x' = (n / n0)^p - x
+//
+// D_i is the rise T_i - R_i, and, if a sensor is of the structure, how much more that has risen than the
+// structure. The structure's own D is its rise: a change that all sensors share.
 //
 // d is the distance by which the axis must be displaced so that the tip is where it was on the cold machine.
 struct GrowthLaw {
@@ -26,6 +29,7 @@ struct GrowthLaw {
     PerSensor slope = PerSensor::Zero();                 // b, 1/K
     Eigen::Vector3d by_speed = Eigen::Vector3d::Zero();  // s, mu
     Temperatures reference = Temperatures::Zero();       // R, degC
+    int structure = -1;                                  // its sensor, or -1
     Eigen::Vector3d pivot = Eigen::Vector3d::Zero();     // P0, mu
 
     static constexpr double steepest = 1e-3;  // of tan(beta), either way
@@ -40,15 +44,26 @@ struct GrowthLaw {
         }
     };
 
-    // `driven` is x. tan(beta) stays within ±steepest.
-    Line at(const Temperatures& temperatures, double driven) const noexcept {
-        const Temperatures rise = temperatures - reference;
+    // D of these temperatures.
+    Temperatures rises(const Temperatures& temperatures) const noexcept {
+        Temperatures rise = temperatures - reference;
+        if (!has_structure()) return rise;
+        const double common = rise[structure];
+        rise.array() -= common;
+        rise[structure] = common;
+        return rise;
+    }
+
+    // `rise` is D, `driven` x. tan(beta) stays within ±steepest.
+    Line at(const Temperatures& rise, double driven) const noexcept {
         return {growth * rise + by_speed * driven, (slope * rise).cwiseMax(-steepest).cwiseMin(steepest)};
     }
 
     bool uses(int sensor) const noexcept {
+        if (sensor == structure) return !growth.isZero(0) || !slope.isZero(0);
         return !growth.col(sensor).isZero(0) || !slope.col(sensor).isZero(0);
     }
+    bool has_structure() const noexcept { return structure >= 0 && structure < sensors; }
     bool uses_speed() const noexcept { return !by_speed.isZero(0); }
     bool is_empty() const noexcept { return growth.isZero(0) && slope.isZero(0) && !uses_speed(); }
 };

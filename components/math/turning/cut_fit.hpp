@@ -19,7 +19,8 @@ namespace plumb {
 // mu.
 struct Cut {
     double x = 0, y = 0, radius = 0;
-    double depth = 0;  // of its last pass; only differences count
+    double depth = 0;       // of its last pass; only differences count
+    bool rejected = false;  // an outlier, which does not count
 };
 
 // Height y and distance x of a tip from the axis, signed, from any number of cuts at two or more positions of
@@ -46,12 +47,22 @@ public:
         bool valid = false;
     };
 
+    // The cut whose residual is the largest in its own sigmas, above 0 if its radius is too large, and how
+    // much more chi squared falls without it than without any other cut.
+    struct Suspect {
+        std::size_t cut = 0;
+        double sigmas = 0, lead = 0;
+    };
+
     Refusal refusal = Refusal::none;
     double x = 0, y = 0;         // at the first cut, as in the middle of all cuts
     double drift = 0, rise = 0;  // of the radius and of the tip, per cut
     double sigma_y = 0, sigma_x = 0;
     double excess = 0;  // of the residuals, in sigmas; 0 if no cut is redundant
-    int redundant = 0;  // cuts more than needed
+    int redundant = 0;  // rows more than unknowns
+    int spare = 0;      // cuts more than needed
+    Suspect suspect;
+    double bias_y = 0, bias_x = 0;  // by an outlier in one radius that the residuals do not show
 
     // Radius that a cut at dx, dy from the first one leaves, without drift.
     double predicted(double dx, double dy) const noexcept { return std::hypot(x + dx, y + dy); }
@@ -62,9 +73,10 @@ public:
         return radius > 0 ? std::hypot((x + dx) / radius * sigma_x, (y + dy) / radius * sigma_y) : 0;
     }
 
-    // Radii above 0. count to `most`. `lands` are cuts that are meant to have one X.
+    // Radii above 0. count to `most`. `lands` are cuts that are meant to have one X. `outlier` is the largest
+    // error of a radius beyond its noise, as by a burr.
     static CutFit of(const Cut* cuts, std::size_t count, const SkewedAxes& axes, const CutSigmas& sigmas,
-                     const Known& known, bool lands = false) noexcept {
+                     const Known& known, bool lands = false, double outlier = 0) noexcept {
         CutFit fit;
         if (count < 2 || count > most) return refused(Refusal::too_few);
         std::array<Point, most> points;
@@ -77,6 +89,8 @@ public:
             points[i].dy = axes.height_of(step);
             points[i].radius = cuts[i].radius;
             points[i].deeper = cuts[i].depth - cuts[0].depth;
+            points[i].rejected = cuts[i].rejected;
+            if (cuts[i].rejected) continue;
             unequal |= std::abs(points[i].deeper) > same * cuts[0].radius;
             one_x &= std::abs(cuts[i].x - cuts[0].x) <= same * cuts[0].radius;
             farthest_x = std::max(farthest_x, std::abs(points[i].dx));
@@ -98,7 +112,10 @@ public:
             if (fit.refusal != Refusal::none) return fit;
             const double change = std::abs(fit.y - y);
             y = fit.y;
-            if (change <= 1e-14 * r1 || (find_x && round == 2)) return fit;
+            if (change <= 1e-14 * r1 || (find_x && round == 2)) {
+                fit.solve(points.data(), count, scale, find_x, sigmas, known, x, y, unequal, &outlier);
+                return fit;
+            }
             if (!(change <= r1)) break;
         }
         if (std::abs(y) > 0.99 * cuts[0].radius) return refused(Refusal::no_solution);
@@ -110,13 +127,16 @@ private:
 
     struct Point {
         double dx = 0, dy = 0, radius = 0, deeper = 0;
+        bool rejected = false;
     };
     struct Scale {
         double x, y;
     };
 
     static constexpr int rows_most = most + 7, unknowns_most = 9;
-    static constexpr double steadiness = 20;  // cuts in which a drift changes by itself, at the soonest
+    static constexpr double undetected = 4;     // sigmas of a residual at which it shows in five of six cases
+    static constexpr double negligible = 1e-6;  // weight of a rejected cut, so that no row is missing
+    static constexpr double steadiness = 20;    // cuts in which a drift changes by itself, at the soonest
     using Rows =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows_most, unknowns_most>;
     using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, rows_most, 1>;
@@ -128,16 +148,19 @@ private:
         return fit;
     }
 
-    // With x as an unknown, or with the given one; `y_now` is about y. Each row has a noise of 1.
+    // With x as an unknown, or with the given one; `y_now` is about y. Each row has a noise of 1. With
+    // `outlier` it looks for one, too.
     void solve(const Point* points, std::size_t count, const Scale& scale, bool find_x,
-               const CutSigmas& sigmas, const Known& known, double given_x, double y_now,
-               bool unequal) noexcept {
+               const CutSigmas& sigmas, const Known& known, double given_x, double y_now, bool unequal,
+               const double* outlier = nullptr) noexcept {
         const bool with_known = find_x && known.valid, drifts = sigmas.drift > 0, scales = sigmas.scale > 0;
         const int needed = find_x ? 3 : 2, y_column = needed - 1, scale_column = needed + (drifts ? 3 : 0);
         const bool bends = unequal && sigmas.bend > 0;
         const int bend_column = scale_column + (scales ? 1 : 0), unknowns = bend_column + (bends ? 2 : 0);
         const int cuts = static_cast<int>(count), measured = cuts + (with_known ? 1 : 0);
-        if (measured < needed) return void(*this = refused(Refusal::too_few));
+        const int rejected = static_cast<int>(
+            std::count_if(points, points + count, [](const Point& p) { return p.rejected; }));
+        if (measured - rejected < needed) return void(*this = refused(Refusal::too_few));
         const double r1 = points[0].radius, width = r1 * scale.y;
         const double per_drift = width / r1;  // of one unit of the unknowns drift and rise
 
@@ -152,7 +175,7 @@ private:
                                         : 0;  // lands are cut at one position of X
             const double noise =
                 2 * std::sqrt(square(p.radius * per_radius) + square(x_now * per_x) + square(h * per_y));
-            const double weight = width / noise;
+            const double weight = width / noise * (p.rejected ? negligible : 1);
             a(row, 0) = weight;
             if (find_x) a(row, 1) = weight * 2 * p.dx / scale.x;
             a(row, y_column) = weight * 2 * p.dy / scale.y;
@@ -206,29 +229,60 @@ private:
             factor.transpose().solveInPlace(row);
             return row;
         };
-        const auto sigma = [&](int column) { return row_of(column).norm() / sizes(column) * width; };
-
         y = solution(y_column) / sizes(y_column) * width / scale.y;
-        sigma_y = sigma(y_column) / scale.y;
+        const Sizes row_y = row_of(y_column) / sizes(y_column) * width / scale.y;
+        sigma_y = row_y.norm();
+        // From rho^2 = x^2 + y^2; where cuts at several X know it better, from these.
+        x = std::sqrt(std::max(r1 * r1 + solution(0) / sizes(0) * width - y * y, 0.0));
+        Sizes row_x = Sizes::Zero(unknowns);
+        if (x > 0) row_x = row_of(0) / sizes(0) * width / (2 * x) - row_y * y / x;
         if (find_x) {
-            x = solution(1) / sizes(1) * width / scale.x;
-            sigma_x = sigma(1) / scale.x;
-        } else {  // from rho^2 = x^2 + y^2
-            x = std::sqrt(std::max(r1 * r1 + solution(0) / sizes(0) * width - y * y, 0.0));
-            if (x > 0)
-                sigma_x =
-                    (row_of(0) / sizes(0) * width / (2 * x) - row_of(1) / sizes(1) * width / scale.y * y / x)
-                        .norm();
+            const Sizes its = row_of(1) / sizes(1) * width / scale.x;
+            if (!(x > 0) || its.norm() < row_x.norm()) {
+                x = solution(1) / sizes(1) * width / scale.x;
+                row_x = its;
+            }
         }
+        sigma_x = row_x.norm();
         if (drifts) {
             drift = solution(needed) / sizes(needed) * per_drift;
             rise = solution(needed + 1) / sizes(needed + 1) * per_drift;
         }
-        redundant = static_cast<int>(a.rows()) - unknowns;
+        const int others = static_cast<int>(a.rows()) - unknowns;  // dimensions of the residuals
+        redundant = others - rejected;
+        spare = measured - rejected - needed;
         if (redundant > 0) {
-            const double chi = b.tail(redundant).squaredNorm();
+            const double chi = b.tail(others).squaredNorm();
             excess = std::max(0.0, std::sqrt(2 * chi) - std::sqrt(2.0 * redundant - 1));
+            if (excess > 3) {  // the cuts scatter by more than their sigmas
+                sigma_y *= std::sqrt(chi / redundant);
+                sigma_x *= std::sqrt(chi / redundant);
+            }
         }
+        if (!outlier) return;
+        double largest = 0, next = 0;
+        for (int row = 0; row < cuts; ++row) {
+            if (points[row].rejected) continue;
+            Column q = Column::Unit(a.rows(), row);
+            q.applyOnTheLeft(qr.householderQ().adjoint());
+            const double free =
+                std::sqrt(std::max(q.tail(others).squaredNorm(), 0.0));  // 0: no other cut shows it
+            const double in_noise = *outlier / per_radius, unseen = free > 0 ? undetected / free : HUGE_VAL;
+            const double error = std::min(in_noise, unseen);
+            bias_y = std::max(bias_y, std::abs(q.head(unknowns).dot(row_y)) * error);
+            bias_x = std::max(bias_x, std::abs(q.head(unknowns).dot(row_x)) * error);
+            if (!(free > 0.1)) continue;
+            const double its = q.tail(others).dot(b.tail(others)) / free;
+            if (std::abs(its) > largest) {
+                next = largest;
+                largest = std::abs(its);
+                suspect.cut = static_cast<std::size_t>(row);
+                suspect.sigmas = its;
+            } else {
+                next = std::max(next, std::abs(its));
+            }
+        }
+        suspect.lead = square(largest) - square(next);
     }
 
     static double square(double z) noexcept { return z * z; }

@@ -10,10 +10,11 @@ namespace plumb {
 // Lengths in mu.
 struct KnownError {
     double size = 0, sigma = 0;
+    double bias = 0;  // that may hide in it
 
     // One-sided, at 95 %.
     bool within(double tolerance) const noexcept { return size + one_sided * sigma <= tolerance; }
-    bool significant() const noexcept { return size >= 3 * sigma && size > 0; }
+    bool significant() const noexcept { return size >= std::max(3 * sigma, 2 * bias) && size > 0; }
 
     // The cuts that would make the error known, as a multiple of the cuts that there are: within the
     // tolerance, or significant. The sigma is inverse to the root of the number of cuts.

@@ -51,6 +51,8 @@ public:
             }
             shown_[i] = lag_[body].value() + offset_[i] + noise * random_.gaussian() +
                         (error == Error::offset && i == 0 ? 4 : 0);
+            const double quantum = quantum_;
+            if (quantum > 1e-6 && quantum < 10) shown_[i] = std::round(shown_[i] / quantum) * quantum;
             since_[i] = 0;
         }
         begun_ = true;
@@ -78,6 +80,8 @@ private:
     Drawn lag_time_{this, "sensor-lag", 120, 60, 300, "s", "Lag of the sensors"};
     Drawn noise_{this, "sensor-noise", 0.05, 0.03, 0.06, "K", "Noise of the sensors"};
     Drawn dropouts_{this, "sensor-dropouts", 0.01, 0.001, 0.03, "1", "Part of the values that does not come"};
+
+    hal::In<double> quantum_{this, "sensor-quantum", 0, "K", "Step in which the sensors report; 0 for none."};
 
     Random random_;
     std::array<FirstOrderLag, 4> lag_;

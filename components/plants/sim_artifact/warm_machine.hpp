@@ -7,6 +7,14 @@
 //     share of it bed       b' = (work - b) / bed-tau      pitch about X, screws about their fixed bearings
 //     column    c' = (work - c) / column-tau   tip: Z up, opposite to the spindle
 //     air       air-growth (T_shop - 20)
+//
+// The second structure is another machine. Its spindle grows quickly and its head slowly, the opposite way;
+// its column bends by the gradient between its front and its back:
+//
+//     fast      f' = ((n/n0)^1.6 - f) / fast-tau      tip: -Z by spindle-growth 1.25 f
+//     slow      l' = ((n/n0)^1.6 - l) / slow-tau      tip: +Z by spindle-growth slow-share l
+//     front     a' = (f - a) / column-tau             back  r' = (a - r) / (2 column-tau)
+//     bend      a - r                                  pitch about X, and Z up by bend-growth
 #pragma once
 
 #include "components/math/blocks/first_order_lag.hpp"
@@ -38,6 +46,12 @@ public:
         grown_.step(std::pow(spindle_.value(), 1.15), 120, dt);
         bed_.step(std::clamp(0.5 * moving + 0.5 * turning, 0.0, 2.0), bed_tau_(seed), dt);
         column_.step(turning, column_tau_(seed), dt);
+        const double friction = std::pow(turning, 1.6) * (cooled ? 0.6 : 1);
+        fast_.step(friction, fast_tau_(seed), dt);
+        slow_.step(friction, slow_tau_(seed), dt);
+        front_.step(fast_.value(), column_tau_(seed), dt);
+        back_.step(front_.value(), 2 * column_tau_(seed), dt);
+        second_ = structure_ == 1;
         constexpr double turn = 6.283185307179586;
         const double t = time_ + air_start_(seed);
         air_ = air_day_(seed) * (std::sin(turn * t / 86400) - std::sin(turn * air_start_(seed) / 86400)) +
@@ -49,11 +63,18 @@ public:
 
     // The tip against its command at a place, in mm.
     Eigen::Vector3d tip_error(const Eigen::Vector3d& place) noexcept {
+        if (second_ && !replaying_)
+            return second_tip_error(place, {fast_.value(), slow_.value(), front_.value() - back_.value()},
+                                    bed_.value(), air_);
         return tip_error(place, spindle_state(), bed_.value(), column_.value(), air_);
     }
     // The same, when the machine has worked at this speed for ever.
     Eigen::Vector3d steady_tip_error(const Eigen::Vector3d& place, double speed) noexcept {
         const double turning = std::min(std::abs(usable(speed, 1e5, 0)) / 8000, 2.0);
+        if (second_ && !replaying_) {
+            const double friction = std::pow(turning, 1.6);
+            return second_tip_error(place, {friction, friction, 0}, 0.5 + 0.5 * turning, air_);
+        }
         return tip_error(place, std::pow(turning, 1.15), 0.5 + 0.5 * turning, turning, air_);
     }
     // The centre of the table against its place on the cold machine, in mm.
@@ -65,6 +86,10 @@ public:
 
     // Of the bodies at the sensors: spindle, bed, air, artifact, in degC.
     std::array<double, 4> bodies() noexcept {
+        if (second_)
+            return {20 + air_ + spindle_rise_(seed_) * (0.7 * fast_.value() + 0.3 * slow_.value()),
+                    20 + air_ + bed_rise_(seed_) * (0.6 * bed_.value() + 0.4 * front_.value()), 20 + air_,
+                    20 + artifact_.value()};
         return {20 + air_ + spindle_rise_(seed_) * spindle_.value() + 0.15 * bed_rise_(seed_) * bed_.value(),
                 20 + air_ + bed_rise_(seed_) * bed_.value(), 20 + air_, 20 + artifact_.value()};
     }
@@ -104,6 +129,31 @@ private:
         return e;
     }
 
+    struct Second {
+        double fast, slow, bend;
+    };
+    Eigen::Vector3d second_tip_error(const Eigen::Vector3d& place, const Second& heat, double bed,
+                                     double air) noexcept {
+        const double growth = spindle_growth_(seed_), side = spindle_side_(seed_);
+        const double along = growth * (1.25 * heat.fast - slow_share_(seed_) * heat.slow);
+        Eigen::Vector3d e(0.2 * side * growth * heat.slow, side * growth * heat.fast, -along);
+        const double pitch = pitch_(seed_) * heat.bend;
+        e.y() += pitch * (place.z() + 300);
+        e.z() += bend_growth_(seed_) * heat.bend - pitch * place.y();
+        e.x() += x_screw_(seed_) * 1e-6 * bed * (place.x() - 400);
+        e.y() += y_screw_(seed_) * 1e-6 * bed * (place.y() - 300);
+        e.z() += z_screw_(seed_) * 1e-6 * bed * (place.z() + 200);
+        e += air_growth_(seed_) * air * Eigen::Vector3d(-0.3, 0.5, 1);
+        return e;
+    }
+
+    hal::In<std::int32_t> structure_{
+        this, "structure", 0, "How the machine is built: 0, or 1 for a head that grows against the spindle."};
+    Drawn fast_tau_{this, "fast-tau", 500, 300, 900, "s", "Time constant of the spindle, structure 1"};
+    Drawn slow_tau_{this, "slow-tau", 7200, 5400, 10800, "s", "Time constant of the head, structure 1"};
+    Drawn slow_share_{
+        this, "slow-share", 0.5, 0.3, 0.7, "1", "Part of the spindle's growth that the head undoes"};
+    Drawn bend_growth_{this, "bend-growth", 0.008, 0.004, 0.015, "mu", "Rise of the bent column"};
     Drawn spindle_growth_{
         this, "spindle-growth", 0.06, 0.035, 0.07, "mu", "Growth of the spindle in the end"};
     Drawn spindle_side_{this, "spindle-side", 0.3, 0.15, 0.45, "1", "Part of that growth that Y shows"};
@@ -138,8 +188,8 @@ private:
 
     std::int32_t seed_ = 0;
     double time_ = 0, air_ = 0;
-    bool replaying_ = false;
-    FirstOrderLag spindle_, grown_, bed_, column_, artifact_;
+    bool replaying_ = false, second_ = false;
+    FirstOrderLag spindle_, grown_, bed_, column_, artifact_, fast_, slow_, front_, back_;
     std::array<double, 3> replayed_{};
 };
 

@@ -26,7 +26,8 @@ struct LatheGauge final : hal::Group {
     hal::In<double> beam_size{this, "beam-size", 20, "mu", "Width of a rectangular beam, radius of a round."};
     hal::In<bool> beam_round{this, "beam-round", false, "The beam is round, not rectangular."};
     hal::In<double> beam_height{this, "beam-height", 2, "mu", "Rectangular beam along the work."};
-    hal::In<double> beam_offset{this, "beam-offset", 0, "mu", "Distance from the middle of the beam to the middle of the work."};
+    hal::In<double> beam_offset{this, "beam-offset", 0, "mu",
+                                "Distance from the middle of the beam to the middle of the work."};
 
     Drawn laser_noise{this, "laser-noise", 0.0003, 0.0001, 0.0005, "mu", "Noise of the laser"};
     Drawn linearity{this, "linearity", 0.0007, 0.0005, 0.001, "mu", "Amplitude of its nonlinearity"};
@@ -133,6 +134,7 @@ struct SimLathe final : hal::Component {
     Drawn wear{this, "wear", 0.0005, 0.0002, 0.001, "mu", "Wear of the tool by each cut"};
     LatheGauge gauge{this};
 
+    hal::Out<double> spindle_load{this, "spindle-load", "%", "Load of the spindle, of 200 W; 2 % idle."};
     hal::Out<double> truth_height{this, "truth-height", "mu", "Height of the tip above the axis now."};
     hal::Out<double> truth_effective{this, "truth-effective-height", "mu",
                                      "Height in the last cut, with the bend of the work."};
@@ -156,6 +158,7 @@ struct SimLathe final : hal::Component {
 
         const double place = usable(gauge_z, 1e5, -1);
         const double diameter = 2 * stock_.radius(place < 0 ? cut_z_ + usable(gauge_offset, 100, 0) : place);
+        spindle_load = load_;
         truth_height = y_;
         truth_x = x_;
         truth_diameter = diameter;
@@ -221,7 +224,9 @@ private:
         const double sense = inside ? -1 : 1;
         const double nominal = std::hypot(x_, y_);
         const double reach = stock_.depth(z_, nominal - sense * edge_);
-        const bool turns = std::abs(usable(spindle_speed, 1e6, 0)) > 1;
+        const double speed = std::abs(usable(spindle_speed, 1e6, 0));
+        const bool turns = speed > 1;
+        load_ = turns ? 2 : 0;
         if (!turns || !(reach > 0)) {
             if (!turns || !(reach > -clear)) cutting_ = false;  // else it rests between two passes
         } else {
@@ -238,6 +243,7 @@ private:
             const double depth =
                 z_ != from_z_ ? stock_.depth_against(before_, nominal) : stock_.depth(z_, nominal);
             const double load = force(seed_) * std::max(depth, 0.0) / 0.1;
+            load_ += load * nominal / 1000 * speed * (2 * pi / 60) / 2;  // 2 W are 1 %
             const double bend = load * compliance(nominal);
             const double c_t = 0.9 * bend, c_r = 0.4 * bend * sense;
             const double leaves = std::hypot(x_ + c_r - sense * edge_, y_ - c_t);
@@ -265,6 +271,7 @@ private:
     Play x_play_, y_play_;
     double px_ = 100, py_ = 0, z_ = 0, from_z_ = 0;  // last good positions
     double x_ = 100, y_ = 0, cut_z_ = 0;
+    double load_ = 0;
     double disc_z_ = 1e6, before_ = 0;  // the disc at the tool, and its radius when the tool came
     double time_ = 0, passed_ = 0, wear_ = 0, edge_ = 0, side_ = 1;
     std::int32_t seed_ = 0, cuts_ = 0;

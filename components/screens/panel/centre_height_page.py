@@ -12,6 +12,8 @@ from panel.widgets import Figures, Keypad, button, card, choose, clear, column, 
 
 
 class CentreHeightPage(FunctionPage):
+    function = "centre_height"
+    place = 3
     heading = "Centre height"  # for gettext: _("Centre height")
     _jogging = False  # a step is under way
     live = ("x-position-0", "y-position-0", "diameter")

@@ -13,6 +13,8 @@ from panel.widgets import Figures, button, card, label, named, set_text
 
 
 class ChoppingPage(FunctionPage):
+    function = "chopping"
+    place = 4
     heading = "Chopping"  # for gettext: _("Chopping")
     live = ("position", "joint-feedback", "applied-offset")
 

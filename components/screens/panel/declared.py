@@ -10,9 +10,10 @@ class Declared:
     """One module: pins by their names without that of the instance, sentences of codes by pin and number."""
 
     def __init__(self, content):
-        self.name, self.summary = content["name"], content.get("summary", "")
+        self.name, self.summary, self.role = content["name"], content.get("summary", ""), content.get("role", "")
         self.pins = content.get("pins", {})
         self.codes = {pin: {int(code): text for code, text in texts.items()} for pin, texts in content.get("codes", {}).items()}
+        self.is_of_sensors = "CHANNEL.value" in self.pins
         self.statuses = {int(number): its for number, its in content.get("statuses", {}).items()}  # kind, sentence, remedy, button, detail
         self.has_records = {"row-shown", "restores"} <= set(self.pins)
 

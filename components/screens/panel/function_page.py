@@ -9,6 +9,8 @@ from panel.widgets import Verdict, button, column, flow, label, scrolled
 
 
 class FunctionPage(Page):
+    function = ""  # the module that the page is about
+    place = 100  # in the navigation
     heading = ""  # of the function, for the page and the navigation
     live = ()  # the inputs that are shown as they are now
 
@@ -59,6 +61,14 @@ class FunctionPage(Page):
     def of(self):
         """The component that the page is about."""
         return self.instance.name
+
+
+class PlainPage(FunctionPage):
+    """The page of a function that has no page of its own."""
+
+    def __init__(self, panel, instance):
+        self.heading = instance.module
+        super().__init__(panel, instance)
 
 
 class EntryPage(Page):

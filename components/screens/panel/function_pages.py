@@ -1,26 +1,29 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The pages of the functions, in the order of the navigation."""
+"""The pages of the functions: a FunctionPage in a file *_page.py has those of its module, and PlainPage has all others."""
 
-from panel.centre_height_page import CentreHeightPage
-from panel.chopping_page import ChoppingPage
-from panel.growth_page import GrowthPage
-from panel.growth_test_page import GrowthTestPage
-from panel.squareness_page import SquarenessPage
+import importlib
+import pkgutil
 
-PAGES = {
-    "thermal_displacement": GrowthPage,
-    "squareness": SquarenessPage,
-    "centre_height": CentreHeightPage,
-    "chopping": ChoppingPage,
-    "thermal_growth_test": GrowthTestPage,
-}
+import panel
+from panel.function_page import FunctionPage, PlainPage
+
+
+def _own_pages():
+    """The pages by the module that each is about."""
+    for each in pkgutil.iter_modules(panel.__path__):
+        if each.name.endswith("_page"):
+            importlib.import_module("panel." + each.name)
+    return {page.function: page for page in FunctionPage.__subclasses__() if page.function}
+
+
+PAGES = _own_pages()
 
 
 def function_pages(panel, former):
-    """A page for each instance of a function that this machine has; `former` are pages that stay, by type and instance."""
+    """A page for each function that this machine has, in the order of the navigation; `former` are pages that stay, by type and
+    instance."""
     found = []
-    for instance in panel.machine.instances:
-        page = PAGES.get(instance.module)
-        if page is not None:
-            found.append(former.get((page, instance.name)) or page(panel, instance))
-    return found
+    for instance in panel.machine.functions():
+        page = PAGES.get(instance.module, PlainPage)
+        found.append(former.get((page, instance.name)) or page(panel, instance))
+    return sorted(found, key=lambda page: page.place)

@@ -19,6 +19,8 @@ _histories = {}  # by instance: pages are built again when components come
 
 
 class GrowthPage(FunctionPage):
+    function = "thermal_displacement"
+    place = 1
     heading = "Growth of Z"  # for gettext: _("Growth of Z")
     live = ("load", "z-position", "spindle-speed-cmd", "temperature")
 

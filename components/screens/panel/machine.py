@@ -3,10 +3,6 @@
 
 import collections
 
-SENSOR_PROGRAMS = ("modbus_sensor", "can_sensor")
-STAGES = ("axis_offset", "joint_offset")
-FUNCTIONS = ("thermal_displacement", "squareness", "centre_height", "chopping", "thermal_growth_test")
-
 Channel = collections.namedtuple("Channel", "name module pins")
 Channel.__doc__ = "A sensor's channel; pins are full names by their last words: value, age, valid, fault, fault-code."
 
@@ -20,6 +16,10 @@ class Instance:
     @property
     def module(self):
         return self.declared.name
+
+    @property
+    def is_function(self):
+        return self.declared.role == "compensation"
 
     def full(self, short):
         return self.name + "." + short
@@ -71,6 +71,9 @@ class Machine:
     def of(self, *modules):
         return [instance for instance in self.instances if instance.module in modules]
 
+    def functions(self):
+        return [instance for instance in self.instances if instance.is_function]
+
     def named(self, name):
         return next((instance for instance in self.instances if instance.name == name), None)
 
@@ -89,7 +92,7 @@ class Machine:
                     continue
                 for reader in self._readers[pin.signal]:
                     owner, there = self.owner_of(reader)
-                    if owner is not None and owner.module in STAGES and there.startswith("offset-"):
+                    if owner is not None and owner.declared.role == "stage" and there.startswith("offset-"):
                         found[letter] = owner
             self._stages[instance.name] = found
         return self._stages[instance.name]
@@ -106,7 +109,7 @@ class Machine:
 
     def switched_by(self, pin):
         """The function that a pin switches; None for another pin."""
-        return next((each for each in self.of(*FUNCTIONS, "axis_growth") if self.switch_of(each) == pin), None)
+        return next((each for each in self.functions() if self.switch_of(each) == pin), None)
 
     def owner_of(self, pin):
         """The instance of a pin, and its short name; None, '' for a pin of another component."""
@@ -130,7 +133,7 @@ def _instances(pins, declared):
     found = []
     for owner, its in by_owner.items():
         module = declared.get(owner)
-        modules = [module] if module else [each for each in declared.values() if each.name not in SENSOR_PROGRAMS]
+        modules = [module] if module else [each for each in declared.values() if not each.is_of_sensors]
         groups = collections.defaultdict(dict)
         for name, pin in its.items():
             for each in modules:
@@ -147,8 +150,7 @@ def _instances(pins, declared):
             order = {short: place for place, short in enumerate(declared[name].pins)}
             there = groups[name, instance]
             found.append(Instance(instance, declared[name], {short: there[short] for short in sorted(there, key=order.get)}))
-    rank = {name: place for place, name in enumerate(FUNCTIONS)}
-    return sorted(found, key=lambda each: (rank.get(each.module, len(rank)), each.name))
+    return sorted(found, key=lambda each: (not each.is_function, each.module if each.is_function else "", each.name))
 
 
 def _short(name, declared):
@@ -161,17 +163,27 @@ def _short(name, declared):
     return ""
 
 
+def _sensor_program(owner, names, programs):
+    """The sensor program of a component: by its name, or the one whose pins are nearest to its pins."""
+    def unlike(program):
+        own = {short.rsplit(".", 1)[1] for short in program.pins if not short.startswith("OUTPUT.")}
+        return len(own ^ {name.rsplit(".", 1)[1] for name in names})
+
+    by_name = [each.name for each in programs if owner.replace("-", "_").startswith(each.name)]
+    return by_name[0] if by_name else min(programs, key=unlike).name
+
+
 def _channels(pins, declared):
     """The channels of sensor programs: groups of pins value, age and valid."""
     names = {pin.name: pin for pin in pins}
+    programs = [each for each in declared.values() if each.is_of_sensors]
     found = []
     for pin in pins:
-        if not pin.name.endswith(".value") or (pin.owner in declared and pin.owner not in SENSOR_PROGRAMS):
+        if not pin.name.endswith(".value") or (pin.owner in declared and declared[pin.owner] not in programs):
             continue
         stem = pin.name[: -len(".value")]
         if stem + ".age" in names and stem + ".valid" in names:
-            guess = "can_sensor" if stem.startswith("can") else "modbus_sensor"
-            module = pin.owner if pin.owner in SENSOR_PROGRAMS else guess
+            module = _sensor_program(pin.owner, [each.name for each in pins if each.owner == pin.owner], programs)
             parts = ("value", "age", "valid", "fault", "fault-code", "error-count")
             found.append(Channel(stem, module, {part: stem + "." + part for part in parts if stem + "." + part in names}))
     return found

@@ -62,9 +62,7 @@ class Overview(Page):
         set_text(self._waiting, "\n".join("\u25b2 " + text for text in waiting(self.panel.machine, values)))
         faults = []
         for instance in self.panel.machine.instances:
-            if instance.module in ("thermal_displacement", "squareness", "centre_height", "chopping", "thermal_growth_test"):
-                continue
-            if instance.value(values, "fault"):
+            if not instance.is_function and instance.value(values, "fault"):
                 faults.append("%s: %s" % (instance.name, _(instance.sentence(values, "fault-code")) or _("a fault")))
         set_text(self._faults, "\n".join(faults))
 

@@ -6,7 +6,7 @@ HEIGHT, RADIUS, STEP = 0.05, 5, 1  # mm
 
 def check(machinery):
     get, put, unit = machinery.get, machinery.set, machinery.unit
-    settings = {"centre.keyed": True, "centre.method": 1, "centre.cuts": 2, "centre.clearance-angle": 0, "centre.max-sigma": 0.1 * unit}
+    settings = {"centre.keyed": True, "centre.method": 1, "centre.cuts": 2, "centre.clearance-angle": 0, "centre.max-sigma": 0.1 * unit, "centre.largest-burr": 0}
     for index, y in enumerate((STEP, -STEP)):
         settings["centre.cut-diameter-%02d" % index] = 2 * (RADIUS**2 + (y + HEIGHT) ** 2) ** 0.5 * unit
         settings["centre.cut-x-%02d" % index] = RADIUS * unit

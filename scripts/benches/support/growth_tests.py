@@ -19,8 +19,16 @@ SIDES = {-3: "-Z", -2: "-Y", -1: "-X", 1: "+X", 2: "+Y", 3: "+Z"}
 TRUTH = ["growth-test.visit", "growth-test.at-bore", "growth-test.elapsed"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
 
 
-def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=None):
-    """The path of the log of one test; with `truth`, a recording truth.csv lies beside it."""
+# Parts of the highest speed, a cycle of work each: steps, a rest and a cool-down tell the terms of a law apart.
+PLAN = (1, 1, 0, 0.5, 0.5, 1, 0.25, 0)
+FASTEST = 8000  # rpm
+
+
+def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=None, plan=None):
+    """The path of the log of one test; with `truth`, a recording truth.csv lies beside it.
+
+    `plan`: the speeds of the cycles, as parts of the highest; else all are equal, and the test ends when the machine is warm.
+    """
     import plumb
 
     with plumb.Host() as host:
@@ -33,6 +41,8 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=N
             recording = host.record(os.path.join(folder, "truth.csv"), TRUTH, 5)
         if replay:
             host.replay(replay)
+        if plan:
+            follow(host, plan)
         while not host.get("artifact.finished") and host.time < LONGEST:
             host.run(600)
         if truth:
@@ -42,6 +52,17 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=N
     with open(path, "w", encoding="ascii") as file:
         file.write(log_text(seed, records, sensors))
     return path
+
+
+def follow(host, plan):
+    """A cycle of work at each speed of the plan; the test ends with the pass after the last one."""
+    host.set("growth-test.minimum-time", LONGEST)
+    for index, share in enumerate(plan):
+        host.set("artifact.work-speed", share * FASTEST)
+        while host.get("growth-test.cycle-index") <= index:
+            if index == len(plan) - 1:
+                host.set("growth-test.maximum-time", host.time)
+            host.run(60)
 
 
 def read_records(host, folder, period=PERIOD):

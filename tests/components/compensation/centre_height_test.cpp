@@ -562,6 +562,153 @@ TEST_F(CentreHeight, RedundantCutMustAgree) {
     }
 }
 
+// On eight lands the burr is the one that does not fit; on four it is not known which of a pair it is on.
+TEST_F(CentreHeight, BurrIsLeftOutOrReported) {
+    const Lathe lathe;
+    set("stock-diameter", 12);
+    const auto lands = [&](int count, int burred, double burr) {
+        begin(count, two_lands);
+        for (int i = 0; i < count; ++i) {
+            const double y = i % 4 == 0 || i % 4 == 3 ? 1 : -1;
+            place(5, y);
+            pulse("cut-done");
+            enter(2 * lathe.radius(5, y) + (i == burred ? burr : 0));
+        }
+    };
+    for (int burred = 0; burred < 8; ++burred) {
+        SCOPED_TRACE(burred);
+        lands(8, burred, 0.02);
+        EXPECT_EQ(get("rejected-cuts"), 1);
+        EXPECT_EQ(get("rejected-cut"), burred + 1);
+        EXPECT_EQ(get("hold"), 0);
+        EXPECT_NEAR(get("height"), 0.035, 1e-6);
+        EXPECT_EQ(get("move-allowed"), 1);
+    }
+    lands(8, 3, -0.02);
+    EXPECT_EQ(get("rejected-cuts"), 0) << "a burr makes no diameter smaller";
+    expect_held(6);
+    lands(4, 1, 0.02);
+    EXPECT_EQ(get("rejected-cuts"), 0);
+    expect_held(6);
+    const double disagree = get("status-code");
+    EXPECT_NE(disagree, 0);
+    EXPECT_NEAR(get("height"), 0.035, 2 * get("sigma")) << "sigma knows that the cuts disagree";
+    EXPECT_EQ(get("remedy-code"), 1);
+    EXPECT_EQ(get("cuts-needed"), 8);
+    for (const double y : {1.0, -1.0, -1.0, 1.0}) cut(lathe, 5, y);
+    EXPECT_EQ(get("rejected-cut"), 2) << "four more lands decide";
+    EXPECT_NE(get("status-code"), disagree);
+    EXPECT_EQ(get("move-allowed"), 1);
+}
+
+// Nothing shows a burr on one pair.
+TEST_F(CentreHeight, HeightThatAnUnseenBurrCouldHaveMadeMovesNothing) {
+    set("largest-burr", 0.04);
+    set("stock-diameter", 12);
+    set("x-is-radius", 1);
+    set("max-sigma", 1);
+    const auto lands = [&](const Lathe& lathe, int count, double burr) {
+        begin(count, two_lands);
+        for (int i = 0; i < count; ++i) {
+            const double y = i % 4 == 0 || i % 4 == 3 ? 1 : -1;
+            place(5, y);
+            pulse("cut-done");
+            enter(2 * lathe.radius(5, y) + (i == 0 ? burr : 0));
+        }
+    };
+    lands({0, 0}, 2, 0.04);
+    EXPECT_GT(get("height"), 0.04);
+    expect_held(3);
+    EXPECT_EQ(get("verdict-code"), 5) << "cut again";
+    EXPECT_EQ(get("x-allowed"), 0);
+    EXPECT_EQ(get("cuts-needed"), 4);
+    lands({0, 0}, 4, 0.04);
+    expect_held(6);
+    lands({0, 0.2}, 2, 0);
+    EXPECT_EQ(get("move-allowed"), 1) << "no burr makes as much";
+    lands({0, 0.035}, 4, 0);
+    EXPECT_EQ(get("move-allowed"), 1) << "the lands agree";
+    set("sign", 1);
+    set("pass-depth", 0.05);
+    begin(2, two_cuts);
+    cut({0, 0.35}, 5, 0);
+    cut({0, 0.35}, 2.5, 0);
+    EXPECT_EQ(get("move-allowed"), 0);
+    set("largest-burr", 0);
+    pulse("compute");
+    EXPECT_EQ(get("move-allowed"), 1);
+}
+
+// The tip touches the first land again, at another Y; or a third cut there.
+TEST_F(CentreHeight, SignOfTwoCutsByTouchOrByWord) {
+    set("cut-repeatability", 0.0003);
+    set("stock-diameter", 1);
+    for (const double height : {0.03, -0.03}) {
+        SCOPED_TRACE(height);
+        const Lathe lathe{0, height};
+        const auto two = [&](int count) {
+            begin(count, two_cuts);
+            cut(lathe, 0.45, 0);
+            cut(lathe, 0.01, 0);
+        };
+        two(3);
+        const double y = 0.2, radius = lathe.radius(0.45, 0);
+        place(std::sqrt(radius * radius - (y + height) * (y + height)), y);
+        pulse("cut-done");
+        enter(2 * radius);
+        EXPECT_EQ(get("sign-known"), 1);
+        EXPECT_NEAR(get("height"), height, 1e-9);
+        EXPECT_EQ(get("hold-code"), 0);
+        EXPECT_NEAR(get("y-move"), -height, 1e-9);
+        two(3);
+        place(std::sqrt(radius * radius - (y + height) * (y + height)) + (height > 0 ? 0.0146 : -0.0146), y);
+        pulse("cut-done");
+        enter(2 * radius);
+        EXPECT_EQ(get("move-allowed"), 0) << "a touch that fits neither side";
+        set("program-sign", height > 0 ? 1 : -1);
+        two(2);
+        EXPECT_NEAR(get("height"), height, 1e-9);
+        EXPECT_EQ(get("move-allowed"), 1);
+        for (const double word : {2.0, 0.5, std::nan("")}) {
+            set("program-sign", word);
+            pulse("compute");
+            expect_refused(8);
+        }
+        set("program-sign", 0);
+        two(2);
+        expect_held(2);
+    }
+}
+
+// Where the load of the spindle is wired.
+TEST_F(CentreHeight, CutThatTheSpindleDoesNotFeelIsRefused) {
+    set("least-load", 5);
+    const Lathe lathe;
+    const auto cut_with = [&](double load) {
+        set("spindle-load", load);
+        step();
+        set("spindle-load", 2);
+        step();
+        place(5, 1);
+        pulse("cut-done");
+    };
+    begin(2, two_lands);
+    cut_with(8);
+    EXPECT_EQ(get("measure"), 1);
+    enter(2 * lathe.radius(5, 1));
+    cut_with(3);
+    expect_refused(21);
+    EXPECT_EQ(get("measure"), 0);
+    cut_with(std::nan(""));
+    begin(2, two_lands);
+    cut_with(std::nan(""));
+    expect_refused(21);
+    set("at-rest", 1);
+    begin(2, two_lands);
+    cut_with(2);
+    EXPECT_EQ(get("fault"), 0) << "a spring pass";
+}
+
 // Under the cut the work bends away from the tool; in spring passes it does not.
 TEST_F(CentreHeight, HeightAtRestIsToldFromTheOneUnderTheCut) {
     Lathe cutting, at_rest;

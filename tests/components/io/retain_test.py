@@ -722,6 +722,22 @@ class Keeping(unittest.TestCase):
         self.assertIn("plumb-retain: It was started as retain, its former name", machine.said())
         self.assertIn("write: loadusr -Wn retain plumb-retain retain\n", machine.said())
 
+    def test_a_file_that_is_not_there_begins_with_the_name_of_the_machine(self):
+        machine = self.machine()
+        path = os.path.join(self.folder, "panel.toml")
+        line = "loadusr -Wn %s " + RETAIN + " %s --file " + path + ' --machine "%s" --period 0.01'
+        machine.host.command(line % ("panel", "panel", "Plumb mill"))
+        machine.await_pin("panel.restored")
+        with open(path) as file:
+            text = file.read()
+        self.assertIn('machine = "Plumb mill"\npins = []\n', text)
+        machine.host.command("unloadusr panel")
+        machine.until(lambda: path not in processes(), "the end of plumb-retain")
+        machine.host.command(line % ("again", "again", "another"))  # it is not written again
+        machine.await_pin("again.restored")
+        with open(path) as file:
+            self.assertEqual(file.read(), text)
+
     def test_wrong_settings_are_reported_with_file_and_line(self):
         machine = self.machine()
         for number, (lines, words) in enumerate(

@@ -126,12 +126,12 @@ class WithHost(unittest.TestCase):
 class Discovery(WithHost):
     def test_declarations_are_whole(self):
         self.assertEqual(DAMAGED, [])
-        self.assertEqual(set(machine.FUNCTIONS) - set(DECLARED), set())
+        self.assertGreaterEqual(len([each for each in DECLARED.values() if each.role == "compensation"]), 6)
 
     def test_instances_are_found_by_their_owners_and_pins(self):
         found = {each.name: each.module for each in self.machine.instances}
         self.assertEqual(found, {"growth": "thermal_displacement", "square": "squareness", "interlock.0": "interlock"})
-        self.assertEqual(self.machine.instances[0].module, "thermal_displacement", "functions come first")
+        self.assertEqual([each.is_function for each in self.machine.instances], [True, True, False], "functions come first")
 
     def test_inputs_with_a_signal_and_pins_of_records_are_no_settings(self):
         chosen = self.growth.settings()

@@ -360,6 +360,14 @@ class Programs(unittest.TestCase):
         self.assertEqual([channel.name for channel in machine.Machine(pins, DECLARED).channels], ["load"])
 
 
+    def test_a_program_with_another_name_is_known_by_its_pins(self):
+        link = [("line." + part, "s32") for part in ("connected", "heartbeat", "round-trip", "error-count", "fault", "fault-code")]
+        channel = [("line.load." + part, "float") for part in ("value", "age", "valid", "error-count", "fault", "fault-code")]
+        for more, program in (((), "modbus_sensor"), ((("line.frame-count", "s32"),), "can_sensor")):
+            pins = [Pin(name, "line", kind, True, 0.0, "") for name, kind in (*link, *channel, *more)]
+            self.assertEqual([channel.module for channel in machine.Machine(pins, DECLARED).channels], [program])
+
+
 class Chains(unittest.TestCase):
     def setUp(self):
         self.folder = own_folder(self)

@@ -107,8 +107,9 @@ class Window(unittest.TestCase):
         finger.until(lambda: not finger.find("Squareness"), "the page of squareness to go")
         self.host.command("net growth-nan growth.load")
         self.host.set("growth-nan", float("nan"))
+        self.host.command("start")
         finger.press("All components")
-        finger.await_text("growth.load is not a number.")
+        finger.await_text("A fault is active. The load is invalid.")
 
     def test_looks_at_the_pins_keep_no_memory(self):
         program = os.path.join(ROOT, "tests", "programs", "panel_memory.py")
@@ -244,7 +245,7 @@ class Window(unittest.TestCase):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Chopping")
-        finger.await_text("Strokes.")
+        finger.await_text("The axis strokes.")
         finger.press("Stop")
         finger.until(lambda: not self.host.get("chop.active"), "the stop")
         self.assertNotEqual(self.host.get("chop.offset"), 0)
@@ -254,7 +255,7 @@ class Window(unittest.TestCase):
         self.host.command("setp chop.run 0")
         self.host.run(0.1)
         self.host.command("setp chop.run 1")
-        finger.await_text("Strokes.")
+        finger.await_text("The axis strokes.")
         finger.press("To point R")
         finger.press("Move the axis")
         finger.await_text("At rest at point R.")
@@ -398,6 +399,7 @@ class Window(unittest.TestCase):
     def test_the_inputs_and_the_load_are_live(self):
         for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3"):
             self.host.command(line)
+        self.host.set("growth.enable", True)
         finger = self.panel()
         finger.press("Growth of Z")
         finger.until(lambda: finger.find("Load 12.5 %, a contact at 15.5 %"), "the bar of the load")
@@ -417,6 +419,7 @@ class Window(unittest.TestCase):
         self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
         self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
         self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
+        self.host.set("growth.enable", True)
         finger = self.panel()
         finger.press("Sensors")
         finger.await_text("No valid value: modbus-sensor.spindle-load.")

@@ -8,14 +8,15 @@
 namespace plumb {
 namespace {
 
-// Four bores in ten passes: two terms, a constant for each bore, and noise. The second term is zero without
-// `second`.
+// Four bores in ten passes, two a duty: two terms, a constant for each bore, and noise. The second term is
+// zero without `second`.
 GrowthVisits machine(double noise, unsigned seed, bool second = true) {
     std::mt19937 random(seed);
     std::normal_distribution<double> gauss;
     GrowthVisits visits;
     visits.terms.resize(40, 2);
     visits.growth.resize(40);
+    visits.weight.setOnes(40);
     for (int pass = 0; pass < 10; ++pass)
         for (int bore = 0; bore < 4; ++bore) {
             const int row = 4 * pass + bore;
@@ -24,15 +25,15 @@ GrowthVisits machine(double noise, unsigned seed, bool second = true) {
             visits.growth[row] = 0.003 * visits.terms(row, 0) - 0.0005 * visits.terms(row, 1) + 10.0 * bore +
                                  noise * gauss(random);
             visits.groups.push_back(bore);
-            visits.passes.push_back(pass);
+            visits.duties.push_back(pass / 2);
         }
     return visits;
 }
 
-const Eigen::Vector2d large(0.005, 0.005);
+const Eigen::Vector2d usual(0.005, 0.005);
 
 TEST(IdentifiedGrowth, FindsTheLawUnderTheConstantsOfTheBores) {
-    const IdentifiedGrowth found = identified_growth(machine(0, 1), large, 1e-6);
+    const IdentifiedGrowth found = identified_growth(machine(0, 1), usual, 1e-6);
     EXPECT_NEAR(found.value[0], 0.003, 1e-7);
     EXPECT_NEAR(found.value[1], -0.0005, 1e-7);
     EXPECT_LT(found.rest, 1e-6);
@@ -40,13 +41,25 @@ TEST(IdentifiedGrowth, FindsTheLawUnderTheConstantsOfTheBores) {
     EXPECT_GT(found.drift, 0.005);
 }
 
-TEST(IdentifiedGrowth, PredictedRestIsTheNoiseOfADifferenceOfTwoVisits) {
+TEST(IdentifiedGrowth, TheCovarianceIsThatOfTheScatterOfTheCoefficients) {
+    double squares = 0, stated = 0;
+    constexpr int count = 200;
+    for (unsigned seed = 1; seed <= count; ++seed) {
+        const IdentifiedGrowth found = identified_growth(machine(0.001, seed), usual, 1e-6);
+        squares += std::pow(found.value[0] - 0.003, 2) / count;
+        stated += found.covariance(0, 0) / count;
+    }
+    EXPECT_NEAR(std::sqrt(stated / squares), 1, 0.15);
+}
+
+TEST(IdentifiedGrowth, PredictedRestIsTheNoiseOfAVisitOfTheMeanOfTheOthersAndOfTheLaw) {
     double squares = 0;
     for (unsigned seed = 1; seed <= 50; ++seed) {
-        const double rest = identified_growth(machine(0.001, seed), large, 0.001).predicted_rest;
+        const double rest = identified_growth(machine(0.001, seed), usual, 1e-6).predicted_rest;
         squares += rest * rest / 50;
     }
-    EXPECT_NEAR(std::sqrt(squares), 0.001 * std::sqrt(2), 0.0001);
+    EXPECT_GT(std::sqrt(squares), 0.001 * std::sqrt(1 + 1.0 / 8));
+    EXPECT_LT(std::sqrt(squares), 0.001 * std::sqrt(1 + 1.0 / 8 + 0.5));
 }
 
 TEST(IdentifiedGrowth, ALawOfNoiseDoesNotPredict) {
@@ -54,21 +67,40 @@ TEST(IdentifiedGrowth, ALawOfNoiseDoesNotPredict) {
     std::mt19937 random(3);
     std::normal_distribution<double> gauss;
     for (Eigen::Index i = 0; i < visits.growth.size(); ++i) visits.growth[i] = 0.001 * gauss(random);
-    const IdentifiedGrowth found = identified_growth(visits, large, 0.001);
+    const IdentifiedGrowth found = identified_growth(visits, usual, 0.001);
     EXPECT_LT(found.rest, found.drift) << "it always fits";
     EXPECT_GT(found.predicted_rest, found.drift);
 }
 
-TEST(IdentifiedGrowth, ATermThatNothingDeterminesStaysZero) {
-    const IdentifiedGrowth found = identified_growth(machine(0.0005, 1, false), large, 0.001);
+TEST(IdentifiedGrowth, ATermThatNothingDeterminesStaysZeroAndAsUncertainAsBefore) {
+    const IdentifiedGrowth found = identified_growth(machine(0.0005, 1, false), usual, 0.001);
     EXPECT_NEAR(found.value[0], 0.003, 2e-4);
     EXPECT_EQ(found.value[1], 0);
+    EXPECT_NEAR(std::sqrt(found.covariance(1, 1)), usual[1], 1e-9);
 }
 
-TEST(IdentifiedGrowth, OnePassPredictsNothing) {
+TEST(IdentifiedGrowth, AnErrorThatGrowsWithTheTermsIsAShareOfThem) {
     GrowthVisits visits = machine(0, 1);
-    visits.passes.assign(40, 1);
-    EXPECT_TRUE(std::isinf(identified_growth(visits, large, 0.001).predicted_rest));
+    for (Eigen::Index i = 0; i < visits.growth.size(); ++i)  // the coefficient differs by duty
+        visits.growth[i] +=
+            (visits.duties[static_cast<std::size_t>(i)] % 2 == 0 ? 1 : -1) * 0.0009 * visits.terms(i, 0);
+    const IdentifiedGrowth varying = identified_growth(visits, usual, 1e-6);
+    EXPECT_GT(varying.covariance(0, 0), 1e-10);
+    EXPECT_GT(std::hypot(varying.floor, varying.share * 0.008 * 3), varying.predicted_rest)
+        << "five duties are few";
+}
+
+TEST(IdentifiedGrowth, VisitsThatFollowCloselyCountForLess) {
+    GrowthVisits visits = machine(0.001, 5);
+    const double whole = identified_growth(visits, usual, 1e-6).covariance(0, 0);
+    visits.weight.setConstant(0.25);
+    EXPECT_NEAR(std::sqrt(identified_growth(visits, usual, 1e-6).covariance(0, 0) / whole), 2, 0.3);
+}
+
+TEST(IdentifiedGrowth, OneDutyPredictsNothing) {
+    GrowthVisits visits = machine(0, 1);
+    visits.duties.assign(40, 1);
+    EXPECT_TRUE(std::isinf(identified_growth(visits, usual, 0.001).predicted_rest));
 }
 
 }  // namespace

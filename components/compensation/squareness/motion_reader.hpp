@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/squareness/squareness_model.hpp"
+#include "components/compensation/squareness/squareness_settings.hpp"
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstddef>
+
+namespace plumb {
+
+// The motion of the axes and the tool in force, from their pins. An invalid value keeps its last good one.
+class MotionReader {
+public:
+    const SquarenessModel::Motion& motion() const noexcept { return motion_; }
+    const Eigen::Vector3d& tool() const noexcept { return tool_; }  // mu, from the gauge point to the tip
+    bool motion_known() const noexcept { return motion_known_; }
+    bool tool_known() const noexcept { return tool_known_; }
+
+    // Returns whether a position has changed faster than its axis can move, by more than `way`.
+    template <class Axes>
+    bool read_motion(const Axes& axes, const AxisChain& chain, double way) noexcept {
+        bool jumped = false;
+        motion_known_ = true;
+        for (const AxisBranch* branch : {&chain.work, &chain.tool}) {
+            for (const Axis axis : *branch) {
+                const SquarenessAxis& pins = axes[static_cast<std::size_t>(axis)];
+                const double p = pins.position, v = pins.velocity;
+                double& position = motion_.position[coordinate(axis)];
+                double& velocity = motion_.velocity[coordinate(axis)];
+                const double last = position;
+                const bool known =
+                    std::abs(p) <= SquarenessAxis::farthest && std::abs(v) <= SquarenessAxis::farthest;
+                motion_known_ &= known;
+                position = usable(p, SquarenessAxis::farthest, position);
+                velocity = known ? v : 0;
+                jumped |= std::abs(position - last) > way;
+            }
+        }
+        return jumped;
+    }
+
+    template <class Offsets>
+    void read_tool(const Offsets& tool_offset) noexcept {
+        tool_known_ = true;
+        for (int i = 0; i < 3; ++i) {
+            const double offset = tool_offset[i];
+            tool_known_ &= std::abs(offset) <= SquarenessSettings::longest;
+            tool_[i] = -usable(offset, SquarenessSettings::longest, -tool_[i]);
+        }
+    }
+
+private:
+    SquarenessModel::Motion motion_;
+    Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();
+    bool motion_known_ = true, tool_known_ = true;
+};
+
+}  // namespace plumb

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Drawn machines of two structures: a growth test gives the law of each, which axis_growth uses on another day with another duty."""
+
+import os
+import random
+import tempfile
+
+import numpy as np
+
+from support.growth_tests import PLAN, add_axis_growth, law_of, run_test
+from support.recordings import read_columns
+
+PERIOD = 1  # s
+EVERY = 20  # s
+SETTLE = 900  # s until the work zero is set
+WORSE = 1  # um rms
+STRUCTURES = (
+    {"artifact.structure": 0},  # the plant of configs/growth
+    # A head against the spindle, a column that bends, a probe with lobes, and sensors of 1/16 K.
+    {"artifact.structure": 1, "artifact.sensor-quantum": 0.0625, "artifact.probe-pre-travel": 0.015},
+)
+
+
+def draw_duty(seed, duration):
+    """(rpm, s) until the end of the day: another duty than that of the growth test."""
+    draw, speeds, left = random.Random(seed), [], duration
+    while left > 0:
+        time = min(left, draw.uniform(600, 3600))
+        speeds.append((draw.choice((0, draw.uniform(2000, 8000), draw.uniform(2000, 8000))), time))
+        left -= time
+    return speeds
+
+
+def simulate(structure, seed, duration, progress):
+    """By axis: rms without and with the law, share within two sigma, whether it was announced; None if the test gave no law."""
+    settings = STRUCTURES[structure]
+    with tempfile.TemporaryDirectory() as folder:
+        law = law_of(run_test(folder, seed, settings, plan=PLAN))
+        column = work(folder, seed, settings, law, duration, progress)
+    doubt = column["axis-growth.doubt"] > 0.5
+    found = []
+    for axis in "xyz":
+        growth, offset, sigma = (1e3 * column[name % axis] for name in ("artifact.truth-%s-deviation", "axis-growth.%s-offset", "axis-growth.%s-growth-sigma"))
+        growth, offset = growth - growth[0], offset - offset[0]
+        left = growth - offset
+        harmed = np.abs(left) > np.abs(growth) + 1
+        found.append(
+            {
+                "none": growth,
+                "left": left,
+                "covered": float(np.mean(np.abs(left) <= 2 * sigma)),
+                "announced": bool(harmed.any() and np.mean(doubt[harmed]) >= 0.5),
+                "doubt": float(np.mean(doubt)),
+            }
+        )
+    return found
+
+
+def work(folder, seed, settings, law, duration, progress):
+    import plumb
+
+    draw = random.Random(-seed)
+    path = os.path.join(folder, "day.csv")
+    with plumb.Host() as host:
+        host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
+        host.command("loadrt sim_artifact names=artifact")
+        host.command("loadrt axis_growth names=axis-growth")
+        host.set("artifact.seed", seed)
+        for name, value in settings.items():
+            host.set(name, value)
+        host.set("artifact.air-start", draw.uniform(1, 86400))
+        host.set("artifact.air-day", draw.uniform(0.5, 2))
+        host.command("addf artifact.update servo-thread")
+        add_axis_growth(host, law["lines"])
+        host.command("net speed artifact.spindle-speed => axis-growth.spindle-speed")
+        host.command("start")
+        host.run(SETTLE)
+        host.set("axis-growth.zero-set", True)
+        host.run(PERIOD)
+        names = ["axis-growth.doubt"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
+        names += ["axis-growth.%s-%s" % (axis, pin) for axis in "xyz" for pin in ("offset", "growth-sigma")]
+        host.record(path, names, EVERY)
+        for speed, time in draw_duty(seed, duration):
+            host.set("artifact.spindle-speed-cmd", speed)
+            host.run(time)
+            if not progress(time):
+                break
+        return read_columns(path)
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def figures(outcomes):
+    """`outcomes`: what simulate() found, by structure a list over machines."""
+    lines = ["%-14s%6s%24s%24s%14s%10s%10s%12s" % ("structure", "axis", "without, um", "with axis_growth, um", "worse by 1", "unannou.", "doubt", "<= 2 sigma")]
+    lines.append("%-14s%6s%24s%24s" % ("", "", "median   p90   max", "median   p90   max"))
+    spaces = {"none": [], "left": []}
+    for structure, found in outcomes.items():
+        for axis in range(3):
+            its = [machine[axis] for machine in found]
+            sizes = {way: [rms(each[way]) for each in its] for way in ("none", "left")}
+            worse = [each for each, none, left in zip(its, sizes["none"], sizes["left"]) if left > none + WORSE]
+            cells = "".join("%10.1f%6.1f%6.1f  " % (np.median(values), np.percentile(values, 90), max(values)) for values in (sizes["none"], sizes["left"]))
+            lines.append(
+                "%-14d%6s%s%14d%10d%9.0f%%%11.1f%%"
+                % (structure + 1, "XYZ"[axis], cells, len(worse), sum(not each["announced"] for each in worse), 100 * np.mean([each["doubt"] for each in its]), 100 * np.mean([each["covered"] for each in its]))
+            )
+        for way, values in spaces.items():
+            values += [rms(np.linalg.norm([axis[way] for axis in machine], axis=0)) for machine in found]
+    lines.append("")
+    lines.append("in space, rms over all machines: %.1f um without, %.1f um with axis_growth" % (rms(spaces["none"]), rms(spaces["left"])))
+    return lines
