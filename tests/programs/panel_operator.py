@@ -162,7 +162,7 @@ class Operator:
         seen["square"] = self.errors_along_y()
         seen["gate-floor"] = self.host.get("growth.gate-floor")
         finger.open("Growth of Z", "Learn from the next part")
-        seen["morning"] = finger.await_text("a reference of 5 contacts is kept")
+        seen["morning"] = finger.await_text("A reference is kept, and waits for its program.")
         finger.open("All components", "growth")
         finger.press("growth")
         finger.press("gate-floor")
