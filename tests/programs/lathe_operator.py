@@ -29,6 +29,7 @@ class Operator:
         self.host.command("unlinkp centre.value-ready")
         self.host.set("lathe.micrometer", True)
         self.host.set("lathe.micrometer-noise", 0)
+        self.host.set("centre.largest-burr", 0)  # the operator deburrs
         seen["before"] = self.tool()
         self.machine.mdi("T1 M6 G43")
         self.machine.mdi("M3 S1000")

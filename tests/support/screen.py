@@ -11,7 +11,7 @@ import time
 
 NEAR = 30  # px
 PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
-DOUBLE = PATIENCE / 100  # s, of that clock
+DOUBLE = max(0.6, PATIENCE / 100)  # s, of that clock
 
 
 SHOT = """
