@@ -190,11 +190,11 @@ def changes_of_page(count):
         warm = max(1, count // 10)
         for turn in range(count + warm):
             if turn == warm:
-                began, first, used, clock = time.monotonic(), memory(panel.pid), processor_time(panel.pid), host.now()
+                began, first, used, clock = time.monotonic(), memory(panel.pid), processor_time(panel.pid), host.time
             finger.press(names[turn % len(names)])
             between()
         took = time.monotonic() - began
-        print(f"{count} changes of page in {took:.0f} s, {(host.now() - clock) / took:.1f} times the clock: memory {first:.1f} MB -> {memory(panel.pid):.1f} MB, "
+        print(f"{count} changes of page in {took:.0f} s, {(host.time - clock) / took:.1f} times the clock: memory {first:.1f} MB -> {memory(panel.pid):.1f} MB, "
               f"{1000 * (memory(panel.pid) - first) / count:.1f} kB a change, processor {100 * (processor_time(panel.pid) - used) / took:.1f} %")
         panel.close()
 
