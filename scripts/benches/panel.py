@@ -161,10 +161,53 @@ def bench(seconds):
     return all(found[name] <= limit for name, limit in LIMITS.items())
 
 
+def changes_of_page(count):
+    """A finger goes through the pages that often, while the machine runs at ten times the clock. Prints growth and processor time."""
+    import tempfile
+
+    import plumb
+
+    sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
+    from screen import Finger
+
+    with screen() as display, plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-bench-") as folder:
+        host.load(CONFIG)
+        host.command("start")
+        host.run(60)
+        around = Around(display)
+        widgets = os.path.join(folder, "widgets.json")
+        panel = Panel(host, around, display, "--widgets", widgets, "--period", "100")
+        last = [time.monotonic()]
+
+        def between():
+            now = time.monotonic()
+            host.run(min(2.0, 10 * (now - last[0])))
+            last[0] = now
+            time.sleep(0.02)
+
+        finger = Finger(display, widgets, between)
+        names = ("Overview", "Growth of Z", "All components", "Changes")
+        warm = max(1, count // 10)
+        for turn in range(count + warm):
+            if turn == warm:
+                began, first, used, clock = time.monotonic(), memory(panel.pid), processor_time(panel.pid), host.time
+            finger.press(names[turn % len(names)])
+            between()
+        took = time.monotonic() - began
+        print(f"{count} changes of page in {took:.0f} s, {(host.time - clock) / took:.1f} times the clock: memory {first:.1f} MB -> {memory(panel.pid):.1f} MB, "
+              f"{1000 * (memory(panel.pid) - first) / count:.1f} kB a change, processor {100 * (processor_time(panel.pid) - used) / took:.1f} %")
+        panel.close()
+
+
 def main():
     parser = new_parser("panel", __doc__)
     parser.add_argument("--for", dest="seconds", type=whole(1, 3600), default=20, metavar="SECONDS", help="measure each page for so long (default: 20)")
+    parser.add_argument("--changes", type=whole(1, 100000), metavar="COUNT", help="change the page that often instead, with the machine at ten times the clock")
     options = parser.parse_args()
+    if options.changes:
+        with errors_reported():
+            changes_of_page(options.changes)
+        return
     with errors_reported():
         good = bench(options.seconds)
     sys.exit(0 if good else 1)

@@ -38,7 +38,7 @@ class Days(unittest.TestCase):
         self.assertIn("refused", self.days[0]["refused"])
 
     def test_a_machine_that_is_off_corrects_no_tilt(self):
-        self.assertIn("The machine is off. Nothing is corrected.", self.days[0]["off"])
+        self.assertIn("The machine is off. Turn the machine on.", self.days[0]["off"])
 
     def test_nothing_moves_an_axis_in_a_paused_program_but_switching_off_which_says_how_far(self):
         self.assertIn("refused", self.days[0]["paused"])

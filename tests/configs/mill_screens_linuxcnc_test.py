@@ -18,7 +18,9 @@ class Screens(unittest.TestCase):
         ini = linuxcnc_runs.with_operator(os.path.join(machine, name + ".ini"), "screen_operator.py " + name)
         seen = linuxcnc_runs.work_screen(folder, ini, Screen(self).display, speed=2)
         self.assertIn("refused", seen["refused"])
-        self.assertIn("The machine is off. Nothing is corrected.", seen["off"])
+        self.assertIn("0.025", seen["changes"])
+        self.assertEqual(seen["old question"], "")
+        self.assertIn("The machine is off. Turn the machine on.", seen["off"])
 
     def test_in_gmoccapy_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("gmoccapy")

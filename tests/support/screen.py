@@ -11,7 +11,7 @@ import time
 
 NEAR = 30  # px
 PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
-DOUBLE = PATIENCE / 100  # s, of that clock
+DOUBLE = max(0.6, PATIENCE / 100)  # s, of that clock
 
 
 SHOT = """
@@ -107,9 +107,12 @@ class Finger:
             if place["scrolled"]:
                 self._do("mousemove", place["x"] + place["width"] // 2, sum(place["view"]) // 2, "click", "5" if place["scrolled"] > 0 else "4")
             self.rest()
+        self._press_place(name, place)
+
+    def _press_place(self, name, place):
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
         former, its_x, its_y, when = self._pressed
-        while former != name and abs(x - its_x) < NEAR and abs(y - its_y) < NEAR and time.monotonic() - when < DOUBLE:
+        while former not in (name, "") and abs(x - its_x) < NEAR and abs(y - its_y) < NEAR and time.monotonic() - when < DOUBLE:
             self._between()  # the panel would take it for the second half of a double press
         self._pressed = (name, x, y, time.monotonic())
         self.press_at(x, y)
@@ -117,8 +120,9 @@ class Finger:
     def press_answer(self, name):
         """The button of a question, which may have the name of a button above it."""
         self.rest()
+        self._pressed = (name, *self._pressed[1:])
         place = max((each for each in self.widgets() if each["kind"] == "Button" and each["name"] == name), key=lambda each: each["y"])
-        self.press_at(place["x"] + place["width"] // 2, place["y"] + place["height"] // 2)
+        self._press_place(name + "?", place)
 
     def end(self):
         """Ends the panel of this finger."""

@@ -60,7 +60,8 @@ class CentreHeightPage(FunctionPage):
         return [*begin, *[its[0] for its in self._next.values()], interrupt]
 
     def _y(self):
-        return self.get(self.panel.values, "y-position-%d" % self.get(self.panel.values, "post"), 0.0)
+        """Of this moment: values of the last look may be those before a move."""
+        return self.panel.hal.get(self.instance.full("y-position-%d" % self.get(self.panel.values, "post")))
 
     def _end_cut(self):
         self._ys[self.get(self.panel.values, "cut-number") + 1] = self._y()

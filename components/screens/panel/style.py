@@ -21,6 +21,7 @@ CSS = """
 .plumb button:checked, .plumb button.chosen {{ background: {pick}; border: 2px solid {good}; }}
 .plumb button:disabled label {{ color: {soft}; }}
 .plumb button.key {{ font-size: 24px; font-weight: bold; }}
+.plumb button.narrow {{ font-size: 15px; padding: 2px 3px; }}
 .plumb button.main {{ background: {pick}; border: 2px solid {good}; font-weight: bold; }}
 .plumb button.row {{ background: {card}; border: 0; border-bottom: 1px solid {line}; border-radius: 0; padding: 6px 10px; }}
 .plumb .good, .plumb .good label {{ color: {good}; }}

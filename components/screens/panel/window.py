@@ -66,6 +66,8 @@ class Window:
         for place, its in reversed(list(enumerate(self._navigation))):  # a grid goes through them backwards
             self._names.attach(its, place % ROW if narrow else 0, place // ROW if narrow else place, 1, 1)
             its.set_hexpand(True)
+            context = its.get_style_context()
+            (context.add_class if narrow else context.remove_class)("narrow")
         self._names.show_all()
 
     def _theme(self):

@@ -193,7 +193,7 @@ class Window(unittest.TestCase):
         finger.until(lambda: abs(self.host.get("chop.override") - 1.1) < 1e-9, "two steps by two presses")
 
     def test_moves_that_have_changed_are_asked_again(self):
-        self.set_square("setp square.axis-direction 0", "setp square.ea0y -0.0001", "setp square.y-position 100", "setp square.all-homed 1",
+        self.set_square("setp square.axis-direction 0", "setp square.ea0y -0.0001", "setp square.z-position 100", "setp square.all-homed 1",
                         "setp square.enable 1", "setp square.max-rate 5")
         finger = self.panel()
         self.host.run(2)
@@ -202,7 +202,7 @@ class Window(unittest.TestCase):
         finger.type("0")
         finger.press("Save")
         announced = finger.await_text("It moves: ")
-        self.host.command("setp square.y-position -200")
+        self.host.command("setp square.z-position -200")
         self.host.run(2)
         finger.press_answer("Save")
         again = finger.await_text("The moves have changed.")
