@@ -91,7 +91,7 @@ class Operator:
             if land == 1:
                 first = wrong
                 seen["one entry"] = finger.await_text("which a tool on centre leaves")
-            elif lands == 4 and land > 2:
+            elif land == 3:
                 seen["twin"] = finger.await_text("at the same Y")
             self.shot("lathe_diameter.png")
             finger.press("Enter")
