@@ -18,6 +18,7 @@ struct HeightVerdict {
     Remedy remedy = Remedy::none;
     int cuts_needed = 0;  // 0 if no number of cuts is asked for
     bool y_moves = false, x_changes = false;
+    bool x_alone_unsure = false;  // no Y waits for it
 
     struct Asked {
         KnownError y, x;
@@ -42,12 +43,14 @@ struct HeightVerdict {
         // X turns the programmed diameter at the height that a tool has until it is shimmed, on either side.
         const bool height_stays = asked.without_y && (asked.hold == Hold::shim || asked.hold == Hold::sign);
         const bool y_answered = y_centred || its.y_moves || height_stays;
+        its.x_alone_unsure = height_stays && asked.x_asked && !x_centred && !asked.x.significant();
         its.x_changes = asked.x_asked && asked.automatic && asked.x.significant() &&
                         asked.x.size <= asked.largest_x &&
                         (y_answered || asked.hold == Hold::insignificant) && (its.y_moves || !x_centred);
         its.verdict = its.y_moves && its.x_changes                      ? Verdict::both
                       : its.y_moves                                     ? Verdict::y
                       : its.x_changes                                   ? Verdict::x
+                      : its.x_alone_unsure                              ? Verdict::unsure
                       : !y_centred && asked.hold != Hold::insignificant ? Verdict::held
                       : !y_centred || !x_centred
                           ? (y_centred && asked.x.significant() ? Verdict::held : Verdict::unsure)
@@ -61,6 +64,12 @@ struct HeightVerdict {
                       std::size_t most) noexcept {
         if (verdict != Verdict::unsure && asked.hold != Hold::disagreement && asked.hold != Hold::sigma)
             return;
+        // A third cut shows whether one of the first two has a burr.
+        if (x_alone_unsure && now.method == Method::two_cuts) {
+            remedy = cuts == 2 && asked.x.bias > 0 ? Remedy::more_cuts : Remedy::finer;
+            cuts_needed = remedy == Remedy::more_cuts ? 3 : 0;
+            return;
+        }
         const bool goes_on = now.method == Method::two_lands || now.method == Method::any_cuts;
         double count = 0;
         if (asked.hold == Hold::disagreement) {

@@ -437,7 +437,24 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     EXPECT_NEAR(get("height-size"), 0.4, 1e-9);
     EXPECT_EQ(get("verdict-code"), 4);
     ASSERT_EQ(get("x-allowed"), 1) << "X needs no sign";
-    lathe.tip_x += get("x-correction");
+    const double correction = get("x-correction");
+
+    set("largest-burr", 0.04);
+    begin(2, two_cuts);
+    cut(lathe, 5, 0);
+    cut(lathe, 0.6, 0);
+    expect_held(2);
+    EXPECT_EQ(get("x-allowed"), 0) << "a burr could have made it";
+    EXPECT_EQ(get("verdict-code"), 5);
+    EXPECT_EQ(get("remedy-code"), 1);
+    EXPECT_EQ(get("cuts-needed"), 3);
+    cut(lathe, 0.5, 0);
+    EXPECT_EQ(get("verdict-code"), 4) << "the third cut shows that there is no burr";
+    EXPECT_EQ(get("cuts-needed"), 0);
+    ASSERT_EQ(get("x-allowed"), 1);
+    EXPECT_NEAR(get("x-correction"), correction, 1e-12);
+    set("largest-burr", 0);
+    lathe.tip_x += correction;
     EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
 
     const double shim = 1;  // below the tool for the second land: its position of Y
