@@ -14,8 +14,9 @@ from tree import BUILD, ROOT, own_folder
 from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
 
-# A tip 0.02 mm too far out and 0.4 mm too low: diameters of cuts at X 5 and 0.6, as a radius in millimetres.
-DIAMETERS = [2 * math.hypot(x + 0.02, 0.4) for x in (5, 0.6)]
+# A tip further out than largest-burr of its settings explains, and 0.4 mm too low: diameters of cuts at X 5 and 0.6, in millimetres.
+OUT = 0.1
+DIAMETERS = [2 * math.hypot(x + OUT, 0.4) for x in (5, 0.6)]
 LATHE = """\
 G18 G21 G8 G90 G94
 T1 M6 G43
@@ -50,7 +51,7 @@ class Lathe(unittest.TestCase):
         self.assertIn("X of the tool is wrong. M454 stores X; Y stays.", done.stdout + done.stderr)
         self.assertIn("M455 moves Y, which this machine does not have", done.stdout + done.stderr)
         stored = float(re.search(r"X\+?([\d.]+)", read(os.path.join(folder, "tool.tbl")))[1])
-        expected = 1 + (math.sqrt(5**2 - 0.4**2) - 5.02) / 25.4  # the tip that turns 10 mm at this height
+        expected = 1 + (math.sqrt(5**2 - 0.4**2) - 5 - OUT) / 25.4  # the tip that turns 10 mm at this height
         self.assertAlmostEqual(stored, expected, delta=2e-6)
 
 
