@@ -39,7 +39,11 @@ std::map<std::string, const Command*>& Command::all() {
 namespace {
 
 constexpr const char* prefix = "plumb-";
-constexpr const char* host_program = "plumb-host";  // the programs of LinuxCNC start it
+
+// The programs of LinuxCNC start the host, and HAL files start plumb-retain: they are no commands.
+bool is_command(const std::string& program) {
+    return program.rfind(prefix, 0) == 0 && program != "plumb-host" && program != "plumb-retain";
+}
 
 // The manual pages of all commands that are built, in the form of SEE ALSO.
 std::string pages_of_commands() {
@@ -47,8 +51,7 @@ std::string pages_of_commands() {
     for (const auto& command : Command::all()) names.insert(command.first);
     std::istringstream products(PLUMB_PROGRAMS);
     for (std::string product; std::getline(products, product, ',');)
-        if (product.rfind(prefix, 0) == 0 && product != host_program)
-            names.insert(product.substr(std::strlen(prefix)));
+        if (is_command(product)) names.insert(product.substr(std::strlen(prefix)));
     std::string pages;
     for (const std::string& name : names) pages += ".BR plumb\\-" + name + " (1),\n";
     return pages;
@@ -76,7 +79,7 @@ std::map<std::string, fs::path> programs() {
     std::error_code unreadable;
     for (const fs::directory_entry& entry : fs::directory_iterator(own_folder(), unreadable)) {
         const std::string name = entry.path().filename().string();
-        if (name.rfind(prefix, 0) == 0 && name != host_program && access(entry.path().c_str(), X_OK) == 0)
+        if (is_command(name) && access(entry.path().c_str(), X_OK) == 0)
             found[name.substr(std::strlen(prefix))] = entry.path();
     }
     return found;
@@ -116,7 +119,7 @@ int run(int argc, char** argv) {
     const std::string name = argc > 1 ? argv[1] : "";
     const auto built_in = Command::all().find(name);
     if (built_in != Command::all().end()) return built_in->second->run(argc - 1, argv + 1);
-    if (name.find('/') == std::string::npos && prefix + name != host_program) {
+    if (name.find('/') == std::string::npos && is_command(prefix + name)) {
         const fs::path program = own_folder() / (prefix + name);
         if (!name.empty() && name[0] != '-') {
             execv(program.c_str(), argv + 1);

@@ -69,7 +69,7 @@ from plumb_linuxcnc import Machine
 
 seed, seconds, lines = int(sys.argv[-3]), float(sys.argv[-2]), int(sys.argv[-1])
 draw = random.Random(seed)
-SERVICES = {0: "plumb-retain", 1: "linuxcnc_link", 4: "task", 5: "io"}
+SERVICES = {0: "retain", 1: "linuxcnc_link", 4: "task", 5: "io"}
 
 late = 0
 

@@ -66,6 +66,9 @@ def own_modules(text):
     return {name for name in re.findall(r"loadrt +(\w+)", text) if os.path.exists(os.path.join(BUILD, "modules", name + ".so"))}
 
 
+SOURCES = {"thermal_growth_test": "thermal_growth"}  # a file NAME_test would be taken for a test
+
+
 class Needs(unittest.TestCase):
     """Each bench states the targets and the packages that it needs."""
 
@@ -108,7 +111,7 @@ class Needs(unittest.TestCase):
             texts = [text_of(path) for path in paths]
             for machine in set(re.findall(r'"configs", "(\w+)", "bench\.hal"', "".join(texts))):
                 texts.append(text_of(os.path.join(ROOT, "configs", machine, "bench.hal")))
-            needed = {module + ".cpp" for module in own_modules("".join(texts))} | {"plumb_host.cpp"}
+            needed = {SOURCES.get(module, module) + ".cpp" for module in own_modules("".join(texts))} | {"plumb_host.cpp"}
             if re.search(r"\b(results_of|law_of)\b", texts[0]):
                 needed.add("plumb_growth.cpp")
             self.assertEqual(needed - {os.path.basename(source) for source in self.sources(name)}, set(), name)

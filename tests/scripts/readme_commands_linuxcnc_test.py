@@ -110,6 +110,7 @@ COMMANDS = {
     },
     "components/screens/README.md": {
         "plumb panel": Tested("tests/components/screens/panel_window_test.py", '"plumb-panel"'),
+        "scripts/panel-pictures FOLDER": LONG,
         "python3 tests/support/panel_texts.py build": Run("."),
     },
     # The tables of claims: the benches of a page take at most 4 s.
@@ -162,6 +163,7 @@ COMMANDS = {
         "plumb run --speed 10 -- linuxcnc -r lathe.ini": Run(then="grep -q '^T1 .* Y-0' tool.tbl"),
         "plumb bench bench.hal ...": Run(then="test -s lathe.csv"),
         "plumb run -- linuxcnc axis.ini": Started("lathe/axis.ini"),
+        "halcmd setp ...": Tested("tests/programs/lathe_scenario.py", "self.lines_of_readme("),
         "plumb bench configs/lathe/by_hand.hal ...": Run(".", then="grep -q '^1,-0.03' height.csv"),
     },
     "configs/mill/README.md": {
@@ -215,6 +217,7 @@ COMMANDS = {
         "scripts/bench trust --seeds ...": Run(".", change=("--seeds 40", "--seeds 1 --for 10min --output trust")),
         "scripts/bench mill": bench("mill"),
         "scripts/bench growth": Tested("tests/scripts/growth_bench_test.py", "growth.bench(machines"),
+        "scripts/bench growth --curve FILE ...": Tested("tests/scripts/growth_bench_test.py", "growth_curves.read_curve("),
         "scripts/bench growth_faults": LONG,  # with one machine, too: nine faults
         "scripts/bench mill_growth": LONG,  # with one machine, too: six tests
         "scripts/bench axis_growth": Run(".", change=("axis_growth", "axis_growth --seeds 1 --for 10min")),

@@ -22,10 +22,10 @@ OTHERS = {
     "Farthest beyond": "components/compensation/chopping/README.md",
     "CNC machine thermal growth characterization": "the title of a paper",
 }
-# Titles of pages on which a value is entered; they belong to the page Centre height.
+# Titles of pages on which a value is entered; they belong to the pages Centre height, Squareness and Chopping.
 FORMS = {"Begin: {method}", "Diameter of the cut", "Radius of the cut", "To which side does the + end of {axis} lean?", "Diagonals of a part",
          "Probed square or ring", "Square and indicator: which axis moves?", "Square and indicator: where does the plunger point?",
-         "Square and indicator: readings"}
+         "Square and indicator: readings", "Ends and start of the strokes", "Sections of the stroke", "Section {number}"}
 
 
 def message_texts():
@@ -103,7 +103,7 @@ class Claims(unittest.TestCase):
 
     FUNCTIONS = [name for name in panel_texts.of_role(BUILD, "compensation") if name not in ("axis_growth",)]  # in the table of thermal_growth_test
     # Rows without a command: no part of Plumb does it.
-    UNSHOWN = {"centre_height": ["The height is worked out elsewhere and entered"]}
+    UNSHOWN = {"centre_height": ["The height is worked out elsewhere and entered", "Both tools cutting at once", "A height for each Z of a guide bush"]}
 
     def tables(self):
         for function in self.FUNCTIONS:

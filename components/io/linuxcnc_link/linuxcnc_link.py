@@ -153,7 +153,7 @@ class Message:
         if not isinstance(table, dict):
             fail("it is no table")
         for key in table:
-            if key not in ("pin", "text", "kind", "codes", "on-panel", "translated"):
+            if key not in ("pin", "text", "kind", "codes", "except", "on-panel", "translated"):
                 fail("unknown key '%s'" % key)
         for key in ("pin", "text"):
             if not isinstance(table.get(key), str) or not table[key]:
@@ -185,6 +185,12 @@ class Message:
         for code, text in (self.codes or {}).items():
             if not isinstance(text, str):
                 fail("codes: %d has no text" % code)
+        self.left_out = table.get("except", [])  # codes that other messages tell
+        if not isinstance(self.left_out, list):
+            fail("except is no list of codes")
+        for code in self.left_out:
+            if type(code) is not int or code not in (self.codes or {}):
+                fail("except: %s is none of its codes" % (code,))
         if (self.codes is not None) != ("{code}" in self.text):
             fail("{code} in the text and codes belong together")
         for text in map(self._composed, self.codes or [0]):
@@ -224,7 +230,7 @@ class Message:
             return None
         code = component[self.pin + "-code"] if self.codes is not None else 0
         now = code if component[self.pin] else None
-        if self.only_listed and now not in self.codes:
+        if now in self.left_out or self.only_listed and now not in self.codes:
             now = None
         news = now is not None and now != self.seen
         self.seen = now
