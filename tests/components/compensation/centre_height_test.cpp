@@ -471,7 +471,8 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     begin(4, two_lands);
     for (const double y : {0.0, shim, shim, 0.0}) cut(lathe, 5, y);
     EXPECT_NEAR(get("height"), 0, 1e-9);
-    EXPECT_EQ(get("verdict-code"), 4) << "at the new height X is wrong by as much as it had to be wrong before";
+    EXPECT_EQ(get("verdict-code"), 4)
+        << "at the new height X is wrong by as much as it had to be wrong before";
     lathe.tip_x += get("x-correction");
     EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
 }
