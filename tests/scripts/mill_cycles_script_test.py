@@ -40,7 +40,7 @@ def complaints(*rows):
 
 class Agreement(unittest.TestCase):
     def test_a_contact_that_was_met_found_and_accepted_agrees(self):
-        outcome = judge(SECOND, dict(met=2), dict(found=2, accepted=1, displacement=23, sigma=1), END)
+        outcome = judge(SECOND, dict(met=2), dict(found=2, accepted=1, estimate=23, sigma=1), END)
         self.assertEqual(outcome.complaints, [])
         self.assertEqual((outcome.cycles, outcome.learnt), (2, 1))
         learnt, contact = outcome.approaches
@@ -87,7 +87,7 @@ class Agreement(unittest.TestCase):
         self.assertIn("is refused", complaints(dict(SECOND, refused=1), END)[0])
 
     def test_a_correction_where_the_tool_met_nothing_is_wrong(self):
-        outcome = judge(SECOND, dict(found=2, accepted=1, displacement=1), END)
+        outcome = judge(SECOND, dict(found=2, accepted=1, estimate=1), END)
         self.assertEqual([a.excess for a in mill_cycles.wrong(outcome.approaches)], [math.inf])
 
     def test_a_contact_where_none_is_looked_for_is_noticed(self):

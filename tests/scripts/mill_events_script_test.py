@@ -31,7 +31,7 @@ class Contacts(unittest.TestCase):
             recording(
                 LEARN,
                 dict(cycle=2, contacts=2, growth=25),
-                dict(found=2, accepted=1, displacement=23, sigma=1, gate=15),
+                dict(found=2, accepted=1, estimate=23, sigma=1, gate=15),
             )
         )
         self.assertTrue(contact.found and contact.accepted)
@@ -45,7 +45,7 @@ class Contacts(unittest.TestCase):
                     LEARN,
                     dict(cycle=2, offset=15),
                     dict(contacts=2, growth=25, event=2),
-                    dict(found=2, accepted=1, displacement=displacement, sigma=1),
+                    dict(found=2, accepted=1, estimate=displacement, sigma=1),
                 )
             )
             self.assertEqual([c.event for c in mill_events.wrong(contacts)], [2] * wrong)
@@ -55,14 +55,14 @@ class Contacts(unittest.TestCase):
             recording(
                 LEARN,
                 dict(cycle=2, contacts=2, growth=5, gate=20),
-                dict(found=2, accepted=1, displacement=30, gate=15),
+                dict(found=2, accepted=1, estimate=30, gate=15),
             )
         )
         self.assertEqual(contact.excess, 30 - 20)
 
     def test_contact_where_the_tool_met_nothing_is_wrong_when_accepted(self):
         contacts = mill_events.read_contacts(
-            recording(LEARN, dict(cycle=2, found=2, accepted=1, displacement=1, happening=1))
+            recording(LEARN, dict(cycle=2, found=2, accepted=1, estimate=1, happening=1))
         )
         self.assertEqual([(c.event, c.excess) for c in mill_events.wrong(contacts)], [(1, math.inf)])
 
@@ -76,9 +76,9 @@ class Contacts(unittest.TestCase):
                 LEARN,
                 dict(contacts=2, found=2, growth=8),
                 dict(cycle=2, contacts=3, growth=25),
-                dict(found=3, accepted=1, displacement=20),
+                dict(found=3, accepted=1, estimate=20),
                 dict(contacts=4, growth=26),
-                dict(found=4, accepted=2, displacement=18),
+                dict(found=4, accepted=2, estimate=18),
             )
         )
         self.assertEqual([contact.error for contact in contacts], [0, 0])

@@ -64,7 +64,7 @@ NUMBERS = {
 LENGTHS = {
     "growth": "mill.truth-growth",
     "offset": "mill.applied-offset",
-    "displacement": "growth.displacement",
+    "estimate": "growth.growth-estimate",
     "sigma": "growth.displacement-sigma",
     "gate": "growth.gate",
 }
@@ -85,7 +85,7 @@ class Approach:
     found: int = 0  # contacts that thermal_displacement found
     verdict: str = ""  # on the last one: learnt, accepted, rejected, unexpected
     code: int = 0  # of a rejection
-    error: float = 0  # of the displacement, when it was accepted: it minus the growth
+    error: float = 0  # of the growth that is applied, when it was accepted: it minus the true growth
     excess: float = -np.inf  # by how much more than gate + 3 sigma the correction went wrong
 
 
@@ -224,7 +224,7 @@ class Ledger:
             self._complain(now, f"rejected by a code without a name, {approach.code}")
         if approach.verdict == "accepted":
             growth = now["growth"] - self._growth.get(approach.key, np.nan)
-            approach.error = now["displacement"] - growth
+            approach.error = now["estimate"] - growth
             worse = abs(approach.error) - abs(now["before"]["offset"] - growth)
             approach.excess = worse - now["before"]["gate"] - 3 * now["sigma"]
             if np.isnan(growth) or not approach.met:  # a correction from nothing is as wrong as can be

@@ -33,13 +33,13 @@ COLUMNS = {
     "growth": "mill.truth-contact-growth",
     "happening": "program.truth-event",
     "offset": "mill.applied-offset",
-    "displacement": "growth.displacement",
+    "estimate": "growth.growth-estimate",
     "sigma": "growth.displacement-sigma",
     "gate": "growth.gate",
     "found": "growth.contacts",
     "accepted": "growth.contacts-accepted",
 }
-LENGTHS = ("growth", "offset", "displacement", "sigma", "gate")
+LENGTHS = ("growth", "offset", "estimate", "sigma", "gate")
 
 
 @dataclasses.dataclass
@@ -50,7 +50,7 @@ class Contact:
     event: int  # under way; 0 for none
     found: bool = False
     accepted: bool = False
-    error: float = 0  # of the displacement, when it was accepted: it minus the growth
+    error: float = 0  # of the growth that is applied, when it was accepted: it minus the true growth
     excess: float = 0  # by how much more than gate + 3 sigma the correction went wrong; negative is well
 
 
@@ -80,7 +80,7 @@ def read_contacts(recording):
             true_contact.found = True
             if now["accepted"] > before["accepted"]:
                 true_contact.accepted = True
-                true_contact.error = now["displacement"] - growth
+                true_contact.error = now["estimate"] - growth
                 worse = abs(true_contact.error) - abs(before["offset"] - growth)
                 true_contact.excess = worse - before["gate"] - 3 * now["sigma"]
                 if np.isnan(growth):  # a correction from nothing is as wrong as can be
