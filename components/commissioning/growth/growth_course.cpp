@@ -37,7 +37,7 @@ bool ends_with(std::string_view text, std::string_view end) {
     return text.size() > end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-// What a column of a CSV file is.
+// The quantity and the unit of a column of a CSV file.
 struct Column {
     enum Kind { nothing, time, speed, temperature, growth } kind = nothing;
     double unit = 1;  // s, or mm

@@ -47,7 +47,7 @@ GrowthCourse course_of(const GrowthLog& log);
 // Throws std::runtime_error with file, line and reason.
 GrowthCourse read_growth_course(const std::string& file);
 
-// What a file begins with tells a log from a course.
+// Whether the file begins as a log of thermal_growth_test does; otherwise it is a course.
 bool is_growth_log(const std::string& file);
 
 }  // namespace plumb::commissioning

@@ -26,8 +26,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Sensor = GrowthCourse::Sensor;
 
-// What is known of a coefficient beforehand: steel of a metre grows by 11.5 um/K, aluminium by 23. What a
-// common change leaves between the tip and the work is small.
+// Usual sizes of the coefficients: a metre of steel grows by 11.5 um/K, a metre of aluminium by 23. A common
+// change moves the tip and the work alike, and leaves a small difference.
 constexpr double usual_growth = 0.010, usual_common = 0.003;  // mm/K
 constexpr double usual_slope = 12e-6;                         // 1/K
 constexpr double usual_by_speed = 0.05;                       // mm
@@ -37,7 +37,7 @@ constexpr double most_growth = 0.020, most_slope = 30e-6, most_by_speed = 0.15;
 constexpr double least_travel = 20;    // mm, of bores whose places determine a slope
 constexpr double value_sigma = 0.001;  // mm
 constexpr double least_warming = 1;    // K
-constexpr double lasts = 1800;         // s, what a law leaves of slow growth
+constexpr double lasts = 1800;         // s, for which a residual of slow growth lasts
 constexpr double cost = 1.3;           // by which a term has to improve the prediction
 constexpr double cost_of_speed = 2;    // the same: friction depends on grease, preload and load
 constexpr double determined = 2;       // a coefficient by its sigma, where there are several
@@ -50,7 +50,7 @@ struct Data {
     std::vector<GrowthCourse::Value> values;
     std::vector<double> weight;
     std::vector<int> duty;
-    std::vector<Sensor> sensors;  // without that of the structure
+    std::vector<Sensor> sensors;  // without the sensor of the structure
     std::optional<Sensor> structure, artifact;
     bool turned = false;
     double cold = 0;  // s, when the machine was cold
@@ -64,7 +64,7 @@ struct Data {
     double common(double time) const { return value_at(structure->samples, time) - reference(*structure); }
 };
 
-// What the law of one axis contains.
+// The terms of the law of one axis.
 struct Form {
     std::vector<std::size_t> sensors;
     bool slope = false, speed = false;
@@ -365,8 +365,8 @@ std::vector<std::vector<std::size_t>> choices(std::size_t sensors, std::size_t m
     return all;
 }
 
-// The laws of the axes, that with the largest drift first: the sensors of all are at most those of
-// axis_growth. The time constants of the spindle are common to them.
+// Chooses the laws of the axes, beginning with the axis of the largest drift. All axes together use at most
+// as many sensors as axis_growth has. The time constants of the spindle are common to them.
 Laws choose(const Data& data, double power) {
     const std::size_t places = GrowthLaw::sensors - (data.structure ? 1 : 0);
     const auto subsets = choices(data.sensors.size(), data.sensors.size() > 3 ? 2 : 3);
