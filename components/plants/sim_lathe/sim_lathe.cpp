@@ -4,6 +4,8 @@
 #include "components/math/blocks/random.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "components/plants/sim_lathe/lathe_gauge.hpp"
+#include "components/plants/sim_lathe/other_tool.hpp"
 #include "components/plants/sim_lathe/turned_stock.hpp"
 #include "hal/component.hpp"
 #include "pages/sim_lathe.page.hpp"
@@ -13,84 +15,6 @@
 #include <cstdint>
 
 namespace plumb {
-
-// Measures a land: a laser gauge, or an operator with a micrometer who may make a slip.
-struct LatheGauge final : hal::Group {
-    using Group::Group;
-
-    hal::In<bool> measure{this, "measure", false, "A rising edge asks for the diameter."};
-    hal::In<double> gauge_time{this, "gauge-time", 0.5, "s", "Time until the diameter is there."};
-    hal::In<bool> micrometer{this, "micrometer", false, "An operator measures with a micrometer."};
-    hal::In<std::int32_t> slip{this, "slip", 0,
-                               "Slip of the operator: 1 the radius, 2 inches, 3 the land before, 4 mm."};
-    hal::In<double> beam_size{this, "beam-size", 20, "mu", "Width of a rectangular beam, radius of a round."};
-    hal::In<bool> beam_round{this, "beam-round", false, "The beam is round, not rectangular."};
-    hal::In<double> beam_height{this, "beam-height", 2, "mu", "Rectangular beam along the work."};
-    hal::In<double> beam_offset{this, "beam-offset", 0, "mu",
-                                "Distance from the middle of the beam to the middle of the work."};
-
-    Drawn laser_noise{this, "laser-noise", 0.0003, 0.0001, 0.0005, "mu", "Noise of the laser"};
-    Drawn linearity{this, "linearity", 0.0007, 0.0005, 0.001, "mu", "Amplitude of its nonlinearity"};
-    Drawn micrometer_noise{this, "micrometer-noise", 0.0015, 0.001, 0.002, "mu", "Noise of the micrometer"};
-    Drawn film{this, "coolant-film", 0.0005, 0, 0.001, "mu", "Film of coolant on the diameter"};
-    Drawn warmth{this, "work-warmth", 5, 0, 10, "K", "Work above 20 degC"};
-
-    hal::Out<double> diameter{this, "diameter", "mu", "Measured diameter, as the operator enters it."};
-    hal::Out<bool> value_ready{this, "value-ready", "The diameter is there, until measure falls."};
-    hal::Out<double> emitted{this, "emitted-area", "mu2", "Area of the laser beam before the work."};
-    hal::Out<double> received{this, "received-area", "mu2", "Area of the laser beam behind the work."};
-
-    void step(double true_diameter, std::int32_t seed, Random& random, double dt) noexcept {
-        const bool asked = measure;
-        if (asking_.rises(asked)) left_ = std::max(usable(gauge_time, 1e5, 0), 0.0);
-        if (asked && !ready_) {
-            left_ -= dt;
-            if (left_ <= dt / 2) read(true_diameter, seed, random);
-        }
-        if (!asked) ready_ = false;
-        value_ready = ready_;
-    }
-
-private:
-    void read(double truth, std::int32_t seed, Random& random) noexcept {
-        const double warm = truth * (1 + 11.5e-6 * warmth(seed));
-        const double phase = 2 * pi * (warm / 10 + std::fmod(seed * 0.618, 1));
-        const double found = micrometer ? warm + micrometer_noise(seed) * random.gaussian()
-                                        : warm + film(seed) + linearity(seed) * std::sin(phase) +
-                                              laser_noise(seed) * random.gaussian();
-        const std::int32_t its = slip;
-        diameter = its == 1   ? found / 2
-                   : its == 2 ? found / 25.4
-                   : its == 3 ? before_
-                   : its == 4 ? found * 25.4
-                              : found;
-        before_ = found;
-        beam(found);
-        ready_ = true;
-    }
-
-    // What a strip of this width leaves of the beam; the strip may stand off the middle.
-    void beam(double width) noexcept {
-        const double size = std::max(usable(beam_size, 1e4, 0), 0.0), from = beam_offset - width / 2;
-        const double edges[] = {std::clamp(from, -size, size), std::clamp(from + width, -size, size)};
-        if (beam_round) {
-            const auto area = [size](double a) {
-                return a * std::sqrt(size * size - a * a) + size * size * std::asin(size > 0 ? a / size : 0);
-            };
-            emitted = pi * size * size;
-            received = pi * size * size - (area(edges[1]) - area(edges[0]));
-        } else {
-            const double height = beam_height, half = size / 2;
-            const double covered = std::clamp(edges[1], -half, half) - std::clamp(edges[0], -half, half);
-            emitted = size * height;
-            received = (size - covered) * height;
-        }
-    }
-
-    double left_ = 0, before_ = 0;
-    Edge asking_;
-    bool ready_ = false;
-};
 
 struct SimLathe final : hal::Component {
     static constexpr hal::About about{"sim_lathe", "simulated lathe whose tool is not on centre", page};
@@ -111,6 +35,7 @@ struct SimLathe final : hal::Component {
     hal::In<bool> inside{this, "inside", false, "The tool turns the bore."};
     hal::In<bool> guide_bush{this, "guide-bush", false, "A guide bush holds the work at the tool."};
     hal::In<bool> x_reversed{this, "x-reversed", false, "The tool is on the side of -X."};
+    hal::In<bool> inverted{this, "inverted", false, "The tool stands upside down: its cut bends the work to -Y."};
     hal::In<double> gauge_z{this, "gauge-z", -1, "mu", "Z of the gauge; negative: at the last cut."};
     hal::In<double> gauge_offset{this, "gauge-offset", 0, "mu",
                                  "Distance of the gauge from the last cut, away from the chuck."};
@@ -133,6 +58,7 @@ struct SimLathe final : hal::Component {
                          "Largest built-up edge; each cut has one from a fifth of it on."};
     Drawn wear{this, "wear", 0.0005, 0.0002, 0.001, "mu", "Wear of the tool by each cut"};
     LatheGauge gauge{this};
+    OtherTool other{this};
 
     hal::Out<double> spindle_load{this, "spindle-load", "%", "Load of the spindle, of 200 W; 2 % idle."};
     hal::Out<double> truth_height{this, "truth-height", "mu", "Height of the tip above the axis now."};
@@ -222,6 +148,9 @@ private:
 
     void turn() noexcept {
         const double sense = inside ? -1 : 1;
+        const OtherTool::Force its = other.cut(stock_);
+        OtherTool::Force own{0, 0, z_};
+        double leaves = 0;
         const double nominal = std::hypot(x_, y_);
         const double reach = stock_.depth(z_, nominal - sense * edge_);
         const double speed = std::abs(usable(spindle_speed, 1e6, 0));
@@ -244,26 +173,31 @@ private:
                 z_ != from_z_ ? stock_.depth_against(before_, nominal) : stock_.depth(z_, nominal);
             const double load = force(seed_) * std::max(depth, 0.0) / 0.1;
             load_ += load * nominal / 1000 * speed * (2 * pi / 60) / 2;  // 2 W are 1 %
-            const double bend = load * compliance(nominal);
-            const double c_t = 0.9 * bend, c_r = 0.4 * bend * sense;
-            const double leaves = std::hypot(x_ + c_r - sense * edge_, y_ - c_t);
-            truth_effective = y_ - c_t;
+            const double bend = load * compliance(nominal, z_, z_);
+            const double by_other = compliance(nominal, z_, its.z);
+            const double outward = x_reversed ? -1 : 1, upward = inverted ? -0.9 : 0.9;
+            const double y = y_ - upward * bend - its.y * by_other, c_r = 0.4 * bend * sense;
+            leaves = std::hypot(x_ + c_r - outward * its.x * by_other - sense * edge_, y);
+            own.x = -outward * sense * 0.4 * load;
+            own.y = upward * load;
+            truth_effective = y;
             truth_bend = bend;
-            const double step = z_ > from_z_ ? TurnedStock::length / 2 : -TurnedStock::length / 2;
-            for (double z = from_z_; (z_ - z) * step > 0; z += step) stock_.cut(z, leaves);
-            stock_.cut(z_, leaves);
+            stock_.cut(from_z_, z_, leaves);
             cut_z_ = z_;
         }
+        other.show(leaves, own);
         truth_cutting = cutting_;
         truth_cuts = cuts_;
     }
 
-    // Bend of the work at the tool for a force of 1 N, in mm.
-    double compliance(double radius) noexcept {
-        const double r = std::max(radius, 0.05), overhang = guide_bush ? in_bush : std::max(z_, 0.0);
+    // Bend of the work at one Z for a force of 1 N at another one, either way, in mm.
+    double compliance(double radius, double at, double from) noexcept {
+        const double r = std::max(radius, 0.05);
+        const double near = guide_bush ? in_bush : std::max(std::min(at, from), 0.0);
+        const double far = guide_bush ? in_bush : std::max(at, from);
         const double inertia = pi * r * r * r * r / 4;
         return 1 / std::max(stiffness(seed_), 1.0) +
-               overhang * overhang * overhang / (3 * elasticity * inertia);
+               near * near * (3 * far - near) / (6 * elasticity * inertia);
     }
 
     TurnedStock stock_;

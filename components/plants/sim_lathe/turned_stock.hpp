@@ -39,11 +39,18 @@ public:
     // Whether both are in one disc.
     static bool same(double z, double other) noexcept { return cell(z) == cell(other); }
 
+    // A tip that goes from one Z to another and leaves this radius.
+    void cut(double from, double to, double leaves) noexcept {
+        const double step = to > from ? length / 2 : -length / 2;
+        for (double z = from; (to - z) * step > 0; z += step) cut(z, leaves);
+        cut(to, leaves);
+    }
+
+private:
     void cut(double z, double leaves) noexcept {
         if (depth(z, leaves) > 0) radius_[cell(z)] = leaves;
     }
 
-private:
     static std::size_t cell(double z) noexcept { return static_cast<std::size_t>(z / length); }
 
     std::array<double, cells> radius_{};

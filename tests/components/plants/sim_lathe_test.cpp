@@ -124,6 +124,58 @@ TEST_F(SimLathe, WorkBendsMoreFurtherOut) {
     EXPECT_LT(get("truth-bend"), near);
 }
 
+TEST_F(SimLathe, AnotherToolBendsTheWorkOfThisOne) {
+    make_ideal();
+    const double r = std::hypot(5, 0.1), near = 20, far = 60;
+    const double bend = 100 * (1 / 50000.0 + near * near * (3 * far - near) / (6 * 206e3 * M_PI * std::pow(r, 4) / 4));
+    set("other-force-x", -100);
+    set("other-force-y", 100);
+    set("other-z", far);
+    EXPECT_NEAR(land(5, 0, near), 2 * std::hypot(5 + bend, 0.1 - bend), 1e-12);
+    EXPECT_NEAR(get("truth-effective-height"), 0.1 - bend, 1e-12);
+    set("x-reversed", 1);
+    go(-50, 0, near + 1);
+    set("z-position", near - 1);
+    set("other-z", near - 1);
+    go(-5, 0, near - 1);
+    EXPECT_LT(get("truth-diameter"), 2 * r) << "it pushes the work towards this tool";
+    for (const double inverted : {0, 1}) {
+        set("inverted", inverted);
+        set("other-force-x", 0);
+        set("other-force-y", 0);
+        set("cutting-force", 20);
+        set("x-position", -5);
+        set("z-position", near + 4 + 2 * inverted);
+        bench.run(0.001);
+        EXPECT_GT(get("force-x"), 1) << "away from the tool, which is on the side of -X";
+        EXPECT_NEAR(get("force-y"), (inverted != 0 ? -9 : 9) / 4.0 * get("force-x"), 1e-9);
+        EXPECT_NEAR(2 * get("cut-radius"), get("truth-diameter"), 1e-12);
+        EXPECT_EQ(get("cut-z"), near + 4 + 2 * inverted);
+    }
+    go(-50, 0, near);
+    EXPECT_EQ(get("force-x"), 0);
+    EXPECT_EQ(get("cut-radius"), 0);
+}
+
+TEST_F(SimLathe, OfTwoToolsTheDeeperOneMakesTheDiameter) {
+    make_ideal();
+    set("other-z", 45);
+    set("other-radius", 4);
+    bench.run(0.002);
+    for (double z = 44.6; z > 40; z -= 0.4) {
+        set("other-z", z);
+        bench.run(0.001);
+    }
+    set("other-radius", 0);
+    bench.run(0.001);
+    EXPECT_EQ(land(5, 0, 42), 12) << "this tool has not cut yet, and meets nothing";
+    EXPECT_EQ(get("truth-cuts"), 0);
+    set("gauge-z", 42.33);
+    bench.run(0.002);
+    EXPECT_EQ(get("truth-diameter"), 8);
+    EXPECT_NEAR(land(3, 0, 42.33), 2 * std::hypot(3, 0.1), 1e-12);
+}
+
 TEST_F(SimLathe, BacklashWearEdgeAndWarmingShowInTheWork) {
     make_ideal();
     const double ideal = land(5, 0, 20);
