@@ -64,7 +64,18 @@ constexpr const char* sentence(Fault fault) {
 }
 
 // Why Y may not move, although there is a height.
-enum class Hold : std::int32_t { none, value_only, sign, insignificant, sigma, move, disagreement, at_rest, shim };
+enum class Hold : std::int32_t {
+    none,
+    value_only,
+    sign,
+    insignificant,
+    sigma,
+    move,
+    disagreement,
+    at_rest,
+    shim,
+    sign_by_shim,
+};
 constexpr const char* sentence(Hold hold) {
     switch (hold) {
         case Hold::value_only: return "The setting automatic is false: move Y by hand.";
@@ -77,6 +88,9 @@ constexpr const char* sentence(Hold hold) {
         case Hold::at_rest: return "The height is that at rest. Y is corrected by the height under the cut.";
         case Hold::shim:
             return "This machine has no Y: raise the tool by y-move, with a shim. Below 0, lower it.";
+        case Hold::sign_by_shim:
+            return "Two cuts do not show the sign. Cut a third time with a shim below the tool, or set sign to "
+                   "1 or -1.";
         case Hold::disagreement:
             return "The cuts disagree by more than three sigmas: a burr, a chip or a slip. Cut more lands, "
                    "or begin again.";
@@ -117,13 +131,16 @@ constexpr const char* sentence(Verdict verdict) {
 }
 
 // The cuts that make an unknown height known.
-enum class Remedy : std::int32_t { none, more_cuts, lands, finer };
+enum class Remedy : std::int32_t { none, more_cuts, lands, finer, finer_two };
 constexpr const char* sentence(Remedy remedy) {
     switch (remedy) {
         case Remedy::more_cuts: return "Cut more lands in the same order, cuts-needed in all.";
         case Remedy::lands: return "Begin again with two lands in the order 1 2 2 1, cuts-needed in all.";
         case Remedy::finer:
             return "16 cuts are not enough: take a larger land-step, a finer gauge or a larger tolerance.";
+        case Remedy::finer_two:
+            return "More cuts do not help. Take a finer gauge, a longer travel of X between the cuts, or a "
+                   "larger tolerance.";
         default: return nullptr;
     }
 }

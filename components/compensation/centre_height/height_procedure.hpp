@@ -204,7 +204,7 @@ private:
         const double least = squared ? std::sqrt(4 * result_.within * result_.within + 2 * result_.bias_y)
                                      : std::max(3 * result_.sigma, 2 * result_.bias_y);
         const double found = squared ? std::abs(result_.height) : std::abs(rise);
-        return hal::first<Hold>({{!result_.signed_, Hold::sign},
+        return hal::first<Hold>({{!result_.signed_, now.without_y ? Hold::sign_by_shim : Hold::sign},
                                  {result_.disagreement > 3, Hold::disagreement},
                                  {!(result_.sigma <= now.max_sigma), Hold::sigma},
                                  {!(std::abs(move_) <= now.max_move), Hold::move},

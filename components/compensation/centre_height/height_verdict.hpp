@@ -31,9 +31,11 @@ struct HeightVerdict {
     // Whether Y has its answer: on centre.
     static bool centred(const KnownError& error, Hold hold, double tolerance) noexcept {
         return (hold == Hold::none || hold == Hold::insignificant || hold == Hold::value_only ||
-                hold == Hold::sign || hold == Hold::shim) &&
+                no_sign(hold) || hold == Hold::shim) &&
                error.within(tolerance);
     }
+
+    static bool no_sign(Hold hold) noexcept { return hold == Hold::sign || hold == Hold::sign_by_shim; }
 
     static HeightVerdict of(const Asked& asked, double tolerance) noexcept {
         HeightVerdict its;
@@ -41,7 +43,7 @@ struct HeightVerdict {
         const bool x_centred = !asked.x_asked || asked.x.within(tolerance);
         its.y_moves = asked.hold == Hold::none && !y_centred;
         // X turns the programmed diameter at the height that a tool has until it is shimmed, on either side.
-        const bool height_stays = asked.without_y && (asked.hold == Hold::shim || asked.hold == Hold::sign);
+        const bool height_stays = asked.without_y && (asked.hold == Hold::shim || no_sign(asked.hold));
         const bool y_answered = y_centred || its.y_moves || height_stays;
         its.x_alone_unsure = height_stays && asked.x_asked && !x_centred && !asked.x.significant();
         its.x_changes = asked.x_asked && asked.automatic && asked.x.significant() &&
@@ -66,7 +68,7 @@ struct HeightVerdict {
             return;
         // A third cut shows whether one of the first two has a burr.
         if (x_alone_unsure && now.method == Method::two_cuts) {
-            remedy = cuts == 2 && asked.x.bias > 0 ? Remedy::more_cuts : Remedy::finer;
+            remedy = cuts == 2 && asked.x.bias > 0 ? Remedy::more_cuts : Remedy::finer_two;
             cuts_needed = remedy == Remedy::more_cuts ? 3 : 0;
             return;
         }

@@ -433,7 +433,7 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     begin(2, two_cuts);
     cut(lathe, 5, 0);
     cut(lathe, 0.6, 0);
-    expect_held(2);
+    expect_held(9);
     EXPECT_NEAR(get("height-size"), 0.4, 1e-9);
     EXPECT_EQ(get("verdict-code"), 4);
     ASSERT_EQ(get("x-allowed"), 1) << "X needs no sign";
@@ -443,7 +443,7 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     begin(2, two_cuts);
     cut(lathe, 5, 0);
     cut(lathe, 0.6, 0);
-    expect_held(2);
+    expect_held(9);
     EXPECT_EQ(get("x-allowed"), 0) << "a burr could have made it";
     EXPECT_EQ(get("verdict-code"), 5);
     EXPECT_EQ(get("remedy-code"), 1);
@@ -453,6 +453,13 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     EXPECT_EQ(get("cuts-needed"), 0);
     ASSERT_EQ(get("x-allowed"), 1);
     EXPECT_NEAR(get("x-correction"), correction, 1e-12);
+    set("gauge-sigma", 0.1);
+    pulse("compute");
+    EXPECT_EQ(get("x-allowed"), 0);
+    EXPECT_EQ(get("verdict-code"), 5);
+    EXPECT_EQ(get("remedy-code"), 4) << "more cuts do not help";
+    EXPECT_EQ(get("cuts-needed"), 0);
+    set("gauge-sigma", 0.0003);
     set("largest-burr", 0);
     lathe.tip_x += correction;
     EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
