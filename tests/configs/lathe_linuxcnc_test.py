@@ -58,10 +58,14 @@ class Shift(unittest.TestCase):
 
     def test_two_cuts_bring_a_thin_bar_to_its_end_and_find_the_side(self):
         x, y = self.facts["two"]
-        self.assertAlmostEqual(y, 0.03, delta=0.012)
+        self.assertAlmostEqual(y, 0.03, delta=0.005)
         self.assertGreater(self.facts["two before"], 0.1)
-        self.assertAlmostEqual(self.facts["two after"], 0.06, delta=0.02)
-        self.assertEqual([self.facts["word -1"], self.facts["word 1"]], [[-1, 0], [1, 0]])
+        self.assertAlmostEqual(self.facts["two after"], 0.06, delta=0.006)
+        y = self.facts["word 1"][2]
+        self.assertEqual([self.facts["word -1"], self.facts["word 1"]], [[-1, 0, y], [1, 0, y]])
+        text, y_after = self.facts["axis word"]
+        self.assertIn("a word Y would move Y", "\n".join(text))
+        self.assertEqual(y_after, y)
         self.assertIn("two lands need their diameter", "\n".join(self.facts["lands need D"]))
 
     def test_spindle_that_feels_no_cut_is_told(self):
@@ -90,6 +94,7 @@ class Shift(unittest.TestCase):
     def test_tool_does_not_enter_standing_work(self):
         self.assertIn("start the spindle of the work", "\n".join(self.facts["standing work"]))
         self.assertIn("I is the number of a spindle", "\n".join(self.facts["no such spindle"]))
+        self.assertIn("M455 needs G90", "\n".join(self.facts["incremental"]))
 
     def test_step_of_y_in_a_program(self):
         x, y = self.facts["by step"]

@@ -19,6 +19,10 @@ class Lathe(unittest.TestCase):
         ini = linuxcnc_runs.with_operator(os.path.join(machine, "axis.ini"), "lathe_operator.py")
         cls.seen = linuxcnc_runs.work_screen(folder, ini, Screen(cls).display, speed=4)
 
+    def test_axis_jogs_y_only_when_the_machine_is_homed(self):
+        self.assertEqual(self.seen["jogged unhomed"], [0, 0, 0])
+        self.assertEqual(self.seen["jogged homed"], [0, 1, 0])
+
     def test_the_height_is_that_of_the_tool(self):
         self.assertAlmostEqual(self.seen["height"], 0.1, delta=12 * um)
 

@@ -20,6 +20,27 @@ class Operator:
         self.machine, self.host = machine, machine.host
         self.finger = Finger(os.environ["DISPLAY"], "widgets.json", lambda: machine.wait(0.05))
 
+    def positions(self):
+        return self.host.get(["joint.%d.pos-cmd" % joint for joint in range(3)])
+
+    def jogged(self, axis, key):
+        """How far X, Y and Z move by a press of + or - in AXIS."""
+        before = self.positions()
+        self.finger.jog(axis, key)
+        self.machine.wait(1)
+        return [round(now - then, 6) for now, then in zip(self.positions(), before)]
+
+    def jog_before_homing(self):
+        self.finger.until(lambda: self.finger.fill("AXIS 2"), "AXIS")
+        for on in (False, True):  # a screen that has just come loses keys
+            self.finger.until(lambda on=on: self.host.get("motion.motion-enabled") == on or self.switch(), "the machine's power")
+        self.finger.jog("i")  # by 1 mm
+        seen["jogged unhomed"] = self.jogged("y", "equal")
+
+    def switch(self):
+        self.finger.jog("F2")
+        self.machine.wait(2)
+
     def until(self, pin, value):
         self.finger.until(lambda: self.host.get(pin) == value, "%s = %s" % (pin, value))
 
@@ -141,7 +162,10 @@ try:
     with Machine() as its:
         operator = Operator(its)
         its.turn_on()
+        operator.jog_before_homing()
         its.home()
+        seen["jogged homed"] = operator.jogged("y", "equal")
+        its.mdi("G0 Y0")
         operator.work()
         seen["done"] = True
 except (AssertionError, RuntimeError, plumb.Refused, subprocess.SubprocessError):

@@ -93,8 +93,9 @@ class Shift(Scenario):
         self.machine.mdi("T4 M6 G43")
         self.note("standing work", self.refused("M5", "M3 S1000", "M455 D10 Z94 K-4 Q2 P200 R10 J2 I1"))
         self.note("no such spindle", self.refused("M455 D10 Z94 K-4 Q2 P200 R10 J2 I4"))
+        self.note("incremental", self.refused("M3 $1 S1000", "G91", "M455 D10 Z94 K-4 Q2 P200 R10 J2 I1"))
         self.host.set("lathe.new-stock", False)
-        self.machine.mdi("T1 M6 G43 M3 S1000")
+        self.machine.mdi("G90 T1 M6 G43 M3 S1000")
 
     def thin_bar(self):
         """A bar of 1 mm that must finish at 0.06 mm, in a guide bush."""
@@ -416,9 +417,10 @@ class Shift(Scenario):
         self.machine.mdi("T1 M6 G43 M3 S1000")
         self.note("two after", self.turned(0.03, 20))
         for side in (-1, 1):
-            for block in ("G0 X4 Y0", "M450 P0 Q2 E1 Y%d" % side):
+            for block in ("G0 X4 Y0", "M450 P0 Q2 E1 K%d" % side):
                 self.machine.mdi(block)
-            self.note("word %d" % side, [self.host.get("centre.program-sign"), self.host.get("centre.fault-code")])
+            self.note("word %d" % side, self.host.get(["centre.program-sign", "centre.fault-code", "axis.y.pos-cmd"]))
+        self.note("axis word", [self.refused("M450 P0 Q2 E1 Y1"), self.host.get("axis.y.pos-cmd")])
         self.note("lands need D", self.refused("M450 P1 Q2"))
 
     def left_in_the_middle(self):

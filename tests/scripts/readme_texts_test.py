@@ -103,7 +103,7 @@ class Claims(unittest.TestCase):
 
     FUNCTIONS = [name for name in panel_texts.of_role(BUILD, "compensation") if name not in ("axis_growth",)]  # in the table of thermal_growth_test
     # Rows without a command: no part of Plumb does it.
-    UNSHOWN = {"centre_height": ["The height is worked out elsewhere and entered", "Both tools cutting at once", "A height for each Z of a guide bush"]}
+    UNSHOWN = {"centre_height": ["The height is worked out elsewhere and entered"]}
 
     def tables(self):
         for function in self.FUNCTIONS:

@@ -181,6 +181,13 @@ class Finger:
     def _do(self, *words):
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True, timeout=PATIENCE)
 
+    def jog(self, *keys):
+        """By keys of the screen below the pointer, the last one held for a moment."""
+        self._do("mousemove", 200, 600)
+        for key in keys[:-1]:
+            self._do("key", key)
+        self._do("keydown", keys[-1], "sleep", "0.3", "keyup", keys[-1])
+
     def type(self, text):
         """By the keys on the screen."""
         for key in text:
