@@ -8,16 +8,20 @@ cut to cut and breaks off. The work is oval. A burr stands on some of the lands.
 
 import dataclasses
 import math
+import os
 import random
+import tempfile
 
 import numpy as np
 
 from support.lathe_machine import METHODS, UM, WORKS
+from support.recordings import read_columns, write_rows
 
 CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "addf centre.update servo-thread", "start")
 RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault-code", "hold-code", "verdict-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
+PERIOD = 0.001  # s
 SLIPS = {
     "air": "the tool stands 0.9 mm too far out and meets no stock",
     "standing": "the spindle stands",
@@ -71,14 +75,17 @@ class SecondLathe:
 
     def cut(self, x, y, z, before, depth):
         """The land that the tool leaves from this radius at these positions, in passes of this depth: its radius, its effective
-        height, and the effective x of the tip. None if the tool touches nothing."""
+        height, and the effective x of the tip. None if the tool touches nothing. Height and x are those of the next cut, too:
+        without the scatter of the positions, which each cut has anew."""
         drawn = self._drawn
         self._time += draw_between(drawn, 20, 90)
         if drawn.random() < 0.4:
             self._edge = 0
         self._edge = min(self._edge + drawn.uniform(0, 0.8) * self._largest_edge, self._largest_edge)
-        tip_x = x * (1 + self._x_scale) + self.x_error - self._warmth(self._growths) - self._edge + self._wear + self._taper * z + drawn.gauss(0, 0.0006)
-        tip_y = y * (1 + self._y_scale) + self.height - self._warmth(self._lifts) + self._tilt * z + drawn.uniform(0, self._y_backlash) + drawn.gauss(0, 0.001)
+        tip_x = x * (1 + self._x_scale) + self.x_error - self._warmth(self._growths) - self._edge + self._wear + self._taper * z
+        tip_y = y * (1 + self._y_scale) + self.height - self._warmth(self._lifts) + self._tilt * z + self._y_backlash / 2
+        scatter_x, scatter_y = drawn.gauss(0, 0.0006), drawn.uniform(-0.5, 0.5) * self._y_backlash + drawn.gauss(0, 0.001)
+        tip_x, tip_y = tip_x + scatter_x, tip_y + scatter_y
         left = math.hypot(tip_x, tip_y)
         if not self.spindle_turns or left >= before:
             return None
@@ -90,7 +97,7 @@ class SecondLathe:
             bend = self._bend * max((start - left) / 0.1, 0) ** self._power
             its_x, its_y = tip_x + bend * math.sin(self._direction), tip_y - bend * math.cos(self._direction)
             left = math.hypot(its_x, its_y)
-        return left, its_y - y, its_x - x
+        return left, its_y - y - scatter_y, its_x - x - scatter_x
 
     def measured(self, radius, burrs):
         drawn = self._drawn
@@ -119,15 +126,13 @@ class Operator:
     """Enters diameters into centre_height, in a host."""
 
     def __init__(self, host):
-        self.host, self.known = host, {}
+        self.host = host
         for line in CONFIG:
             host.command(line)
 
     def set(self, values):
         for name, value in values.items():
-            if self.known.get(name) != value:
-                self.host.set("centre." + name, value)
-                self.known[name] = value
+            self.host.set("centre." + name, value)
 
     def set_up(self, case):
         work, its = WORKS[case.diameter], METHODS[case.method]
@@ -151,15 +156,25 @@ class Operator:
         )
         return plan_of(work, case.method)
 
-    def enter(self, cuts, stock, sign):
-        """The RESULTS of these cuts: X, Y and diameter of each."""
-        self.set({"cuts": len(cuts), "stock-diameter": stock, "sign": sign})
-        for i, (x, y, diameter) in enumerate(cuts):
-            self.set({"cut-x-%02d" % i: x, "cut-y-%02d" % i: y, "cut-diameter-%02d" % i: diameter})
-        for value in (True, False):
-            self.host.set("centre.compute", value)
-            self.host.run(0.001)
-        return self.host.get(["centre." + name for name in RESULTS])
+    def enter(self, procedures, stock):
+        """The RESULTS of procedures, arrays. Each has the sign by word, and X, Y and diameter of each cut."""
+        cuts = len(procedures[0][1])
+        self.set({"cuts": cuts, "stock-diameter": stock})
+        pins = ["sign"] + ["cut-%s-%02d" % (what, i) for i in range(cuts) for what in ("x", "y", "diameter")]
+        with tempfile.TemporaryDirectory(prefix="plumb-bench-") as folder:
+            entries, results = (os.path.join(folder, name) for name in ("entries.csv", "results.csv"))
+            header = ["time"] + ["centre." + pin for pin in pins + ["compute"]]
+            write_rows(entries, header, self._rows(procedures))
+            recording = self.host.record(results, ["centre." + name for name in RESULTS], PERIOD)
+            self.host.run(self.host.replay(entries))
+            self.host.stop_recording(recording)
+            columns = read_columns(results)
+        return {name: columns["centre." + name][1::2] for name in RESULTS}  # those of the periods in which it computed
+
+    def _rows(self, procedures):
+        for i, (sign, cuts) in enumerate(procedures):
+            for compute in (1, 0):
+                yield [PERIOD * (2 * i + 2 - compute), sign, *(value for cut in cuts for value in cut), compute]
 
 
 @dataclasses.dataclass
@@ -214,7 +229,7 @@ def simulate_second(case, seeds, progress):
     """The SecondOutcome of all lathes of a case."""
     import plumb
 
-    rows, truths = [], []
+    procedures, truths = [], []
     with plumb.Host() as host:
         operator, work = Operator(host), WORKS[case.diameter]
         plan = operator.set_up(case)
@@ -222,12 +237,12 @@ def simulate_second(case, seeds, progress):
             lathe = SecondLathe(work, seed, case.near)
             entries, height, x_error, met = procedure_on(lathe, work, plan, case)
             sign = 0 if METHODS[case.method].plan else 1 if lathe.height > 0 else -1
-            rows.append(operator.enter(entries, work.stock - 0.002, sign))
+            procedures.append((sign, entries))
             truths.append((UM * height, UM * x_error, met))
             if not progress((done + 1) * 0.002):
                 break
+        values = operator.enter(procedures, work.stock - 0.002)
     truth, truth_x, met = np.array(truths, float).T
-    values = dict(zip(RESULTS, np.array(rows, float).T))
     for name in ("height", "sigma", "within", "x-correction", "x-sigma"):
         values[name] = UM * values[name]
     return SecondOutcome(truth, truth_x, met > 0, values)
