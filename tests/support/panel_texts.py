@@ -3,8 +3,7 @@
 
     python3 tests/support/panel_texts.py BUILD
 
-prints those that the PO file lacks, as entries to be filled in. With --count it prints only a warning, if it lacks any: the
-panel shows such a text in English.
+prints those that the PO file lacks, as entries to be filled in. The panel shows such a text in English.
 """
 
 import ast
@@ -72,12 +71,5 @@ def without_words(texts, path=PO):
 
 
 if __name__ == "__main__":
-    missing = without_words({**of_sources(), **of_declarations(sys.argv[1])})
-    if "--count" not in sys.argv:
-        for text, place in missing.items():
-            print("#: %s\nmsgid %s\nmsgstr \"\"\n" % (place, json.dumps(text, ensure_ascii=False)))
-    elif missing:
-        print("warning: %d texts have no German words in components/screens/locale/de.po:" % len(missing))
-        for text, place in missing.items():
-            print("    %s: %s" % (place, text))
-        print("python3 tests/support/panel_texts.py %s prints them as entries to be filled in." % sys.argv[1])
+    for text, place in without_words({**of_sources(), **of_declarations(sys.argv[1])}).items():
+        print("#: %s\nmsgid %s\nmsgstr \"\"\n" % (place, json.dumps(text, ensure_ascii=False)))
