@@ -129,7 +129,7 @@ private:
     Out<std::int32_t> restores_{this, "restores", "Number of records accepted by restore."};
     Out<std::int32_t> refused_{this, "restores-refused", "Number of records refused by restore."};
     // For plumb-retain, which set it: false again, the component was loaded again.
-    In<bool> kept_{this, "kept", false, "Set by plumb-retain, which keeps the records; for plumb-retain alone."};
+    In<bool> kept_{this, "kept", false, "For plumb-retain, which keeps the records; leave it unset."};
     bool forgetting_ = false;
     bool restoring_ = false;
     std::int32_t accepted_count_ = 0;

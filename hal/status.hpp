@@ -140,7 +140,7 @@ constexpr Said said(Common status) {
         case Common::stage_lacks:
             return {Kind::wait, "An axis lacks its offset.", "It gets it when the next cycle begins."};
         case Common::stage_limited:
-            return {Kind::warn, "A bound of a stage keeps the whole offset from its axis.",
+            return {Kind::warn, "A limit of a stage prevents the full offset of its axis.",
                     "Move the axis away from its soft limit, or raise max-offset of the stage."};
         default: return said_of_service(status);
     }
@@ -172,7 +172,7 @@ public:
         : interlock_{owner, "interlock-status", -1,
                      "Net function-status of interlock for this function; -1 without interlock."},
           code_{owner, "status-code", "Number of what the function does now."},
-          attention_{owner, "attention", "Somebody has to act; status-code gives why."} {
+          attention_{owner, "attention", "Somebody must act; status-code gives the reason."} {
         StatusInfo info{code_.name(), {}};
         CodesInfo codes{code_.name(), {}};
         for (std::int32_t number = 1; number <= largest; ++number) {

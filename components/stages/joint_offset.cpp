@@ -75,48 +75,51 @@ struct JointOffset final : hal::Component {
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", true, "Apply the offset; else 0."};
+    hal::In<bool> enable{this, "enable", true, "Apply the offset; false: it returns to 0."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
-                                    "Of interlock, which permits changes of the offset; -1 without one."};
+                                    "Net interlock.heartbeat; leave at -1 without interlock."};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
     hal::Row<hal::In<bool>, 4> release_at_off{
         this, "release-at-off", false,
         "Machine off makes the offset of this source part of the position of the joint: for a stroke."};
     hal::In<double> position{this, "position", 0, "mu", "Commanded position of the joint: joint.N.pos-cmd."};
-    hal::In<double> joint_command{this, "joint-command", 0, "mu", "From motion: joint.N.motor-pos-cmd."};
-    hal::In<double> joint_velocity{this, "joint-velocity", 0, "mu/s", "From motion: joint.N.vel-cmd."};
-    hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu", "From the drive, offset included."};
+    hal::In<double> joint_command{this, "joint-command", 0, "mu",
+                                  "Command of motion for the drive: joint.N.motor-pos-cmd."};
+    hal::In<double> joint_velocity{this, "joint-velocity", 0, "mu/s",
+                                   "Commanded velocity of the joint: joint.N.vel-cmd."};
+    hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu",
+                                   "Feedback of the drive, with the offset in it."};
     hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
     hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint."};
-    hal::In<double> joint_acceleration{this, "joint-acceleration", 0, "mu/s2",
-                                       "Largest acceleration of the joint by motion."};
+    hal::In<double> joint_acceleration{
+        this, "joint-acceleration", 0, "mu/s2",
+        "Maximum acceleration of the joint without the offset: [JOINT_N]MAX_ACCELERATION."};
     hal::In<double> offset_acceleration{this, "offset-acceleration", 0, "mu/s2",
-                                        "Largest acceleration that the offset adds to it."};
+                                        "Maximum acceleration that the offset adds to the joint."};
     static constexpr hal::Range offsets{0, 1000}, rates{1e-6, 1e4};
-    hal::In<double> max_offset{this,   "max-offset", 1, "mu", "Largest sum of the offsets either way.",
-                               offsets};
+    hal::In<double> max_offset{
+        this, "max-offset", 1, "mu", "Maximum sum of the offsets, in either direction.", offsets};
     hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of changes that motion does not cause.",
                               rates};
-    hal::In<double> max_rate{this, "max-rate", 1, "mu/s", "Fastest change of the offset, away from limits.",
-                             rates};
+    hal::In<double> max_rate{
+        this, "max-rate", 1, "mu/s", "Maximum rate of change of the offset, away from soft limits.", rates};
 
-    hal::Out<double> drive_command{this, "drive-command", "mu", "To the drive, offset included."};
+    hal::Out<double> drive_command{this, "drive-command", "mu",
+                                   "Command to the drive, with the offset in it."};
     hal::Out<double> drive_velocity{
         this, "drive-velocity", "mu/s",
-        "Joint-velocity and the velocity of the offset: to pid.N.command-deriv of the drive."};
+        "Sum of joint-velocity and the velocity of the offset: to pid.N.command-deriv of the drive."};
     hal::Out<double> joint_feedback{this, "joint-feedback", "mu",
-                                    "To motion, without the offset: joint.N.motor-pos-fb."};
+                                    "Feedback without the offset: to joint.N.motor-pos-fb."};
     hal::Out<double> applied_offset{this, "applied-offset", "mu", "Offset that drive-command contains."};
-    hal::Out<bool> ramping{this, "ramping", "The offset moves to its sources at ramp-rate."};
-    hal::Out<bool> limited{
-        this, "limited", "Max-offset, a rate or a soft limit keeps the offset from the sum of its sources."};
+    hal::Out<bool> ramping{this, "ramping", "The offset is moving to the sum of its sources at ramp-rate."};
+    hal::Out<bool> limited{this, "limited", "Max-offset, a rate or a soft limit prevents the full offset."};
     hal::Out<bool> inhibit_homing{this, "inhibit-homing", "An offset is in force: to motion.homing-inhibit."};
-    hal::Out<std::int32_t> released{
-        this, "released",
-        "1 from the release of the sources with release-at-off until the machine is "
-        "on, else 0; -1 without such a source."};
+    hal::Out<std::int32_t> released{this, "released",
+                                    "1 after the release of a source with release-at-off, until the machine "
+                                    "is on; then 0. -1: no source has release-at-off."};
     hal::Codes<Fault> fault{this, "fault"};
 
     hal::Offset moves{this, hal::MovingPin(applied_offset)

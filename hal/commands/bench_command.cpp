@@ -344,8 +344,8 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         ->type_name("DIR");
     command
         .add_option("--option", options.module_options,
-                    "Loads MODULE with this option, in the place of that in its loadrt line: "
-                    "threads.period1=4000000. May be given many times.")
+                    "Overrides this option of the module's loadrt line: threads.period1=4000000. May be "
+                    "given many times.")
         ->allow_extra_args(false)
         ->check(host::option_problem)
         ->type_name("MODULE.NAME=VALUE");

@@ -102,10 +102,10 @@ void declare_run(CLI::App& command, RunOptions& options) {
         ->excludes(speed);
     command.add_flag(
         "--network", options.network,
-        "Gives the computer's network to the programs. By default they have a loopback of their own only.");
+        "Gives the computer's network to the programs. By default they have only a loopback of their own.");
     command.add_flag("--devices", options.devices,
                      "Gives the computer's devices in /dev to the programs, such as serial ports. By "
-                     "default they see no device that drives anything.");
+                     "default, hardware devices in /dev are hidden.");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Runs on the computer's one HAL, with its /dev, its network and its /tmp, one host at a time and "
@@ -121,8 +121,8 @@ void declare_run(CLI::App& command, RunOptions& options) {
         ->type_name("DIR");
     command
         .add_option("--option", options.module_options,
-                    "Loads MODULE with this option, in the place of that in its loadrt line: "
-                    "threads.period1=4000000. May be given many times.")
+                    "Overrides this option of the module's loadrt line: threads.period1=4000000. May be "
+                    "given many times.")
         ->allow_extra_args(false)
         ->check(host::option_problem)
         ->type_name("MODULE.NAME=VALUE");

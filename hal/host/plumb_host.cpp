@@ -120,8 +120,7 @@ int carry_out(int argc, char** argv) {
         ->type_name("DIR");
     options
         .add_option("--option", module_options,
-                    "Loads MODULE with this option, in the place of that in its loadrt line. May be given "
-                    "many times.")
+                    "Overrides this option of the module's loadrt line. May be given many times.")
         ->allow_extra_args(false)
         ->check(option_problem)
         ->type_name("MODULE.NAME=VALUE");

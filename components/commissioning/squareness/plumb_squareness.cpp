@@ -151,15 +151,14 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
     std::cout << "\nTest move, which verifies the sign\n";
     if (!advice.moves.empty()) {
         paragraph(
-            "Set up a square: one leg along the base axis, trued with the indicator by moving that, the "
-            "other along the axis that is to move. With the indicator in the spindle touch that one, the "
-            "plunger pointing as below; it counts up as the plunger is pressed in. Set it to 0, and move: "
-            "once without correction, once with it.",
+            "Set up a square. Align one leg with the base axis: move the base axis, and read the indicator. "
+            "The other leg lies along the axis of the test move. With the indicator in the spindle, touch "
+            "this leg, with the plunger pointing as below; the indicator counts up as the plunger is pressed "
+            "in. Set it to 0, and move: once without correction, once with it.",
             "  ");
         if (std::any_of(advice.moves.begin(), advice.moves.end(), [](const auto& m) { return !m.base; }))
             paragraph(
-                "Where the base is the table, two axes turn together, and no square shows it: touch the "
-                "table "
+                "If the base is the table, two axes turn together, and no square shows it: touch the table "
                 "itself, or a face of a body that stands true on it.",
                 "  ");
         std::cout << "  sign of base    plunger  move                without      with    all wrong\n";

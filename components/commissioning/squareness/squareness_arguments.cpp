@@ -439,9 +439,8 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
     add_list("--points", arguments->points, "FIELDS",
              "Two axes, by points of a square, a ring or a polygon, in a CSV file.");
     add_list("--in-force", arguments->in_force, "NAME=ANGLE",
-             "A setting that was in force while you measured: EC0Y=-80urad. What you measured remained, and "
-             "is added "
-             "to it. May be given many times: give all that are not 0.");
+             "A setting that was in force while you measured: EC0Y=-80urad. Your measurement is added to it. "
+             "May be given many times: give all settings that are not 0.");
     CLI::Option* const input =
         command
             .add_option("--input", options.input,
@@ -466,13 +465,13 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
     command
         .add_option("--directions", arguments->given.directions.text,
                     "Where the + ends of the axes point, as you stand before the machine: right, left, back, "
-                    "front, up or down. By default X=right,Y=back,Z=up. Only the picture asks for it.")
+                    "front, up or down. By default X=right,Y=back,Z=up. Only the picture uses it.")
         ->type_name("X=SIDE,...");
     command
-        .add_option(
-            "--datum", arguments->given.datum.text,
-            "Which axis has the true direction; then which is held against that one, and so on. By default "
-            "X,Y,Z and the parallel one: squareness of Y to X is EC0Y. Only measurements ask for it.")
+        .add_option("--datum", arguments->given.datum.text,
+                    "Order of the datums: the first axis has the true direction, the second one is measured "
+                    "against it, and so on. By default X,Y,Z and the parallel axis: squareness of Y to X is "
+                    "EC0Y. Only measurements use it.")
         ->type_name("AXIS,...");
     const auto choice = [&](const std::string& name, auto& target, const auto& values,
                             const std::string& type, const std::string& text) {
@@ -491,12 +490,13 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
                 text)
             ->type_name(type);
     };
-    choice("--reading", options.machine.reading,
-           std::vector<std::pair<std::string, TiltReading>>{{"component", TiltReading::component},
-                                                            {"axis-direction", TiltReading::axis_direction}},
-           "READING",
-           "component (by default): all that a tilted axis carries turns with it; or axis-direction: tool or "
-           "work turn with it, but the axes that it carries keep theirs, apart from parallel ones.");
+    choice(
+        "--reading", options.machine.reading,
+        std::vector<std::pair<std::string, TiltReading>>{{"component", TiltReading::component},
+                                                         {"axis-direction", TiltReading::axis_direction}},
+        "READING",
+        "component (by default): all that a tilted axis carries turns with it; or axis-direction: tool or "
+        "work turn with it, but the axes that it carries keep their directions, apart from parallel axes.");
     choice(
         "--against", options.machine.against,
         std::vector<std::pair<std::string, TiltDatum>>{{"rail", TiltDatum::rail}, {"bed", TiltDatum::bed}},
@@ -511,8 +511,7 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
            std::vector<std::pair<std::string, MachineFrame>>{{"column", MachineFrame::column},
                                                              {"portal", MachineFrame::portal}},
            "FRAME",
-           "Frame of the machine in the picture: column or portal. By default the one that is usual for the "
-           "chain.");
+           "Frame of the machine in the picture: column or portal. By default the usual frame of the chain.");
     command
         .add_option("--travel", arguments->given.travel.text,
                     "Length of the test move; by default 300mm, or 12in with --unit inch.")
@@ -540,7 +539,7 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
             ->type_name("FILE");
     command
         .add_flag("--seal", options.seal,
-                  "Writes the seal of its present content into each file of --table. Check the file before.")
+                  "Writes the seal of the present content into each file of --table. Check the file before.")
         ->needs(table);
     for (CLI::Option* const other : command.get_options())
         if (other != input && !other->get_lnames().empty()) {

@@ -12,7 +12,7 @@ hal::CommandPage squareness_page() {
 quantities of ISO 230-1, or measurements with diagonals, square and indicator, or a probe. It prints the direction and the
 angle of each tilt with its uncertainty, the lines for the .hal file, and one test move for each sign.
 
-Without tilts and measurements it prints those that the chain can have.
+Without tilts and measurements it lists the tilts that the chain can have.
 
 An ANGLE is a number with a unit, rad, mrad, urad, deg, arcmin or arcsec, or a length per length: 60um/m, 0.06mm/m,
 0.02mm/300mm, 0.001in/ft, 0.02/300. A LENGTH is a number with um, mm, cm, m, in, ft or thou. Numbers have a decimal
@@ -28,7 +28,7 @@ directions only; both together are refused.
   Y, V  +Z        EA0Y +    Z, W  +Y        EA0Z -    X, U  +Z        EB0X -
   Y, V  -Z        EA0Y -    Z, W  -Y        EA0Z +    X, U  -Z        EB0X +
 
-A is about X, B about Y, C about Z, positive as a right hand turns: +C takes +X towards +Y. The last letter is that of the
+A is about X, B about Y, C about Z, positive as a right hand turns: +C takes +X towards +Y. The last letter names the
 axis: EC0V.)"},
          {"MEASURING",
           R"(1. Switch the correction off and let the machine settle. Otherwise the result is only the remaining error.
@@ -46,16 +46,16 @@ the corner stays as it is when Y leans. So give the reading of a square or of di
 
 These fields are common to all measurements:
 
-  u=LENGTH         standard uncertainty of a single reading; U is twice that
+  u=LENGTH         standard uncertainty of a single reading; U is twice u
   own-u=ANGLE      u of the artifact or square itself; 0 without this field
   object=part      these axes have drawn the shape: they cut the part, or
                    moved along a path for a laser or a ballbar
   object=artifact  the shape is true, and a probe on these axes measured it
 
-object decides the sign: a part that is longer along a diagonal comes from axes to which an artifact seems shorter there.
+object decides the sign: if axes cut a part that is longer along a diagonal, they measure a true artifact as shorter along it.
 
 Several measurements of the same axes become their weighted mean. If readings scatter more than stated, the uncertainty is
-widened; it is never narrowed. own-u does not become smaller by repeating: it belongs to one square. State u
+widened; it is never narrowed. Repeating does not reduce own-u: it belongs to one square. State u
 honestly: the scatter of a few readings shows little.)"},
          {"DIAGONALS",
           R"(For a square or rectangle whose sides lie along the axes:
@@ -101,8 +101,8 @@ A program of LinuxCNC writes such a file with (LOGOPEN,square.csv), (LOG,X,Y,nor
 each G38.2 onto a face that looks to +X.
 
 You need two points on each of two faces that are neither parallel nor at 45 deg to the axes, or five around a ring; more
-are better. You need not correct them for the ball of the probe. Probe the artifact again after turning it by 90 deg to separate
-its own error from that of the axes. own-u is the direction of a face, an ANGLE, or the ovality of a ring, a LENGTH.
+are better. You need not correct them for the ball of the probe. To separate the error of the artifact from the error of the axes,
+turn it by 90 deg and probe it again. own-u is the direction of a face, an ANGLE, or the ovality of a ring, a LENGTH.
 
 The file has no checksum. With more points than necessary, a damaged digit makes a point leave the shape, and the file is
 refused with its line, or the change is within the uncertainty.)"},
@@ -129,11 +129,11 @@ wrong.)"},
      "at": [0, 300], "reads": "0:20um", "u": "1um"}]}
 
 Only chain is necessary. The others are unit, reading, against, datum, travel, directions and frame, as the options of the
-same names. A lean has lean or the name of a quantity; u is its standard uncertainty, U twice that. A measurement is by
-square, diagonals or points, with the fields of that option. Numbers are rad and mm; texts have a unit. correction is
+same names. A lean has lean or the name of a quantity; u is its standard uncertainty, U twice u. A measurement is by
+square, diagonals or points, with the fields of this option. Numbers are rad and mm; texts have a unit. correction is
 necessary beside in_force.
 
-The output repeats the document as input. You may give the whole output to --input: it gives itself. Its other keys:
+The output repeats the document as input. --input takes the whole output, too, and prints it again. Its other keys:
 
   leans     each lean that the chain can have: both directions, the
             sign and the pin of each; measured, in_force and settled
@@ -155,7 +155,7 @@ Errors name the place: machine.json: leans[1]: axis Y cannot lean towards -X and
     --directions X=left,Y=up,Z=back --picture machine.svg
 
 Each axis has an arrow to its + end, a leaning axis a dashed one. --directions describes your machine: where the + ends point
-as you stand before it. Two of the three are enough. The axes are right-handed; others are refused. The chain does not define
+as you stand before it. Two of the three are enough. The axes must be right-handed. The chain does not define
 the frame: --frame column or --frame portal selects another one.)"},
          {"ERROR TABLES",
           R"(Check a file of error tables before the component reads it:
@@ -169,10 +169,10 @@ A damaged digit of an unsealed table moves the axes unseen. Seal each table:
 
   plumb squareness --table errors.csv --seal
 
-This writes a checksum of the whole file into its last line. From then on a file that was changed or damaged is refused. After
-a change of your own, check the file, then seal it again. An editor may change the line ends and add or remove empty lines;
+This writes a checksum of the whole file into its last line. From then on, a changed or damaged file is refused. After you change
+the file, check it, and seal it again. An editor may change the line ends and add or remove empty lines;
 any other change, also of a remark, breaks the seal. --seal removes blanks at the ends of lines and a former checksum in the
-head, and keeps owner and rights of the file.)"},
+head, and keeps owner and permissions of the file.)"},
          {"EXIT STATUS",
           R"(0 after success; 1 if a file is refused, or a measurement contradicts a given tilt; 2 for a wrong command line.)"},
          {"EXAMPLES",

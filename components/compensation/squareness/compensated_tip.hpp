@@ -21,9 +21,9 @@ struct CompensatedTip final : hal::Group {
     static constexpr double largest = 1e4;  // mu
     static constexpr int patience = 50;     // looks, 1 s: linuxcnc_link sees the side later than motion does
 
-    hal::In<bool> on_contour{
-        this, "tip-on-contour", false,
-        "Correct compensation-radius: of a tip that is turned to the contour, never of a rotating cutter."};
+    hal::In<bool> on_contour{this, "tip-on-contour", false,
+                             "Correct the radius of a single-point tip that is turned to the contour; never "
+                             "for a rotating cutter."};
     hal::In<double> compensation_radius{
         this, "compensation-radius", 0, "mu",
         "Radius of cutter compensation, positive with G41, negative with G42, 0 with G40."};
@@ -35,7 +35,7 @@ struct CompensatedTip final : hal::Group {
 
     hal::In<bool> compensation_heartbeat{
         this, "compensation-heartbeat", false,
-        "Changes with each look at compensation-side: linuxcnc-link.heartbeat."};
+        "Changes each time that compensation-side is read: linuxcnc-link.heartbeat."};
 
     // The inputs of one period; the velocity of the path is finite, in mu/s.
     void step(const Eigen::Vector3d& velocity, bool coordinated) noexcept {

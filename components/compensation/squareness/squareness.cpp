@@ -28,13 +28,14 @@ struct Squareness final : hal::Component {
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
 
-    hal::Option<std::string> chain{this, "chain", "w-X-Y.b-Z-C-t",
-                                   "Axes that carry the work, before b, and the tool, after it."};
+    hal::Option<std::string> chain{
+        this, "chain", "w-X-Y.b-Z-C-t",
+        "Axes that carry the work, before b, and axes that carry the tool, after b."};
     hal::Option<std::string> table{this, "table", "",
-                                   "CSV files of error tables, absolute paths, with : between."};
+                                   "CSV files of error tables: absolute paths, separated by colons."};
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", false, "Apply the correction; else 0."};
+    hal::In<bool> enable{this, "enable", false, "Apply the correction; false: it returns to 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     SquarenessSettings settings{this};
     hal::Axes<hal::In<double>, 3> tool_offset{this, "%-tool-offset", 0, "mu",
@@ -55,8 +56,8 @@ struct Squareness final : hal::Component {
                                                       "Commanded velocity of % with its correction."};
     hal::Axes<hal::Out<double>, 3> error{this, "%-error", "mu",
                                          "Error of the tip here without correction, in %."};
-    hal::Out<bool> ramping{this, "ramping", "The correction still changes to its wanted value."};
-    hal::Out<bool> settling{this, "settling", "The next cut has to wait for the correction of its tool."};
+    hal::Out<bool> ramping{this, "ramping", "The correction is still ramping to its target."};
+    hal::Out<bool> settling{this, "settling", "The next cut must wait for the correction of its tool."};
     hal::Codes<Settling::Ended> unsettled{
         this, "unsettled",
         "Settling ended too early; unsettled-code gives the cause, until the tool changes again."};
@@ -64,8 +65,8 @@ struct Squareness final : hal::Component {
     hal::Codes<Fault> fault{this, "fault"};
     hal::Status<SquarenessStatus> status{this};
     hal::Out<bool> table_fault{this, "table-fault",
-                               "The last reload failed; the tables before stay in force."};
-    hal::Out<std::int32_t> tables{this, "tables", "Axes that have a table."};
+                               "The last reload failed; the former tables stay in force."};
+    hal::Out<std::int32_t> tables{this, "tables", "Number of axes with a table."};
     hal::Out<std::int32_t> serial{this, "serial", "Number of successful reloads of the tables."};
 
     hal::Offset moves[6]{{this, moving(correction[0])}, {this, moving(correction[1])},

@@ -38,12 +38,11 @@ constexpr const char* sentence(Fault fault) {
                    "have; "
                    "the last good set of settings stays in force.";
         case Fault::datum:
-            return "The setting to-bed is true, and no axis of the chain rides on one parallel to it; the "
-                   "last good set "
-                   "of settings stays in force.";
+            return "The setting to-bed is true, and no axis of the chain is carried by a parallel axis; the "
+                   "last good set of settings stays in force.";
         case Fault::direction:
             return "The radial-offset has no radial-direction; the last good set of settings stays in force.";
-        case Fault::tables: return "The tables could not be read again; the tables before stay in force.";
+        case Fault::tables: return "The tables could not be read again; the former tables stay in force.";
         case Fault::steep:
             return "The tables change too fast with the position; the correction returns to 0.";
         case Fault::speed:

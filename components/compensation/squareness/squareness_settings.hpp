@@ -28,9 +28,10 @@ struct SquarenessSettings final : hal::Group {
     hal::Axes<SquarenessAxis, 6> axes{this};
     hal::In<bool> axis_direction{
         this, "axis-direction", false,
-        "A tilt turns the axes parallel to it alone, and the tool; else all behind it."};
+        "A tilt turns only parallel axes and the tool; false: it turns all that the axis carries."};
     hal::In<bool> to_bed{this, "to-bed", false,
-                         "The tilt of an axis on a parallel one was measured to the bed; else to that one."};
+                         "The tilt of an axis on a parallel axis was measured against the bed; false: "
+                         "against the parallel axis."};
     hal::In<bool> parallel_axis_corrects{
         this, "parallel-axis-corrects", false,
         "U, V or W corrects its own travel; false: it stays, and X, Y and Z correct for it."};
@@ -42,14 +43,15 @@ struct SquarenessSettings final : hal::Group {
                                      "The radial offset is given as a diameter."};
     hal::Axes<hal::In<double>, 3> reference_tool_offset{
         this, "%-reference-tool-offset", 0, "mu",
-        "Offset in % of the tool that the work's origin was set with."};
+        "Offset in % of the tool with which the origin of the work was set."};
     static constexpr hal::Range tilts{1e-9, 0.1}, corrections{1e-6, 100}, rates{1e-6, 10}, speeds{0, 1e5},
         settling_times{1e-3, 3600};
-    hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Largest tilt either way.", tilts};
+    hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Maximum tilt, in either direction.", tilts};
     hal::In<double> max_correction{
-        this, "max-correction", 1, "mu", "Largest correction of an axis either way.", corrections};
+        this, "max-correction", 1, "mu", "Maximum correction of an axis, in either direction.", corrections};
     hal::In<double> max_rate{
-        this, "max-rate", 0.1, "mu/s", "Fastest change of the correction that motion did not cause.", rates};
+        this, "max-rate", 0.1, "mu/s", "Maximum rate of change of the correction that motion does not cause.",
+        rates};
     hal::In<double> max_speed{
         this,  "max-speed", 0, "mu/s", "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set.",
         speeds};

@@ -37,7 +37,7 @@ struct GrowthLogProgram final : hal::Component {
     using Component::Component;
 
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
-    hal::Out<bool> resumable{this, "resumable", "A test of before was given back and can be resumed."};
+    hal::Out<bool> resumable{this, "resumable", "An earlier test was restored and can be resumed."};
     hal::Out<std::int32_t> lines{this, "lines", "Number of records in the log."};
     hal::Codes<LogFault> fault{this, "fault"};
     hal::Option<std::string> file{this, "file", "", "TOML file with the settings, absolute path."};

@@ -22,8 +22,8 @@ struct LinuxcncAlive final : hal::Component {
     static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
 
-    hal::Out<bool> task_heartbeat{this, "task-heartbeat", "Changes as long as task's main loop runs."};
-    hal::Out<bool> io_heartbeat{this, "io-heartbeat", "Changes as long as the loop of io runs."};
+    hal::Out<bool> task_heartbeat{this, "task-heartbeat", "Changes while the main loop of task runs."};
+    hal::Out<bool> io_heartbeat{this, "io-heartbeat", "Changes while the main loop of io runs."};
     hal::Out<bool> program_running{this, "program-running",
                                    "A program or an MDI command runs or is paused, for interlock."};
     hal::Out<bool> part_program_running{

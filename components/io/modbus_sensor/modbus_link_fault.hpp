@@ -13,7 +13,7 @@ constexpr const char* sentence(ModbusLinkFault fault) {
         case ModbusLinkFault::unreachable: return "The device does not accept a connection.";
         case ModbusLinkFault::port: return "The serial port is missing, is in use, or refuses its settings.";
         case ModbusLinkFault::lost: return "The connection was lost.";
-        case ModbusLinkFault::silent: return "No device of the link answers as it should.";
+        case ModbusLinkFault::silent: return "No device of the link answers correctly.";
         default: return nullptr;
     }
 }

@@ -49,7 +49,7 @@ struct OutputPins : hal::Group {
 
 struct Link : SensorLink<ModbusLink, ModbusLinkFault> {
     Link(hal::Owner owner, const ModbusLinkSettings& settings)
-        : SensorLink(owner, settings, "The link is open and a device of it answers.",
+        : SensorLink(owner, settings, "The link is open, and one of its devices answers.",
                      "Time from the last request to its reply.") {
         for (const ModbusChannel& channel : settings.channels) {
             outputs.emplace_back();

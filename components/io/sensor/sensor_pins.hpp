@@ -19,16 +19,18 @@ struct ChannelPins : hal::Group {
     ChannelPins(hal::Owner owner, const std::string& name, const std::optional<std::string>& unit)
         : Group(owner),
           its_(name + "."),
-          valid{this, its_ + "valid", "The value can be used."},
-          age{this, its_ + "age", "s", "Time since the value was asked for, or its frame came."},
+          valid{this, its_ + "valid", "The value is valid."},
+          age{this, its_ + "age", "s", "Time since the value was requested, or since its frame arrived."},
           errors{this, its_ + "error-count", "Number of failed requests and rejected values."},
           fault{this, its_ + "fault", "A fault of the channel is active; its fault-code gives the cause."} {
         const char* const sentence =
-            "The last value that was accepted; an output's last command that the device has acknowledged.";
+            "Last accepted value; of an output, the last command that the device acknowledged.";
         if (unit)
             number_.emplace(this, its_ + "value", *unit, sentence);
         else
-            bit_.emplace(this, its_ + "value", "The same of a coil, a discrete input or a bit.");
+            bit_.emplace(this, its_ + "value",
+                         "Last accepted state of a coil, a discrete input or a bit; of an output, the last "
+                         "acknowledged command.");
     }
 
     // A reader never sees an invalid value as valid: valid falls before the value changes, and rises after

@@ -25,39 +25,46 @@ struct AxisOffset final : hal::Component {
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", true, "Apply the own offset; else 0."};
+    hal::In<bool> enable{this, "enable", true, "Apply the own offset; false: it returns to 0."};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
-    hal::In<bool> arm{this, "arm", false, "A cycle starts, when it rises."};
+    hal::In<bool> arm{this, "arm", false, "A rising edge is a cycle start, which arms the stage."};
     hal::In<bool> clear{this, "clear", false, "Take the own offset back, and disarm."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
-    hal::In<std::int32_t> motion_type{this, "motion-type", 0, "As in LinuxCNC: 5 is probing."};
-    hal::In<double> offset_request{this, "offset-request", 0, "mu", "Offset that LinuxCNC is asked for."};
-    hal::In<double> offset_in_force{this, "offset-in-force", 0, "mu", "Offset that LinuxCNC applies."};
+    hal::In<std::int32_t> motion_type{this, "motion-type", 0,
+                                      "Kind of motion: motion.motion-type; 5 is a probing move."};
+    hal::In<double> offset_request{this, "offset-request", 0, "mu",
+                                   "Requested offset: axis.L.eoffset-request."};
+    hal::In<double> offset_in_force{this, "offset-in-force", 0, "mu",
+                                    "Offset that LinuxCNC applies: axis.L.eoffset."};
     hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
-                                    "Of interlock, which permits changes of the offset; -1 without one."};
+                                    "Net interlock.heartbeat; leave at -1 without interlock."};
     hal::In<bool> offset_limited{this, "offset-limited", false, "LinuxCNC holds an axis at a soft limit."};
     hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset."};
     static constexpr hal::Range scales{1e-7, 0.1}, offsets{0, 1000}, rates{0, 10};
     hal::In<double> scale{this, "scale", 0.0001, "mu", "Offset of one count.", scales};
-    hal::In<double> max_offset{this,   "max-offset", 0.15, "mu", "Largest sum of the offsets either way.",
-                               offsets};
-    hal::In<double> max_rate{this, "max-rate", 0.1, "mu/s", "Fastest change of the own offset.", rates};
+    hal::In<double> max_offset{
+        this, "max-offset", 0.15, "mu", "Maximum sum of the offsets, in either direction.", offsets};
+    hal::In<double> max_rate{this, "max-rate", 0.1, "mu/s", "Maximum rate of change of the own offset.",
+                             rates};
     GuestPins guest{this};
 
-    hal::Out<std::int32_t> counts{this, "counts", "Counts of LinuxCNC's external offset."};
-    hal::Out<double> counts_scale{this, "counts-scale", "mu", "Offset of one count, for LinuxCNC."};
-    hal::Out<bool> offset_enable{this, "offset-enable", "LinuxCNC is to listen to the counts."};
-    hal::Out<bool> offset_clear{this, "offset-clear", "LinuxCNC is to clear what is left of the offset."};
+    hal::Out<std::int32_t> counts{this, "counts",
+                                  "Counts of LinuxCNC's external offset: to axis.L.eoffset-counts."};
+    hal::Out<double> counts_scale{this, "counts-scale", "mu",
+                                  "Offset of one count: to axis.L.eoffset-scale."};
+    hal::Out<bool> offset_enable{this, "offset-enable", "Enables the counts: to axis.L.eoffset-enable."};
+    hal::Out<bool> offset_clear{this, "offset-clear",
+                                "Clears the rest of the offset: to axis.L.eoffset-clear."};
     hal::Out<double> applied_offset{this, "applied-offset", "mu",
-                                    "Own offset that the axis has, without the guest's."};
+                                    "Own offset in force, without the guest's."};
     hal::Out<bool> armed{this, "armed", "The offset follows its sources."};
     hal::Out<bool> in_force{this, "in-force", "LinuxCNC applies an offset, the own one or the guest's."};
     hal::Out<bool> ramping{this, "ramping", "The own offset changes towards its sources."};
-    hal::Out<bool> limited{this, "limited",
-                           "A soft limit or max-offset keeps the offset from what it is to be."};
-    hal::Out<bool> uncompensated{this, "uncompensated", "An offset that is to be applied is not in force."};
-    hal::Out<bool> probing_refused{this, "probing-refused", "Probing has begun with an offset in force."};
+    hal::Out<bool> limited{this, "limited", "A soft limit or max-offset prevents the full offset."};
+    hal::Out<bool> uncompensated{this, "uncompensated",
+                                 "The axis lacks the offset that its sources ask for."};
+    hal::Out<bool> probing_refused{this, "probing-refused", "A probing move began with an offset in force."};
     hal::Codes<Fault> fault{this, "fault"};
 
     hal::Offset moves{this, hal::MovingPin(counts, counts_scale, offset_request)

@@ -23,34 +23,35 @@ struct Functions : hal::Group {
                                           "The operator has switched the function on."};
     hal::Row<hal::In<bool>, number> suspend{this, "function-suspend", false,
                                             "The part program suspends the function."};
-    hal::Row<hal::In<std::int32_t>, number> needs{this, "function-services", first_four,
-                                                  "Services that it needs: the sum of 1 for service 0, 2 for "
-                                                  "service 1, 4 for service 2, ... 128 for service 7."};
+    hal::Row<hal::In<std::int32_t>, number> needs{
+        this, "function-services", first_four,
+        "Services that the function needs: the sum of 1 for service 0, 2 for service 1, 4 for service 2, ... "
+        "128 for service 7."};
     hal::Row<hal::In<bool>, number> busy{this, "function-busy", false,
-                                         "A lost service leaves the function on as long as this is true, "
-                                         "unless the service is one of function-urgent."};
+                                         "While true, the loss of a service leaves the function on, unless "
+                                         "the service is one of function-urgent."};
     hal::Row<hal::In<std::int32_t>, number> urgent{this, "function-urgent", 0,
                                                    "Services whose loss turns the function off at once, as a "
                                                    "sum; the function must need them."};
     hal::Row<hal::In<bool>, number> settling{this, "function-settling", false,
-                                             "The next cut has to wait for the function."};
+                                             "The next cut must wait for the function."};
     hal::Row<hal::In<bool>, number> ramping{this, "function-ramping", false,
-                                            "The function is on its way to what is wanted."};
+                                            "The function is still ramping to its target."};
 
     static constexpr std::int32_t all_stages = (1 << Stages::number) - 1;
     hal::Row<hal::In<std::int32_t>, number> its_stages{
         this, "function-stages", all_stages,
-        "Stages that bring its offset into an axis, as a sum like function-services."};
+        "Stages that apply the offset of the function to an axis, as a sum like function-services."};
 
-    hal::Row<hal::Out<bool>, number> enable{this, "function-enable", "The function is to compensate."};
+    hal::Row<hal::Out<bool>, number> enable{this, "function-enable",
+                                            "Enables the function: to its pin enable."};
     hal::Row<hal::Out<bool>, number> lost{
         this, "function-lost",
-        "A service was lost, and the function is off or goes off when it is "
-        "no longer busy; turn its switch off and on, or start a cycle, when "
-        "the service is ok."};
+        "A service was lost. The function is off, or goes off when it is no longer busy. When the service is "
+        "ok again, turn the switch off and on, or start a cycle."};
     hal::Row<hal::Code<hal::Common>, number> status{
         this, "function-status",
-        "Who keeps the function from acting, for its pin interlock-status; 0: nobody."};
+        "Reason why the function does not act, as a code: to its pin interlock-status; 0: none."};
 
     // Of one period.
     struct Now {

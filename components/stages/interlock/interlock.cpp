@@ -41,11 +41,11 @@ struct Interlock final : hal::Component {
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
-    hal::In<std::int32_t> motion_type{this, "motion-type", 0, "As in LinuxCNC: 5 is probing."};
-    hal::In<double> path_speed{
-        this, "path-speed", 0, "mu/s",
-        "Speed of the path: motion.current-vel. A move that begins in spite of feed-inhibit "
-        "is aborted."};
+    hal::In<std::int32_t> motion_type{this, "motion-type", 0,
+                                      "Kind of motion: motion.motion-type; 5 is a probing move."};
+    hal::In<double> path_speed{this, "path-speed", 0, "mu/s",
+                               "Speed along the path: motion.current-vel. With it, a move that begins in "
+                               "spite of feed-inhibit is aborted."};
     hal::In<bool> program_running{this, "program-running", false, "A program runs or is paused."};
     hal::In<std::int32_t> feed_services{
         this, "feed-services", 0, "Services whose loss holds the feed, as a sum like function-services."};
@@ -54,30 +54,37 @@ struct Interlock final : hal::Component {
     Services services{this};
     Functions functions{this};
     Stages stages{this};
-    hal::In<double> uncompensated_delay{this, "uncompensated-delay", 2, "s",
-                                        "How long an axis lacks its offset before uncompensated is true."};
+    hal::In<double> uncompensated_delay{
+        this, "uncompensated-delay", 2, "s",
+        "Time for which an axis lacks its offset before uncompensated is true."};
     hal::In<double> probing_refused_time{this, "probing-refused-time", 5, "s",
-                                         "How long probing-refused stays true after the refusal."};
+                                         "Time for which probing-refused stays true after the refusal."};
     hal::In<double> feed_held_delay{this, "feed-held-delay", 5, "s",
-                                    "How long the feed is held before feed-held is true."};
+                                    "Time for which the feed is held before feed-held is true."};
 
-    hal::Out<std::int32_t> heartbeat{this, "heartbeat", "Counts the periods, for the stages."};
-    hal::Out<bool> arm{this, "arm", "A cycle runs that may apply offsets; a stage arms when it rises."};
-    hal::Out<bool> ramping{this, "ramping", "A function or a stage is on its way to what is wanted."};
-    hal::Out<bool> homing_inhibit{this, "homing-inhibit", "An offset is in force: LinuxCNC must not home."};
-    hal::Out<bool> feed_inhibit{this, "feed-inhibit", "The next move has to wait."};
+    hal::Out<std::int32_t> heartbeat{this, "heartbeat", "Counts the periods: to heartbeat of the stages."};
+    hal::Out<bool> arm{this, "arm",
+                       "A cycle runs in which offsets may be applied; the rising edge arms the stages."};
+    hal::Out<bool> ramping{this, "ramping", "A function or a stage is still ramping to its target."};
+    hal::Out<bool> homing_inhibit{
+        this, "homing-inhibit",
+        "An offset is in force, and LinuxCNC must not home: to motion.homing-inhibit."};
+    hal::Out<bool> feed_inhibit{this, "feed-inhibit",
+                                "The next move must wait: to motion.feed-inhibit and motion.feed-hold."};
     hal::Out<bool> feed_service_lost{this, "feed-service-lost", "A lost service holds the feed."};
-    hal::Out<bool> abort{this, "abort", "LinuxCNC has to abort."};
+    hal::Out<bool> abort{this, "abort", "LinuxCNC must abort: to halui.abort."};
     hal::Out<bool> compensated{this, "compensated", "All functions that are switched on compensate."};
-    hal::Out<bool> uncompensated{this, "uncompensated", "An axis lacks its offset for some time."};
+    hal::Out<bool> uncompensated{this, "uncompensated",
+                                 "An axis has lacked its offset for uncompensated-delay."};
     hal::Out<std::int32_t> uncompensated_stage{
         this, "uncompensated-stage", "Number of the first stage whose axis lacks its offset, or -1."};
-    hal::Out<bool> probing_refused{this, "probing-refused", "Probing was refused a moment ago."};
+    hal::Out<bool> probing_refused{this, "probing-refused",
+                                   "A probing move was refused; true for probing-refused-time."};
     hal::Out<bool> hold_defeated{
         this, "hold-defeated",
-        "A move began a moment ago in spite of feed-inhibit, and was aborted: M49, M51 P0 "
+        "A move began in spite of feed-inhibit, and was aborted; true for probing-refused-time. M49, M51 P0 "
         "and M53 P0 disable the holds of LinuxCNC."};
-    hal::Out<bool> feed_held{this, "feed-held", "The feed is held for some time."};
+    hal::Out<bool> feed_held{this, "feed-held", "The feed has been held for feed-held-delay."};
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation as a whole number."};
     hal::Codes<Fault> fault{this, "fault"};
 

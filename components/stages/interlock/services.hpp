@@ -20,10 +20,10 @@ struct Services : hal::Group {
     using Group::Group;
 
     hal::Row<hal::In<bool>, number> heartbeat{this, "service-heartbeat", false,
-                                              "It changes as long as the service lives."};
-    hal::Row<hal::In<double>, number> timeout{this, "service-timeout", 0, "s",
-                                              "Longest time without a change of the heartbeat, at most 3600; "
-                                              "0: the heartbeat is not watched."};
+                                              "Heartbeat of the service: it changes while the service runs."};
+    hal::Row<hal::In<double>, number> timeout{
+        this, "service-timeout", 0, "s",
+        "Maximum time without a change of the heartbeat, up to 3600; 0: the heartbeat is not watched."};
     hal::In<double> clock_speed{this,
                                 "clock-speed",
                                 hal::clock_speed(),
@@ -32,10 +32,10 @@ struct Services : hal::Group {
                                 "service follows the computer's clock.",
                                 {slowest, fastest}};
     hal::Row<hal::In<bool>, number> ready{this, "service-ready", true,
-                                          "The service is ready, such as restored of plumb-retain."};
+                                          "The service is ready: for example plumb-retain.restored."};
     hal::Row<hal::In<bool>, number> fault{this, "service-fault", false, "The service has a fault."};
 
-    hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service lives and is ready."};
+    hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service runs and is ready."};
     hal::Row<hal::Out<bool>, number> lost{this, "service-lost", "The heartbeat has stopped."};
     hal::Row<hal::Out<bool>, number> not_ready{this, "service-not-ready",
                                                "The service has a fault, and is not ready."};

@@ -37,12 +37,12 @@ struct Stages : hal::Group {
     using Group::Group;
 
     Row in_force{this, "stage-in-force", false, "The stage has an offset in force."};
-    Row ramping{this, "stage-ramping", false, "Its offset is on its way, and does change."};
-    Row uncompensated{this, "stage-uncompensated", false, "Its axis lacks an offset that is wanted."};
+    Row ramping{this, "stage-ramping", false, "The offset of the stage is still changing."};
+    Row uncompensated{this, "stage-uncompensated", false, "The axis of the stage lacks its offset."};
     Row probing_refused{this, "stage-probing-refused", false,
-                        "Probing has begun with an offset in force that its result would contain."};
+                        "A probing move began with an offset in force, which its result would contain."};
     Row fault{this, "stage-fault", false, "The stage has a fault."};
-    Row limited{this, "stage-limited", false, "A bound keeps the whole offset from its axis."};
+    Row limited{this, "stage-limited", false, "A limit prevents the full offset of the stage."};
 
     // Of a period, as sums of 1, 2, 4, ...
     struct Now {

@@ -105,7 +105,7 @@ class Squareness(Machinery):
         self.assert_status("square", "wait", "The axes move to their correction.")
         self.do("setp interlock.function-switch-0 0", time=3)
         self.do("setp x-stage.max-offset 0.001", "setp interlock.function-switch-0 1", time=3)
-        self.assert_status("square", "warn", "A bound of a stage keeps the whole offset from its axis.")
+        self.assert_status("square", "warn", "A limit of a stage prevents the full offset of its axis.")
         self.do("setp interlock.function-stages-0 6")  # of another function
         self.assert_status("square", "good", "Corrects the tilts that were measured.")
 
