@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """configs/lathe: centre_height in a complete LinuxCNC, by the gauge and by hand, and its tool table."""
 
+import math
 import os
+import re
 import subprocess
 import unittest
 
@@ -73,13 +75,25 @@ class Shift(unittest.TestCase):
         self.assertIn("The load of the spindle has shown no cut", "\n".join(self.facts["load"] + self.messages + self.errors))
         self.assertEqual(self.facts["load of a cut"], 0)
 
-    def test_preview_of_the_program_ends(self):
-        """A screen interprets the program without a machine that answers."""
-        command = ["rs274", "-g", "-i", self.ini, os.path.join(os.path.dirname(self.ini), "centre.ngc")]
+    def previewed(self, program):
+        """A screen interprets a program without a machine that answers."""
+        command = ["rs274", "-g", "-i", self.ini, os.path.join(os.path.dirname(self.ini), program)]
         done = subprocess.run(command, cwd=os.path.dirname(self.ini), capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("PROGRAM_END", done.stdout)
-        self.assertLess(done.stdout.count("STRAIGHT"), 10)  # no M-code of centre_height measures
+        return done.stdout
+
+    def test_preview_of_the_program_ends(self):
+        self.assertLess(self.previewed("centre.ngc").count("STRAIGHT"), 10)  # no M-code of centre_height measures
+
+    def test_each_pass_of_the_step_of_y_is_of_one_depth(self):
+        radius, depths = 5.3, []
+        for x, y, z in re.findall(r"STRAIGHT_FEED\((\S+), (\S+), (\S+),", self.previewed("step.ngc")):
+            if float(z) == 11:
+                depths.append(radius - math.hypot(float(x), float(y)))
+                radius -= depths[-1]
+        self.assertEqual(len(depths), 8)
+        self.assertLess(max(depths) - min(depths), 0.005)
 
     def test_tools_of_two_turrets_and_two_spindles_come_on_centre_in_one_program(self):
         self.assertAlmostEqual(self.facts["behind"]["T1"][1], -0.1, delta=0.012)
