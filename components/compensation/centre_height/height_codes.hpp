@@ -89,7 +89,8 @@ constexpr const char* sentence(Hold hold) {
         case Hold::shim:
             return "This machine has no Y: raise the tool by y-move, with a shim. Below 0, lower it.";
         case Hold::sign_by_shim:
-            return "Two cuts do not show the sign. Cut a third time with a shim below the tool, or set sign to "
+            return "Two cuts do not show the sign. Cut a third time with a shim below the tool, or set sign "
+                   "to "
                    "1 or -1.";
         case Hold::disagreement:
             return "The cuts disagree by more than three sigmas: a burr, a chip or a slip. Cut more lands, "

@@ -35,7 +35,8 @@ struct SimLathe final : hal::Component {
     hal::In<bool> inside{this, "inside", false, "The tool turns the bore."};
     hal::In<bool> guide_bush{this, "guide-bush", false, "A guide bush holds the work at the tool."};
     hal::In<bool> x_reversed{this, "x-reversed", false, "The tool is on the side of -X."};
-    hal::In<bool> inverted{this, "inverted", false, "The tool stands upside down: its cut bends the work to -Y."};
+    hal::In<bool> inverted{this, "inverted", false,
+                           "The tool stands upside down: its cut bends the work to -Y."};
     hal::In<double> gauge_z{this, "gauge-z", -1, "mu", "Z of the gauge; negative: at the last cut."};
     hal::In<double> gauge_offset{this, "gauge-offset", 0, "mu",
                                  "Distance of the gauge from the last cut, away from the chuck."};

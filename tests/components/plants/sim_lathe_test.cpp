@@ -127,7 +127,8 @@ TEST_F(SimLathe, WorkBendsMoreFurtherOut) {
 TEST_F(SimLathe, AnotherToolBendsTheWorkOfThisOne) {
     make_ideal();
     const double r = std::hypot(5, 0.1), near = 20, far = 60;
-    const double bend = 100 * (1 / 50000.0 + near * near * (3 * far - near) / (6 * 206e3 * M_PI * std::pow(r, 4) / 4));
+    const double bend =
+        100 * (1 / 50000.0 + near * near * (3 * far - near) / (6 * 206e3 * M_PI * std::pow(r, 4) / 4));
     set("other-force-x", -100);
     set("other-force-y", 100);
     set("other-z", far);
