@@ -101,7 +101,8 @@ public:
         // What is held does harm if less than half of it is left; by the prediction twice that much is left.
         const double left = 2 * std::copysign(e.predicted, growth_ * e.predicted) - std::abs(growth_);
         const double value = silent ? growth_ : std::max(left, 0.0);
-        authority_.step({value, e.sigma, age_, 1}, e.in_cycle, {1, 2, settings.floor / 3, settings.hold});
+        authority_.step({value, e.sigma, age_, 1}, e.in_cycle,
+                        {none, whole, settings.floor / 3, settings.hold});
         if (!holds || authority_.part() > before) offset_ = authority_.part() * growth_;
         judge(e, certain, settings);
     }
@@ -114,6 +115,10 @@ public:
     void forget() noexcept { *this = GrowthAuthority(); }
 
 private:
+    // Standard deviations from harm. From three on the whole growth does it once in 700 contacts: that is for
+    // a load so poor that its reference alone may be off by the whole growth.
+    static constexpr double none = 1.5, whole = 3;
+
     void judge(const Evidence& e, double certain, const Settings& settings) noexcept {
         const double unapplied = std::abs(growth_ - offset_);
         const double expected = std::hypot(sigma_, unapplied);

@@ -25,8 +25,9 @@ struct ContactPriors {
     double slowest = 0.01;       // of max-growth-rate: no machine is quieter than that
     double shortest = 60;        // s, in which a growth shows
     double lasting = 300;        // s, for which it keeps its direction
-    double lightest = 1e-3;      // weight of a hypothesis, of the heaviest one
-    double memory = 0.05;        // part of a contact in the consistency: twenty contacts
+    double lightest = 1e-5;      // weight of a hypothesis, of the heaviest one
+    double memory = 0.05;        // part of a contact in what is learned: twenty contacts
+    double first = 2;            // contacts that the consistency of 1 counts for at the start
     double widest = 16;          // of the consistency, the ratio of variances found and expected
 };
 
@@ -61,18 +62,18 @@ public:
         std::int32_t gauge = -1;       // index of the reference
         std::uint64_t of_tool = 0;     // a bit for each gauge of this tool
         bool other_tools = false;      // the reference has gauges of other tools, not withdrawn
-        double held = 0;               // mu, the growth of the last accepted contact
-        double spread = 1e9;           // mu, of the gate about it, beyond which nothing is growth
+        bool confirmed = false;        // beyond the gate, and other contacts have confirmed it
     };
 
     enum class Verdict { accepted, claim, withdrawn };
 
     void step(double speed, double temperature, bool temperature_valid, const Settings& settings,
               double dt) noexcept {
-        for (std::int32_t i = 0; i < alive_; ++i)
+        for (std::int32_t i = 0; i < alive_; ++i) {
             at(i).model.step(speed, temperature, temperature_valid, settings.between, dt);
+            at(i).since += dt;
+        }
         if (!at(0).model.known()) known_ = false;
-        since_ += dt;
         predict();
     }
 
@@ -96,6 +97,7 @@ public:
     void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
         alive_ = 1;
         at(0).model.correct(growth, sigma, {}, !first, settings.between);
+        at(0).hold(growth);
         accepted_ = 0;
         finish(true);
     }
@@ -112,9 +114,12 @@ public:
     void forget() noexcept {
         renew_gauges();
         at(0).model.forget();
+        at(0).since = 1e9;
+        at(0).held = 0;
         known_ = false;
         consistency_ = 1;
-        rate2_ = 0;
+        compared_ = 0;
+        rate2_ = squared(prior.settled_rate);
         claimed_ = false;
         accepted_ = 0;
     }
@@ -149,6 +154,7 @@ public:
     void shift_is_growth() noexcept {
         if (shift_ == Shift::none) return;
         alive_ = 1;
+        at(0).hold(at(0).held + at(0).model.shift_of_all());
         at(0).model.take_shift_as_growth();
         at(0).forget_shifts();
         finish(true);
@@ -165,7 +171,7 @@ public:
 private:
     using Expected = GrowthBetweenContacts::Expected;
     enum class Answer { work, outlier, tool, all };
-    static constexpr std::size_t most = 4, answers = 4;
+    static constexpr std::size_t most = 6, answers = 4;
     static constexpr double of_mean_deviation = 1.2533;  // standard deviations, of a normal distribution
 
     static constexpr ContactPriors prior{};
@@ -176,7 +182,15 @@ private:
         bool all = false;           // all gauges have shifted
         bool alone = false;         // ... of the only tool
         std::uint64_t of_tool = 0;  // the gauges that have shifted by their tool
+        // The growth by the last contact of the work, mu; s since the last one that was no outlier, and the
+        // response to the drive then.
+        double held = 0, since = 1e9, response = 0;
 
+        void hold(double growth) noexcept {
+            held = growth;
+            since = 0;
+            response = model.fastest_response();
+        }
         void forget_shifts() noexcept {
             all = alone = false;
             of_tool = 0;
@@ -209,7 +223,7 @@ private:
         for (std::int32_t i = 0; i < alive_; ++i)
             weigh(i, r, noise2, settings, candidates.data() + answers * i);
         const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(answers) * alive_;
-        std::partial_sort(candidates.begin(), candidates.begin() + most, end,
+        std::partial_sort(candidates.begin(), std::min(candidates.begin() + most, end), end,
                           [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
         learn_past(candidates[0], r, noise2, settings);
         live_on(candidates, r, settings);
@@ -233,9 +247,9 @@ private:
             return Candidate{std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, 0};
         };
         const double grown = r.growth - displaced(h, r.gauge);
-        four[0] = candidate(Answer::work, std::abs(grown - r.held) <= r.spread + 3 * std::sqrt(noise2)
-                                              ? none * (slow + fast)
-                                              : 0);
+        const double gate = std::clamp(settings.max_growth_rate * h.since, settings.floor, settings.cap);
+        const bool possible = r.confirmed || std::abs(grown - h.held) <= gate + 3 * std::sqrt(noise2);
+        four[0] = candidate(Answer::work, possible ? none * (slow + fast) : 0);
         four[0].fast = fast2 * fast / std::max(slow + fast, 1e-300);
         four[1] = candidate(Answer::outlier, prior.outlier * outlier);
         four[2] = candidate(Answer::tool, r.other_tools && known_ ? prior.tool * of_shift : 0);
@@ -246,10 +260,9 @@ private:
     // a change of speed as much as the whole effect of that.
     double fast_variance(const Hypothesis& h, const Settings& settings) const noexcept {
         const double rate2 =
-            std::max(rate2_ > 0 ? rate2_ : squared(prior.settled_rate * settings.max_growth_rate),
-                     squared(prior.slowest * settings.max_growth_rate));
-        const double by_speed = h.model.largest_gain() * (h.model.fastest_response() - response_);
-        return std::min(rate2 * since_ * std::min(since_, prior.lasting) + by_speed * by_speed,
+            std::max(rate2_, squared(prior.slowest)) * squared(settings.max_growth_rate);
+        const double by_speed = h.model.largest_gain() * (h.model.fastest_response() - h.response);
+        return std::min(rate2 * h.since * std::min(h.since, prior.lasting) + by_speed * by_speed,
                         settings.cap * settings.cap);
     }
 
@@ -260,14 +273,19 @@ private:
         const Expected expected = at(best.parent).model.expected({r.gauge, r.reference_sigma});
         const double variance = expected.variance + noise2, error = r.growth - expected.mean;
         const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
-        consistency_ = std::clamp(consistency_ + prior.memory * (ratio - consistency_), 1.0, prior.widest);
+        const double part = std::max(prior.memory, 1 / (prior.first + ++compared_));
+        consistency_ = std::clamp(consistency_ + part * (ratio - consistency_), 1.0, prior.widest);
         if (best.answer != Answer::work) return;
-        if (rate2_ == 0) rate2_ = squared(prior.settled_rate * settings.max_growth_rate);
-        const double since = std::max(since_, prior.shortest);
-        const double excess =
-            std::max(error * error - variance, 0.0) / (since * std::min(since, prior.lasting));
-        rate2_ += prior.memory * std::min(since_ / prior.shortest, 1.0) *
-                  (std::min(excess, squared(settings.max_growth_rate)) - rate2_);
+        const double its = at(best.parent).since, since = std::max(its, prior.shortest);
+        const double of_fastest = std::max(
+            squared(settings.max_growth_rate) * since * std::min(since, prior.lasting), 1e-12);
+        // Where noise hides a growth of the settled rate, the rate stays as it was expected.
+        const double noise = consistency_ * variance / of_fastest, settled = squared(prior.settled_rate);
+        const double shows = 1 / (1 + squared(noise / settled));
+        const double excess = std::clamp(error * error / of_fastest - noise, -1.0, 1.0);
+        const double seen = shows * excess + (1 - shows) * settled;
+        rate2_ += prior.memory * std::min(its / prior.shortest, 1.0) * (seen - rate2_);
+        rate2_ = std::max(rate2_, 0.0);
     }
 
     static double squared(double x) noexcept { return x * x; }
@@ -322,6 +340,7 @@ private:
                                                                           settings.between.repeatability);
         h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), {r.gauge, r.reference_sigma}, true,
                         settings.between);
+        h.hold(c.answer == Answer::work ? r.growth - displaced(h, r.gauge) : h.held);
     }
 
     static double displaced(const Hypothesis& h, std::int32_t gauge) noexcept {
@@ -355,8 +374,6 @@ private:
         if (!accepted) return;
         held_ = growth_;
         held_sigma_ = sigma_;
-        since_ = 0;
-        response_ = best.model.fastest_response();
     }
 
     // Once a period, for all who ask.
@@ -387,7 +404,7 @@ private:
     }
 
     std::array<Hypothesis, most> set_{};
-    std::array<std::int32_t, most> order_{0, 1, 2, 3};  // by their weights
+    std::array<std::int32_t, most> order_{0, 1, 2, 3, 4, 5};  // by their weights
     std::int32_t alive_ = 1;
     bool known_ = false;
     bool claimed_ = false;  // a contact that is large has come, and nothing was known
@@ -395,9 +412,10 @@ private:
     std::uint64_t withdrawn_ = 0;
     double growth_ = 0, sigma_ = 0;
     double held_ = 0, held_sigma_ = 0;
-    double since_ = 0, response_ = 0;  // s, and response to the drive, since the last accepted contact
     double consistency_ = 1;
-    double rate2_ = 0;  // mu²/s², of the growth that the model does not describe; 0 before the first contact
+    std::int32_t compared_ = 0;  // contacts in the consistency
+    // Square of the rate of growth that the model does not describe, as a part of max-growth-rate.
+    double rate2_ = prior.settled_rate * prior.settled_rate;
     std::int32_t accepted_ = 0;  // contacts since nothing was known
 };
 

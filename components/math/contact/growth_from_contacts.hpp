@@ -66,9 +66,7 @@ public:
         const double before = r.growth - estimator_.displaced(r.gauge);
         if (!(std::abs(before - gate_.growth()) <= settings.max_correction)) return Rejection::too_large;
         const bool admitted = gate_.admits(before, r.tool, r.cycle, settings.gate);
-        r.held = gate_.growth();
-        r.spread = gate_.spread(settings.gate);
-        if (admitted) r.spread = std::max(r.spread, std::abs(before - r.held));  // others have confirmed it
+        r.confirmed = admitted && std::abs(before - gate_.growth()) > gate_.spread(settings.gate);
         switch (estimator_.judge(r, settings.estimator())) {
             case GrowthEstimator::Verdict::withdrawn: return Rejection::withdrawn;
             case GrowthEstimator::Verdict::claim:

@@ -13,8 +13,8 @@ struct Applied {
     GrowthAuthority::Evidence now{};
     GrowthAuthority authority{};
 
-    Applied() {
-        now.held = now.predicted = 40 * um;
+    explicit Applied(double growth = 40 * um) {
+        now.held = now.predicted = growth;
         now.sigma = 1 * um;
         now.spread = 60 * um;
         now.accepted = true;
@@ -93,15 +93,15 @@ TEST(GrowthAuthority, StaysWithinTheGateAboutTheLastContact) {
 
 TEST(GrowthAuthority, HoldsAContactWhosePredictionIsWideButOnTheSameSide) {
     Applied mill;
-    mill.now.predicted = 130 * um;
+    mill.now.predicted = 200 * um;
     mill.now.since_sigma = mill.now.sigma = 50 * um;
-    EXPECT_NEAR(mill.step(), 40 * um, 1e-12) << "half of it is left, by more than two standard deviations";
+    EXPECT_NEAR(mill.step(), 40 * um, 1e-12) << "half of it is left, by more than three standard deviations";
     mill.now.predicted = 40 * um;
     EXPECT_LT(mill.step(), 1 * um);
 }
 
 TEST(GrowthAuthority, AnErrorToExpectBeyondTheToleranceIsADoubt) {
-    Applied mill;
+    Applied mill(70 * um);
     mill.now.sigma = 9 * um;
     mill.step();
     EXPECT_EQ(mill.authority.doubt(), Doubt::none);
@@ -119,6 +119,16 @@ TEST(GrowthAuthority, AnErrorToExpectBeyondTheToleranceIsADoubt) {
     EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain);
 }
 
+TEST(GrowthAuthority, IsWholeFromThreeStandardDeviationsFromHarmOn) {
+    for (const double growth : {10 * um, 25 * um, 55 * um}) {
+        Applied sure(growth), unsure(growth);
+        sure.now.sigma = (growth + 5 * um) / 6.7;  // harm: more than 5 um, less than half of the rest is true
+        EXPECT_NEAR(sure.step(), growth, 1e-12);
+        unsure.now.sigma = (growth + 5 * um) / 2;
+        EXPECT_LT(unsure.step(), 0.1 * growth);
+    }
+}
+
 TEST(GrowthAuthority, AGrowthThatIsHeldBackIsADoubt) {
     Applied mill;
     mill.now.held = mill.now.predicted = 58 * um;
@@ -130,7 +140,7 @@ TEST(GrowthAuthority, AGrowthThatIsHeldBackIsADoubt) {
 
 TEST(GrowthAuthority, NamesEachDoubt) {
     const auto doubt = [](auto change) {
-        Applied mill;
+        Applied mill(70 * um);
         change(mill.now);
         mill.step();
         return mill.authority.doubt();
