@@ -82,7 +82,6 @@ class Day(Scenario):
         self.switch(SQUARE, True)
         self.grow(0)
         self.machine.run("learn.ngc")
-        self.machine.wait(0.5)  # the offset returns; a cycle that begins before is not learnt from
         self.part("learnt")
         self.facts["learning failed"] = self.host.get("growth.learning-failed")
         self.grow(GROWN)
