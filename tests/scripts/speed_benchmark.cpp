@@ -253,10 +253,10 @@ void thermal_displacement_in_cycles(benchmark::State& state, bool known) try {
     const auto with_subject = with(subject);
     if (known) {
         with_subject->replay({cycle.string()});
-        with_subject->run(host::seconds(periods * period));
+        with_subject->run(client::seconds(periods * period));
         for (int i = 0; i < instances; ++i) with_subject->set("it-" + std::to_string(i) + ".learn", 0);
         with_subject->replay({cycle.string()});
-        with_subject->run(host::seconds(periods * period));
+        with_subject->run(client::seconds(periods * period));
         if (with_subject->get("it-0.contacts-accepted") == 0)
             throw std::runtime_error("the growth is not known");
     }
