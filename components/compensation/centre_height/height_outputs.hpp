@@ -89,10 +89,11 @@ struct HeightOutputs final : hal::Group {
         predicted = result.predicted;
         disagreement = result.disagreement;
         std::int32_t burrs = 0, first = 0;
-        for (std::int32_t cut = 32; cut > 0; --cut) {
-            if ((result.rejected >> (cut - 1) & 1) == 0) continue;
+        std::int32_t cut = 1;
+        for (std::uint32_t left = result.rejected; left != 0; left >>= 1, ++cut) {
+            if ((left & 1) == 0) continue;
+            if (first == 0) first = cut;
             burrs += 1;
-            first = cut;
         }
         rejected_cuts = valid ? burrs : 0;
         rejected_cut = valid ? first : 0;
