@@ -44,8 +44,7 @@ public:
     bool upward() const noexcept { return to_ > from_; }
     double duration() const noexcept { return duration_; }  // s
     const Reciprocation& shape() const noexcept { return shape_; }
-    // mu/s2, at least 0, beside the dead points.
-    double first_acceleration() const noexcept { return std::abs(acceleration_[0]); }
+    // mu/s2, at least 0, before the dead point at its end.
     double last_acceleration() const noexcept { return std::abs(acceleration_[count_ - 2]); }
     bool limited() const noexcept { return limited_; }  // a section, or the rest, does not reach its speed
 

@@ -130,8 +130,8 @@ TEST(StrokePlan, WithoutSectionsAndLimitsIsTheHarmonicStroke) {
         EXPECT_NEAR(up->at(t).acceleration, 800 * std::cos(4 * t), 6) << t;
         EXPECT_NEAR(down->at(t).position, 140 - up->at(t).position, nm) << t;
     }
-    EXPECT_NEAR(up->first_acceleration(), 800, 0.1);
-    EXPECT_LE(up->first_acceleration(), 800);
+    EXPECT_NEAR(up->at(1e-6).acceleration, 800, 0.1);
+    EXPECT_LE(up->at(1e-6).acceleration, 800);
     EXPECT_NEAR(up->last_acceleration(), 800, 0.1);
 }
 
@@ -318,7 +318,7 @@ TEST(StrokePlan, ACrankThatBrakesByAPartKeepsItsOtherHalf) {
         request.braking = braking;
         const auto plan = planned(request);
         const double hardest = request.shape.peak_acceleration();
-        EXPECT_NEAR(plan->first_acceleration(), hardest, 1e-3 * hardest);
+        EXPECT_NEAR(plan->at(1e-6).acceleration, hardest, 1e-3 * hardest);
         for (double time = 0; time < plan->duration(); time += 1e-3)
             ASSERT_GE(plan->at(time).acceleration, -braking * hardest * (1 + 1e-3)) << braking << " " << time;
     }
