@@ -13,20 +13,19 @@ struct GuestPins final : hal::Group {
     using Group::Group;
 
     hal::In<std::int32_t> counts{this, "guest-counts", 0,
-                                 "Counts of the guest: in the place of axis.L.eoffset-counts."};
+                                 "Counts of the guest: instead of axis.L.eoffset-counts."};
     hal::In<double> scale{this, "guest-scale", 0, "mu",
-                          "Offset of one count of the guest: in the place of axis.L.eoffset-scale."};
+                          "Offset of one count of the guest: instead of axis.L.eoffset-scale."};
     hal::In<bool> enable{this, "guest-enable", true,
                          "Follow the guest's counts; false: the guest's offset holds."};
     hal::In<bool> clear{this, "guest-clear", false, "Take the guest's offset back at once."};
 
     hal::Out<double> request{this, "guest-request", "mu",
-                             "Offset that the guest asks for: in the place of axis.L.eoffset-request."};
-    hal::Out<double> applied{
-        this, "guest-applied", "mu",
-        "Part of the offset in force that is the guest's: in the place of axis.L.eoffset."};
+                             "Offset that the guest asks for: instead of axis.L.eoffset-request."};
+    hal::Out<double> applied{this, "guest-applied", "mu",
+                             "Part of the offset in force that is the guest's: instead of axis.L.eoffset."};
     hal::Out<bool> active{this, "guest-active",
-                          "The guest's offset is not 0: in the place of motion.eoffset-active."};
+                          "The guest's offset is not 0: instead of motion.eoffset-active."};
 
     GuestOffset::Given read() const noexcept { return {counts, scale, enable, clear}; }
 
