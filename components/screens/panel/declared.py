@@ -15,6 +15,7 @@ class Declared:
         self.codes = {pin: {int(code): text for code, text in texts.items()} for pin, texts in content.get("codes", {}).items()}
         self.is_of_sensors = "CHANNEL.value" in self.pins
         self.statuses = {int(number): its for number, its in content.get("statuses", {}).items()}  # kind, sentence, remedy, button, detail
+        self.moves = content.get("moves", {})  # outputs that move an axis; "bound" of one is the setting that bounds it
         self.has_records = {"row-shown", "restores"} <= set(self.pins)
 
     def pin(self, short):

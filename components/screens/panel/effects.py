@@ -47,8 +47,8 @@ def effect(machine, writes, values, chain_program=None):
         instance = machine.named(name)
         changes = {short: value for short, value in changes.items() if short == "enable" or value != instance.value(values, short)}
         changes = {short: value for short, value in changes.items() if short not in STILL.get(instance.module, ())}
-        of_module = OF_MODULE.get(instance.module)
-        if changes and of_module:
+        of_module = OF_MODULE.get(instance.module, _of_declared)
+        if changes:
             found += of_module(machine, instance, changes, values, chain_program)
     return [move for move in found if not abs(move.by) < SMALLEST]
 
@@ -168,6 +168,22 @@ def _of_chopping(_machine, instance, changes, values, _chain_program):
         away = [abs(instance.value(values, short, 0.0) - instance.value(values, "position", 0.0)) for short in ("upper", "lower")]
         return [Move(_("the stroking axis"), max(away), False)]
     return []
+
+
+def _of_declared(_machine, instance, changes, values, _chain_program):
+    """A function about which nothing else is known here moves its axes within the bounds that it declares."""
+    if "enable" in instance.pins and "enable" not in changes and not instance.value(values, "enable"):
+        return []
+    found = []
+    for short, its in instance.declared.moves.items():
+        now = instance.value(values, short, 0.0)
+        axis = short[0].upper() if short[1:2] == "-" and short[0] in "abcuvwxyz" else instance.name
+        if changes.get("enable") is False:
+            found.append(Move(axis, -now, True))
+        else:
+            bounds = instance.value(values, its["bound"], 0.0), changes.get(its["bound"], 0.0)
+            found.append(Move(axis, abs(now) + max(map(abs, bounds)), False))
+    return found
 
 
 OF_MODULE = {

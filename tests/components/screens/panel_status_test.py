@@ -4,6 +4,7 @@
 import os
 import stat
 import sys
+import types
 import unittest
 
 import plumb
@@ -11,7 +12,7 @@ from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
 from panel import chains, effects, growth_state, hal_files, machine, squareness_program, status, waiting  # noqa: E402
-from panel.declared import read_all  # noqa: E402
+from panel.declared import Declared, read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 from panel.settings import Write  # noqa: E402
 
@@ -189,6 +190,18 @@ class Squareness(Machinery):
         self.assertIn("at most", effects.in_words(moves))
         for short, text in (("max-rate", "0.5"), ("ec0y", "-0.00016")):
             self.assertEqual(effects.effect(self.machine, [Write(square, short, text)], self.values(), (CHAIN, PROGRAM)), [])
+
+    def test_a_function_that_the_panel_does_not_know_moves_within_its_declared_bounds(self):
+        declared = Declared({"name": "new_function", "role": "compensation", "moves": {"z-offset": {"bound": "max-offset"}}})
+        shorts = {"enable": "bit", "gain": "float", "max-offset": "float", "z-offset": "float"}
+        new = machine.Instance("new", declared, {short: Pin("new." + short, "new", kind, short == "z-offset", "", "") for short, kind in shorts.items()})
+        known = types.SimpleNamespace(switched_by=lambda pin: None, named=lambda name: new)
+        values = {"new.enable": True, "new.gain": 1.0, "new.max-offset": 0.5, "new.z-offset": 0.25}
+        for text, is_on, moves in (("gain 2", True, [("Z", 0.75, False)]), ("max-offset 1", True, [("Z", 1.25, False)]),
+                                   ("enable 0", True, [("Z", -0.25, True)]), ("gain 2", False, []), ("enable 1", False, [("Z", 0.75, False)])):
+            with self.subTest(text, on=is_on):
+                write = Write(new, *text.split())
+                self.assertEqual(effects.effect(known, [write], {**values, "new.enable": is_on}), [effects.Move(*move) for move in moves])
 
     def test_a_saved_lean_changes_that_lean(self):
         self.do("setp square.axis-direction 1", "setp square.eb0z 0.00007")
