@@ -81,8 +81,10 @@ class Day(Scenario):
     def growth_with_squareness(self):
         self.switch(SQUARE, True)
         self.grow(0)
+        self.host.set("growth.max-rate", 0.01)
         self.machine.run("learn.ngc")
-        self.part("learnt")
+        self.part("learnt")  # it waits until the offset has returned
+        self.host.set("growth.max-rate", 0.1)
         self.facts["learning failed"] = self.host.get("growth.learning-failed")
         self.grow(GROWN)
         self.switch(GROWTH, False)
