@@ -24,7 +24,8 @@ import plumb  # noqa: E402
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts longer texts
-OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side", "panel-beat")
+OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side", "panel-beat", "zero-set")
+ZERO_TIME = 0.5  # s for which zero-set is true
 PANEL_PATIENCE = 3  # s for which a beat of the panel counts
 LOCALE = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "share", "locale")  # the texts of the panel, codes too
 UNKNOWN_SIDE = 2
@@ -120,6 +121,23 @@ def compensation_side(status):
     if status.task_mode != linuxcnc.MODE_AUTO:
         return UNKNOWN_SIDE
     return next((SIDES[code] for code in status.gcodes[1:] if code in SIDES), UNKNOWN_SIDE)
+
+
+class WorkZero:
+    """Whether somebody has set the work zero: its offsets change, and the coordinate system stays the same."""
+
+    def __init__(self):
+        self._last = None
+        self._until = 0
+
+    def is_set(self, status, now):
+        """True for ZERO_TIME after a change; now in s."""
+        offsets = [*status.g5x_offset[:3], *status.g92_offset[:3]]
+        system = status.g5x_index
+        if self._last and self._last[0] == system and self._last[1] != offsets:
+            self._until = now + ZERO_TIME
+        self._last = system, offsets
+        return now < self._until
 
 
 def declared_codes(source, say=lambda text: text):
@@ -289,6 +307,7 @@ class Link:
         self._tools_due = 0
         self._reported = None
         self._panel_beat, self._panel_beaten = component["panel-beat"], -PANEL_PATIENCE
+        self._zero = WorkZero()
 
     def step(self):
         identify = self._component["identify"]  # first: later pins are read after the request
@@ -299,6 +318,7 @@ class Link:
         self._component["compensation-side"] = compensation_side(self._status) if connected else UNKNOWN_SIDE
         if not connected:
             return
+        self._component["zero-set"] = self._zero.is_set(self._status, time.monotonic())
         is_named = False
         try:
             is_named = self._program.look(self._status)
@@ -368,6 +388,7 @@ def main():
         component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
         component.newpin("compensation-side", hal.HAL_S32, hal.HAL_OUT)
         component["compensation-side"] = UNKNOWN_SIDE
+        component.newpin("zero-set", hal.HAL_BIT, hal.HAL_OUT)
         component.newpin("panel-beat", hal.HAL_S32, hal.HAL_IN)
         for message in messages:
             message.make_pins(component)
