@@ -99,6 +99,7 @@ private:
         }
         if (!found_) return note(LogFault::component, settings_.component);
         if (last_ && (giving_ || rows_->count() == 0) && !give_back()) return;
+        if (last_ && !giving_ && !go_on()) return;
         last_.reset();
         const std::int64_t count = rows_->count();
         if (count < written_) {  // a new test
@@ -163,6 +164,26 @@ private:
         return true;
     }
 
+    // growth_log has ended while the test went on: the last log is continued if its records are those of the
+    // component. False while the component does not answer.
+    bool go_on() {
+        const auto size = static_cast<std::int64_t>(last_->records.size());
+        if (rows_->count() < size) return true;
+        for (std::int64_t step = 0; step < compared; ++step) {
+            const std::int64_t row = (size - 1) * step / (compared - 1);
+            const auto record = rows_->read(row);
+            if (!record) return false;
+            const auto number = static_cast<std::size_t>(row);
+            if (growth_log_file::line(*record, number) != growth_log_file::line(last_->records[number], number))
+                return true;
+        }
+        writer_->resume(*last_);
+        number_ = last_->number;
+        written_ = size;
+        begun_ = true;
+        return true;
+    }
+
     void show_gap() const { rows_->set_gap(writer_->since_last_write(number_).value_or(-1)); }
 
     void note(LogFault problem, const std::string& what) {
@@ -174,6 +195,7 @@ private:
     }
 
     static constexpr std::int64_t most_at_once = 500;
+    static constexpr std::int64_t compared = 20;  // records, the first and the last among them
 
     GrowthLogSettings settings_;
     std::unique_ptr<GrowthLogWriter> writer_;

@@ -175,6 +175,36 @@ class GrowthLog(unittest.TestCase):
         self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
         self.assertGreater(len(numbers), rows)
 
+    def test_started_again_while_the_test_runs_it_goes_on_in_the_same_log(self):
+        self.start_log()
+        self.play(300)
+        self.kill()
+        kept = self.lines(self.logs()[0])[:-1]
+        self.host.run(300)
+        self.host.command("loadusr -Wn again %s again --file %s" % (GROWTH_LOG, self.toml))
+        self.until(lambda: self.get("again.lines") == self.get("growth-test.rows"), "the log has all records", tick=True)
+        (path,) = self.logs()
+        lines = self.lines(path)
+        self.assertEqual(lines[: len(kept)], kept)
+        numbers = [int(line.split(",")[1]) for line in lines if line.split(",")[0] in KINDS]
+        self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
+        self.assertGreater(len(numbers), sum(line.split(",")[0] in KINDS for line in kept))
+        self.assertFalse(any(",resumed," in line for line in lines))
+
+    def test_another_test_that_runs_as_it_starts_gets_a_log_of_its_own(self):
+        self.start_log()
+        self.play(100)
+        self.kill()
+        self.start_machine()
+        self.host.set("artifact.seed", 5)
+        self.host.set("artifact.play", True)
+        self.host.run(400)
+        before = self.lines(self.logs()[0])
+        self.start_log()
+        self.until(lambda: self.get("growth-log.lines") == self.get("growth-test.rows"), "the log has all records", tick=True)
+        self.assertEqual(len(self.logs()), 2)
+        self.assertIn(before, [self.lines(path) for path in self.logs()])
+
     def test_killed_at_any_moment_it_keeps_what_it_reported_and_goes_on(self):
         draw, kept = random.Random(4), ""
         self.start_log()
