@@ -478,8 +478,9 @@ class MeasuredCurve(unittest.TestCase):
                     file.write("\n".join(part) + "\n")
                 results = results_of(path, os.path.join(folder, "part"))
                 self.assertNotEqual(results["verdict"], "pass")
-                predicted.append(results["axes"]["Z"]["off"]["exponential"])
-            self.assertTrue(any(fit is None or not fit["determined"] or fit["steady_high_mm"] > fit["steady_low_mm"] for fit in predicted))
+                predicted.append(results["axes"]["Z"]["off"]["curve"])
+            for curve in predicted:  # one exponential claimed 0.2 um, and was 27 um wrong
+                self.assertGreater(curve["steady_high_mm"] - curve["steady_low_mm"], 5 * UM)
 
 
 class Fit(unittest.TestCase):
@@ -493,9 +494,10 @@ class Fit(unittest.TestCase):
             status, output, _ = growth("fit", path, "--time", "minutes", "--time-unit", "60", "--json")
             self.assertEqual(status, 0)
             z, line = json.loads(output)
-            self.assertAlmostEqual(z["steady"], 42, delta=0.1)
-            self.assertAlmostEqual(z["tau_s"], 3600, delta=40)
-            self.assertFalse(line["determined"])
+            self.assertAlmostEqual(z["steady"], 42, delta=1)
+            self.assertLess(z["steady_high"] - z["steady_low"], 10)
+            self.assertGreater(line["steady_high"] - line["steady_low"], 12)
+            self.assertAlmostEqual(60 * line["rate_per_s"], 0.1, delta=0.02)
             status, _, error = growth("fit", path)
             self.assertEqual(status, 1)
             self.assertIn("there is no column 'time_s'; there are minutes, z, line", error)

@@ -12,6 +12,33 @@ namespace plumb::commissioning {
 
 using Eigen::Vector3d;
 
+namespace {
+
+// Whether the mean speed of the spindle between two passes is another one than between two others.
+bool duty_changed(const GrowthLog& log) {
+    std::map<int, std::pair<double, double>> works;  // by the pass before: speed times time, and time
+    bool in_pass = true;
+    double before = 0;
+    for (const GrowthRecord& r : log.records) {
+        if (r.kind == GrowthRecord::event && (r.item == 2 || r.item == 3)) in_pass = r.item == 2;
+        if (r.kind == GrowthRecord::event && r.item == 3) before = r.time, works[r.pass];
+        if (r.kind != GrowthRecord::speed || in_pass || works.empty()) continue;
+        auto& [turned, time] = works.rbegin()->second;
+        turned += r.at[0] * (r.time - before);
+        time += r.time - before;
+        before = r.time;
+    }
+    double low = HUGE_VAL, high = 0;
+    for (const auto& [pass, work] : works) {
+        if (!(work.second > 0)) continue;
+        low = std::min(low, work.first / work.second);
+        high = std::max(high, work.first / work.second);
+    }
+    return high > 100 && low < 0.8 * high;
+}
+
+}  // namespace
+
 void split_places(GrowthAnalysis& analysis) {
     const bool compensated = !analysis.has_off;
     std::map<std::pair<int, bool>, Vector3d> last;
@@ -77,6 +104,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     analysis.log = &log;
     std::set<bool> cooled;
     for (const GrowthRecord& r : log.records) {
+        const double before = analysis.duration;
         analysis.duration = r.time;
         analysis.passes = std::max(analysis.passes, r.pass);
         if (r.kind == GrowthRecord::temperature && r.at[1] != 0)
@@ -85,6 +113,10 @@ GrowthAnalysis analysed(const GrowthLog& log) {
         if (r.item == 5) analysis.stop = static_cast<int>(r.at[0]);
         if (r.item == 6) ++analysis.resumed;
         if (r.item == 6 && r.at[0] != 0) ++analysis.unknown_breaks;
+        if (r.item == 6 && (r.at[0] != 0 || r.time - before > longest_break)) {
+            ++analysis.parts;
+            analysis.breaks.push_back(r.time);
+        }
         if (r.item == 7) ++analysis.rejected;
         if (r.item == 8) ++analysis.faults;
     }
@@ -99,8 +131,10 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     if (circles > 0) analysis.touch_scatter = std::sqrt(squares / circles);
     analysis.visits = static_cast<int>(visits.size());
     analysis.cooling_toggled = cooled.size() > 1;
+    analysis.duty_changed = duty_changed(log);
     make_series(visits_at_one_time(visits), analysis);
     measure_axes(analysis);
+    make_budgets(analysis, visits);
     judge_compensation(analysis, visits);
     split_places(analysis);
     decide(analysis);

@@ -20,6 +20,7 @@ double at(const GrowthSeries& series, int axis, double time) {
     if (points.empty() || time > points.back().time + 60) return none;
     for (std::size_t i = 1; i < points.size(); ++i) {
         if (points[i].time < time && i + 1 < points.size()) continue;
+        if (points[i].part != points[i - 1].part) return none;
         const double share = std::clamp(
             (time - points[i - 1].time) / std::max(points[i].time - points[i - 1].time, 1.0), 0.0, 1.0);
         return (1 - share) * points[i - 1].deviation[axis] + share * points[i].deviation[axis];
@@ -29,6 +30,28 @@ double at(const GrowthSeries& series, int axis, double time) {
 
 double larger(double a, double b) {
     return !std::isfinite(a) || std::abs(b) > std::abs(a) ? b : a;
+}
+
+// How far a bore has moved in the last hour, and in the pass before it; not a number if it began later.
+double last_hour(const GrowthSeries& series, int axis) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    const GrowthPoint& last = series.points.back();
+    for (auto point = series.points.rbegin(); point != series.points.rend(); ++point) {
+        if (point->part != last.part || !std::isfinite(point->deviation[axis])) return none;
+        low = std::min(low, point->deviation[axis]);
+        high = std::max(high, point->deviation[axis]);
+        if (last.time - point->time >= hour) return high - low;
+    }
+    return none;
+}
+
+// Of the state that decides when the machine is warm.
+void measure_last_hour(GrowthAnalysis& analysis) {
+    analysis.last_hour = none;
+    for (const GrowthSeries& series : analysis.series)
+        for (int axis = 0; axis < 3 && series.compensated == !analysis.has_off; ++axis)
+            if (const double moved = last_hour(series, axis); std::isfinite(moved))
+                analysis.last_hour = larger(analysis.last_hour, moved);
 }
 
 }  // namespace
@@ -47,7 +70,7 @@ void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysi
             continue;
         }
         for (const GrowthVisit* visit : all)
-            series.points.push_back({visit->pass, visit->time, visit->place - all.front()->place,
+            series.points.push_back({visit->pass, visit->part, visit->time, visit->place - all.front()->place,
                                      visit->compensation, visit->diameter, visit->scatter});
         (series.compensated ? analysis.has_on : analysis.has_off) = true;
         analysis.series.push_back(std::move(series));
@@ -59,14 +82,14 @@ void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysi
 }
 
 GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated) {
-    std::map<int, std::tuple<Vector3d, Vector3d, double, int>> sums;
+    std::map<std::pair<int, int>, std::tuple<Vector3d, Vector3d, double, int>> sums;  // by pass and part
     int series = 0;
     for (const GrowthSeries& each : analysis.series) {
         if (each.compensated != compensated) continue;
         ++series;
         for (const GrowthPoint& point : each.points) {
             auto& [d, c, time, count] =
-                sums.try_emplace(point.pass, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0).first->second;
+                sums.try_emplace({point.pass, point.part}, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0).first->second;
             d += point.deviation;
             c += point.compensation;
             time = point.time;
@@ -74,10 +97,11 @@ GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated) {
         }
     }
     GrowthMeans means;
-    for (const auto& [pass, sum] : sums) {
+    for (const auto& [key, sum] : sums) {
         const auto& [d, c, time, count] = sum;
         if (count < series) continue;  // a pass that was interrupted
-        means.pass.push_back(pass);
+        means.pass.push_back(key.first);
+        means.part.push_back(key.second);
         means.time.push_back(time);
         means.deviation.push_back(d / count);
         means.compensation.push_back(c / count);
@@ -101,7 +125,7 @@ void measure_axes(GrowthAnalysis& analysis) {
                     its.largest = std::max(its.largest, std::abs(d));
                     low = std::min(low, d);
                     high = std::max(high, d);
-                    if (i == 0) continue;
+                    if (i == 0 || series.points[i].part != series.points[i - 1].part) continue;
                     const double step = (d - series.points[i - 1].deviation[axis]) /
                                         std::max(series.points[i].time - series.points[i - 1].time, 1.0) *
                                         hour;
@@ -114,22 +138,10 @@ void measure_axes(GrowthAnalysis& analysis) {
                 its.at_end = larger(its.at_end, series.points.back().deviation[axis]);
             }
             if (!its.probed) continue;
-            Eigen::VectorXd t(static_cast<Eigen::Index>(means.time.size())), y(t.size());
-            for (Eigen::Index i = 0; i < t.size(); ++i) {
-                t[i] = means.time[static_cast<std::size_t>(i)] - means.time.front();
-                y[i] = means.deviation[static_cast<std::size_t>(i)][axis];
-            }
-            its.fit = fit_exponential(t, y);
+            its.curve = curve_of(means, axis, analysis.parts - 1);
         }
     }
-    // A deviation contains two bores, the seat of the probe, and what else scatters about a smooth curve.
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        double& its = analysis.uncertainties[axis];
-        its = std::max(analysis.touch_scatter, 0.0002);
-        for (const GrowthOfAxis& each : {analysis.off[axis], analysis.on[axis]})
-            if (each.fit) its = std::max(its, each.fit->scatter);
-        analysis.uncertainty = std::max(analysis.uncertainty, its);
-    }
+    measure_last_hour(analysis);
 }
 
 }  // namespace plumb::commissioning

@@ -74,7 +74,7 @@ void compare_axes(GrowthAnalysis& analysis, const PassesOfBoth& passes, Compensa
             continue;
         }
         CompensationGain& gain = analysis.gain[i];
-        gain = compensation_gain(record.drift.col(axis), residual.col(axis), analysis.uncertainties[i]);
+        gain = compensation_gain(record.drift.col(axis), residual.col(axis), analysis.of_mean[i]);
         if (gain.determined) gain.effectiveness = 1 - analysis.on[i].largest / analysis.off[i].largest;
     }
 }
@@ -126,7 +126,7 @@ void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>
     if (!analysis.has_off || !analysis.has_on) return;
     const PassesOfBoth passes(analysis);
     CompensationRecord record;
-    std::array<double, 3> sorted = analysis.uncertainties;
+    std::array<double, 3> sorted = analysis.of_mean;
     std::sort(sorted.begin(), sorted.end());
     record.uncertainty = sorted[1];
     compare_axes(analysis, passes, record);

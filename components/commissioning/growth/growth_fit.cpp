@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "components/io/files/csv.hpp"
-#include "components/math/growth/exponential_fit.hpp"
+#include "components/math/growth/growth_curve.hpp"
 
 namespace plumb::commissioning {
 namespace {
@@ -83,43 +83,34 @@ std::string growth_fit(const GrowthFitOptions& options, bool json) {
     Eigen::VectorXd t = as_vector(columns.values[time]) * options.time_unit;
     if (t.size() > 0) t.array() -= t.minCoeff();
     nlohmann::json all = nlohmann::json::array();
-    std::string text = "column            steady      low     high    tau/s   95 %/s  scatter  now\n";
+    std::string text = "column            steady      low     high   rate/s  scatter  now\n";
     for (const std::size_t column : wanted) {
         const Eigen::VectorXd y = as_vector(columns.values[column]);
-        const auto fit = fit_exponential(t, y, options.uncertainty);
+        const auto fit = fit_growth_curve(t, y, {options.uncertainty, options.uncertainty > 0});
         char line[200];
         if (!fit)
             std::snprintf(line, sizeof line, "%-14s too few values, or all at one time\n",
                           columns.names[column].c_str());
-        else if (!fit->determined)
-            std::snprintf(line, sizeof line,
-                          "%-14s not determined: the curve does not bend enough; scatter %.4g\n",
-                          columns.names[column].c_str(), fit->scatter);
         else
-            std::snprintf(line, sizeof line, "%-14s %9.4g %8.4g %8.4g %8.0f %8.0f %8.3g %8.4g\n",
-                          columns.names[column].c_str(), fit->steady, fit->steady_low, fit->steady_high,
-                          fit->tau, fit->time_to_95, fit->scatter, y[y.size() - 1]);
+            std::snprintf(line, sizeof line, "%-14s %9.4g %8.4g %8.4g %8.2g %8.3g %8.4g%s\n",
+                          columns.names[column].c_str(), fit->steady, fit->low(), fit->high(), fit->rate,
+                          fit->noise, y[y.size() - 1], fit->determined ? "" : "   not determined");
         text += line;
         nlohmann::json its{
             {"column", columns.names[column]}, {"values", y.size()}, {"determined", fit && fit->determined}};
         if (fit) {
-            its["a"] = fit->a;
-            its["b"] = fit->b;
-            its["tau_s"] = fit->tau;
-            its["scatter"] = fit->scatter;
-            its["rate_per_s"] = fit->rate;
-        }
-        if (fit && fit->determined) {
             its["steady"] = fit->steady;
-            its["steady_low"] = fit->steady_low;
-            its["steady_high"] = fit->steady_high;
+            its["steady_low"] = fit->low();
+            its["steady_high"] = fit->high();
+            its["rate_per_s"] = fit->rate;
+            its["rate_uncertainty_per_s"] = fit->rate_sigma;
+            its["scatter"] = fit->noise;
         }
         all.push_back(its);
     }
     return json ? all.dump(1) + '\n'
                 : text +
-                      "Advice only: 95 of 100 intervals contain the steady state of a true exponential. "
-                      "Machines are none.\n";
+                      "Advice only: 95 of 100 steady states lie between low and high, if the duty goes on.\n";
 }
 
 }  // namespace plumb::commissioning

@@ -20,19 +20,23 @@ nlohmann::json reals(const Eigen::VectorXd& values) {
     return list;
 }
 
-nlohmann::json fit_json(const std::optional<ExponentialFit>& fit) {
-    if (!fit) return nullptr;
-    return {{"a_mm", fit->a},
-            {"b_mm", fit->b},
-            {"tau_s", fit->tau},
-            {"determined", fit->determined},
-            {"steady_mm", fit->steady},
-            {"steady_low_mm", fit->determined ? real(fit->steady_low) : nullptr},
-            {"steady_high_mm", fit->determined ? real(fit->steady_high) : nullptr},
-            {"steady_uncertainty_mm", real(fit->steady_uncertainty())},
-            {"scatter_mm", fit->scatter},
-            {"rate_mm_per_s", fit->rate},
-            {"time_to_95_percent_s", fit->time_to_95}};
+nlohmann::json curve_json(const std::optional<GrowthCurve>& curve) {
+    if (!curve) return nullptr;
+    return {{"determined", curve->determined},
+            {"steady_mm", real(curve->steady)},
+            {"steady_low_mm", real(curve->low())},
+            {"steady_high_mm", real(curve->high())},
+            {"rate_mm_per_h", real(curve->rate * seconds_per_hour)},
+            {"rate_uncertainty_mm_per_h", real(curve->rate_sigma * seconds_per_hour)},
+            {"scatter_mm", curve->noise}};
+}
+
+nlohmann::json budget_json(const GrowthBudget& budget) {
+    return {{"touch_mm", budget.touch},
+            {"seat_mm", budget.seat},
+            {"drift_mm", budget.drift},
+            {"freedom", real(budget.freedom)},
+            {"expanded_mm", real(budget.expanded())}};
 }
 
 nlohmann::json axis_json(const GrowthOfAxis& axis) {
@@ -43,7 +47,7 @@ nlohmann::json axis_json(const GrowthOfAxis& axis) {
             {"at_end_mm", real(axis.at_end)},
             {"range_mm", axis.range},
             {"largest_rate_mm_per_h", axis.rate},
-            {"exponential", fit_json(axis.fit)}};
+            {"curve", curve_json(axis.curve)}};
 }
 
 nlohmann::json gain_json(const CompensationGain& gain) {
@@ -58,7 +62,8 @@ nlohmann::json axes_json(const GrowthAnalysis& test) {
     for (std::size_t i = 0; i < 3; ++i)
         j[std::string(1, letters[i])] = {{"tolerance_mm", test.log->tolerance[i]},
                                          {"verdict", word(test.verdicts[i])},
-                                         {"uncertainty_mm", test.uncertainties[i]},
+                                         {"uncertainty_mm", test.budgets[i].standard()},
+                                         {"budget", budget_json(test.budgets[i])},
                                          {"off", test.has_off ? axis_json(test.off[i]) : nullptr},
                                          {"on", test.has_on ? axis_json(test.on[i]) : nullptr},
                                          {"gain", gain_json(test.gain[i])}};
@@ -144,6 +149,7 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     j["notes"] = test.notes;
     j["uncertainty_mm"] = test.uncertainty;
     j["touch_scatter_mm"] = test.touch_scatter;
+    j["last_hour_mm"] = real(test.last_hour);
     j["axes"] = axes_json(test);
     j["compensation"] = compensation_json(test);
     if (test.identified)

@@ -37,14 +37,11 @@ pre{overflow-x:auto;background:var(--card);padding:.6rem;font-size:.85rem}detail
 
 void write_axes(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<div class=\"wide\"><table><caption class=\"soft\">Largest deviation of a bore from the cold "
-           "pass, in "
-           "\u00b5m; u of the worst axis is "
-        << um(test.uncertainty)
-        << " \u00b5m</caption><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">1 h</th><th "
+           "pass, in \u00b5m; U is its uncertainty, 95 of 100</caption><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">1 h</th><th "
            "scope=\"col\">4 h</th>"
            "<th scope=\"col\">end</th><th scope=\"col\">largest</th><th scope=\"col\">range</th><th "
            "scope=\"col\">rate per "
-           "h</th><th scope=\"col\">tolerance</th><th scope=\"col\">verdict</th></tr></thead><tbody>\n";
+           "h</th><th scope=\"col\">U</th><th scope=\"col\">tolerance</th><th scope=\"col\">verdict</th></tr></thead><tbody>\n";
     for (const bool compensated : {false, true}) {
         if (!(compensated ? test.has_on : test.has_off)) continue;
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -54,7 +51,8 @@ void write_axes(std::ostringstream& out, const GrowthAnalysis& test) {
             out << "<tr><th scope=\"row\">" << letters[axis] << (compensated ? ", on" : ", off")
                 << "</th><td>" << um(its.at_1_hour) << "</td><td>" << um(its.at_4_hours) << "</td><td>"
                 << um(its.at_end) << "</td><td>" << um(its.largest) << "</td><td>" << um(its.range)
-                << "</td><td>" << um(its.rate) << "</td><td>\u00b1" << um(test.log->tolerance[axis])
+                << "</td><td>" << um(its.rate) << "</td><td>" << um(test.budgets[axis].expanded())
+                << "</td><td>\u00b1" << um(test.log->tolerance[axis])
                 << "</td><td>" << (judged ? word(test.verdicts[axis]) : "") << "</td></tr>\n";
         }
     }
@@ -90,6 +88,13 @@ void write_cross_gains(std::ostringstream& out, const CrossGains& cross) {
            "apart and are left out.</p>\n";
 }
 
+std::string why_no_gain(const GrowthAnalysis& test, std::size_t axis) {
+    if (!test.off[axis].probed) return "was not probed";
+    if (test.passes < 2) return "not determined: there is one pass";
+    return "not determined: the drift, " + um(test.off[axis].largest) + " \u00b5m, has to be above 4 u = " +
+           um(4 * test.of_mean[axis]) + " \u00b5m";
+}
+
 void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<h2>Compensation</h2><p>" << escaped_xml(compensation_sentence(test)) << "</p>\n";
     if (!test.has_on || !test.has_off) return;
@@ -103,8 +108,7 @@ void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
             out << "<td>" << number(gain.gain, 2) << "</td><td>" << number(2 * gain.uncertainty, 2)
                 << "</td><td>" << number(100 * gain.effectiveness, 0) << " %</td></tr>\n";
         else
-            out << "<td colspan=\"3\">"
-                << (test.off[axis].probed ? "the drift is too small" : "was not probed") << "</td></tr>\n";
+            out << "<td colspan=\"3\">" << why_no_gain(test, axis) << "</td></tr>\n";
     }
     out << "</tbody></table><p class=\"soft\">Gain: 0 not applied, 1 perfect, \u22121 wrong sign, above 1 "
            "too much.</p>\n";
@@ -142,32 +146,38 @@ void write_identified(std::ostringstream& out, const GrowthAnalysis& test) {
 }
 
 void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {
-    const auto fitted = [](const GrowthOfAxis& axis) { return axis.fit.has_value(); };
+    const auto fitted = [](const GrowthOfAxis& axis) { return axis.curve.has_value(); };
     out << "<h2>Prediction</h2>";
     if (std::none_of(test.off.begin(), test.off.end(), fitted) &&
         std::none_of(test.on.begin(), test.on.end(), fitted)) {
-        out << "<p>None: a prediction needs five passes.</p>\n";
+        out << "<p>None: a prediction needs two passes" << (test.parts > 1 ? " since the last break" : "")
+            << ".</p>\n";
         return;
     }
-    out << "<p>Advice, never the verdict: real machines do not follow one exponential.</p>"
+    if (test.duty_changed) {
+        out << "<p>Not determined: the spindle speed of the work changed in the test. A steady state belongs to one "
+               "duty.</p>\n";
+        return;
+    }
+    out << "<p>Advice, never the verdict. A machine has several time constants, which may act against each "
+           "other: the curve may bend twice and turn. The interval takes all time constants from "
+           "one minute to three times the length of the test, at most eight hours.</p>"
            "<table><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">steady state</th><th "
-           "scope=\"col\">95 of 100 "
-           "between</th><th scope=\"col\">time constant</th><th scope=\"col\">95 % "
-           "after</th></tr></thead><tbody>\n";
+           "scope=\"col\">95 of 100 between</th><th scope=\"col\">rate at the end, per h</th></tr></thead>"
+           "<tbody>\n";
     for (const bool compensated : {false, true})
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const GrowthOfAxis& its = (compensated ? test.on : test.off)[axis];
-            if (!its.fit) continue;
-            out << "<tr><th scope=\"row\">" << letters[axis] << (compensated ? ", on" : ", off") << "</th>";
-            if (its.fit->determined)
-                out << "<td>" << um(its.fit->steady) << " \u00b5m</td><td>" << um(its.fit->steady_low)
-                    << " and " << um(its.fit->steady_high) << " \u00b5m</td><td>"
-                    << number(its.fit->tau / seconds_per_hour, 2) << " h</td><td>"
-                    << number(its.fit->time_to_95 / seconds_per_hour, 1) << " h</td></tr>\n";
-            else
-                out << "<td colspan=\"4\">not determined: the curve does not bend enough yet</td></tr>\n";
+            if (!its.probed || !its.curve) continue;
+            const GrowthCurve& curve = *its.curve;
+            out << "<tr><th scope=\"row\">" << letters[axis] << (compensated ? ", on" : ", off") << "</th><td>"
+                << (curve.determined ? um(curve.steady) + " \u00b5m" : "not determined") << "</td><td>"
+                << um(curve.low()) << " and " << um(curve.high()) << " \u00b5m</td><td>"
+                << um(curve.rate * seconds_per_hour) << " \u00b1 "
+                << um(2 * curve.rate_sigma * seconds_per_hour) << " \u00b5m</td></tr>\n";
         }
-    out << "</tbody></table>\n";
+    out << "</tbody></table><p class=\"soft\">Not determined: the interval is wider than the drift that was "
+           "measured. Test for longer.</p>\n";
 }
 
 void write_places(std::ostringstream& out, const GrowthAnalysis& test) {
@@ -212,22 +222,39 @@ void write_places(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "</tbody></table>\n";
 }
 
+void write_budget(std::ostringstream& out, const GrowthAnalysis& test) {
+    out << "<table><caption class=\"soft\">Uncertainty of a deviation, \u00b5m. All but the last three are "
+           "standard uncertainties</caption><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">touch</th>"
+           "<th scope=\"col\">seat</th><th scope=\"col\">drift in the pass</th><th scope=\"col\">reference "
+           "pass</th><th scope=\"col\">u</th><th scope=\"col\">k</th><th "
+           "scope=\"col\">U</th></tr></thead><tbody>\n";
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!test.off[axis].probed && !test.on[axis].probed) continue;
+        const GrowthBudget& its = test.budgets[axis];
+        out << "<tr><th scope=\"row\">" << letters[axis] << "</th>";
+        for (const double part : {its.touch, its.seat, its.drift, its.pass(), its.standard()})
+            out << "<td>" << number(part * 1e3, 2) << "</td>";
+        out << "<td>" << number(coverage_factor(its.freedom)) << "</td><td>" << um(its.expanded())
+            << "</td></tr>\n";
+    }
+    out << "</tbody></table>\n";
+}
+
 void write_method(std::ostringstream& out, const GrowthAnalysis& test) {
-    out << "<h2>Method and uncertainty</h2><ul><li>Deviation = position without compensation now, minus that "
-           "in the first "
-           "pass, of the same bore, orientation and state.</li><li>Each bore is the circle of least squares "
-           "through its "
-           "touches; they scatter by "
+    out << "<h2>Method and uncertainty</h2>\n";
+    write_budget(out, test);
+    out << "<ul><li>Deviation = position without compensation now, minus that in the first pass, of the same bore, "
+           "orientation and state.</li><li>Touch: the touches of a bore against each other, from visit to visit. "
+           "About their circle they scatter by "
         << um(test.touch_scatter)
-        << " \u00b5m about it.</li><li>The drift within a pass is removed by the bore that is probed twice "
-           "in it.</li><li>u "
-           "of a deviation is "
-        << um(test.uncertainty)
-        << " \u00b5m: the scatter about a smooth curve, or that of the touches, whichever is "
-           "larger.</li><li>A pass needs "
-           "the end of the test and 2 u of room; a fail may come at any time.</li><li>Where the compensation "
-           "does nothing, a "
-           "sensor that is not logged may be frozen: the two cannot be told apart.</li></ul>\n";
+        << " \u00b5m, with the lobes of the probe, which do not change.</li><li>Seat: the scatter of the passes about "
+           "a smooth curve, less the touches. A few passes show little of it: 1 \u00b5m is expected beforehand, and k "
+           "grows.</li><li>Drift in the pass: it is removed by the bore that is probed twice. An eighth of it may "
+           "remain.</li><li>Reference pass: it has touch, seat and drift once more.</li><li>Artifact: its own expansion is not in U. 120 mm of steel grow by "
+           "2.8 \u00b5m in 2 K.</li><li>Fail: a deviation less U "
+           "is above the tolerance, at any time. Pass: each deviation plus U is within it, and the test has reached "
+           "its end. All else is not determined.</li><li>Where the compensation does nothing, a sensor that is not "
+           "logged may be frozen: the two cannot be distinguished.</li></ul>\n";
 }
 
 void write_table(std::ostringstream& out, const GrowthAnalysis& test) {

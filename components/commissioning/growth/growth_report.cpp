@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "components/commissioning/growth/growth_visits.hpp"
 #include "components/commissioning/growth/growth_words.hpp"
 
 namespace plumb::commissioning {
@@ -30,16 +31,23 @@ std::string um(double mm) {
 }
 
 std::string clause(const GrowthLog& log) {
-    if (log.warming == "none") return "Environmental temperature variation error test (ETVE), ISO 230-3";
-    if (log.warming == "axes") return "Thermal distortion caused by moving linear axes, ISO 230-3";
-    return "Thermal distortion caused by rotating spindle, ISO 230-3";
+    const std::string what = log.warming == "none"   ? "Environmental temperature variation error"
+                             : log.warming == "axes" ? "Thermal distortion caused by moving linear axes"
+                                                     : "Thermal distortion caused by rotating spindle";
+    return what +
+           ", after ISO 230-3. Not an ISO 230-3 test: that reads displacement sensors at a mandrel, and this a probe "
+           "at a stopped spindle";
 }
 
 GrowthChart::Line line_of(const GrowthSeries& series, int axis, const std::string& name, int colour,
                           bool dashed) {
     GrowthChart::Line line{name, colour, dashed, {}};
-    for (const GrowthPoint& point : series.points)
+    int part = 0;
+    for (const GrowthPoint& point : series.points) {
+        if (point.part != part) line.points.emplace_back(point.time / seconds_per_hour, GrowthVisit::none);
+        part = point.part;
         line.points.emplace_back(point.time / seconds_per_hour, point.deviation[axis] * 1e3);
+    }
     return line;
 }
 
@@ -76,8 +84,15 @@ std::vector<GrowthChart> growth_charts(const GrowthAnalysis& test) {
                 false,
                 {}};
             const std::size_t every = samples.size() / 400 + 1;
-            for (std::size_t i = 0; i < samples.size(); i += every)
-                line.points.emplace_back(samples[i].first / seconds_per_hour, samples[i].second);
+            auto next_break = test.breaks.begin();
+            for (std::size_t i = 0; i < samples.size(); i += every) {
+                const double hours = samples[i].first / seconds_per_hour;
+                if (next_break != test.breaks.end() && samples[i].first >= *next_break) {
+                    line.points.emplace_back(hours, GrowthVisit::none);
+                    ++next_break;
+                }
+                line.points.emplace_back(hours, samples[i].second);
+            }
             chart.lines.push_back(std::move(line));
         }
         charts.push_back(std::move(chart));

@@ -5,6 +5,7 @@
 #include "components/commissioning/growth/growth_analysis.hpp"
 #include "components/commissioning/growth/growth_visits.hpp"
 
+#include <optional>
 #include <vector>
 
 namespace plumb::commissioning {
@@ -12,8 +13,11 @@ namespace plumb::commissioning {
 // The deviations of each bore from the first pass.
 void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysis);
 
-// Drifts, rates and predictions of each axis, and the uncertainty of a deviation.
+// Drifts, rates and predictions of each axis.
 void measure_axes(GrowthAnalysis& analysis);
+
+// The uncertainty of a deviation, from what was repeated.
+void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits);
 
 // Gain and fault of the compensation, where both states were probed.
 void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits);
@@ -26,10 +30,13 @@ void decide(GrowthAnalysis& analysis);
 
 // The means over bores and orientations of each pass that has them all; the passes and their times.
 struct GrowthMeans {
-    std::vector<int> pass;
+    std::vector<int> pass, part;
     std::vector<double> time;
     std::vector<Eigen::Vector3d> deviation, compensation;
 };
 GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated);
+
+// The curve of one axis in one part of the test; nothing with fewer than two passes.
+std::optional<GrowthCurve> curve_of(const GrowthMeans& means, int axis, int part);
 
 }  // namespace plumb::commissioning

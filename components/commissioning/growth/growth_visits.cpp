@@ -17,7 +17,12 @@ using Eigen::Vector3d;
 std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
     std::vector<GrowthVisit> visits;
     std::vector<const GrowthRecord*> touches;
+    int part = 0;
+    double before = 0;
     for (const GrowthRecord& r : log.records) {
+        const bool resumed = r.kind == GrowthRecord::event && r.item == 6;
+        if (resumed && (r.at[0] != 0 || r.time - before > longest_break)) ++part;
+        before = r.time;
         if (r.kind == GrowthRecord::touch) {
             if (!touches.empty() && touches.front()->visit != r.visit) touches.clear();
             touches.push_back(&r);
@@ -25,6 +30,7 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
         if (r.kind != GrowthRecord::event || r.item != 10) continue;
         GrowthVisit visit;
         visit.pass = r.pass;
+        visit.part = part;
         visit.bore = r.bore;
         visit.turned = r.turned;
         visit.compensated = r.compensated;
@@ -35,6 +41,7 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
         SphereTouches sphere;
         Vector3d offset = Vector3d::Zero();
         double face = 0, count = 0, faces = 0;
+        std::vector<std::pair<int, Vector3d>> places;
         for (const GrowthRecord* t : touches) {
             if (t->visit != r.visit) continue;
             const Vector3d c = Vector3d(t->offset[0], t->offset[1], t->offset[2]) * log.millimetres;
@@ -42,6 +49,7 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
             offset += c;
             visit.time += t->time;
             ++count;
+            places.emplace_back(t->item, p);
             if (is_sphere) {
                 sphere.add(p);
             } else if (std::abs(t->item) == 3) {
@@ -66,8 +74,19 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
             visit.diameter = centre->bore_diameter(log.ball);
             visit.scatter = centre->scatter;
             visit.checked = circle.count() > 3;
+            visit.x_per_touch = centre->x_per_unit;
+            visit.y_per_touch = centre->y_per_unit;
+            for (const auto& [side, p] : places)
+                if (std::abs(side) != 3)
+                    visit.rests[side].push_back((p - visit.place).head<2>().norm() - centre->radius);
         }
-        if (faces > 0) visit.place.z() = face / faces;
+        if (faces > 0) {
+            visit.place.z() = face / faces;
+            visit.z_per_touch = 1 / std::sqrt(faces);
+            for (const auto& [side, p] : places)
+                if (std::abs(side) == 3) visit.rests[side].push_back(p.z() - visit.place.z());
+        }
+        if (is_sphere) visit.x_per_touch = visit.y_per_touch = std::sqrt(0.5), visit.z_per_touch = std::sqrt(1.25);
         visits.push_back(visit);
     }
     return visits;
@@ -99,8 +118,17 @@ private:
 
 using Visits = std::vector<GrowthVisit>;
 
+// Visits that follow each other, of one pass, without a break.
+std::size_t end_of_pass(const Visits& visits, std::size_t begin) {
+    std::size_t end = begin;
+    while (end < visits.size() && visits[end].pass == visits[begin].pass && visits[end].part == visits[begin].part)
+        ++end;
+    return end;
+}
+
 // How the position at which a bore is found changes within a pass: that is the same in both states. By all
 // bores that were visited more than once at an orientation.
+// Not a number if there is none.
 double drift_rate(const Visits& visits, std::size_t begin, std::size_t end, int axis) {
     CommonSlope slope;
     for (std::size_t i = begin; i < end; ++i) {
@@ -108,8 +136,7 @@ double drift_rate(const Visits& visits, std::size_t begin, std::size_t end, int 
         slope.add(2 * visit.bore + (visit.turned ? 1 : 0), visit.time,
                   visit.place[axis] + visit.compensation[axis]);
     }
-    const double rate = slope.value();
-    return std::isfinite(rate) ? rate : 0;
+    return slope.value();
 }
 
 // How the compensation of a state changes within a pass: by bores that were visited more than once in it, at
@@ -148,12 +175,12 @@ double compensation_rate(const Visits& visits, std::size_t begin, std::size_t en
 std::vector<GrowthVisit> visits_at_one_time(const std::vector<GrowthVisit>& visits) {
     std::vector<GrowthVisit> result;
     for (std::size_t begin = 0; begin < visits.size();) {
-        std::size_t end = begin;
-        while (end < visits.size() && visits[end].pass == visits[begin].pass) ++end;
+        const std::size_t end = end_of_pass(visits, begin);
         const double time = (visits[begin].time + visits[end - 1].time) / 2;
         Vector3d drift, compensation[2];
         for (int axis = 0; axis < 3; ++axis) {
-            drift[axis] = drift_rate(visits, begin, end, axis);
+            const double rate = drift_rate(visits, begin, end, axis);
+            drift[axis] = std::isfinite(rate) ? rate : 0;
             for (const bool state : {false, true})
                 compensation[state][axis] = compensation_rate(visits, begin, end, state, axis);
         }
@@ -175,6 +202,55 @@ std::vector<GrowthVisit> visits_at_one_time(const std::vector<GrowthVisit>& visi
         begin = end;
     }
     return result;
+}
+
+TouchRepeats touch_repeats(const std::vector<GrowthVisit>& visits) {
+    // Each visit's touches against each other, as a row by direction; and the mean of these rows.
+    struct Rows {
+        std::vector<double> sum;
+        double squares = 0, count = 0, loose = 0;  // loose: touches less what a circle or face takes
+    };
+    std::map<std::pair<GrowthVisit::Key, bool>, Rows> all;
+    for (const GrowthVisit& visit : visits)
+        for (const bool face : {false, true}) {
+            std::vector<double> row;
+            for (const auto& [side, rests] : visit.rests)
+                if ((std::abs(side) == 3) == face) row.insert(row.end(), rests.begin(), rests.end());
+            const double loose = static_cast<double>(row.size()) - (face ? 1 : 3);
+            if (loose < 1) continue;
+            Rows& its = all[{visit.key(), face}];
+            if (its.sum.empty()) its.sum.resize(row.size()), its.loose = loose;
+            if (its.sum.size() != row.size()) continue;
+            for (std::size_t i = 0; i < row.size(); ++i) its.sum[i] += row[i], its.squares += row[i] * row[i];
+            ++its.count;
+        }
+    TouchRepeats found;
+    double squares = 0;
+    for (const auto& [key, its] : all) {
+        if (its.count < 2) continue;
+        squares += its.squares;
+        for (const double sum : its.sum) squares -= sum * sum / its.count;
+        found.freedom += (its.count - 1) * its.loose;
+    }
+    if (found.freedom > 0) found.sigma = std::sqrt(std::max(squares, 0.0) / found.freedom);
+    return found;
+}
+
+DriftInPass drift_in_passes(const std::vector<GrowthVisit>& visits) {
+    DriftInPass found;
+    for (std::size_t begin = 0; begin < visits.size();) {
+        const std::size_t end = end_of_pass(visits, begin);
+        const double time = visits[end - 1].time - visits[begin].time;
+        for (int axis = 0; axis < 3 && end - begin > 1; ++axis) {
+            const double rate = drift_rate(visits, begin, end, axis);
+            if (std::isfinite(rate))
+                found.largest[axis] = std::max(found.largest[axis], std::abs(rate) * time);
+            else if (std::isfinite(visits[begin].place[axis]))
+                found.known = false;
+        }
+        begin = end;
+    }
+    return found;
 }
 
 }  // namespace plumb::commissioning

@@ -55,8 +55,8 @@ log of a test that still runs, or that was interrupted, is as good: only a fail 
 
 Several logs are compared, such as before and after a repair. They must be of one machine.
 
-The verdict of an axis is pass if it stays within its tolerance by two standard uncertainties, and the test reached its end. It
-is fail as soon as a deviation leaves the tolerance by as much. A prediction is advice and never counts.
+The verdict of an axis is pass if it stays within its tolerance by its uncertainty U, and the test reached its end. It is fail as
+soon as a deviation leaves the tolerance by as much. The page has the budget of U. A prediction is advice and never counts.
 
 Cross gains and the rms of offset minus drift show which axis a compensation follows. The settings of axis_growth are those of
 plumb growth identify without options.)"},
@@ -78,9 +78,13 @@ compare.
 The comments state the drift, what the law leaves of it, and what it leaves of duties that were left out in turn. The last
 number is the one to trust. An axis that the law does not help is not compensated.)"},
          {"FIT",
-          R"(plumb growth fit SERIES.csv fits a + b (1 - exp(-t / tau)) to each column. The first line names the columns; --time
-names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments. --uncertainty is that of a
-value. --json prints JSON.)"},
+          R"(plumb growth fit SERIES.csv predicts the steady state of each column, if its duty goes on. The first line names
+the columns; --time names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments.
+--uncertainty is the standard uncertainty of a value. --json prints JSON.
+
+The growth is a sum of exponentials with time constants from one minute to three times the length of the series, at most
+eight hours, each of either sign. 95 of 100 steady states lie between low and high. Not determined: low and high are
+further apart than the values.)"},
          {"EXIT STATUS",
           R"(0 after success, with any verdict; 1 if a log is refused, with its line, and nothing was written; 2 for a wrong
 command line.)"},
@@ -174,7 +178,7 @@ static int carry_out(int argc, char** argv) {
     identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
     GrowthFitOptions fit;
     bool json = false;
-    CLI::App* const fitting = app.add_subcommand("fit", "Fits an exponential to columns of a CSV file.");
+    CLI::App* const fitting = app.add_subcommand("fit", "Predicts the steady state of columns of a CSV file.");
     fitting->add_option("series", fit.file, "CSV file whose first line names the columns.")
         ->required()
         ->type_name("SERIES");

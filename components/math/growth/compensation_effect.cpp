@@ -32,7 +32,8 @@ const char* sentence(CompensationFault fault) {
     switch (fault) {
         case CompensationFault::none: return "The compensation removes the drift.";
         case CompensationFault::undetermined:
-            return "The drift is too small, or the passes are too few, to judge the compensation.";
+            return "The compensation is not determined: the drift is too small for its uncertainty, or the "
+                   "passes are too few.";
         case CompensationFault::absent:
             return "The compensation does nothing. If a sensor that is not logged were frozen, this would "
                    "look the same.";
@@ -56,6 +57,7 @@ namespace compensation_fault {
 namespace {
 
 constexpr double weak = 0.9, strong = 1.15;  // gains between these are good
+constexpr double widest = 0.3;               // uncertainty of a gain, 95 of 100, that still is one
 constexpr double still = 0.02;               // K, less than the noise of a sensor that works
 constexpr double warmed = 1;                 // K, a machine that has warmed
 constexpr double apart = 1.5;                // K, between sensors of a machine that is cold throughout
@@ -212,8 +214,12 @@ private:
     // Of a compensation that has one wrong factor, or none.
     CompensationFault by_factor() const {
         if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
-        if (finding_.gain < weak) return CompensationFault::too_weak;
-        if (finding_.gain > strong) return CompensationFault::too_strong;
+        // The noise of each pass, and that of the reference, which all passes share.
+        const double room = 2 * std::abs(finding_.gain) * record_.uncertainty * std::sqrt((1 + passes_) / drifts_);
+        if (finding_.gain < weak && finding_.gain + room < 1) return CompensationFault::too_weak;
+        if (finding_.gain > strong && finding_.gain - room > 1) return CompensationFault::too_strong;
+        if (room > widest || finding_.gain < weak || finding_.gain > strong)
+            return CompensationFault::undetermined;
         return rest_ > 0.03 * drifts_ + noise_ ? CompensationFault::other : CompensationFault::none;
     }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/random.hpp"
-#include "components/math/growth/exponential_fit.hpp"
+#include "components/math/growth/growth_curve.hpp"
 #include "components/math/growth/stop_rule.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
 namespace plumb {
 namespace {
@@ -15,56 +17,132 @@ using Eigen::VectorXd;
 constexpr double um = 1e-3;
 constexpr double hour = 3600;
 
-TEST(ExponentialFit, FindsACurveWithoutNoise) {
-    const VectorXd t = VectorXd::LinSpaced(13, 0, 4 * hour);
-    const VectorXd y = (2 - 45 * ((-t.array() / 4000).exp() - 1)) * um;
-    const auto fit = fit_exponential(t, y);
-    ASSERT_TRUE(fit);
-    EXPECT_TRUE(fit->determined);
-    EXPECT_NEAR(fit->steady, 47 * um, 0.1 * um);
-    EXPECT_NEAR(fit->tau, 4000, 40);
-    EXPECT_NEAR(fit->a, 2 * um, 0.1 * um);
-    EXPECT_NEAR(fit->time_to_95, 4000 * std::log(20), 150);
-    EXPECT_NEAR(fit->rate, 45 * um / 4000 * std::exp(-4 * hour / 4000), 0.02 * um / 4000);
-}
+// A machine that is tested for some hours, and the truth about it.
+struct Drawn {
+    VectorXd t, y;
+    double steady = 0, rate = 0;
+};
 
-TEST(ExponentialFit, TwoUncertaintiesCoverTheSteadyState) {
-    Random random(3);
-    int covered = 0, determined = 0;
-    constexpr int curves = 400;
-    for (int i = 0; i < curves; ++i) {
-        const int count = 8 + random.index(12);
-        const double span = random.uniform(2, 6) * hour, tau = span * random.uniform(0.1, 1.2);
-        const double a = random.uniform(-3, 3) * um, b = random.uniform(-70, 70) * um;
-        VectorXd t(count), y(count);
-        for (int k = 0; k < count; ++k) {
-            t[k] = span * k / (count - 1);
-            y[k] = a - b * std::expm1(-t[k] / tau) + 0.7 * um * random.gaussian();
-        }
-        const auto fit = fit_exponential(t, y);
-        ASSERT_TRUE(fit);
-        if (!fit->determined) continue;
-        ++determined;
-        if (std::abs(fit->steady - (a + b)) <= 2 * fit->steady_uncertainty()) ++covered;
-        EXPECT_LE(fit->steady_low, fit->steady);
-        EXPECT_GE(fit->steady_high, fit->steady);
+// Passes at even times; each part grows by b (1 - exp(-t / tau)).
+Drawn drawn(Random& random, std::initializer_list<std::pair<double, double>> parts, double noise) {
+    Drawn its;
+    const int count = 6 + random.index(8);
+    const double span = random.uniform(3, 6) * hour;
+    its.t = VectorXd::LinSpaced(count, 0, span);
+    its.y = VectorXd::Zero(count);
+    for (const auto& [b, tau] : parts) {
+        its.y -= b * ((-its.t.array() / tau).exp() - 1).matrix();
+        its.steady += b;
+        its.rate += b / tau * std::exp(-span / tau);
     }
-    EXPECT_GE(determined, curves / 2);
-    EXPECT_GE(covered, 0.9 * determined);
+    for (double& y : its.y) y += noise * random.gaussian();
+    return its;
 }
 
-TEST(ExponentialFit, StraightLineHasNoSteadyState) {
-    const VectorXd t = VectorXd::LinSpaced(12, 0, 4 * hour);
-    const auto fit = fit_exponential(t, t * (10 * um / hour), 0.7 * um);
-    ASSERT_TRUE(fit);
-    EXPECT_FALSE(fit->determined);
-    EXPECT_TRUE(std::isinf(fit->steady_uncertainty()));
+// The parts of a machine of so many time constants, whose slow ones may act against the quick one.
+Drawn machine(Random& random, int constants, double noise) {
+    const double b = random.uniform(20, 60) * um * (random.index(2) == 0 ? 1 : -1);
+    if (constants == 1) return drawn(random, {{b, random.uniform(20, 120) * 60}}, noise);
+    const double slow = b * random.uniform(-1.1, 1.1), last = b * random.uniform(-0.6, 0.6);
+    const std::pair<double, double> first{b, random.uniform(5, 25) * 60};
+    if (constants == 2) return drawn(random, {first, {slow, random.uniform(1.2, 3) * hour}}, noise);
+    return drawn(random, {first, {slow, random.uniform(0.5, 1) * hour}, {last, random.uniform(2, 4) * hour}},
+                 noise);
 }
 
-TEST(ExponentialFit, TooFewValuesOneTimeOrNoNumbersGiveNothing) {
-    EXPECT_FALSE(fit_exponential(VectorXd::LinSpaced(4, 0, 1), VectorXd::Ones(4)));
-    EXPECT_FALSE(fit_exponential(VectorXd::Ones(8), VectorXd::Ones(8)));
-    EXPECT_FALSE(fit_exponential(VectorXd::LinSpaced(8, 0, 1), VectorXd::Constant(8, NAN)));
+struct Curve : testing::TestWithParam<int> {};
+
+TEST_P(Curve, CoversSteadyStateAndRateOfMachinesWithSeveralTimeConstants) {
+    Random random(static_cast<std::uint64_t>(40 + GetParam()));
+    constexpr int machines = 120;
+    int steady = 0, rate = 0;
+    for (int i = 0; i < machines; ++i) {
+        const Drawn its = machine(random, GetParam(), 1 * um);
+        const auto curve = fit_growth_curve(its.t, its.y, {1 * um, false});
+        ASSERT_TRUE(curve);
+        steady += curve->low() <= its.steady && its.steady <= curve->high();
+        rate += std::abs(curve->rate - its.rate) <= 2 * curve->rate_sigma;
+    }
+    EXPECT_GE(steady, 0.92 * machines);
+    EXPECT_GE(rate, 0.92 * machines);
+}
+
+INSTANTIATE_TEST_SUITE_P(TimeConstants, Curve, testing::Values(1, 2, 3));
+
+TEST(GrowthCurve, FourPassesDoNotPretendToKnowTheNoise) {
+    Random random(7);
+    double square = 0;
+    constexpr int tests = 100;
+    for (int i = 0; i < tests; ++i) {
+        VectorXd t = VectorXd::LinSpaced(4, 0, 1.5 * hour), y(4);
+        for (int k = 0; k < 4; ++k) y[k] = -40 * um * std::expm1(-t[k] / 2400) + 1.2 * um * random.gaussian();
+        const auto curve = fit_growth_curve(t, y, {1 * um, false});
+        ASSERT_TRUE(curve);
+        EXPECT_GT(curve->noise, 0.5 * um);
+        EXPECT_LT(curve->freedom, 5);
+        EXPECT_FALSE(curve->determined);
+        square += curve->noise * curve->noise;
+    }
+    EXPECT_NEAR(std::sqrt(square / tests), 1.2 * um, 0.4 * um);
+}
+
+TEST(GrowthCurve, FindsTheNoiseOfManyPasses) {
+    Random random(8);
+    for (const double noise : {0.4, 1.0, 2.5}) {
+        VectorXd t = VectorXd::LinSpaced(40, 0, 6 * hour), y(40);
+        for (int k = 0; k < 40; ++k)
+            y[k] = -50 * um * std::expm1(-t[k] / 2000) + 20 * um * std::expm1(-t[k] / 9000) +
+                   noise * um * random.gaussian();
+        const auto curve = fit_growth_curve(t, y, {1 * um, false});
+        EXPECT_NEAR(curve->noise, noise * um, 0.3 * noise * um);
+        EXPECT_GT(curve->freedom, 10);
+    }
+}
+
+TEST(GrowthCurve, DriftWithoutEndIsARateAndNoSteadyState) {
+    const VectorXd t = VectorXd::LinSpaced(9, 0, 4 * hour);
+    const VectorXd y = -30 * um * ((-t.array() / 1500).exp() - 1) + t.array() * (2 * um / hour);
+    const auto curve = fit_growth_curve(t, y, {0.5 * um, true});
+    ASSERT_TRUE(curve);
+    EXPECT_NEAR(curve->rate * hour, 2 * um, 2 * curve->rate_sigma * hour);
+    EXPECT_GT(curve->rate, 2 * curve->rate_sigma);
+    EXPECT_GT(curve->high(), 45 * um);  // far above the last value, 38 um
+}
+
+TEST(GrowthCurve, ExtremumThatTurnsIsNoSteadyState) {
+    const VectorXd t = VectorXd::LinSpaced(11, 0, 320.0 * 60);
+    const VectorXd y = 60 * um * ((-t.array() / 3000).exp() - (-t.array() / 20000).exp());
+    ASSERT_LT(y.minCoeff(), -36 * um);
+    const auto curve = fit_growth_curve(t, y, {0.5 * um, true});
+    ASSERT_TRUE(curve);
+    EXPECT_GT(curve->rate, 2 * curve->rate_sigma);  // back, while y is negative
+    EXPECT_LT(curve->low(), 0);
+    EXPECT_GT(curve->high(), -6 * um);
+}
+
+TEST(GrowthCurve, ShiftAndScaleOfTheValuesShiftAndScaleTheResult) {
+    const VectorXd t = VectorXd::LinSpaced(9, 0, 4 * hour);
+    const VectorXd y = -30 * um * ((-t.array() / 3000).exp() - 1);
+    const auto one = fit_growth_curve(t, y), other = fit_growth_curve(t.array() + 500, 1000 * y.array() + 7);
+    ASSERT_TRUE(one && other);
+    EXPECT_NEAR(other->steady, 1000 * one->steady + 7, 1e-6);
+    EXPECT_NEAR(other->steady_sigma, 1000 * one->steady_sigma, 1e-6);
+    EXPECT_NEAR(one->steady, 30 * um, 1 * um);
+}
+
+TEST(GrowthCurve, TooFewValuesOneTimeOrNoNumbersGiveNothing) {
+    EXPECT_FALSE(fit_growth_curve(VectorXd::LinSpaced(4, 0, 1), VectorXd::Ones(4)));
+    EXPECT_FALSE(fit_growth_curve(VectorXd::Ones(1), VectorXd::Ones(1), {1 * um, false}));
+    EXPECT_FALSE(fit_growth_curve(VectorXd::Ones(8), VectorXd::Ones(8)));
+    EXPECT_FALSE(fit_growth_curve(VectorXd::LinSpaced(8, 0, 1), VectorXd::Constant(8, NAN)));
+}
+
+TEST(CoverageFactor, IsThatOfStudent) {
+    EXPECT_NEAR(coverage_factor(1), 13.97, 0.01);
+    EXPECT_NEAR(coverage_factor(3), 3.31, 0.01);
+    EXPECT_NEAR(coverage_factor(5), 2.65, 0.03);
+    EXPECT_NEAR(coverage_factor(10), 2.28, 0.02);
+    EXPECT_NEAR(coverage_factor(500), 2.0, 0.01);
 }
 
 // A test of a machine: temperatures each minute, a pass each half hour.

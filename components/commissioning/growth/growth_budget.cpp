@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include <algorithm>
+#include <cmath>
+
+#include "components/commissioning/growth/growth_steps.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+// The seat of a probe in its spindle. A few passes show it within a factor of two at best: they correct it.
+constexpr double usual_seat = 0.001;  // mm
+// A stopped spindle cools along an exponential. A line through a pass that is as long as its time constant
+// leaves at most an eighth of the drift in this pass, evenly distributed.
+const double bend_of_drift = 1 / (8 * std::sqrt(3.0));
+constexpr double least_touch = 0.0002;  // mm
+
+// The largest number of bores and orientations of a state.
+double bores(const GrowthAnalysis& analysis) {
+    double count[2]{};
+    for (const GrowthSeries& series : analysis.series) ++count[series.compensated ? 1 : 0];
+    return std::max({count[0], count[1], 1.0});
+}
+
+// How a mean over bores scatters about a smooth curve from pass to pass: by the longest part of the test.
+GrowthCurve scatter(const GrowthAnalysis& analysis, int axis) {
+    GrowthCurve best;
+    best.noise = usual_seat;
+    for (const bool compensated : {false, true}) {
+        const GrowthMeans means = means_of(analysis, compensated);
+        for (int part = 0; part < analysis.parts; ++part)
+            if (const auto curve = curve_of(means, axis, part); curve && curve->freedom > best.freedom)
+                best = *curve;
+    }
+    return best;
+}
+
+double lever(const std::vector<GrowthVisit>& visits, int axis) {
+    double largest = 0;
+    for (const GrowthVisit& visit : visits)
+        largest = std::max(largest, axis == 0   ? visit.x_per_touch
+                                    : axis == 1 ? visit.y_per_touch
+                                                : visit.z_per_touch);
+    return largest;
+}
+
+}  // namespace
+
+std::optional<GrowthCurve> curve_of(const GrowthMeans& means, int axis, int part) {
+    std::vector<double> t, y;
+    for (std::size_t i = 0; i < means.pass.size(); ++i) {
+        if (means.part[i] != part) continue;
+        t.push_back(means.time[i]);
+        y.push_back(means.deviation[i][axis]);
+    }
+    const auto as_vector = [](const std::vector<double>& values) {
+        return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    };
+    return fit_growth_curve(as_vector(t), as_vector(y), {usual_seat, false});
+}
+
+void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits) {
+    const TouchRepeats repeats = touch_repeats(visits);
+    const double touch = std::max(repeats.freedom > 0 ? repeats.sigma : analysis.touch_scatter, least_touch);
+    const DriftInPass drift = drift_in_passes(visits);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        GrowthBudget& its = analysis.budgets[i];
+        if (!analysis.off[i].probed && !analysis.on[i].probed) continue;
+        its.touch = touch * lever(visits, axis);
+        // The rate within a pass is that of a bore that was visited twice.
+        its.drift = std::hypot(drift.largest[axis] * bend_of_drift, its.touch / std::sqrt(2.0));
+        const GrowthCurve pass = scatter(analysis, axis);
+        const double of_mean = its.touch / std::sqrt(bores(analysis));
+        its.seat = std::sqrt(std::max(pass.noise * pass.noise - of_mean * of_mean, 0.0));
+        // Welch and Satterthwaite.
+        const double touches = std::pow(its.touch, 4) / std::max(repeats.freedom, 1.0),
+                     seats = std::pow(its.seat, 4) / std::max(pass.freedom, 1.0);
+        its.freedom = std::pow(its.pass(), 4) / (touches + seats);
+        analysis.of_mean[i] = std::sqrt(2.0) * std::sqrt(its.seat * its.seat + of_mean * of_mean);
+        analysis.uncertainty = std::max(analysis.uncertainty, its.standard());
+    }
+    if (!drift.known)
+        analysis.notes.push_back(
+            "No bore was probed again within a pass: the drift within a pass was not removed, and is not in the "
+            "uncertainty.");
+}
+
+}  // namespace plumb::commissioning

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <optional>
+
+namespace plumb {
+
+// The growth of a machine that warms at one duty, and where it ends:
+//
+//     y = a + sum of b_j (1 - exp(-t / tau_j)) + noise
+//
+// The time constants tau_j are a fixed row, evenly spaced in their logarithm. The b_j are random and of
+// either sign, so a curve may bend twice and turn. Their size and the noise are unknown; all results are means
+// over both, weighted by their probability.
+struct GrowthCurve {
+    double steady = 0, steady_sigma = 0;  // unit of y; after very long running
+    double rate = 0, rate_sigma = 0;      // per s, at the last time
+    double noise = 0;                     // standard deviation of a value
+    double freedom = 0;                   // degrees of freedom of the noise
+    bool determined = false;              // the interval of steady is smaller than the range of y
+
+    // 95 of 100 between.
+    double low() const noexcept { return steady - 2 * steady_sigma; }
+    double high() const noexcept { return steady + 2 * steady_sigma; }
+};
+
+struct GrowthNoise {
+    double expected = 0;  // standard deviation of a value; 0: nothing is known about it
+    bool known = false;   // else within a factor of two
+};
+
+// Times in s, finite; not all at one time. Two values give a noise that is little more than the expected one,
+// and nothing without one; a steady state needs five.
+std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eigen::VectorXd& y,
+                                            const GrowthNoise& noise = {});
+
+// The factor by which a standard uncertainty of this many degrees of freedom covers 95.45 of 100 (Student).
+double coverage_factor(double freedom);
+
+}  // namespace plumb
