@@ -137,7 +137,7 @@ class KilledAndResumed(unittest.TestCase):
     def test_passes_are_mirrored(self):
         last = records(self.machine, "event")[-1][3]
         order = [(line[6], line[7]) for line in records(self.machine, "event") if line[9] == "measured" and line[3] == last]
-        self.assertEqual(order, [("0", "0"), ("1", "0"), ("1", "1"), ("0", "1")])  # turned, compensated
+        self.assertEqual(order, [("0", "0"), ("1", "0"), ("0", "0"), ("0", "1"), ("1", "1"), ("0", "1")])  # turned, compensated
 
     def test_each_touch_has_the_direction_and_the_place_of_its_bore(self):
         for line in records(self.machine, "touch"):

@@ -45,6 +45,7 @@ enum class Fault : std::int32_t {
     full,
     bore,
     standstill,
+    displaced,
 };
 
 constexpr const char* sentence(Fault fault) {
@@ -54,7 +55,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::settings: return "The settings are out of range; the last good ones are used.";
         case Fault::probe_miss: return "The probe did not touch; probe the bore again.";
         case Fault::overtravel: return "The probe reports overtravel.";
-        case Fault::false_trigger: return "A touch is off the circle of the others; probe the bore again.";
+        case Fault::false_trigger:
+            return "A touch is off the circle of the others, or the bore has another shape than in its first visit; "
+                   "probe it again.";
         case Fault::orientation: return "The table is not at the orientation that the program names.";
         case Fault::unconfirmed: return "The control did not confirm the state of compensation or cooling.";
         case Fault::no_reference: return "This bore has no position in the first pass.";
@@ -63,6 +66,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::not_stable: return "The maximum time is over, and the machine is not stable.";
         case Fault::full: return "There is no room for further records.";
         case Fault::bore: return "The number of the bore is not one of 1 to 16.";
+        case Fault::displaced:
+            return "A bore is not where its first visit found it: the artifact has slipped, or the program gives the "
+                   "number of another bore. fault-bore has its number.";
         case Fault::standstill:
             return "The pass takes longer than max-pass-time: the machine cools meanwhile. Probe fewer "
                    "bores.";

@@ -170,6 +170,10 @@ struct StopSettings : hal::Group {
                                 "Standard uncertainty of a displacement; four of it are accepted."};
     hal::In<double> most_scatter{this, "max-scatter", 0.01, "mu",
                                  "Largest scatter of the touches of a bore about its circle."};
+    hal::In<double> most_change{this, "max-shape-change", 0.004, "mu",
+                                "Largest change of oval and radius of a bore since its first visit."};
+    hal::In<double> farthest{this, "max-displacement", 0.5, "mu",
+                             "Farthest that a bore may be from its place in the first pass."};
 
     GrowthTest::Settings read() const noexcept {
         GrowthTest::Settings s;
@@ -182,6 +186,8 @@ struct StopSettings : hal::Group {
         s.stop.range_floor = range_floor;
         s.stop.uncertainty = uncertainty;
         s.most_scatter = most_scatter;
+        s.most_change = most_change;
+        s.farthest = farthest;
         return s;
     }
 };

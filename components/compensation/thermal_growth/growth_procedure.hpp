@@ -12,8 +12,10 @@
 #include "components/math/growth/temperature_rise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace plumb::growth_test {
@@ -27,9 +29,11 @@ public:
     struct Settings {
         StopRule::Settings stop;
         double most_scatter = 0.01;  // mu, of the touches of a bore about their circle
+        double most_change = 0.004;  // mu, of the shape of a bore since its first visit
+        double farthest = 0.5;       // mu, of a bore from its first place
         double least_rise = 0.5;     // K, of a machine that has warmed
 
-        bool valid() const noexcept { return stop.valid() && most_scatter > 0; }
+        bool valid() const noexcept { return stop.valid() && most_scatter > 0 && most_change > 0 && farthest > 0; }
     };
 
     struct Bore {
@@ -52,6 +56,7 @@ public:
     bool in_pass() const noexcept { return in_pass_; }
     std::int32_t visits() const noexcept { return visits_; }
     bool repeat() const noexcept { return repeat_; }  // the last visit does not count
+    std::int32_t bore_of_fault() const noexcept { return fault_ == Fault::none ? 0 : bore_of_fault_; }
     std::int32_t touches() const noexcept { return touches_; }
     int cycles() const noexcept { return rule_.cycles(); }
     const Bore& bore() const noexcept { return bore_; }
@@ -63,6 +68,7 @@ public:
         rule_.clear();
         rise_.clear();
         references_.clear();
+        shapes_.fill({});
         touched_.clear();
         time_ = 0;
         pass_ = visits_ = touches_ = 0;
@@ -170,13 +176,29 @@ private:
         if (touched_.has_circle() && !centre) return Fault::probe_miss;
         if (centre && centre->scatter > settings.most_scatter) return Fault::false_trigger;
         if (touched_.has_face() && touched_.face_range() > settings.most_scatter) return Fault::false_trigger;
-        if (pass_ <= 1 || !decides(state_.compensated)) return Fault::none;
         if (visit_.bore() == 0) return Fault::bore;  // it was open as the test began
+        if (const Fault its = changed(centre, settings); its != Fault::none) return its;
+        if (pass_ <= 1 || !decides(state_.compensated)) return Fault::none;
         const std::size_t x = BoreReferences::value(visit_.bore(), state_.turned);
         for (std::size_t axis = 0; axis < 3; ++axis)
             if (!references_.known(x + axis) && (axis == 2 ? touched_.has_face() : centre.has_value()))
                 return Fault::no_reference;
         return Fault::none;
+    }
+
+    // Whether the bore of this visit is another one than in its first, by its place or by its shape.
+    Fault changed(const std::optional<BoreTouches::Centre>& centre, const Settings& settings) const noexcept {
+        const std::size_t x = BoreReferences::value(visit_.bore(), state_.turned);
+        const double at[] = {centre ? centre->x : NAN, centre ? centre->y : NAN,
+                             touched_.has_face() ? touched_.face() : NAN};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            if (references_.known(x + axis) && std::abs(at[axis] - references_.at(x + axis)) > settings.farthest)
+                return Fault::displaced;
+        const Shape& first = shapes_[x / 3];
+        if (!centre || !first.known) return Fault::none;
+        const bool same = std::abs(touched_.oval(*centre) - first.oval) <= settings.most_change &&
+                          std::abs(centre->radius - first.radius) <= settings.most_change;
+        return same ? Fault::none : Fault::false_trigger;
     }
 
     void sample(const Warmth& warmth, const Settings& settings) noexcept {
@@ -214,12 +236,13 @@ private:
     static bool is_of_visit(Fault fault) noexcept {
         return fault == Fault::probe_miss || fault == Fault::false_trigger || fault == Fault::overtravel ||
                fault == Fault::orientation || fault == Fault::position || fault == Fault::bore ||
-               fault == Fault::unconfirmed;
+               fault == Fault::unconfirmed || fault == Fault::displaced;
     }
 
     void fail(Fault its, const Settings& settings) noexcept {
         if (its != fault_) write(Event::fault, static_cast<double>(its), settings);
         fault_ = its;
+        bore_of_fault_ = is_of_visit(its) || its == Fault::no_reference ? visit_.bore() : 0;
     }
 
     Record record(Kind kind, std::int32_t item) const noexcept {
@@ -309,7 +332,11 @@ private:
             bore_.scatter = centre->scatter;
         }
         if (touched_.has_face()) at[2] = bore_.z = touched_.face();
-        if (r.bore < 1 || r.bore > BoreReferences::most_bores || !decides(r.compensated)) return;
+        if (r.bore < 1 || r.bore > BoreReferences::most_bores) return;
+        Shape& shape = shapes_[BoreReferences::value(r.bore, r.turned) / 3];
+        if (const auto centre = touched_.centre(); centre && !shape.known)
+            shape = {touched_.oval(*centre), centre->radius, true};
+        if (!decides(r.compensated)) return;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             if (!std::isfinite(at[axis])) continue;
             const std::size_t value = BoreReferences::value(r.bore, r.turned) + axis;
@@ -322,6 +349,11 @@ private:
     StopRule rule_;
     TemperatureRise rise_;
     BoreReferences references_;
+    struct Shape {
+        double oval = 0, radius = 0;  // mu
+        bool known = false;
+    };
+    std::array<Shape, 2 * BoreReferences::most_bores> shapes_;  // of the first visits, by bore and orientation
     ProbedBore touched_;  // in the last visit with a touch
     Bore bore_;
     double time_ = 0;
@@ -338,6 +370,7 @@ private:
     double pass_time_ = 0, last_sample_ = 0;
     std::size_t decided_ = 0;  // number of records at the last decision
     Fault fault_ = Fault::none;
+    std::int32_t bore_of_fault_ = 0;
 };
 
 }  // namespace plumb::growth_test

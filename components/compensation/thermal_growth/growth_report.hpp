@@ -42,6 +42,7 @@ struct TestReport : hal::Group {
     hal::Codes<Advice> advice{this, "advice", "The settings are unusual; advice-code gives how.",
                               "Number of the advice; 0 for none."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::Out<std::int32_t> fault_bore{this, "fault-bore", "Number of the bore of the fault; 0 for none."};
 
     void show(const GrowthTest& test, const GrowthTest::Settings& settings) noexcept {
         const bool ended = test.stop() != Stop::none;
@@ -60,6 +61,7 @@ struct TestReport : hal::Group {
         touches = test.touches();
         elapsed = test.time();
         repeat = test.repeat();
+        fault_bore = test.bore_of_fault();
         advice = hal::first<Advice>({{!settings.stop.usual(), Advice::threshold},
                                      {!settings.stop.by_displacement, Advice::one_rule}});
         if (test.records().size() == shown_) return;

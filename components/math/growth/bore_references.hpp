@@ -26,6 +26,7 @@ public:
     }
 
     bool known(std::size_t value) const noexcept { return known_[value]; }
+    double at(std::size_t value) const noexcept { return reference_[value]; }  // only if known
 
     // The deviation of a finite position. Nothing if the first pass has none, or if this pass has one
     // already: a bore that is probed again in a pass shows the drift within the pass, not that of the

@@ -132,6 +132,57 @@ TEST_F(ThermalGrowthTest, LatchesThePeriodOfTheTouchAndItsDirection) {
     EXPECT_EQ(get("touches"), 1);
 }
 
+TEST_F(ThermalGrowthTest, FindsAFalseTouchByTheFirstVisitOfTheBore) {
+    set("max-scatter", 0.012);
+    begin();
+    probe_bore(1, 50, 20, -100, 0.003);  // the lobes of the probe
+    EXPECT_EQ(fault(), Fault::none);
+    probe_bore(1, 50.02, 20, -100.03, 0.003);  // the machine has grown
+    EXPECT_EQ(fault(), Fault::none);
+    probe_bore(1, 50, 20, -100, 0.003 + 0.0199);
+    EXPECT_EQ(fault(), Fault::false_trigger);
+    EXPECT_EQ(get("repeat"), 1);
+    EXPECT_EQ(get("fault-bore"), 1);
+    probe_bore(1, 50, 20, -100, 0.003);
+    EXPECT_EQ(fault(), Fault::none);
+    EXPECT_EQ(get("fault-bore"), 0);
+    set("compensate", 1);  // the shape is the same in both states
+    set("compensation-on", 1);
+    probe_bore(1, 50, 20, -100, -0.015);
+    EXPECT_EQ(fault(), Fault::false_trigger);
+}
+
+TEST_F(ThermalGrowthTest, FindsAFalseTouchThatTheScatterLetsPass) {
+    set("max-scatter", 0.012);
+    begin();
+    probe_bore(1, 50, 20, -100);
+    probe_bore(1, 50, 20, -100, -0.0199);
+    EXPECT_EQ(fault(), Fault::false_trigger);
+    set("max-shape-change", 0.02);
+    probe_bore(1, 50, 20, -100, -0.0199);
+    EXPECT_EQ(fault(), Fault::none);
+}
+
+TEST_F(ThermalGrowthTest, NamesTheBoreThatSlippedOrHasAnotherKey) {
+    begin();
+    set("pass-running", 1);
+    tick();
+    probe_bore(1, 50, 20, -100);
+    probe_bore(2, 55, 20, -100);
+    probe_bore(2, 50, 20, -100);  // bore 1 under the number of bore 2
+    EXPECT_EQ(fault(), Fault::displaced);
+    EXPECT_EQ(get("fault-bore"), 2);
+    EXPECT_EQ(get("repeat"), 1);
+    probe_bore(2, 55.1, 20, -100);
+    EXPECT_EQ(fault(), Fault::none);
+    probe_bore(1, 50, 20, -99.4);
+    EXPECT_EQ(fault(), Fault::displaced);
+    EXPECT_EQ(get("fault-bore"), 1);
+    set("max-displacement", 1);
+    probe_bore(1, 50, 20, -99.4);
+    EXPECT_EQ(fault(), Fault::none);
+}
+
 TEST_F(ThermalGrowthTest, GoesThroughItsStates) {
     tick();
     EXPECT_EQ(state(), State::idle);
