@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+import types
 import unittest
 
 import linuxcnc_runs
@@ -114,6 +115,27 @@ class Days(unittest.TestCase):
                 ["Close the door at the back."],
             ],
         )
+
+
+class Zero(unittest.TestCase):
+    """zero-set rises when the offsets of the coordinate system in force change, and at nothing else."""
+
+    def status(self, system=1, x=0.0, shift=0.0):
+        return types.SimpleNamespace(g5x_index=system, g5x_offset=(x, 0, 0, 5), g92_offset=(0, shift, 0, 0))
+
+    def test_a_touch_off_and_g92_are_a_new_zero_for_a_moment(self):
+        zero = linuxcnc_link.WorkZero()
+        self.assertFalse(zero.is_set(self.status(), 0))
+        self.assertFalse(zero.is_set(self.status(), 1))
+        self.assertTrue(zero.is_set(self.status(x=2.5), 2))
+        self.assertTrue(zero.is_set(self.status(x=2.5), 2.4))
+        self.assertFalse(zero.is_set(self.status(x=2.5), 2.6))
+        self.assertTrue(zero.is_set(self.status(x=2.5, shift=1), 3))
+
+    def test_another_coordinate_system_and_the_same_values_again_are_none(self):
+        zero = linuxcnc_link.WorkZero()
+        for now, status in enumerate((self.status(), self.status(2, 7), self.status(2, 7), self.status())):
+            self.assertFalse(zero.is_set(status, now))
 
 
 class Stamp(unittest.TestCase):
