@@ -30,6 +30,7 @@ def main():
     parser.add_argument("--size", metavar="WxH", default="1000x740", help="size of the window of its own; default %(default)s")
     parser.add_argument("--widgets", metavar="FILE", help="write names and places of all widgets into a file, for tests")
     parser.add_argument("--period", type=int, default=250, help=argparse.SUPPRESS)  # ms between two looks at the pins
+    parser.add_argument("--standstill", type=float, default=20, help=argparse.SUPPRESS)  # s without a beat of the threads
     parser.add_argument("--version", action="version", version="plumb @PROJECT_VERSION@")
     options = parser.parse_args()
     if options.summary:
@@ -46,6 +47,7 @@ def main():
     if options.ini and not os.path.isfile(options.ini):
         return refuse("cannot read %s: there is no such file" % options.ini, 2)
     os.environ.setdefault("GDK_BACKEND", "x11")  # Wayland has no windows within windows
+    os.environ.setdefault("GDK_GL", "disable")  # else the first GTK program of an X server loads Mesa and LLVM, 50 MB
 
     from panel import declared, hal_files, texts
 

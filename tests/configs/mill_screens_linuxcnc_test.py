@@ -20,6 +20,8 @@ class Screens(unittest.TestCase):
         self.assertIn("refused", seen["refused"])
         self.assertIn("0.025", seen["changes"])
         self.assertEqual(seen["old question"], "")
+        self.assertEqual(seen["ago"], "", "no contact has come")
+        self.assertEqual(seen["promise"], "", "no plumb-retain keeps the setting")
         self.assertIn("The machine is off. Turn the machine on.", seen["off"])
 
     def test_in_gmoccapy_a_finger_learns_takes_back_and_changes_a_setting(self):

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """An [APPLICATIONS]APP of axis_linuxcnc_test: strokes, their ends and their sections by the finger, in the tab of AXIS."""
 
+import contextlib
 import os
+import signal
 
 from axis_work import work_axis
 
@@ -46,10 +48,13 @@ def work(operator):
     finger.await_text("chop_change")
     seen["log"] = [text for text in finger.texts() if "G81.1" in text or "chop_change" in text]
     finger.press("Chopping")
+    hold(operator)
     finger.press("Stop")
     finger.until(lambda: host.get("chop.at-end"), "the axis at point R")
     seen["at rest"] = finger.await_text("At rest at point R.")
+    away(operator)
     pause(operator)
+    emergency_stop(operator)
     seen["errors"] = machine.errors
 
 
@@ -76,6 +81,71 @@ def sections(operator):
     seen["second"] = host.get("chop.section-1-kind")
     seen["strokes on"] = host.get("chop.stroking")
     finger.press("Back")
+
+
+def hold(operator):
+    """A held axis does not look as if it strokes."""
+    finger, host, seen = operator.finger, operator.host, operator.seen
+    finger.press("Hold / go on")
+    finger.until(lambda: host.get("chop.held"), "the hold")
+    seen["held"] = finger.await_text("Held: the axis stands")
+    seen["ticks"] = "\u2714" in finger.texts()
+    finger.press("Hold / go on")
+    finger.press("Go on")
+    finger.until(lambda: not host.get("chop.held"), "the strokes")
+    finger.await_text("The axis strokes.")
+
+
+def away(operator):
+    """With LinuxCNC's task stopped: a stop at once, an axis that rests beside point R, and the way there after a question."""
+    finger, host, seen = operator.finger, operator.host, operator.seen
+    host.set("chop.stop-kind", 2)
+    finger.press("Ends and start")
+    finger.press("Start the strokes")
+    finger.press("Start")
+    finger.until(lambda: host.get("chop.stroke-count") > 3, "strokes")
+    finger.rest()
+    task = number_of_task()
+    os.kill(task, signal.SIGSTOP)
+    try:
+        finger.press("Stop")
+        finger.until(lambda: not host.get("chop.active"), "the stop")
+        seen["away"] = finger.await_text("The axis stands away from point R.")
+        before = host.get("chop.offset")
+        finger.press("To point R")
+        finger.await_text("Move the axis to point R? It moves by ")
+        finger.press("Overview")
+        finger.rest()
+        seen["old question"] = finger.find_text("Move the axis to point R?")
+        seen["moved unasked"] = host.get("chop.offset") - before
+        finger.press("Chopping")
+        finger.press("To point R")
+        finger.press("Move the axis")
+        finger.until(lambda: host.get("chop.at-end"), "the axis at point R")
+    finally:
+        os.kill(task, signal.SIGCONT)
+    finger.await_text("At rest at point R.")
+
+
+def number_of_task():
+    """The process of this LinuxCNC's task."""
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        with contextlib.suppress(OSError), open("/proc/%s/cmdline" % name) as file:
+            words = file.read().split("\0")
+            if os.path.basename(words[0]) == "milltask" and os.path.dirname(words[words.index("-ini") + 1]) == os.getcwd():
+                return int(name)
+    raise AssertionError("there is no task")
+
+
+def emergency_stop(operator):
+    """In the middle of an entry: it stays, and nothing starts."""
+    finger, machine, seen = operator.finger, operator.machine, operator.seen
+    machine.turn_on()
+    operator.type_into(LOWER, "-47")
+    machine.emergency_stop()
+    finger.press("Start the strokes")
+    seen["in emergency stop"] = finger.await_text("refused. The machine is off.")
+    seen["entered"] = next(each["text"] for each in finger.widgets() if each["kind"] == "Entry")
 
 
 def pause(operator):

@@ -78,16 +78,41 @@ class Operator:
         self.machine.mdi("G0 Y0")
         self.measure(40, 4)  # two lands do not know it well enough
         seen["verdict"] = self.finger.await_text("The tool is on centre.")
+        self.interrupt()
         self.shot("lathe_centred.png")
 
-    def measure(self, z, lands=2):
-        """Lands, each turned by the operator and measured by the micrometer."""
+    def interrupt(self):
+        """A measurement that is interrupted, and one whose cuts give no height."""
+        finger = self.finger
+        self.begin(2)
+        finger.press("Interrupt")
+        seen["interrupted"] = [finger.await_text("The measurement is interrupted."), "\u2714" in finger.texts()]
+        self.begin(2)
+        for cut, diameter in ((1, "11"), (2, "9.5")):  # both at one Y
+            self.turn(24 - 4 * cut, 0)
+            finger.press("The cut is done")
+            self.until("centre.measure", True)
+            finger.press("Enter the diameter")
+            finger.type(diameter)
+            finger.press("Enter")
+            if finger.find("Enter all the same"):
+                finger.press("Enter all the same")
+            finger.until(lambda cut=cut: self.host.get("centre.cut-number") == cut or self.host.get("centre.state-code") == 4, "the next cut")
+        seen["refused cuts"] = [finger.await_text("The cuts give no height."), "\u2714" in finger.texts()]
+
+    def begin(self, lands):
         finger = self.finger
         finger.press("Two lands")
         finger.press("%d cuts" % lands)
         finger.type("10")
         finger.press("Begin")
         self.until("centre.state-code", 1)
+        self.machine.wait_until_idle()
+
+    def measure(self, z, lands=2):
+        """Lands, each turned by the operator and measured by the micrometer."""
+        finger = self.finger
+        self.begin(lands)
         finger.await_text("Turn land 1: move Y by +1 mm")
         self.shot("lathe_land.png")
         for land, y in ((1, 1), (2, -1), (3, -1), (4, 1))[:lands]:
@@ -123,6 +148,8 @@ class Operator:
             self.machine.wait_until_idle()
             if land == lands:
                 self.correct(1, first, first + 0.1)
+                if lands == 2:
+                    self.take_back(first)
         self.until("centre.state-code", 3)
 
     def correct(self, cut, wrong, right):
@@ -134,6 +161,18 @@ class Operator:
         finger.press("Enter")
         finger.until(lambda: abs(self.host.get("centre.height") - before) > 0.02, "the height of the right diameter")
         self.machine.wait_until_idle()
+
+    def take_back(self, wrong):
+        """Undo of an accepted diameter, and of the undo."""
+        finger, right = self.finger, self.host.get("centre.height")
+        finger.press("Changes")
+        finger.press("Undo MDI")
+        seen["undo"] = finger.await_text("Undo by M452")
+        finger.press("Undo")
+        finger.until(lambda: abs(self.host.get("centre.height") - right) > 0.02, "the height of the wrong diameter")
+        self.machine.wait_until_idle()
+        finger.press("Centre height")
+        self.correct(1, wrong + 0.1, wrong + 0.1)
 
     def turn(self, z, y):
         for line in ("G0 X12", "G0 Y%g" % y, "G0 Z%g" % (z + 3), "G0 X5", "G1 Z%g F600" % z):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """An [APPLICATIONS]APP of mill_panel_linuxcnc_test: works the mill by the tab of AXIS, and ends AXIS."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -28,9 +29,48 @@ class Operator:
         """Presses along the row of tabs, behind those of AXIS's left side, until the panel is seen."""
         self.finger.find_tab("AXIS 2", [(x, y) for y in (76, 90, 100, 64) for x in TABS if x > 400])
 
+    def morning(self):
+        """Squareness corrects nothing in the emergency stop, while the machine is off, and before it is homed."""
+        finger = self.finger
+        finger.open("Squareness", "Measure and set up")
+        seen["asleep"] = [finger.await_text("The machine is off. Turn")]
+        self.machine.turn_on()
+        seen["asleep"].append(finger.await_text("The machine is not homed. Home"))
+        seen["asleep ticks"] = "\u2714" in finger.texts()
+        seen["asleep applied"] = self.host.get("x-stage.applied-offset")
+        self.machine.home()
+
+    def take_the_request_back(self):
+        """A request to learn, by the list of changes."""
+        finger = self.finger
+        finger.press("Learn from the next part")
+        finger.press("Learn")
+        self.until("growth.learn", True)
+        self.machine.wait_until_idle()
+        finger.press("Changes")
+        finger.press("Undo MDI")
+        finger.press("Undo")
+        self.until("growth.learn", False)
+        self.machine.wait_until_idle()
+        finger.press("Growth of Z")
+
+    def popup(self):
+        """In a cycle whose first contact has not come the growth is in doubt. The message lies over the panel only when it is not seen any more."""
+        finger = self.finger
+        self.until("growth.doubt", True)
+        self.machine.wait(5)
+        seen["popups beside the panel"] = read("popups.txt")
+        seen["doubt"] = self.host.get("growth.doubt-code")
+        places = itertools.cycle([(x, y) for y in (76, 90, 100, 64) for x in range(420, 700, 36)])
+        finger.until(lambda: finger.press_at(*next(places)) or finger.rest() or not finger.is_seen(), "another tab")
+        finger.until(lambda: seen["popups beside the panel"] != read("popups.txt"), "the message of the doubt")
+        seen["popups later"] = read("popups.txt")
+        self.open_tab()
+
     def first_day(self):
         finger = self.finger
         finger.open("Growth of Z", "Learn from the next part")
+        self.take_the_request_back()
         finger.press("Learn from the next part")
         finger.press("Learn")
         self.until("growth.learn", True)
@@ -127,6 +167,10 @@ class Operator:
         finger.type("0.001")
         finger.press("Save")
         seen["paused"] = finger.await_text("A program is paused.")
+        self.correct_what_moves_nothing()
+        finger.open("Squareness", "All pins and settings")
+        finger.press("All pins and settings")
+        finger.press("ec0y")
         finger.press("Undo the last change")
         finger.await_text("Undo: refused. A program is paused.")
         self.machine.wait(1)
@@ -146,6 +190,17 @@ class Operator:
         finger.await_text("Corrects the tilts that were measured.")
         seen["waiting"] = finger.find_text("Homing waits")
 
+    def correct_what_moves_nothing(self):
+        """It always works."""
+        finger = self.finger
+        for name in ("All components", "growth", "gate-floor", "Clear"):
+            finger.press(name)
+        finger.type("0.03")
+        finger.press("Save")
+        self.until("growth.gate-floor", 0.03)
+        finger.press("Undo the last change")
+        self.until("growth.gate-floor", 0.025)
+
     def errors_along_y(self):
         """Change of the tip's error in X and Z from Y-150 to Y150, in um."""
         found = []
@@ -163,6 +218,16 @@ class Operator:
         seen["gate-floor"] = self.host.get("growth.gate-floor")
         finger.open("Growth of Z", "Learn from the next part")
         seen["morning"] = finger.await_text("A reference is kept, and waits for its program.")
+        finger.press("Learn from the next part")
+        seen["replaces"] = finger.await_text("Learn from the next part?")
+        finger.press("Cancel")
+        self.machine.start("part.ngc")
+        self.until("growth.reference-valid", True)
+        self.machine.pause()
+        seen["no contact yet"] = finger.await_text("No contact has counted since the start.")
+        seen["ago"] = finger.find_text("ago")
+        self.popup()
+        self.machine.abort()
         finger.open("All components", "growth")
         finger.press("growth")
         finger.press("gate-floor")
@@ -172,7 +237,19 @@ class Operator:
         finger.press("Back to the HAL file, and keep no value")
         self.until("growth.gate-floor", 0.02)
         self.host.halcmd("unloadusr", "panel-settings")
+        for name in ("All components", "growth", "gate-floor", "Clear"):
+            finger.press(name)
+        finger.type("0.03")
+        finger.press("Save")
+        finger.await_text("No plumb-retain keeps the settings of this screen")
+        finger.rest()
+        seen["promise"] = finger.find_text("Saved by plumb-retain")
+        self.host.halcmd("unloadusr", "plumb-retain")
+        finger.press("Growth of Z")
+        seen["retain died"] = finger.await_text("plumb-retain (service 0) does not answer.")
+        seen["switched off"] = finger.find_text("Switched off")
         finger.press("Overview")
+        seen["overview"] = finger.await_text("plumb-retain (service 0) does not answer.")
 
 
 def read(path):
@@ -186,9 +263,12 @@ def read(path):
 def main():
     with Machine() as machine:
         operator = Operator(machine)
-        machine.turn_on()
-        machine.home()
         operator.open_tab()
+        if os.path.exists("seen.json"):  # of the first day, which has saved angles
+            operator.morning()
+        else:
+            machine.turn_on()
+            machine.home()
         (operator.second_day if os.path.exists("seen.json") else operator.first_day)()
         seen["done"] = True
 

@@ -12,6 +12,7 @@ import time
 NEAR = 30  # px
 PATIENCE = float(os.environ.get("PLUMB_PATIENCE", 60))  # s for each step, of a clock that may be faster than the computer's
 DOUBLE = max(0.6, PATIENCE / 100)  # s, of that clock
+REPEATED = ("Delete", "Sign", "Exponent")  # keys, which a finger presses as fast as it likes
 
 
 SHOT = """
@@ -98,30 +99,45 @@ class Finger:
         return next((each for each in self.widgets() if name in (each["name"], each.get("text"))
                      and each["kind"] != "Label"), None)
 
-    def press(self, name):
+    def press(self, name, times=1):
         """Presses a widget when it is seen and has come to rest."""
         place = {}
-        while not place or place["scrolled"] or place != self.find(name):
+        while not place or place["scrolled"] or place.get("new") or place != self.find(name):
             self.until(lambda: self.find(name), "the widget " + name)
             place = self.find(name)
             if place["scrolled"]:
-                self._do("mousemove", place["x"] + place["width"] // 2, sum(place["view"]) // 2, "click", "5" if place["scrolled"] > 0 else "4")
+                self._scroll(place)
             self.rest()
-        self._press_place(name, place)
+        self._press_place(name, place, times)
 
-    def _press_place(self, name, place):
+    def _scroll(self, place):
+        """By as many steps of the wheel as bring the widget nearly into its view; GTK's step is the height of the view to the power of 2/3."""
+        top, bottom = place["view"]
+        middle = place["y"] + place["height"] // 2
+        away = middle - bottom if place["scrolled"] > 0 else top - middle
+        steps = max(1, int(away / (bottom - top) ** (2 / 3)))
+        self._do("mousemove", place["x"] + place["width"] // 2, (top + bottom) // 2, "click", "--repeat", steps, "--delay", "10",
+                 "5" if place["scrolled"] > 0 else "4")
+
+    def _press_place(self, name, place, times=1):
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
         former, its_x, its_y, when = self._pressed
-        while former not in (name, "") and abs(x - its_x) < NEAR and abs(y - its_y) < NEAR and time.monotonic() - when < DOUBLE:
+        pause = 0 if name in REPEATED or len(name) == 1 else DOUBLE / 2 if name == former else DOUBLE
+        while abs(x - its_x) < NEAR and abs(y - its_y) < NEAR and time.monotonic() - when < pause:
             self._between()  # the panel would take it for the second half of a double press
         self._pressed = (name, x, y, time.monotonic())
-        self.press_at(x, y)
+        self.press_at(x, y, times)
 
     def press_answer(self, name):
         """The button of a question, which may have the name of a button above it."""
         self.rest()
         self._pressed = (name, *self._pressed[1:])
-        place = max((each for each in self.widgets() if each["kind"] == "Button" and each["name"] == name), key=lambda each: each["y"])
+
+        def lowest():
+            return max((each for each in self.widgets() if each["kind"] == "Button" and each["name"] == name), key=lambda each: each["y"])
+
+        self.until(lambda: not lowest()["new"], "the button " + name)
+        place = lowest()
         self._press_place(name + "?", place)
 
     def end(self):
@@ -136,8 +152,7 @@ class Finger:
 
     def press_twice(self, name):
         """As a finger that trembles does."""
-        self.press(name)
-        self._do("click", "1")
+        self.press(name, times=2)
 
     def open(self, page, mark):
         """Presses the button of a page until a widget of the page is there: a window that was just covered may lose a press."""
@@ -175,8 +190,16 @@ class Finger:
 
         self.until(press_next, "the panel in a tab of " + title)
 
-    def press_at(self, x, y):
-        self._do("mousemove", x, y, "click", "1")
+    def press_at(self, x, y, times=1):
+        """Several times, 0.05 s apart."""
+        self._do("mousemove", x, y, "click", "--repeat", times, "--delay", "50", "1")
+
+    def press_places(self, *places):
+        """The middles of widgets that may not be there any more, one after the other as fast as the screen takes them."""
+        words = []
+        for place in places:
+            words += ["mousemove", place["x"] + place["width"] // 2, place["y"] + place["height"] // 2, "click", "1", "sleep", "0.03"]
+        self._do(*words)
 
     def _do(self, *words):
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True, timeout=PATIENCE)

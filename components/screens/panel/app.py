@@ -26,7 +26,6 @@ from panel.texts import _  # noqa: E402
 from panel.widget_list import WidgetList  # noqa: E402
 from panel.window import Window  # noqa: E402
 
-STANDSTILL = 20  # s
 ORPHANED = 5000  # ms until a panel within another screen ends after LinuxCNC
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
@@ -182,7 +181,7 @@ class Panel:
         if beats != self._beats:
             self._beats, self._beaten = beats, now
             self.window.show_standstill(False)
-        elif beats and now - self._beaten > STANDSTILL:
+        elif beats and now - self._beaten > self.options.standstill:
             self.window.show_standstill(True)
 
     # --- what pages use ---

@@ -24,7 +24,7 @@ STILL = {
         "learn", "cycle-running", "cycle-complete", "acknowledge", "threshold", "release", "smoothing", "debounce", "baseline-time",
         "blanking-time", "load-latency", "reference-cycles", "window", "feed-tolerance", "feed-range", "lost-time-tolerance", "steady-time",
         "gate-floor", "gate-cap", "confirm-contacts", "max-correction", "verify", "verify-step", "max-rate", "tool-number", "operation",
-        "date", "start-height", "clock-start", *("exclude-operation-%d" % place for place in range(8))},
+        "wait-for-answer", "shift-is-not-growth", "date", "start-height", "clock-start", *("exclude-operation-%d" % place for place in range(8))},
     "squareness": {"max-rate", "settling-time", "stages-ramping", "coordinated", "motion-type", "path-velocity"},
     "axis_growth": {"max-rate", "cycle-running"},
     "axis_offset": {"max-rate", "allow-probing", "arm"},
@@ -51,6 +51,16 @@ def effect(machine, writes, values, chain_program=None):
         if changes:
             found += of_module(machine, instance, changes, values, chain_program)
     return [move for move in found if not abs(move.by) < SMALLEST]
+
+
+def changes_path(writes, values):
+    """Whether an axis moves otherwise than before as soon as the machine moves, wherever it stands now."""
+    def acts(write):
+        instance = write.instance
+        changed = parsed(write.name, instance.pins[write.short].kind, write.text) != instance.value(values, write.short)
+        return changed and instance.value(values, "enable") and instance.value(values, "all-homed")
+
+    return any(write.instance.module == "squareness" and write.short not in STILL["squareness"] and acts(write) for write in writes)
 
 
 def are_same(moves, announced):
@@ -129,13 +139,24 @@ def _of_growth(machine, instance, changes, values, _chain_program):
     if not wanted:
         return [Move("Z", -applied, True)]
     if set(changes) <= {"enable", "dry-run"}:
-        armed = [stage.value(values, "armed", True) for stage in machine.stages_of(instance).values()]
-        if armed and not any(armed):
+        if not _follows_at_once(machine, instance, values):
             return []
         growth = instance.value(values, "growth-estimate", 0.0)
         bound = abs(instance.value(values, "max-offset", 0.0))
         return [Move("Z", max(-bound, min(bound, growth)) - applied, True)]
     return [Move("Z", abs(applied) + max(abs(instance.value(values, "max-offset", 0.0)), abs(changes.get("max-offset", 0.0))), False)]
+
+
+def of_more_growth(machine, instance, values, by):
+    """The moves that come at once if thermal_displacement takes so much more growth."""
+    acts = instance.value(values, "enable") and not instance.value(values, "dry-run")
+    return [Move("Z", by, True)] if acts and _follows_at_once(machine, instance, values) else []
+
+
+def _follows_at_once(machine, instance, values):
+    """Without an armed stage a function waits for the next cycle."""
+    armed = [stage.value(values, "armed", True) for stage in machine.stages_of(instance).values()]
+    return not armed or any(armed)
 
 
 def _of_axis_growth(_machine, instance, changes, values, _chain_program):

@@ -7,6 +7,7 @@ import time
 from panel import growth_state
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
+from panel.growth_question import ShiftQuestion
 from panel.growth_state import learning_steps
 from panel.inputs import LoadBar
 from panel.settings import Write
@@ -34,7 +35,8 @@ class GrowthPage(FunctionPage):
         self._steps = label("")
         self._list = column(spacing=2)
         self._load = LoadBar(self.panel)
-        return [self._figures, self._load, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
+        self._question = ShiftQuestion(self)
+        return [self._question, self._figures, self._load, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
                 card(label(_("Last contacts"), "value"), self._list)]
 
     def buttons(self):
@@ -72,6 +74,7 @@ class GrowthPage(FunctionPage):
         self._load.show_load(float(self.get(values, "load")), float(self.get(values, "threshold")), bool(self.get(values, "load-valid", True)))
         sigma = in_micrometres(2 * float(self.get(values, "offset-sigma"))).lstrip("+")
         self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + sigma)
+        self._question.show_question(values)
         set_text(self._reference, growth_state.reference(self.instance, values))
         steps = learning_steps(self.instance, values)
         busy = self.get(values, "learn") or self.get(values, "learning")

@@ -70,7 +70,7 @@ class Guard:
             refusal = "" if chain and chain[2] == self.loaded_chain() else self._switches_on_new_chain(writes)
             if not refusal and must_be_on:
                 refusal = access.unsafe(values)
-            if not refusal and moves and not _switches_off(self._panel.machine, writes):
+            if not refusal and (moves or effects.changes_path(writes, values)) and not _switches_off(self._panel.machine, writes):
                 refusal = access.busy(values)
             words = effects.in_words(moves)
             if words and values.get("motion.motion-enabled") is False:

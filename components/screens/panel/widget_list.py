@@ -6,6 +6,8 @@ import os
 
 from gi.repository import Gtk
 
+from panel.widgets import is_new
+
 # Widgets that take input, and widgets that show a text or a picture.
 LISTED = (Gtk.Actionable, Gtk.Editable, Gtk.Range, Gtk.ComboBox, Gtk.Expander, Gtk.EventBox, Gtk.DrawingArea, Gtk.Label)
 
@@ -23,8 +25,9 @@ class WidgetList:
         found = []
         self._walk(self._window, left, top, found, None)
         self._looks += 1
+        text = json.dumps({"looks": self._looks, "seen": is_seen, "widgets": found})  # json.dump takes ten times as long
         with open(self._path + ".new", "w", encoding="utf-8") as file:
-            json.dump({"looks": self._looks, "seen": is_seen, "widgets": found}, file)
+            file.write(text)
         os.replace(self._path + ".new", self._path)
 
     def _walk(self, widget, left, top, found, view):
@@ -35,6 +38,8 @@ class WidgetList:
             entry = {"kind": type(widget).__name__, "name": widget.get_accessible().get_name() or "",
                      "x": left + place[0], "y": top + place[1],
                      "width": widget.get_allocated_width(), "height": widget.get_allocated_height()}
+            if isinstance(widget, Gtk.Button):
+                entry["new"] = is_new(widget)
             if isinstance(widget, (Gtk.Label, Gtk.Entry)):
                 entry["text"] = widget.get_text()
             if isinstance(widget, Gtk.Label):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Widgets that all pages share. Each has an accessible name."""
 
+import time
+
 import gi
 
 gi.require_version("Gtk", "3.0")
@@ -39,11 +41,20 @@ def set_text(widget, text):
 
 AGAIN, ELSEWHERE = 200, 450  # ms, within which a second press is no order: at the same button, and at one that came under the finger
 NEAR = 24  # px
+UNSEEN = 0.2  # s, for which a button must have been on the screen: a finger that comes sooner meant the page before
 _last = {"time": 0, "place": (0, 0), "widget": None}
 
 
+def is_new(widget):
+    """Whether a button came to the screen just now."""
+    return time.monotonic() - widget.since < UNSEEN
+
+
 def _is_meant(widget, repeats):
-    """False for the second half of a double press; it may meet another button where the first one has opened a page or ended a question."""
+    """False for the second half of a double press; it may meet another button where the first one has opened a page or ended a question.
+    False also for a press on a button that nobody can have seen yet."""
+    if is_new(widget):
+        return False
     event = Gtk.get_current_event()
     found, x, y = event.get_root_coords() if event else (False, 0, 0)
     if not found:
@@ -57,12 +68,18 @@ def _is_meant(widget, repeats):
     return True
 
 
+def _came(widget):
+    widget.since = time.monotonic()
+
+
 def button(text, pressed, *classes, name=""):
     widget = Gtk.Button()
     words = Gtk.Label(label=text, justify=Gtk.Justification.CENTER)
     words.set_line_wrap(True)
     words.set_max_width_chars(18)  # longer words break, and buttons stand side by side
     widget.add(words)
+    widget.since = 0.0
+    widget.connect("map", _came)
     widget.connect("clicked", lambda its: _is_meant(its, "key" in classes) and pressed())
     widget.set_can_focus(False)  # keys belong to the screen around it
     named(widget, name or text.replace("\n", " "))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """plumb panel in a window on the virtual-time host: fingers press, and HAL answers."""
 
+import json
 import os
 import time
 import unittest
@@ -45,12 +46,25 @@ class Window(unittest.TestCase):
         for line in LINES:
             self.host.command(line)
 
-    def panel(self, *options, name="panel"):
+    def panel(self, *options, name="panel", program=(os.path.join(BUILD, "bin", "plumb-panel"),)):
         widgets = os.path.join(self.folder, name + ".widgets")
         words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8",
-                 os.path.join(BUILD, "bin", "plumb-panel"), "--ini", self.ini, "--user", name, "--widgets", widgets, "--period", "60"]
+                 *program, "--ini", self.ini, "--user", name, "--widgets", widgets, "--period", "40"]
         self.host.halcmd("loadusr", *words, *options)
         return Finger(self.screen.display, widgets, self.between)
+
+    def panel_with(self, values):
+        """One that takes these values of outputs in the place of those that the component has; see show()."""
+        self.show(values)
+        return self.panel(program=("/usr/bin/python3", os.path.join(ROOT, "tests", "programs", "panel_with_values.py"), self.values_file(), BUILD))
+
+    def show(self, values):
+        with open(self.values_file() + ".new", "w") as file:
+            json.dump(values, file)
+        os.replace(self.values_file() + ".new", self.values_file())
+
+    def values_file(self):
+        return os.path.join(self.folder, "values.json")
 
     def between(self):
         try:
@@ -126,6 +140,38 @@ class Window(unittest.TestCase):
         self.host.command("setp test.temperature-valid-1 0")
         finger.await_text("\u2716 1: 20 \u00b0C")
 
+    def test_a_shift_of_contacts_is_answered_by_the_finger(self):
+        not_growth, growth = (self.host.expect("given == 0", given="growth.shift-is-" + answer) for answer in ("not-growth", "growth"))
+        asks = {"growth.shift-size": 0.03, "growth.doubt": True, "growth.doubt-code": 6, "growth.enable": True, "motion.motion-enabled": True,
+                "motion.is-all-homed": True, "task.alive": True, "task.program": "running"}
+        finger = self.panel_with(asks)
+        finger.press("Growth of Z")
+        finger.await_text("Contacts have moved by +30.0 \u00b5m at once. What is it?")
+        finger.await_text("The reference follows, and Z does not move.")
+        finger.await_text("The spindle has grown. It moves: Z +30.0 \u00b5m.")
+        finger.press("It is growth")
+        finger.await_text("Correct it: refused. A program runs.")
+        finger.press("It is not growth")
+        finger.await_text("Change the reference by +30.0 \u00b5m?")
+        finger.press("Cancel")
+        self.show({**asks, "growth.wait": True})  # the program waits for the answer
+        finger.rest()
+        finger.press("It is growth")
+        finger.await_text("Correct the shift as growth? It moves: Z +30.0 \u00b5m.")
+        self.assertEqual(self.answers(), set())
+        finger.press("Correct it")
+        finger.until(lambda: self.answers() == {growth}, "the answer")
+        finger.until(lambda: not self.host.get("growth.shift-is-growth"), "the end of the pulse")
+        finger.press("It is not growth")
+        finger.press("Change the reference")
+        finger.until(lambda: self.answers() == {growth, not_growth}, "the other answer")
+        self.show({})
+        finger.until(lambda: not finger.find("It is growth"), "the end of the question")
+
+    def answers(self):
+        """Those that were given in a period."""
+        return {each.id for each in self.host.violations()}
+
     def test_strokes_are_held_at_once_and_go_on_after_a_question(self):
         for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
                      "setp chop.section-0-kind 2", "setp chop.section-0-from -20", "setp chop.section-0-to -5", "setp chop.section-0-ratio 0.5"):
@@ -191,6 +237,22 @@ class Window(unittest.TestCase):
         finger.press("Faster")
         finger.press("Faster")
         finger.until(lambda: abs(self.host.get("chop.override") - 1.1) < 1e-9, "two steps by two presses")
+
+    def test_a_press_while_the_page_changes_is_no_order_on_the_new_page(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Chopping")
+        finger.rest()
+        hold = finger.find("Hold / go on")
+        finger.press("Overview")
+        finger.rest()
+        finger.press_places(finger.find("Chopping"), hold)  # where the other page has another thing, or nothing
+        finger.rest()
+        self.assertTrue(finger.find("Hold / go on"), "the new page")
+        self.assertFalse(self.host.get("chop.feed-hold"))
+        finger.press("Hold / go on")
+        finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
 
     def test_moves_that_have_changed_are_asked_again(self):
         self.set_square("setp square.axis-direction 0", "setp square.ea0y -0.0001", "setp square.z-position 100", "setp square.all-homed 1",
@@ -444,7 +506,7 @@ class Window(unittest.TestCase):
     def test_threads_that_stand_are_said(self):
         self.host.command("loadrt interlock names=interlock")
         self.host.command("addf interlock.update servo-thread")
-        finger = self.panel()
+        finger = self.panel("--standstill", "3")
         finger.press("All components")
         self.host.command("stop")
         finger.await_text("The realtime threads stand still")

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The question that thermal_displacement asks when contacts have moved at once, with its two answers."""
+
+import re
+
+from gi.repository import Gtk
+
+from panel import effects
+from panel.texts import _, in_micrometres
+from panel.widgets import button, card, column, grow, label, row, set_text
+
+NOT_GROWTH, GROWTH = "shift-is-not-growth", "shift-is-growth"  # pins
+
+
+class ShiftQuestion(Gtk.Box):
+    """Two buttons, each with its effect; seen while the question has no answer."""
+
+    def __init__(self, page):
+        super().__init__(orientation=Gtk.Orientation.VERTICAL)
+        self._page = page
+        self._words, self._effects = label("", "warn"), {pin: label("", "soft") for pin in (NOT_GROWTH, GROWTH)}
+        answers = [grow(column(button(text, answer, name=text), self._effects[pin], spacing=4)) for pin, text, answer in (
+            (NOT_GROWTH, _("It is not growth"), self._is_not_growth), (GROWTH, _("It is growth"), self._is_growth))]
+        its = row(*answers, spacing=16)
+        its.set_homogeneous(True)
+        self._card = card(self._words, its)
+        self.pack_start(self._card, True, True, 0)
+        self.set_no_show_all(True)
+
+    def show_question(self, values):
+        size = self._page.get(values, "shift-size", 0.0)
+        if size:
+            code = _(self._page.instance.sentence(values, "doubt-code"))
+            asks = _("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size))
+            set_text(self._words, " ".join(filter(None, ("\u25b2", code, asks))))
+            set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
+            set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)))
+            self._card.show_all()
+        self.set_visible(bool(size))
+
+    def _moves(self, values):
+        """Those that come at once."""
+        page = self._page
+        return effects.of_more_growth(page.panel.machine, page.instance, values, page.get(values, "shift-size", 0.0))
+
+    def _effect(self, values):
+        moves = self._moves(values)
+        return effects.in_words(moves) if moves else _("Z moves by {shift} when the next cycle begins.").format(
+            shift=in_micrometres(self._page.get(values, "shift-size", 0.0)))
+
+    def _is_not_growth(self):
+        self._page.panel.guard.once_asked(_("Change the reference by {shift}? It stays so after a restart. Z does not move.").format(
+            shift=in_micrometres(self._page.get(self._page.panel.values, "shift-size", 0.0))), _("Change the reference"),
+            lambda: self._give(NOT_GROWTH, _("It is not growth")), must_be_safe=False)
+
+    def _is_growth(self):
+        """In a program that waits for the answer, Z may move."""
+        page, values = self._page, self._page.panel.guard.values()
+        must_be_safe = bool(self._moves(values)) and not page.get(values, "wait", False)
+        page.panel.guard.once_asked(" ".join((_("Correct the shift as growth?"), self._effect(values))), _("Correct it"),
+                                    lambda: self._give(GROWTH, _("It is growth")), must_be_safe=must_be_safe)
+
+    def _give(self, short, action):
+        """By the pin, or by the digital output that the configuration has netted to it."""
+        page = self._page
+        pin, panel = page.instance.full(short), page.panel
+        output = re.fullmatch(r"motion\.digital-out-(\d+)", panel.machine.writer(pin))
+        if output:
+            number = int(output[1])
+            panel.mdi("M64 P%d" % number, action, done=lambda: panel.mdi("M65 P%d" % number, action))
+        else:
+            panel.pulse(pin)
