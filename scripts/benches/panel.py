@@ -5,43 +5,25 @@ The panel shows the machine of configs/mill/bench.hal, whose clock keeps pace wi
 window of another program, as in a tab of AXIS. Hidden means that this window is, as behind another tab. The start is the fastest of five.
 """
 
-import contextlib
 import os
-import subprocess
 import sys
+import tempfile
 import time
 
 from support.command import errors_reported, new_parser, whole
-from support.simulations import BUILD, ROOT
+from support.simulations import BUILD, ROOT  # which finds the modules of scripts
+from screen import Finger, virtual
 
 TARGETS = "product"
 PACKAGES = "xvfb"
 CONFIG = os.path.join(ROOT, "configs", "mill", "bench.hal")
 STARTS = 5
+PAGES = ("Overview", "Growth of Z", "All components", "Changes")
 PATIENCE = 30  # s
 TICK = 0.05  # s, of the machine between two pauses
 SETTLING = 3  # s after the start
 LIMITS = {"start": 1.0, "at rest": 2, "with a chart": 5, "hidden": 1, "memory": 100}
 UNITS = {"start": "s", "memory": "MB"}  # of the others: % of a processor
-
-
-@contextlib.contextmanager
-def screen():
-    """An X server without a monitor; its name."""
-    numbers, answer = os.pipe()
-    words = ["Xvfb", "-displayfd", str(answer), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"]
-    try:
-        process = subprocess.Popen(words, pass_fds=[answer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    except FileNotFoundError:
-        raise RuntimeError("Xvfb is missing; apt install xvfb") from None
-    finally:
-        os.close(answer)
-    try:
-        with os.fdopen(numbers) as line:
-            yield ":" + line.readline().strip()
-    finally:
-        process.terminate()
-        process.wait()
 
 
 class Around:
@@ -134,7 +116,7 @@ def memory(pid):
 def bench(seconds):
     import plumb
 
-    with screen() as display, plumb.Host() as host:
+    with virtual() as display, plumb.Host() as host:
         host.load(CONFIG)
         host.command("start")
         host.run(60)
@@ -161,16 +143,12 @@ def bench(seconds):
     return all(found[name] <= limit for name, limit in LIMITS.items())
 
 
-def changes_of_page(count):
-    """A finger goes through the pages that often, while the machine runs at ten times the clock. Prints growth and processor time."""
-    import tempfile
-
+def changes_of_page(count, seconds):
+    """A finger goes through the pages that often in so many seconds, while the machine runs at ten times the clock. Prints growth and processor
+    time of each tenth of it."""
     import plumb
 
-    sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
-    from screen import Finger
-
-    with screen() as display, plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-bench-") as folder:
+    with virtual() as display, plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-bench-") as folder:
         host.load(CONFIG)
         host.command("start")
         host.run(60)
@@ -186,27 +164,29 @@ def changes_of_page(count):
             time.sleep(0.02)
 
         finger = Finger(display, widgets, between)
-        names = ("Overview", "Growth of Z", "All components", "Changes")
-        warm = max(1, count // 10)
-        for turn in range(count + warm):
-            if turn == warm:
-                began, first, used, clock = time.monotonic(), memory(panel.pid), processor_time(panel.pid), host.time
-            finger.press(names[turn % len(names)])
-            between()
-        took = time.monotonic() - began
-        print(f"{count} changes of page in {took:.0f} s, {(host.time - clock) / took:.1f} times the clock: memory {first:.1f} MB -> {memory(panel.pid):.1f} MB, "
-              f"{1000 * (memory(panel.pid) - first) / count:.1f} kB a change, processor {100 * (processor_time(panel.pid) - used) / took:.1f} %")
+        for name in 2 * PAGES:
+            finger.press(name)
+        began, first, used, clock = time.monotonic(), memory(panel.pid), processor_time(panel.pid), host.time
+        for turn in range(count):
+            finger.press(PAGES[turn % len(PAGES)])
+            while time.monotonic() < began + (turn + 1) * seconds / count:
+                between()
+            if (turn + 1) % max(1, count // 10) == 0:
+                took, now = time.monotonic() - began, memory(panel.pid)
+                print(f"{turn + 1:6} changes of page in {took:.0f} s, {(host.time - clock) / took:.1f} times the clock: {first:.1f} MB -> {now:.1f} MB, "
+                      f"{1000 * (now - first) / (turn + 1):.1f} kB a change, processor {100 * (processor_time(panel.pid) - used) / took:.1f} %", flush=True)
         panel.close()
 
 
 def main():
     parser = new_parser("panel", __doc__)
     parser.add_argument("--for", dest="seconds", type=whole(1, 3600), default=20, metavar="SECONDS", help="measure each page for so long (default: 20)")
-    parser.add_argument("--changes", type=whole(1, 100000), metavar="COUNT", help="change the page that often instead, with the machine at ten times the clock")
+    parser.add_argument("--changes", type=whole(1, 100000), metavar="COUNT",
+                        help="change the page that often instead, over SECONDS or longer, with the machine at ten times the clock")
     options = parser.parse_args()
     if options.changes:
         with errors_reported():
-            changes_of_page(options.changes)
+            changes_of_page(options.changes, options.seconds)
         return
     with errors_reported():
         good = bench(options.seconds)

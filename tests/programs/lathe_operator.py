@@ -82,23 +82,11 @@ class Operator:
         self.shot("lathe_centred.png")
 
     def interrupt(self):
-        """A measurement that is interrupted, and one whose cuts give no height."""
+        """In the middle of a measurement."""
         finger = self.finger
         self.begin(2)
         finger.press("Interrupt")
         seen["interrupted"] = [finger.await_text("The measurement is interrupted."), "\u2714" in finger.texts()]
-        self.begin(2)
-        for cut, diameter in ((1, "11"), (2, "9.5")):  # both at one Y
-            self.turn(24 - 4 * cut, 0)
-            finger.press("The cut is done")
-            self.until("centre.measure", True)
-            finger.press("Enter the diameter")
-            finger.type(diameter)
-            finger.press("Enter")
-            if finger.find("Enter all the same"):
-                finger.press("Enter all the same")
-            finger.until(lambda cut=cut: self.host.get("centre.cut-number") == cut or self.host.get("centre.state-code") == 4, "the next cut")
-        seen["refused cuts"] = [finger.await_text("The cuts give no height."), "\u2714" in finger.texts()]
 
     def begin(self, lands):
         finger = self.finger

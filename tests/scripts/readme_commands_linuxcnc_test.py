@@ -111,7 +111,7 @@ COMMANDS = {
     "components/screens/README.md": {
         "plumb panel": Tested("tests/components/screens/panel_window_test.py", '"plumb-panel"'),
         "scripts/panel-pictures FOLDER": LONG,
-        "python3 tests/support/panel_texts.py build": Run("."),
+        "python3 scripts/panel_texts.py build": Run("."),
     },
     # The tables of claims: the benches of a page take at most 4 s.
     "components/compensation/centre_height/README.md": {

@@ -190,7 +190,7 @@ def with_operator(ini, operator, **more):
 def work_screen(folder, ini, display, speed, patience=PATIENCE):
     """Starts LinuxCNC with its screen on a display, until the operator has ended it. Returns what this one has seen."""
     machine = os.path.dirname(ini)
-    python = os.pathsep.join([os.path.join(BUILD, "python"), os.path.join(ROOT, "tests", "support")])
+    python = os.pathsep.join(os.path.join(*parts) for parts in ((BUILD, "python"), (ROOT, "tests", "support"), (ROOT, "scripts")))
     process = subprocess.Popen(
         [*plumb_run(BUILD, "--speed", "%g" % speed), "linuxcnc", "-r", ini],
         cwd=machine,

@@ -12,8 +12,10 @@ import re
 import sys
 
 import pages
-import panel_texts
 from tree import ROOT
+
+sys.path.insert(1, os.path.join(ROOT, "scripts"))
+import panel_texts  # noqa: E402
 
 PANEL = "components/screens/README.md"
 
@@ -60,7 +62,7 @@ def main(build):
     german = panel_texts.without_words({**panel_texts.of_sources(), **panel_texts.of_declarations(build)})
     warn("%d texts have no German words in components/screens/locale/de.po" % len(german), ["%s: %s" % (place, text) for text, place in german.items()])
     if german:
-        print("python3 tests/support/panel_texts.py %s prints them as entries to be filled in." % build)
+        print("python3 scripts/panel_texts.py %s prints them as entries to be filled in." % build)
     warn("README.md names no", not_named(build))
     compensations = panel_texts.of_role(build, "compensation")
     warn("There is no", [readme_of(name) for name in compensations if not os.path.exists(os.path.join(ROOT, readme_of(name)))])

@@ -56,7 +56,7 @@ class Window(unittest.TestCase):
     def panel_with(self, values):
         """One that takes these values of outputs in the place of those that the component has; see show()."""
         self.show(values)
-        return self.panel(program=("/usr/bin/python3", os.path.join(ROOT, "tests", "programs", "panel_with_values.py"), self.values_file(), BUILD))
+        return self.panel(program=("/usr/bin/python3", os.path.join(ROOT, "scripts", "panel_with_values.py"), self.values_file(), BUILD))
 
     def show(self, values):
         with open(self.values_file() + ".new", "w") as file:

@@ -26,20 +26,30 @@ Gdk.pixbuf_get_from_window(root, 0, 0, width, height).savev(sys.argv[1], "png", 
 """
 
 
-class Screen:
-    """An Xvfb while a test lasts; display is its name."""
-
-    def __init__(self, test, size="1280x1024"):
-        numbers, answer = os.pipe()
-        process = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(answer), "-screen", "0", size + "x24", "-nolisten", "tcp"],
-            pass_fds=[answer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+@contextlib.contextmanager
+def virtual(size="1280x1024"):
+    """An X server without a monitor; its name."""
+    numbers, answer = os.pipe()
+    words = ["Xvfb", "-displayfd", str(answer), "-screen", "0", size + "x24", "-nolisten", "tcp"]
+    try:
+        process = subprocess.Popen(words, pass_fds=[answer], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except FileNotFoundError:
+        raise RuntimeError("Xvfb is missing; apt install xvfb") from None
+    finally:
         os.close(answer)
-        add = test.addClassCleanup if isinstance(test, type) else test.addCleanup
-        add(process.wait)
-        add(process.send_signal, signal.SIGTERM)
+    try:
         with os.fdopen(numbers) as line:
-            self.display = ":" + line.readline().strip()
+            yield ":" + line.readline().strip()
+    finally:
+        process.terminate()
+        process.wait()
+
+
+class Screen:
+    """An X server without a monitor while a test, or a class of tests, lasts; display is its name."""
+
+    def __init__(self, test):
+        self.display = (test.enterClassContext if isinstance(test, type) else test.enterContext)(virtual())
 
 
 class Finger:

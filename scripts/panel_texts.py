@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """All texts that plumb panel shows: those of its sources, comments "for gettext" too, and those of the declarations.
 
-    python3 tests/support/panel_texts.py BUILD
+    python3 scripts/panel_texts.py BUILD
 
 prints those that the PO file lacks, as entries to be filled in. The panel shows such a text in English.
 """
@@ -14,7 +14,7 @@ import re
 import sys
 
 CALL = re.compile(r'\b_\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)\)')
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PO = os.path.join(ROOT, "components", "screens", "locale", "de.po")
 
 
