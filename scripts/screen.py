@@ -62,6 +62,7 @@ class Finger:
         self._environment = {**os.environ, "DISPLAY": display}
         self._file, self._between = widgets, between
         self._pressed = ("", 0, 0, 0.0)  # the last widget, its place, and when
+        self._presses = 0
 
     def _read(self):
         try:
@@ -202,7 +203,17 @@ class Finger:
 
     def press_at(self, x, y, times=1):
         """Several times, 0.05 s apart."""
+        self._presses += times
         self._do("mousemove", x, y, "click", "--repeat", times, "--delay", "50", "1")
+
+    @contextlib.contextmanager
+    def story(self, name):
+        """Counts presses and time of the block, into the file $PLUMB_STORIES, if there is one. A finger has no keyboard."""
+        began, before = time.monotonic(), self._presses
+        yield
+        if os.environ.get("PLUMB_STORIES"):
+            with open(os.environ["PLUMB_STORIES"], "a", encoding="utf-8") as file:
+                file.write("%s\t%d\t%.0f\n" % (name, self._presses - before, time.monotonic() - began))
 
     def press_places(self, *places):
         """The middles of widgets that may not be there any more, one after the other as fast as the screen takes them."""

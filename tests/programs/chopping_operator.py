@@ -26,13 +26,14 @@ def work(operator):
     operator.type_into(SPEED, "30000")
     finger.press("Start the strokes")
     seen["too fast"] = finger.await_text("The speed is above")
-    operator.type_into(SPEED, "3000")
-    operator.type_into(END, "-15")
-    finger.press("Start the strokes")
-    seen["question"] = finger.await_text("Stroke between")
-    seen["before the answer"] = host.get("chop.stroking")
-    finger.press_twice("Start")
-    finger.until(lambda: host.get("chop.stroke-count") > 3, "strokes")
+    with finger.story("chopping: start"):
+        for field, text in ((UPPER, "-20"), (LOWER, "-40"), (SPEED, "3000"), (END, "-15")):
+            operator.type_into(field, text)
+        finger.press("Start the strokes")
+        seen["question"] = finger.await_text("Stroke between")
+        seen["before the answer"] = host.get("chop.stroking")
+        finger.press_twice("Start")
+        finger.until(lambda: host.get("chop.stroke-count") > 3, "strokes")
     seen["region"] = [round(host.get("chop." + pin), 6) for pin in ("upper", "lower", "end-position", "feed")]
     seen["mode"] = machine.poll().task_mode
     sections(operator)
@@ -49,8 +50,9 @@ def work(operator):
     seen["log"] = [text for text in finger.texts() if "G81.1" in text or "chop_change" in text]
     finger.press("Chopping")
     hold(operator)
-    finger.press("Stop")
-    finger.until(lambda: host.get("chop.at-end"), "the axis at point R")
+    with finger.story("chopping: stop"):
+        finger.press("Stop")
+        finger.until(lambda: host.get("chop.at-end"), "the axis at point R")
     seen["at rest"] = finger.await_text("At rest at point R.")
     away(operator)
     pause(operator)
@@ -61,14 +63,15 @@ def work(operator):
 def sections(operator):
     """A section of half the speed; one that cannot be; and both are undone or refused."""
     finger, host, seen = operator.finger, operator.host, operator.seen
-    finger.press("Sections")
-    finger.press("Section 1")
-    finger.press("Downward only")
-    operator.type_into("From, mm", "-35")
-    operator.type_into("To, mm", "-25")
-    finger.press("Save")
-    finger.press("Save the section")
-    operator.until("chop.section-0-kind", 4)
+    with finger.story("chopping: a section"):
+        finger.press("Sections")
+        finger.press("Section 1")
+        finger.press("Downward only")
+        operator.type_into("From, mm", "-35")
+        operator.type_into("To, mm", "-25")
+        finger.press("Save")
+        finger.press("Save the section")
+        operator.until("chop.section-0-kind", 4)
     seen["section"] = [host.get("chop.section-0-" + part) for part in ("from", "to", "ratio")]
     seen["shown"] = finger.await_text("50 % of the speed, downward")
     finger.press("Section 2")

@@ -17,16 +17,18 @@ def first_day(operator):
     finger.press(RESUME)
     seen["nothing to resume"] = finger.await_text("refused")
     lose_the_program(operator)
-    finger.press(BEGIN)
-    finger.await_text("The axes move, and the probe touches.")
-    seen["before the answer"] = host.get("growth-test.running")
-    finger.press_answer(BEGIN)
-    finger.await_text("The test runs.")
+    with finger.story("growth test: start"):
+        finger.press(BEGIN)
+        finger.await_text("The axes move, and the probe touches.")
+        seen["before the answer"] = host.get("growth-test.running")
+        finger.press_answer(BEGIN)
+        finger.await_text("The test runs.")
     finger.until(lambda: host.get("growth-test.visit") >= 1 and not host.get("growth-test.at-bore"), "a bore")
     guard(operator)
     finger.press("Growth test")
-    finger.press("Stop the test")  # at once
-    operator.until("growth-test.running", False)
+    with finger.story("growth test: stop"):
+        finger.press("Stop the test")  # at once
+        operator.until("growth-test.running", False)
     seen["interrupted"] = finger.await_text("The test was interrupted. resume.ngc is refused before a restart.")
     finger.press(RESUME)
     seen["not yet"] = finger.await_text("refused. The test was interrupted.")
@@ -58,10 +60,11 @@ def second_day(operator):
     finger, seen = operator.finger, operator.seen
     finger.open("Growth test", RESUME)
     seen["resumable"] = finger.await_text("Start resume.ngc to go on.")
-    finger.press(RESUME)
-    finger.await_text("The axes move, and the probe touches.")
-    finger.press_answer(RESUME)
-    seen["resumed"] = finger.await_text("The test runs.")
+    with finger.story("growth test: resume"):
+        finger.press(RESUME)
+        finger.await_text("The axes move, and the probe touches.")
+        finger.press_answer(RESUME)
+        seen["resumed"] = finger.await_text("The test runs.")
     operator.until("growth-test.pass-running", True)
     seen["pass"] = operator.host.get("growth-test.pass")
 

@@ -62,16 +62,18 @@ class Operator:
             self.machine.wait_until_idle()
             self.finger.rest()
             seen.setdefault("stepped", []).append(round(self.host.get("joint.1.pos-cmd") - before, 6))
-        self.measure(58)
+        with self.finger.story("tool on centre: measure the height"):
+            self.measure(58)
         seen["height"] = self.host.get("centre.height")
         seen["truth"] = self.host.get("lathe.truth-height")
         self.finger.await_text("Store the height. Then move Y to 0")
         seen["off centre"] = self.finger.await_text("off centre")
         seen["ticks"] = self.finger.find_text("\u2714")
         self.shot("lathe_known.png")
-        self.finger.press("Store the height: M454")
-        self.finger.press("Store the height")
-        self.finger.until(lambda: self.tool() != seen["before"], "the corrected tool table")
+        with self.finger.story("tool on centre: store the height"):
+            self.finger.press("Store the height: M454")
+            self.finger.press("Store the height")
+            self.finger.until(lambda: self.tool() != seen["before"], "the corrected tool table")
         seen["after"] = self.tool()
         self.machine.wait_until_idle()
         self.machine.mdi("G0 X12")
@@ -135,7 +137,8 @@ class Operator:
             self.until("centre.cut-number", land)
             self.machine.wait_until_idle()
             if land == lands:
-                self.correct(1, first, first + 0.1)
+                with finger.story("wrong entry"):
+                    self.correct(1, first, first + 0.1)
                 if lands == 2:
                     self.take_back(first)
         self.until("centre.state-code", 3)

@@ -71,14 +71,8 @@ class Operator:
         finger = self.finger
         finger.open("Growth of Z", "Learn from the next part")
         self.take_the_request_back()
-        finger.press("Learn from the next part")
-        finger.press("Learn")
-        self.until("growth.learn", True)
-        finger.await_text("Learns from the next part.")
-        self.machine.run("setup.ngc")
-        finger.until(self.learns_part, "the reference")
-        self.until("growth.learn", False)
-        seen["reference"] = finger.await_text("Valid, of")
+        with finger.story("teach and break the load"):
+            self.teach()
         finger.press("Switch on / off")
         finger.press("Switch off")
         self.until("growth.enable", False)
@@ -94,10 +88,15 @@ class Operator:
         finger.press("Save")
         self.until("growth.gate-floor", 0.025)
         finger.until(lambda: "growth.gate-floor" in read("panel.retained"), "the saved setting")
-        self.square()
+        with finger.story("square a mill"):
+            self.square()
+        self.attack_a_paused_program()
         self.machine.turn_off()
-        finger.press("Squareness")
-        seen["off"] = finger.await_text("The machine is off. Turn")
+        with finger.story("why does it not act"):
+            finger.press("Overview")
+            finger.await_text("The machine is off. Turn")
+            finger.press("Squareness")
+            seen["off"] = finger.await_text("The machine is off. Turn")
         finger.press("Growth of Z")
         finger.press("Switch on / off")
         finger.press("Switch off")
@@ -105,6 +104,25 @@ class Operator:
         finger.press("Switch on / off")
         seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
         self.host.set("interlock.function-switch-0", True)
+
+    def teach(self):
+        """A reference on the cold machine; then the load is lost, and comes back."""
+        finger = self.finger
+        finger.press("Learn from the next part")
+        finger.press("Learn")
+        self.until("growth.learn", True)
+        finger.await_text("Learns from the next part.")
+        self.machine.run("setup.ngc")
+        finger.until(self.learns_part, "the reference")
+        self.until("growth.learn", False)
+        seen["reference"] = finger.await_text("Valid, of")
+        self.host.set("growth.load-valid", False)
+        seen["load lost"] = finger.await_text("The load is lost: its sensor reports no valid value.")
+        finger.press("Overview")
+        finger.await_text("The load is lost: its sensor reports no valid value.")
+        self.host.set("growth.load-valid", True)
+        finger.press("Growth of Z")
+        finger.until(lambda: not finger.find_text("The load is lost"), "the load")
 
     def learns_part(self):
         """AXIS may take the mode back as the program begins, and then no part is made."""
@@ -132,7 +150,6 @@ class Operator:
         self.until("square.ea0y", 0.00012)
         self.until("square.ec0y", -0.00016)
         finger.until(lambda: '"square.ea0y" = 0.00012' in read("panel.retained"), "the saved angle")
-        self.attack_a_paused_program()
 
     def lean(self, lean, direction, rise):
         """A lean of Y in mm over 300 mm, up to what it will do."""
@@ -221,6 +238,7 @@ class Operator:
         finger.press("Learn from the next part")
         seen["replaces"] = finger.await_text("Learn from the next part?")
         finger.press("Cancel")
+        self.machine.run("setup.ngc")
         self.machine.start("part.ngc")
         self.until("growth.reference-valid", True)
         self.machine.pause()

@@ -120,6 +120,7 @@ def environment(folder, **more):
         # A sanitized program minds that libfaketime is loaded before its own library.
         "ASAN_OPTIONS": "verify_asan_link_order=0",
         "PYTHONPATH": os.path.join(ROOT, "tests", "support"),  # of scenarios
+        "PLUMB_STORIES": os.environ.get("PLUMB_STORIES", ""),  # of fingers
         **more,
     }
 

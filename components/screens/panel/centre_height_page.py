@@ -98,7 +98,7 @@ class CentreHeightPage(FunctionPage):
             return _("Retract X, stop the spindle, measure cut {cut}, and enter its diameter.").format(cut=get("cut-number", 0) + 1)
         if state == centre_height_state.KNOWN:
             if get("on-centre", False):
-                return _("The tool is on centre. Nothing is to do.")
+                return _("The tool is on centre. Nothing to do.")
             if get("hold", False):
                 return _(self.instance.sentence(values, "hold-code"))
             return _("Store the height. Then move Y to 0, turn, and measure again until the tool is on centre.")

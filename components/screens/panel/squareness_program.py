@@ -5,10 +5,9 @@ import copy
 import functools
 import json
 import os
-import re
 import subprocess
 
-from panel import texts
+from panel import squareness_refusals, texts
 from panel.squareness_state import angles
 from panel.texts import _
 
@@ -55,7 +54,7 @@ def run(given, program):
         raise Refused(str(error)) from None
     if done.returncode:
         lines = done.stderr.strip().splitlines()
-        raise Refused(re.sub(r"^plumb squareness: (standard input: )?", "", lines[0]) if lines else "status %d" % done.returncode)
+        raise Refused(squareness_refusals.in_words(lines[0]) if lines else "status %d" % done.returncode)
     return json.loads(done.stdout)
 
 

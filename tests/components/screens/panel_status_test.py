@@ -220,6 +220,54 @@ class Squareness(Machinery):
         self.assertIn("Square and indicator", squareness_program.why_not(lean))
 
 
+class Refusals(unittest.TestCase):
+    """plumb squareness, as the page of squareness asks it."""
+
+    SQUARE = {"by": "square", "move": "Y", "plunger": "+X", "at": "0:300mm", "reads": "0:48um", "u": "1um"}
+
+    def lean(self, angle):
+        return {"leans": [{"lean": "Y+Z", "angle": angle}]}
+
+    def square(self, *more, **changed):
+        return {"correction": "off", "measurements": [{**self.SQUARE, **changed}, *more]}
+
+    def diagonals(self, rising, falling):
+        return {"correction": "off", "measurements": [squareness_program.diagonals("XY", rising, falling, "2")]}
+
+    def points(self, name, text):
+        path = os.path.join(own_folder(self), name)
+        if text:
+            with open(path, "w") as file:
+                file.write(text)
+        return {"correction": "off", "measurements": [squareness_program.points(path, "1")]}
+
+    def test_each_is_a_sentence_of_the_panel_without_names_of_options(self):
+        seen = []
+        for given, words in (
+                (self.lean("1.2.3mm/300mm"), "\"1.2.3mm"),
+                (self.lean(".mm/300mm"), "\".mm/300mm\" is no number."),
+                (self.lean("80deg"), "Y cannot lean to +Z by 1.396 rad: at most 0.1 rad. Check the unit."),
+                ({"correction": "on", "in_force": [{"name": "EC0X", "angle": "0.09rad"}], "leans": [{"lean": "X+Y", "angle": "0.09rad"}]},
+                 "EC0X would be 0.18 rad: at most 0.1 rad."),
+                ({**self.square(), "leans": [{"lean": "Y+X", "angle": "0.0001rad"}]}, "EC0Y was entered, and follows from a measurement, too."),
+                (self.square(at="5:5mm"), "The positions are all the same: move the axis between two readings."),
+                (self.square(reads="0:4e9um"), "4e9um is longer than 1 km."),
+                (self.square(u="0um"), "The uncertainty is smaller than anybody can measure. Enter that of your indicator."),
+                (self.square(reads="0:48000um"), "The readings rise too steeply. Check their units."),
+                (self.square({**self.SQUARE, "reads": "0:480um"}), "Two measurements of Y and X contradict each other by 216 times"),
+                (self.diagonals("0", "100"), "A diagonal must be longer than 0."),
+                (self.diagonals("100", "200"), "Diagonals of 100 and 200 mm are not those of a rectangle. Measure again."),
+                (self.points("none.csv", ""), "none.csv: there is no such file."),
+                (self.points("odd.csv", "a,b\n"), "odd.csv, line 1: \"a\" is no column of probed points.")):
+            with self.subTest(words), self.assertRaises(squareness_program.Refused) as refused:
+                squareness_program.run({"chain": "w-X-Y.b-Z-C-t", **given}, PROGRAM)
+            text = str(refused.exception)
+            self.assertIn(words, text)
+            self.assertNotIn("[", text)
+            seen.append(text)
+        self.assertEqual(len(set(seen)), len(seen))
+
+
 class Growth(Machinery):
     LINES = ("loadrt thermal_displacement names=growth", "net growth-on interlock.function-enable-0 => growth.enable", "setp interlock.function-services-0 1",
              "net growth-permission interlock.function-status-0 => growth.interlock-status",
