@@ -48,7 +48,7 @@ class CentreHeightPage(FunctionPage):
     def buttons(self):
         begin = [button(_("Begin: {method}").format(method=_(method[0])), lambda method=method: self.panel.open(BeginPage(self.panel, self, method)),
                         name=_(method[0])) for method in self.METHODS]
-        interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "M65 P11"))
+        interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "O <height_abort> call"))
         self._next = {  # the buttons of a step, by state-code; the first one leads on
             centre_height_state.CUTS: [button(_("The cut is done"), self._end_cut), interrupt],
             centre_height_state.WAITS: [button(_("Enter the radius") if self.by_radius else _("Enter the diameter"),

@@ -53,4 +53,5 @@ class WidgetList:
             place = widget.translate_coordinates(self._window, 0, 0) or (0, 0)
             view = (top + place[1], top + place[1] + widget.get_allocated_height())
         if isinstance(widget, Gtk.Container):
-            widget.forall(self._walk, left, top, found, view)
+            for child in widget.get_children():  # forall() would keep 2 kB at each look
+                self._walk(child, left, top, found, view)
