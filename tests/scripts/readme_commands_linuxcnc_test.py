@@ -111,6 +111,7 @@ COMMANDS = {
     "components/screens/README.md": {
         "plumb panel": Tested("tests/components/screens/panel_window_test.py", '"plumb-panel"'),
         "scripts/panel-pictures FOLDER": LONG,
+        "scripts/panel-stories": LONG,
         "python3 scripts/panel_texts.py build": Run("."),
     },
     # The tables of claims: the benches of a page take at most 4 s.

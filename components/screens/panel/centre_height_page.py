@@ -5,7 +5,7 @@ import math
 
 from gi.repository import Gtk
 
-from panel import access, centre_height_state, style as styles, texts
+from panel import access, centre_height_state, status, style as styles, texts
 from panel.function_page import EntryPage, FunctionPage
 from panel.texts import _, in_micrometres, number, unit_name, with_unit
 from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, named, row, scrolled, set_text
@@ -97,11 +97,10 @@ class CentreHeightPage(FunctionPage):
                 return _("Retract X, stop the spindle, measure cut {cut}, and enter its radius.").format(cut=get("cut-number", 0) + 1)
             return _("Retract X, stop the spindle, measure cut {cut}, and enter its diameter.").format(cut=get("cut-number", 0) + 1)
         if state == centre_height_state.KNOWN:
-            if get("on-centre", False):
-                return _("The tool is on centre. Nothing to do.")
-            if get("hold", False):
-                return _(self.instance.sentence(values, "hold-code"))
-            return _("Store the height. Then move Y to 0, turn, and measure again until the tool is on centre.")
+            its = status.of(self.instance, values)
+            if its.button == "store":
+                return _("Store the height. Then move Y to 0, turn, and measure again until the tool is on centre.")
+            return its.remedy or _("The tool is on centre. Nothing to do.")
         if state == centre_height_state.INTERRUPTED:
             return _("Continue with the cuts that have their diameter, or begin again.")
         return _("Load the tool, start the spindle, move Y to 0, and choose a method.")
@@ -213,12 +212,13 @@ class CentreHeightPage(FunctionPage):
         set_text(self._step, self.guidance(values))
         set_text(self._place, "Y %.4f %s" % (self.get(values, "y-position-%d" % self.get(values, "post"), 0.0), unit_name("mu")))
         self._show_entered(values)
-        wanted = self._next.get(self.get(values, "state-code"), self._begin)
-        centred = self.get(values, "state-code") == centre_height_state.KNOWN and self.get(values, "on-centre")
+        state = self.get(values, "state-code")
+        may_store = status.of(self.instance, values).button == "store"
+        wanted = self._next.get(state, self._begin) if state != centre_height_state.KNOWN or may_store else self._begin
         for its in {each for step in self._next.values() for each in step} | set(self._begin):
             its.get_parent().set_visible(its in wanted)
             context = its.get_style_context()
-            (context.add_class if its is wanted[0] and wanted is not self._begin and not centred else context.remove_class)("main")
+            (context.add_class if its is wanted[0] and wanted is not self._begin else context.remove_class)("main")
         valid = self.get(values, "value-valid")
         self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
         self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + centre_height_state.uncertainty(self.instance, values) if valid else "\u2013")

@@ -30,9 +30,7 @@ class ShiftQuestion(Gtk.Box):
     def show_question(self, values):
         size = self._page.get(values, "shift-size", 0.0)
         if size:
-            code = _(self._page.instance.sentence(values, "doubt-code"))
-            asks = _("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size))
-            set_text(self._words, " ".join(filter(None, ("\u25b2", code, asks))))
+            set_text(self._words, "\u25b2 " + _("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size)))
             set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
             set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)))
             self._card.show_all()

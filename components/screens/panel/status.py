@@ -10,6 +10,9 @@ Status = collections.namedtuple("Status", "kind text remedy button", defaults=("
 Status.__doc__ = """kind is good, wait, off, warn or bad; remedy is a sentence, and button the name of the one that does it:
 switch, acknowledge, learn, dry-run, to-end, hold, stop, start, resume, enter, store."""
 
+# The quantity of a status, by its pin. For gettext: _("standard deviation"), _("contacts"), _("strokes"), _("offset")
+QUANTITIES = {"offset-sigma": "standard deviation", "contacts": "contacts", "rows": "contacts", "stroke-count": "strokes", "offset": "offset"}
+
 
 def of(instance, values):
     """The status of a function."""
@@ -34,7 +37,7 @@ def _detail(instance, values, short):
         return _(instance.sentence(values, short))
     if now is None or (isinstance(now, float) and not math.isfinite(now)):
         return ""
-    return "%s: %s." % (short, with_unit(round(now, 4), instance.declared.pin(short).get("unit", "")))
+    return "%s: %s." % (_(QUANTITIES.get(short, short)), with_unit(round(now, 4), instance.declared.pin(short).get("unit", "")))
 
 
 def program_state(values):

@@ -284,7 +284,7 @@ class Growth(Machinery):
         self.assert_status("growth", "warn", "There is no reference: nothing is corrected.", "Learn from a part on the cold machine.")
         self.restore()
         self.do("setp interlock.motion-enabled 0", "setp interlock.all-homed 0")  # in the morning
-        self.assert_status("growth", "wait", "A reference is kept, and waits for its program. rows: 1.", "Start the program. Do not learn again.")
+        self.assert_status("growth", "wait", "A reference is kept, and waits for its program. contacts: 1.", "Start the program. Do not learn again.")
         self.assertEqual(self.status("growth").button, "")
         self.do("setp growth.program-id 8", "setp growth.tool-set-id 3", "setp growth.cycle-running 1")
         self.assertEqual(self.status("growth").kind, "bad")  # a reference of another program is refused as the cycle begins
