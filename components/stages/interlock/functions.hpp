@@ -64,6 +64,7 @@ struct Functions : hal::Group {
         bool good = true;
         any_permitted_ = any_on_ = any_withdrawn_ = any_busy_ = changed_ = false;
         all_enabled_ = true;
+        urgent_services_ = 0;
         for (std::size_t i = 0; i < number; ++i) {
             const std::int32_t given = needs[i], at_once = urgent[i];
             const bool known = possible(given) && possible(at_once);
@@ -74,6 +75,7 @@ struct Functions : hal::Group {
             const bool is_urgent = !known || services.any_lost(at_once);
             const bool stays = its.granted && is_busy && !is_urgent;
             any_busy_ |= its.granted && is_busy;
+            urgent_services_ |= known ? at_once : Services::all;
             const bool renews = now.starts || (on && !its.on) || its.granted;
             if (served)
                 its.lost = its.lost && !renews;
@@ -129,6 +131,7 @@ struct Functions : hal::Group {
     bool any_permitted() const noexcept { return any_permitted_; }
     bool any_busy() const noexcept { return any_busy_; }                   // that was enabled
     bool any_withdrawn() const noexcept { return any_withdrawn_; }         // by a loss, and not renewed
+    std::int32_t urgent_services() const noexcept { return urgent_services_; }  // whose loss holds the feed
     bool all_enabled() const noexcept { return any_on_ && all_enabled_; }  // that are switched on
     bool changed() const noexcept { return changed_; }                     // an enable, in this period
 
@@ -142,6 +145,7 @@ private:
     static constexpr bool possible(std::int32_t sum) noexcept { return sum >= 0 && sum <= Services::all; }
 
     std::array<State, number> its_;
+    std::int32_t urgent_services_ = 0;
     bool any_permitted_ = false, any_on_ = false, any_withdrawn_ = false, any_busy_ = false,
          all_enabled_ = false, changed_ = false;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/delayed_bit.hpp"
 #include "components/stages/interlock/functions.hpp"
+#include "components/stages/interlock/interlock_waiting.hpp"
 #include "components/stages/interlock/services.hpp"
 #include "components/stages/interlock/stages.hpp"
 #include "hal/component.hpp"
@@ -86,6 +87,7 @@ struct Interlock final : hal::Component {
         "and M53 P0 disable the holds of LinuxCNC."};
     hal::Out<bool> feed_held{this, "feed-held", "The feed has been held for feed-held-delay."};
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation as a whole number."};
+    hal::Codes<Waiting> waiting{this, "waiting", "The machine waits; waiting-code gives the reason."};
     hal::Codes<Fault> fault{this, "fault"};
 
     hal::Function run{this, "update", &Interlock::update, hal::Place::interlock};
@@ -110,12 +112,13 @@ struct Interlock final : hal::Component {
         const bool good_feed_needs = feed_needs >= 0 && feed_needs <= Services::all;
         const bool good_needs = functions.step(services, {starts, probing}) && good_feed_needs;
         const bool running = program_running;
-        const bool loss = services.any_lost(good_feed_needs ? feed_needs : Services::all) ||
-                          (running && functions.any_withdrawn());
+        const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
+        const bool loss = services.any_lost(holding) || (running && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
         const Stages::Now its_stages = stages.read();
-        request({probing, homed, loss, type != 0 && speed > 0}, its_stages, dt);
+        request({probing, homed, loss, type != 0 && speed > 0, services.lost_of(holding | functions.urgent_services())},
+                its_stages, dt);
         functions.show_status(services, its_stages, {on, homed, in_order});
 
         if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
@@ -144,10 +147,11 @@ private:
 
     struct State {
         bool probing, homed, loss, moving;
+        std::int32_t lost_services;  // of those that hold the feed
     };
 
     void request(const State& state, const Stages::Now& its, double dt) noexcept {
-        const auto& [probing, homed, loss, moving] = state;
+        const auto& [probing, homed, loss, moving, lost_services] = state;
         const bool settles = any(functions.settling), refused = its.probing_refused != 0;
         const bool function_ramps = any(functions.ramping), ramps = its.ramping != 0 || function_ramps;
         const std::int32_t lacking = its.uncompensated ? first_number(its.uncompensated) : -1;
@@ -166,9 +170,17 @@ private:
         abort = abort_.step(refused || defeats, 0, abort_time, dt);
         hold_defeated = defeated_.step(defeats, 0, delays_.probing_refused, dt);
         compensated = functions.all_enabled() && homed && lacking < 0 && its.fault == 0 && !holds_;
-        uncompensated = uncompensated_.step(lacking >= 0, delays_.uncompensated, 0, dt);
+        const bool lacks = uncompensated_.step(lacking >= 0, delays_.uncompensated, 0, dt);
+        uncompensated = lacks;
         uncompensated_stage = lacking;
-        probing_refused = refused_.step(refused, 0, delays_.probing_refused, dt);
+        const bool was_refused = refused_.step(refused, 0, delays_.probing_refused, dt);
+        probing_refused = was_refused;
+        waiting = hal::first<Waiting>({{loss && lost_services, waits_for_service(first_number(lost_services))},
+                                       {loss, Waiting::renew},
+                                       {was_refused, Waiting::probing_refused},
+                                       {waits, Waiting::offsets},
+                                       {lacks, Waiting::uncompensated},
+                                       {!homed && its.in_force, Waiting::homing}});
         feed_held = held_.step(waits, delays_.feed_held, 0, dt);
     }
 

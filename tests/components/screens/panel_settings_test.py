@@ -421,14 +421,7 @@ class Waiting(WithHost):
             self.host.run(0.3)
 
     def sentences(self):
-        """With the pins of programs that live beside the host at the heartbeats."""
-        pins = []
-        for pin in self.hal.pins():
-            number = pin.name.rpartition("service-heartbeat-")[2]
-            signal = number if number.isdigit() and int(number) in SIGNS else pin.signal
-            pins.append(pin._replace(signal=signal))
-        pins += [Pin(name, "program", "bit", True, False, str(number)) for number, name in SIGNS.items()]
-        return waiting.waiting(machine.Machine(pins, DECLARED), self.hal.values())
+        return waiting.waiting(self.machine, self.hal.values())
 
     def test_a_change_of_an_offset_is_said_while_no_service_is_lost(self):
         self.assertEqual(self.sentences(), [])
@@ -436,10 +429,10 @@ class Waiting(WithHost):
         self.host.run(0.01)
         self.assertEqual(self.sentences(), [self.CHANGES])
 
-    def test_the_services_that_hold_the_feed_are_named_and_no_offset(self):
-        lost = "No answer from %s: the feed is held. Start LinuxCNC again."
-        for living, names in (((0, 5), "LinuxCNC's task"), ((0, 4), "LinuxCNC's io"), ((0,), "LinuxCNC's task, LinuxCNC's io"),
-                              ((), "LinuxCNC's task, LinuxCNC's io")):  # plumb-retain holds no feed
+    def test_the_first_service_that_holds_the_feed_is_named_and_no_offset(self):
+        lost = "%s does not answer: the feed is held. Start LinuxCNC again."
+        for living, name in (((0, 5), "LinuxCNC's task (service 4)"), ((0, 4), "LinuxCNC's io (service 5)"), ((0,), "LinuxCNC's task (service 4)"),
+                             ((), "LinuxCNC's task (service 4)")):  # plumb-retain holds no feed
             with self.subTest(living):
                 self.beat(*SIGNS)
                 self.host.command("setp interlock.0.function-switch-0 0")
@@ -449,22 +442,28 @@ class Waiting(WithHost):
                 self.assertEqual(self.sentences(), [])
                 self.beat(*living)
                 self.assertTrue(self.hal.get("interlock.0.feed-service-lost"))
-                self.assertEqual(self.sentences(), [lost % names])
+                self.assertEqual(self.sentences(), [lost % name])
 
     def test_a_sum_out_of_range_stands_for_all_services(self):
         self.host.command("setp interlock.0.feed-services 256")
         self.beat(4, 5)
-        self.assertEqual(self.sentences(), ["No answer from plumb-retain: the feed is held. Start LinuxCNC again."])
+        self.assertEqual(self.sentences(), ["plumb-retain (service 0) does not answer: the feed is held. Start LinuxCNC again."])
 
-    def test_a_service_without_a_signal_has_its_number(self):
-        self.beat(0, 5)
-        self.assertIn("service 4", waiting.waiting(self.machine, self.hal.values())[0])
-
-    def test_a_function_that_is_off_after_a_loss_is_named(self):
+    def test_a_function_that_is_off_after_a_loss_is_said(self):
         self.beat(0, 4)
         self.beat(*SIGNS)
-        self.assertEqual(self.sentences(), ["growth: off because a service was lost, and the feed is held. When the service answers again, "
-                                            "turn the switch off and on."])
+        self.assertEqual(self.sentences(), ["A function is off because a service was lost, and the feed is held. When the service answers again, "
+                                            "turn the switch of the function off and on."])
+
+    def test_refused_probing_and_an_axis_without_its_offset_are_said(self):
+        for lines, text in ((("setp interlock.0.stage-probing-refused-0 1",), "Probing is refused: take the offset back first."),
+                            (("setp interlock.0.stage-probing-refused-0 0", "setp interlock.0.probing-refused-time 0",
+                              "setp interlock.0.stage-uncompensated-0 1", "setp interlock.0.uncompensated-delay 0"),
+                             "An axis lacks its offset until the next cycle begins.")):
+            for line in lines:
+                self.host.command(line)
+            self.host.run(0.01)
+            self.assertEqual(self.sentences(), [text])
 
     def test_a_loss_that_holds_no_feed_is_not_said_here(self):
         self.beat(4, 5)

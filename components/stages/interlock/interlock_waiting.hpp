@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace plumb {
+
+// What the machine waits for, as a screen shows it; from service on by the number of the lost service.
+enum class Waiting : std::int32_t { none, renew, probing_refused, offsets, uncompensated, homing, service };
+
+constexpr Waiting waits_for_service(std::int32_t number) {
+    return static_cast<Waiting>(static_cast<std::int32_t>(Waiting::service) + number);
+}
+
+constexpr const char* sentence(Waiting waiting) {
+    constexpr const char* services[] = {
+        "plumb-retain (service 0) does not answer: the feed is held. Start LinuxCNC again.",
+        "linuxcnc_link (service 1) does not answer: the feed is held. Start LinuxCNC again.",
+        "Service 2 does not answer: the feed is held. Start LinuxCNC again.",
+        "Service 3 does not answer: the feed is held. Start LinuxCNC again.",
+        "LinuxCNC's task (service 4) does not answer: the feed is held. Start LinuxCNC again.",
+        "LinuxCNC's io (service 5) does not answer: the feed is held. Start LinuxCNC again.",
+        "Service 6 does not answer: the feed is held. Start LinuxCNC again.",
+        "Service 7 does not answer: the feed is held. Start LinuxCNC again."};
+    switch (waiting) {
+        case Waiting::renew:
+            return "A function is off because a service was lost, and the feed is held. When the service "
+                   "answers again, turn the switch of the function off and on.";
+        case Waiting::probing_refused: return "Probing is refused: take the offset back first.";
+        case Waiting::offsets:
+            return "The next move waits until no offset and no correction of the tool changes.";
+        case Waiting::uncompensated: return "An axis lacks its offset until the next cycle begins.";
+        case Waiting::homing:
+            return "Homing waits: an offset is in force. Take it back, or switch the function off.";
+        default: break;
+    }
+    const std::int32_t number =
+        static_cast<std::int32_t>(waiting) - static_cast<std::int32_t>(Waiting::service);
+    return number >= 0 && number < 8 ? services[number] : nullptr;
+}
+
+}  // namespace plumb
