@@ -7,22 +7,9 @@ import re
 import unittest
 
 import linuxcnc_runs
-import plumb
 from linuxcnc_runs import copy_configuration, own_folder
 from screen import Screen
 from starts import starts
-
-
-DOUBTS = {int(code): text for code, text in plumb.declarations("thermal_displacement")["codes"]["doubt-code"].items()}
-# For AXIS: what it shows over its window.
-POPUPS = """
-def note(kind, text, show=notifications.add):
-    with open("%s", "a") as file:
-        file.write(text + "\\n")
-    show(kind, text)
-
-notifications.add = note
-"""
 
 
 class Days(unittest.TestCase):
@@ -37,11 +24,8 @@ class Days(unittest.TestCase):
         display = Screen(cls).display
         with open(os.path.join(machine, "leaning.hal"), "w") as file:
             file.write("setp square.ec0y 0\nsetp square.ea0y 0\n")
-        with open(os.path.join(machine, "popups.py"), "w") as file:
-            file.write(POPUPS % os.path.join(machine, "popups.txt"))
         leaning = linuxcnc_runs.after("HALFILE = square_settings.hal", "HALFILE = leaning.hal")
         ini = linuxcnc_runs.with_operator(os.path.join(machine, "axis.ini"), "panel_operator.py", HAL=leaning)
-        linuxcnc_runs.change(ini, "[DISPLAY]", "[DISPLAY]\nUSER_COMMAND_FILE = popups.py")
         cls.days = []
         for _ in range(2):
             cls.days.append(linuxcnc_runs.work_screen(folder, ini, display, speed=4))
@@ -62,12 +46,6 @@ class Days(unittest.TestCase):
         self.assertIn("The machine is not homed.", unhomed)
         self.assertFalse(self.days[1]["asleep ticks"])
         self.assertEqual(self.days[1]["asleep applied"], 0)
-
-    def test_a_message_lies_over_the_panel_only_when_it_is_not_seen(self):
-        self.assertTrue(self.days[1]["doubt"])
-        doubt = DOUBTS[self.days[1]["doubt"]]
-        self.assertNotIn(doubt, self.days[1]["popups beside the panel"])
-        self.assertIn(doubt, self.days[1]["popups later"])
 
     def test_a_contact_that_never_came_is_not_of_a_moment_ago(self):
         self.assertIn("No contact has counted since the start.", self.days[1]["no contact yet"])

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """An [APPLICATIONS]APP of mill_panel_linuxcnc_test: works the mill by the tab of AXIS, and ends AXIS."""
 
-import itertools
 import json
 import os
 import subprocess
@@ -53,19 +52,6 @@ class Operator:
         self.until("growth.learn", False)
         self.machine.wait_until_idle()
         finger.press("Growth of Z")
-
-    def popup(self):
-        """In a cycle whose first contact has not come the growth is in doubt. The message lies over the panel only when it is not seen any more."""
-        finger = self.finger
-        self.until("growth.doubt", True)
-        self.machine.wait(5)
-        seen["popups beside the panel"] = read("popups.txt")
-        seen["doubt"] = self.host.get("growth.doubt-code")
-        places = itertools.cycle([(x, y) for y in (76, 90, 100, 64) for x in range(420, 700, 36)])
-        finger.until(lambda: finger.press_at(*next(places)) or finger.rest() or not finger.is_seen(), "another tab")
-        finger.until(lambda: seen["popups beside the panel"] != read("popups.txt"), "the message of the doubt")
-        seen["popups later"] = read("popups.txt")
-        self.open_tab()
 
     def first_day(self):
         finger = self.finger
@@ -244,7 +230,6 @@ class Operator:
         self.machine.pause()
         seen["no contact yet"] = finger.await_text("No contact has counted since the start.")
         seen["ago"] = finger.find_text("ago")
-        self.popup()
         self.machine.abort()
         finger.open("All components", "growth")
         finger.press("growth")

@@ -13,6 +13,7 @@ import tempfile
 import tomllib
 import types
 import unittest
+import unittest.mock
 
 import linuxcnc_runs
 from linuxcnc_runs import BUILD, ROOT, copy_configuration, own_folder
@@ -237,6 +238,41 @@ class Statuses(unittest.TestCase):
                     else:
                         self.assertIsNone(text)
             self.assertGreaterEqual(told, 8 + 1, "each lost service, and more")
+
+
+class BehindThePanel(unittest.TestCase):
+    """What plumb panel shows lies over it only when it is not seen any more."""
+
+    def message(self, on_panel):
+        return linuxcnc_link.Message({"pin": "doubt", "text": "The growth is in doubt.", "on-panel": on_panel}, "a message")
+
+    def test_a_message_waits_while_the_panel_is_seen_and_comes_when_it_is_not(self):
+        its = self.message(True)
+        self.assertIsNone(its.new_text({"doubt": True}, panel_is_seen=True))
+        self.assertEqual(its.new_text({"doubt": True}, panel_is_seen=False), "The growth is in doubt.")
+        self.assertIsNone(its.new_text({"doubt": True}, panel_is_seen=False), "once")
+
+    def test_a_message_whose_cause_has_gone_meanwhile_never_comes(self):
+        its = self.message(True)
+        self.assertIsNone(its.new_text({"doubt": True}, panel_is_seen=True))
+        self.assertIsNone(its.new_text({"doubt": False}, panel_is_seen=True))
+        self.assertIsNone(its.new_text({"doubt": False}, panel_is_seen=False))
+
+    def test_another_message_comes_at_once(self):
+        self.assertEqual(self.message(False).new_text({"doubt": True}, panel_is_seen=True), "The growth is in doubt.")
+
+    def test_the_panel_is_seen_for_three_seconds_after_each_beat(self):
+        now = [100.0]
+        component = {"panel-beat": 7}
+        with unittest.mock.patch.object(linuxcnc_link.time, "monotonic", lambda: now[0]):
+            link = linuxcnc_link.Link(component, [])
+            self.assertFalse(link._panel_is_seen(), "a beat of before")
+            component["panel-beat"] = 8
+            self.assertTrue(link._panel_is_seen())
+            now[0] += 2.9
+            self.assertTrue(link._panel_is_seen())
+            now[0] += 0.2
+            self.assertFalse(link._panel_is_seen())
 
 
 class Shipped(unittest.TestCase):
