@@ -203,6 +203,18 @@ class Squareness(Machinery):
                 write = Write(new, *text.split())
                 self.assertEqual(effects.effect(known, [write], {**values, "new.enable": is_on}), [effects.Move(*move) for move in moves])
 
+    def test_an_angle_that_moves_nothing_here_changes_the_path_of_a_program(self):
+        self.ready()
+        self.do("setp square.y-position 10")  # the pivot
+        square = self.machine.named("square")
+        write = [Write(square, "ec0y", "-0.0003")]
+        self.assertEqual([move for move in effects.effect(self.machine, write, self.values(), (CHAIN, PROGRAM)) if move.axis == "X"], [])
+        self.assertTrue(effects.changes_path(write, self.values()))
+        for short, text in (("ec0y", "-0.00016"), ("max-rate", "0.5")):  # the present value, and a rate
+            self.assertFalse(effects.changes_path([Write(square, short, text)], self.values()))
+        self.do("setp interlock.function-switch-0 0", time=3)
+        self.assertFalse(effects.changes_path(write, self.values()))
+
     def test_a_saved_lean_changes_that_lean(self):
         self.do("setp square.axis-direction 1", "setp square.eb0z 0.00007")
         square, values = self.machine.named("square"), self.values()
