@@ -129,11 +129,11 @@ struct Functions : hal::Group {
     }
 
     bool any_permitted() const noexcept { return any_permitted_; }
-    bool any_busy() const noexcept { return any_busy_; }                   // that was enabled
-    bool any_withdrawn() const noexcept { return any_withdrawn_; }         // by a loss, and not renewed
+    bool any_busy() const noexcept { return any_busy_; }                        // that was enabled
+    bool any_withdrawn() const noexcept { return any_withdrawn_; }              // by a loss, and not renewed
     std::int32_t urgent_services() const noexcept { return urgent_services_; }  // whose loss holds the feed
-    bool all_enabled() const noexcept { return any_on_ && all_enabled_; }  // that are switched on
-    bool changed() const noexcept { return changed_; }                     // an enable, in this period
+    bool all_enabled() const noexcept { return any_on_ && all_enabled_; }       // that are switched on
+    bool changed() const noexcept { return changed_; }                          // an enable, in this period
 
 private:
     struct State {

@@ -117,7 +117,8 @@ struct Interlock final : hal::Component {
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
         const Stages::Now its_stages = stages.read();
-        request({probing, homed, loss, type != 0 && speed > 0, services.lost_of(holding | functions.urgent_services())},
+        request({probing, homed, loss, type != 0 && speed > 0,
+                 services.lost_of(holding | functions.urgent_services())},
                 its_stages, dt);
         functions.show_status(services, its_stages, {on, homed, in_order});
 
@@ -175,13 +176,16 @@ private:
         uncompensated_stage = lacking;
         const bool was_refused = refused_.step(refused, 0, delays_.probing_refused, dt);
         probing_refused = was_refused;
-        waiting = hal::first<Waiting>({{loss && lost_services, waits_for_service(first_number(lost_services))},
-                                       {loss, Waiting::renew},
-                                       {was_refused, Waiting::probing_refused},
-                                       {waits, Waiting::offsets},
-                                       {lacks, Waiting::uncompensated},
-                                       {!homed && its.in_force, Waiting::homing}});
-        feed_held = held_.step(waits, delays_.feed_held, 0, dt);
+        const bool held = held_.step(waits, delays_.feed_held, 0, dt);
+        feed_held = held;
+        waiting =
+            hal::first<Waiting>({{loss && lost_services, waits_for_service(first_number(lost_services))},
+                                 {loss, Waiting::renew},
+                                 {was_refused, Waiting::probing_refused},
+                                 {held, Waiting::long_held},
+                                 {waits, Waiting::offsets},
+                                 {lacks, Waiting::uncompensated},
+                                 {!homed && its.in_force, Waiting::homing}});
     }
 
     Delays delays_{2, 5, 5};  // the last good ones

@@ -6,7 +6,16 @@
 namespace plumb {
 
 // What the machine waits for, as a screen shows it; from service on by the number of the lost service.
-enum class Waiting : std::int32_t { none, renew, probing_refused, offsets, uncompensated, homing, service };
+enum class Waiting : std::int32_t {
+    none,
+    renew,
+    probing_refused,
+    long_held,
+    offsets,
+    uncompensated,
+    homing,
+    service
+};
 
 constexpr Waiting waits_for_service(std::int32_t number) {
     return static_cast<Waiting>(static_cast<std::int32_t>(Waiting::service) + number);
@@ -27,6 +36,8 @@ constexpr const char* sentence(Waiting waiting) {
             return "A function is off because a service was lost, and the feed is held. When the service "
                    "answers again, turn the switch of the function off and on.";
         case Waiting::probing_refused: return "Probing is refused: take the offset back first.";
+        case Waiting::long_held:
+            return "The feed is held for long: an offset or a correction of the tool does not come to rest.";
         case Waiting::offsets:
             return "The next move waits until no offset and no correction of the tool changes.";
         case Waiting::uncompensated: return "An axis lacks its offset until the next cycle begins.";

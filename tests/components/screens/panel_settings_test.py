@@ -428,6 +428,9 @@ class Waiting(WithHost):
         self.host.command("setp interlock.0.function-settling-0 1")
         self.host.run(0.01)
         self.assertEqual(self.sentences(), [self.CHANGES])
+        self.host.command("setp interlock.0.feed-held-delay 0")
+        self.host.run(0.01)
+        self.assertEqual(self.sentences(), ["The feed is held for long: an offset or a correction of the tool does not come to rest."])
 
     def test_the_first_service_that_holds_the_feed_is_named_and_no_offset(self):
         lost = "%s does not answer: the feed is held. Start LinuxCNC again."
