@@ -46,7 +46,7 @@ class Panel:
         self.window = Window(options.size, options.into, (options.theme or ini.get("PLUMB", "THEME", "light")) == "dark", Gtk.main_quit)
         self._list = WidgetList(options.widgets, self.window.gtk) if options.widgets else None
         self._connect()
-        GLib.timeout_add(options.period, self._tick)
+        GLib.timeout_add(options.period, self._tick, priority=GLib.PRIORITY_DEFAULT_IDLE)  # after all is drawn, however busy the computer is
 
     @property
     def dark(self):

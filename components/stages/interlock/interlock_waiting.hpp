@@ -23,14 +23,14 @@ constexpr Waiting waits_for_service(std::int32_t number) {
 
 constexpr const char* sentence(Waiting waiting) {
     constexpr const char* services[] = {
-        "plumb-retain (service 0) does not answer: the feed is held. Start LinuxCNC again.",
-        "linuxcnc_link (service 1) does not answer: the feed is held. Start LinuxCNC again.",
-        "Service 2 does not answer: the feed is held. Start LinuxCNC again.",
-        "Service 3 does not answer: the feed is held. Start LinuxCNC again.",
-        "LinuxCNC's task (service 4) does not answer: the feed is held. Start LinuxCNC again.",
-        "LinuxCNC's io (service 5) does not answer: the feed is held. Start LinuxCNC again.",
-        "Service 6 does not answer: the feed is held. Start LinuxCNC again.",
-        "Service 7 does not answer: the feed is held. Start LinuxCNC again."};
+        "The feed is held: plumb-retain (service 0) does not answer. Start LinuxCNC again.",
+        "The feed is held: linuxcnc_link (service 1) does not answer. Start LinuxCNC again.",
+        "The feed is held: service 2 does not answer. Start LinuxCNC again.",
+        "The feed is held: service 3 does not answer. Start LinuxCNC again.",
+        "The feed is held: LinuxCNC's task (service 4) does not answer. Start LinuxCNC again.",
+        "The feed is held: LinuxCNC's io (service 5) does not answer. Start LinuxCNC again.",
+        "The feed is held: service 6 does not answer. Start LinuxCNC again.",
+        "The feed is held: service 7 does not answer. Start LinuxCNC again."};
     switch (waiting) {
         case Waiting::renew:
             return "A function is off because a service was lost, and the feed is held. When the service "

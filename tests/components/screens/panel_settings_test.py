@@ -433,7 +433,7 @@ class Waiting(WithHost):
         self.assertEqual(self.sentences(), ["The feed is held for long: an offset or a correction of the tool does not come to rest."])
 
     def test_the_first_service_that_holds_the_feed_is_named_and_no_offset(self):
-        lost = "%s does not answer: the feed is held. Start LinuxCNC again."
+        lost = "The feed is held: %s does not answer. Start LinuxCNC again."
         for living, name in (((0, 5), "LinuxCNC's task (service 4)"), ((0, 4), "LinuxCNC's io (service 5)"), ((0,), "LinuxCNC's task (service 4)"),
                              ((), "LinuxCNC's task (service 4)")):  # plumb-retain holds no feed
             with self.subTest(living):
@@ -450,7 +450,7 @@ class Waiting(WithHost):
     def test_a_sum_out_of_range_stands_for_all_services(self):
         self.host.command("setp interlock.0.feed-services 256")
         self.beat(4, 5)
-        self.assertEqual(self.sentences(), ["plumb-retain (service 0) does not answer: the feed is held. Start LinuxCNC again."])
+        self.assertEqual(self.sentences(), ["The feed is held: plumb-retain (service 0) does not answer. Start LinuxCNC again."])
 
     def test_a_function_that_is_off_after_a_loss_is_said(self):
         self.beat(0, 4)
