@@ -35,6 +35,8 @@ class ChainPicture(Gtk.DrawingArea):
             cairo.set_source_rgb(*line)
             cairo.set_line_width(2)
             cairo.stroke()
+            cairo.set_font_size(17)
+            cairo.set_font_size(17 * min(1, (w - 4) / max(1, cairo.text_extents(words).width)))
             extents = cairo.text_extents(words)
             cairo.set_source_rgb(*text)
             cairo.move_to(x + (w - extents.width) / 2, y + h / 2 + 6)

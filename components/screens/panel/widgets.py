@@ -47,7 +47,7 @@ _last = {"time": 0, "place": (0, 0), "widget": None}
 
 def is_new(widget):
     """Whether a button came to the screen just now."""
-    return time.monotonic() - widget.since < UNSEEN
+    return widget.since is None or time.monotonic() - widget.since < UNSEEN
 
 
 def _is_meant(widget, repeats):
@@ -69,7 +69,14 @@ def _is_meant(widget, repeats):
 
 
 def _came(widget):
-    widget.since = time.monotonic()
+    """It is seen from its first drawing on, which comes after the presses that wait."""
+    def drawn(*_arguments):
+        widget.since = time.monotonic()
+        widget.disconnect(handler)
+
+    if widget.since is not None:
+        widget.since = None
+        handler = widget.connect("draw", drawn)
 
 
 def button(text, pressed, *classes, name=""):
