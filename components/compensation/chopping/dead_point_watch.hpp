@@ -66,9 +66,11 @@ public:
             whole_ = true;
             shown_.begin(now.upward, now.duration, now.dt);
         }
-        if (shown_.step(now.command, now.measured) && present.without_override && now.speed == present.speed)
-            learning_.shown(!now.upward, shown_.commanded(), shown_.done());
         Event event = lag(now, present);
+        if (shown_.step(now.command, now.measured) && present.without_override &&
+            now.speed == present.speed &&
+            learning_.shown(!now.upward, shown_.commanded(), shown_.done()) && event == Event::none)
+            event = Event::corrected;
         if (now.second_half && (!metering_ || now.upward != upward_)) {
             const Event its = metering_ ? evaluate(upward_, present) : Event::none;
             if (event == Event::none) event = its;

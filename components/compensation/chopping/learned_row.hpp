@@ -28,6 +28,10 @@ struct LearnedRow final : hal::RecordRow<DeadPointLearning::Learned> {
     Field<double> reversal{this, record.reversal, "reversal", "mu/s2", "Acceleration at the dead points."};
     Field<double> proven{this, record.proven, "proven", "mu/s2",
                          "Largest acceleration that the joint has followed."};
+    Field<double> lower_slow{this, record.slow[0], "lower-slow", "mu",
+                             "Distance that the axis turns beyond its command at 82 % of its speed."};
+    Field<double> upper_slow{this, record.slow[1], "upper-slow", "mu",
+                             "Distance that the axis turns beyond its command at 82 % of its speed."};
 };
 
 }  // namespace plumb

@@ -48,11 +48,12 @@ public:
                 throw Unfit(full(name) + " is linked, and plumb-retain has to write it");
     }
 
-    // Throws Unfit if these are no records of this component.
+    // Throws Unfit if these are no records of this component. An older version may lack a quantity: it is
+    // given as 0, which has to mean that it is not known.
     void check(const Records& records) const {
         for (const Retained::Record& record : records) {
             for (const std::string& field : fields_)
-                if (!record.count(field))
+                if (!record.count(field) && pins_.at("restore-" + field).type_name() != "float")
                     throw Unfit("the records of " + component_ + " are kept without " + field);
             for (const auto& [field, value] : record) {
                 const auto pin = pins_.find("restore-" + field);
@@ -77,7 +78,10 @@ public:
         find();
         if (!forget()) return false;
         for (const Retained::Record& record : records) {
-            for (const auto& [field, value] : record) write("restore-" + field, value);
+            for (const std::string& field : fields_) {
+                const auto its = record.find(field);
+                write("restore-" + field, its == record.end() ? hal::Value(0.0) : its->second);
+            }
             std::atomic_thread_fence(std::memory_order_release);
             const auto answers = [this] { return std::pair(whole("restores"), whole("restores-refused")); };
             const auto before = answers();

@@ -20,10 +20,14 @@ class Climb {
 public:
     static constexpr double slow = 0.2;     // of the speed, in the beginning
     static constexpr double fastest = 1.6;  // rise of the level, where the axis has shown its force
+    // The level of a restart, 82 % of the speed, which a climb visits: six rises.
+    static constexpr double pause =
+        slow * slow * fastest * fastest * fastest * fastest * fastest * fastest;
 
     // From a factor of the speed.
     void begin(double factor) noexcept {
         level_ = brakes_ = before_ = std::min(factor * factor, ceiling_);
+        if (std::abs(level_ - pause) < 1e-9) level_ = brakes_ = before_ = pause;
         cautious_ = false;
         reference_level_ = 0;
         known_ = {false, false};
@@ -72,9 +76,30 @@ public:
                 reference_level_ = level_;
             }
             before_ = brakes_;
+            const bool arrives = brakes_ < level_ && level_ == pause;
             brakes_ = level_;
-            level_ = std::min(level_ * std::min(cautious_ ? careful : fastest, growth), ceiling_);
+            if (arrives) return;
+            const double next = std::min(level_ * std::min(cautious_ ? careful : fastest, growth), ceiling_);
+            level_ = level_ < pause && next > pause ? pause : next;
         }
+    }
+
+    // Whether the last stroke that left this end has shown as much of its level as one at a lower level.
+    bool shows(bool upper) const noexcept {
+        return known_[upper] && ratio_[upper] >= enough * expected_ratio();
+    }
+    // What the strokes at this level have shown is expected of the next one.
+    void refer() noexcept {
+        reference_ = std::clamp(std::min(ratio_[0], ratio_[1]), 0.2, 1.0);
+        reference_level_ = level_;
+    }
+    // Whether it strokes with the level that a restart begins with.
+    bool pauses() const noexcept { return level_ == pause && brakes_ == pause; }
+    // The force of this level has been shown: a stroke brakes by it, too.
+    void finish() noexcept {
+        before_ = brakes_;
+        brakes_ = level_;
+        known_ = {false, false};
     }
 
     // The axis has fallen behind a stroke at this level, which was given up.

@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace plumb {
 
@@ -20,8 +21,8 @@ namespace plumb {
 // A new stroke begins inside the dead points by an inset, and slow where its acceleration is above the one
 // that this joint has proven. The speed rises as Climb has it, while the overshoot that is predicted for it
 // stays within the inset. At full speed each measured error corrects its end. Strokes that were learned
-// before are remembered. After a restart they begin at reduced speed and are at full speed in their second
-// cycle, if the axis confirms what was learned.
+// before are remembered. After a restart they begin at reduced speed. If the axis turns there as it did
+// before, the second cycle has the full speed and shows its force, and what was learned comes into force.
 class DeadPointLearning {
 public:
     using Stroke = LearnedStrokes::Stroke;
@@ -153,26 +154,32 @@ public:
     }
 
     // The largest accelerations of a stroke that left an end: of the command and of the axis.
-    void shown(bool upper, double commanded, double done) noexcept {
+    // True if the ends of the strokes to come have changed.
+    bool shown(bool upper, double commanded, double done) noexcept {
         climb_.shown(upper, commanded, done);
         shown_[upper] = commanded;
+        return unshown_ > 0 && confirm(upper, climb_.shows(upper));
     }
 
     // The axis has fallen behind a stroke, which was given up, while the speed rises.
     void fall_behind() noexcept {
+        unshown_ = 0;
         climb_.fall_behind();
         note_weakness();
     }
 
     // How far the axis turned beyond the commanded end of any stroke.
     void turned(bool upper, const OvershootModel::Turn& turn, double beyond) noexcept {
-        turns_[upper].add(turn, beyond);
+        // The last one of a pause leaves with more acceleration than its own stroke has.
+        const bool pauses = !climb_.complete() && turn.leaving <= turn.acceleration;
+        if (turns_[upper].empty() || !pauses) turns_[upper].add(turn, beyond);
         if (predicts_[upper]) predict(upper);
     }
 
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
     // acceleration of the reversal, and the speed, of strokes at the present speed factor.
     Verdict measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
+        if (std::exchange(shorter_[upper], false)) return Verdict::none;
         error_[upper] = error;
         used_offset_[upper] = used;
         excess_[upper] = error - used;
@@ -213,15 +220,16 @@ private:
         const double overshoot = 1.3 * a * std::max(per_acceleration_, strokes_.largest_overshoot());
         offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
         excess_ = excess_speed_ = last_excess_ = {};
+        slow_ = unknown;
         last_turning_ = 0;
         reference_ = answer_ = {};
-        corrected_ = {false, false};
+        corrected_ = shorter_ = {false, false};
         for (const std::size_t i : {0, 1}) {
             predicts_[i] = at_full_speed() && !turns_[i].empty() && settings_.reversal[i] > 0;
             if (predicts_[i]) predict(i);
         }
         known_ = {false, false};
-        cycles_ = good_ = slips_ = 0;
+        cycles_ = good_ = slips_ = unshown_ = 0;
         was_learned_ = false;
         drift_ = 0;
     }
@@ -262,7 +270,7 @@ private:
         const double now = std::min(nearly * proven_ / settings_.demand, 1.0);
         const double before =
             doubted_ ? 0 : std::min(nearly * strokes_.largest_proven() / settings_.demand, 1.0);
-        return std::max(std::sqrt(std::max(now, before / Climb::fastest)), slow);
+        return std::max(std::sqrt(std::max(now, before * Climb::pause)), slow);
     }
 
     void correct(bool upper, double error, double used) noexcept {
@@ -317,7 +325,8 @@ private:
         const Learned* known = strokes_.find(stroke_);
         const std::array<double, 2> first = known ? known->first_offset : offset_;
         drift_ = drift_from(first);
-        strokes_.remember({stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_});
+        if (known && slow_ == unknown) slow_ = known->slow;
+        strokes_.remember({stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_, slow_});
         return Verdict::none;
     }
 
@@ -354,9 +363,18 @@ private:
         last_turning_ = now;
         last_excess_ = excess_;
         const double level = climb_.level();
-        const double growth = slope > 0 ? 1 + settings_.inset / (1.3 * slope * level) : Climb::fastest;
+        double growth = slope > 0 ? 1 + settings_.inset / (1.3 * slope * level) : Climb::fastest;
+        if (climb_.pauses()) slow_ = excess_;
+        const bool same = climb_.pauses() && is_as_remembered();
+        if (same) {
+            climb_.refer();
+            growth = Climb::fastest;
+            for (std::size_t i = 0; i < 2; ++i)
+                offset_[i] = bounded(std::min(offset_[i], remembered(i) - settings_.inset), settings_.most);
+        }
         climb_.rise(growth, length(), room());
         note_weakness();
+        unshown_ = same && climb_.level() >= 1 && !climb_.complete() ? 2 : 0;
         if (climb_.complete() && !climb_.capped() && !doubted_) take_up(1 / now);
     }
 
@@ -377,6 +395,47 @@ private:
         }
         reference_ = {known->reversal, known->reversal};
     }
+
+    // Whether the axis turns at reduced speed as it did before the restart.
+    bool is_as_remembered() noexcept {
+        const Learned* known = strokes_.find(stroke_);
+        if (!known || doubted_ || known->slow == unknown) return false;
+        for (std::size_t i = 0; i < 2; ++i) {
+            differs_[i] = excess_[i] - known->slow[i];
+            const double close = settings_.most_beyond + 0.02 * std::abs(known->slow[i]);
+            if (std::abs(differs_[i]) > close) return false;
+        }
+        return true;
+    }
+
+    // A restored stroke at full speed whose acceleration is shown: the next one brakes by it at this end.
+    bool confirm(bool upper, bool shows) noexcept {
+        --unshown_;
+        if (climb_.complete()) {
+            if (shows) return false;
+            doubted_ = true;
+            begin();
+            return true;
+        }
+        if (!shows) {
+            unshown_ = 0;
+            return false;
+        }
+        climb_.finish();
+        for (std::size_t i = 0; i < 2; ++i) offset_[i] = bounded(remembered(i), settings_.most);
+        const double reversal = strokes_.find(stroke_)->reversal;
+        reference_ = {reversal, reversal};
+        shorter_[upper] = true;
+        return true;
+    }
+
+    // Mu, the end that was learned before the restart, inside by the growth of a difference at reduced speed.
+    double remembered(std::size_t i) const noexcept {
+        const double grown = std::max(differs_[i], 0.0) / (Climb::pause * Climb::pause);
+        return strokes_.find(stroke_)->offset[i] - grown - std::abs(differs_[i]) / 2;
+    }
+
+    static constexpr std::array<double, 2> unknown{};
 
     double drift_from(const std::array<double, 2>& first) const noexcept {
         return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
@@ -403,12 +462,16 @@ private:
     std::array<double, 2> last_used_{}, last_error_{};  // mu, before the last correction
     std::array<bool, 2> corrected_{};
     std::array<OvershootModel, 2> turns_{};
+    std::array<bool, 2> shorter_{};   // the next stroke to this end begins at one without its correction
     std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
     double last_turning_ = 0, drift_ = 0;
     double proven_ = 0;            // mu/s2, of this joint since the start
     double per_acceleration_ = 0;  // s2, the overshoot of this joint
     double limit_ = 0;             // mu/s2, of the last good speed, until open(); 0: none
+    std::array<double, 2> slow_{};     // mu, beyond the command at the reduced speed of a restart
+    std::array<double, 2> differs_{};  // mu, of that since the restart
     int cycles_ = 0, good_ = 0, trips_ = 0, slips_ = 0;
+    int unshown_ = 0;  // strokes of a restored axis that have to show their acceleration
 };
 
 }  // namespace plumb

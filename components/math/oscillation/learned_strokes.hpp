@@ -29,6 +29,8 @@ public:
         std::array<double, 2> offset{}, first_offset{};  // mu, now, and when it was first learned
         double reversal = 0;                             // mu/s2, the acceleration at the dead points
         double proven = 0;  // mu/s2, the largest one that the joint has shown; 0 in an old record
+        // Mu, by which the axis turns beyond its command at the speed of a restart; 0 in an old record.
+        std::array<double, 2> slow{};
 
         // False for NaN too.
         bool valid() const noexcept {
@@ -37,7 +39,8 @@ public:
                    stroke.speed > 0 && within(stroke.speed, 1e6) && stroke.acceleration > 0 &&
                    within(stroke.acceleration, 1e9) && within(offset[0], 1e3) && within(offset[1], 1e3) &&
                    within(first_offset[0], 1e3) && within(first_offset[1], 1e3) && reversal > 0 &&
-                   within(reversal, 1e9) && proven >= 0 && within(proven, 1e9);
+                   within(reversal, 1e9) && proven >= 0 && within(proven, 1e9) && within(slow[0], 1e3) &&
+                   within(slow[1], 1e3);
         }
     };
 

@@ -922,7 +922,8 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     wire(later);
     later.set("axis.servo-gain", 20);
     for (const char* field : {"lower", "upper", "speed", "acceleration", "sections", "lower-offset",
-                              "upper-offset", "lower-first", "upper-first", "reversal", "proven"})
+                              "upper-offset", "lower-first", "upper-first", "reversal", "proven",
+                              "lower-slow", "upper-slow"})
         later.set(std::string("chop.restore-") + field, get(std::string("row-") + field));
     later.set("chop.restore", 1);
     later.run(0.01);
@@ -930,12 +931,13 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
         later.command(line);
     later.run(0.5);
-    EXPECT_NEAR(later.get("chop.speed-factor"), std::sqrt(0.6), 0.03) << "confirmed first";
-    later.run(4);
-    later.expect("u <= -7.998 && l >= -20.002", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    EXPECT_NEAR(later.get("chop.speed-factor"), std::sqrt(0.671), 0.001) << "confirmed first";
+    later.expect("z <= 0.001 && z >= -20.002", {{"z", "axis.truth-position"}});
+    while (later.get("chop.stroke-count") < 9) later.run(0.01);
+    later.expect("abs(u + 8) <= 0.002 && abs(l + 20) <= 0.002",
+                 {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});  // after three cycles
     EXPECT_EQ(later.get("chop.speed-factor"), 1);
-    later.run(1.5);
-    EXPECT_NEAR(later.get("chop.upper-correction"), get("upper-correction"), 0.05) << "in its first cycles";
+    EXPECT_NEAR(later.get("chop.upper-correction"), get("upper-correction"), 1 * um);
     later.run(8);
     EXPECT_EQ(later.get("chop.learned"), 1);
     EXPECT_EQ(later.get("chop.row-upper-first"), get("row-upper-first"));

@@ -537,6 +537,14 @@ class Keeping(unittest.TestCase):
             self.refused(machine, UNFIT, words, name)
         self.assertEqual(machine.records(), [])
 
+    def test_a_quantity_that_an_older_store_lacks_is_0_and_the_component_decides(self):
+        machine = self.machine()
+        text = 'machine = "bench"\n\n[pins]\n\n[records]\n"it" = [\n  { length = 1.5, tool = 3 },\n  { tool = 4 },\n]\n'
+        self.write_store(checksummed(text))
+        machine.retain(SETTINGS)
+        self.refused(machine, REFUSED, r"it refuses the record \{ tool = 4 \}")  # a length of 0, not the last one
+        self.assertEqual(machine.records(), [])
+
     def test_where_one_record_is_refused_all_is_as_before(self):
         machine = self.machine()
         machine.give((1, 1))

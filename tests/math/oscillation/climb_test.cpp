@@ -67,6 +67,21 @@ TEST(Climb, WithoutAMeasurementItRisesByWhatMayBeOvershot) {
     }
 }
 
+TEST(Climb, VisitsTheLevelOfARestart) {
+    for (const double first : {Climb::slow, 0.3, 0.6}) {
+        Climb climb;
+        climb.begin(first);
+        int visits = 0;
+        for (int i = 0; i < 20 && !climb.complete(); ++i) {
+            Drive{}.stroke(climb);
+            visits += climb.pauses();
+            climb.rise(10, length, room);
+        }
+        EXPECT_TRUE(climb.complete());
+        EXPECT_EQ(visits, 1) << first;
+    }
+}
+
 TEST(Climb, NeverRisesByMoreThanTheOvershootPermits) {
     Climb climb;
     climb.begin(Climb::slow);

@@ -108,11 +108,13 @@ struct Restored : DeadPointLearning {
     }
 };
 
-TEST(DeadPointLearning, WhatIsRestoredComesIntoForceAfterSlowStrokes) {
+TEST(DeadPointLearning, AnOldRecordComesIntoForceAfterSlowStrokes) {
     for (const double overshoot : {-0.2, 0.1}) {
         const Axis axis{overshoot};
-        Restored learning(learned_of(axis));
-        EXPECT_NEAR(learning.speed_factor(), std::sqrt(1 / Climb::fastest), 1e-9);
+        DeadPointLearning::Learned old = learned_of(axis);
+        old.slow = {};
+        Restored learning(old);
+        EXPECT_NEAR(learning.speed_factor(), std::sqrt(Climb::pause), 1e-9);
         EXPECT_LT(learning.offset(true, 600, 20), -0.2) << "inside first";
         EXPECT_LE(learning.rise(axis), 0);
         EXPECT_LE(axis.cycle(learning), 0);
@@ -120,6 +122,44 @@ TEST(DeadPointLearning, WhatIsRestoredComesIntoForceAfterSlowStrokes) {
         for (int i = 0; i < 8; ++i) EXPECT_LE(axis.cycle(learning), 1 * um);
         EXPECT_TRUE(learning.learned());
     }
+}
+
+TEST(DeadPointLearning, ARestoredAxisThatTurnsAsBeforeIsRightAfterItsSecondCycle) {
+    for (const double overshoot : {-0.2, 0.1})
+        for (const double constant : {-3 * um, 3 * um}) {
+            const Axis axis{overshoot, constant};
+            const DeadPointLearning::Learned learned = learned_of(axis);
+            EXPECT_NEAR(learned.slow[1], overshoot * Climb::pause + constant, 1e-9);
+            Restored learning(learned);
+            EXPECT_LT(axis.cycle(learning), -0.1) << "confirms it";
+            EXPECT_EQ(learning.speed_factor(), 1);
+            EXPECT_LE(axis.cycle(learning), 1 * um) << "shows its force";
+            EXPECT_FALSE(learning.rising());
+            for (int i = 0; i < 3; ++i) EXPECT_LE(std::abs(axis.cycle(learning)), 1 * um);
+            EXPECT_TRUE(learning.learned());
+        }
+}
+
+TEST(DeadPointLearning, ARestoredCorrectionNeedsTheAxisAndTheForceOfBefore) {
+    const Axis axis{-0.2};
+    const DeadPointLearning::Learned learned = learned_of(axis);
+    const auto at_full_speed = [&](const Axis& its) {
+        Restored learning(learned);
+        its.cycle(learning);
+        EXPECT_EQ(learning.speed_factor(), 1);
+        return learning;
+    };
+    Restored same = at_full_speed(axis), weaker = at_full_speed(axis), other = at_full_speed(Axis{-0.1});
+    EXPECT_FALSE(other.shown(false, 600, 600)) << "turns elsewhere";
+    EXPECT_FALSE(weaker.shown(false, 600, 500)) << "lacks force";
+    for (const DeadPointLearning& its : {other, weaker}) {
+        EXPECT_TRUE(its.rising());
+        EXPECT_LT(its.offset(true, 600, 100), -0.2);
+    }
+    EXPECT_TRUE(same.shown(false, 600, 600));
+    EXPECT_NEAR(same.offset(false, 600, 100), 0.2, um);
+    EXPECT_TRUE(same.shown(true, 600, 500)) << "lacks force at the other end";
+    EXPECT_EQ(same.speed_factor(), DeadPointLearning::slow);
 }
 
 TEST(DeadPointLearning, ARestoredStrokeKeepsItsFirstCorrection) {
