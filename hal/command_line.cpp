@@ -11,6 +11,7 @@
 #include "hal/program_end.hpp"
 #include "hal/spelling.hpp"
 #include "hal/standard_output.hpp"
+#include "commit.hpp"
 
 namespace plumb::hal {
 namespace {
@@ -55,7 +56,7 @@ int status_of(CLI::App& app, int argc, char** argv, const std::function<int()>& 
 
 void begin_command_line(CLI::App& app, CommandPage (*page)()) {
     app.set_help_flag("-h,--help", "Prints the options.");
-    app.set_version_flag("--version", "plumb " PLUMB_VERSION, "Prints the version.");
+    app.set_version_flag("--version", "plumb " PLUMB_VERSION PLUMB_COMMIT, "Prints the version.");
     app.add_flag_callback("--summary",
                           [&app] {
                               std::cout << app.get_description() << '\n';

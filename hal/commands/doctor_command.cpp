@@ -111,9 +111,11 @@ struct Home {
     std::string build_again() const {
         return built ? "cmake --build " + root.string() + " --target product" : install_again();
     }
+    bool from_package() const { return !built && fs::exists("/var/lib/dpkg/info/plumb.list"); }
     std::string install_again() const {
-        return built ? as_root("cmake --install " + root.string())
-                     : "cd PLUMB && scripts/setup product && " + as_root("cmake --install build");
+        if (built) return as_root("cmake --install " + root.string());
+        if (from_package()) return as_root("apt install --reinstall ./plumb_*.deb");
+        return "cd PLUMB && scripts/setup product && " + as_root("cmake --install build");
     }
 };
 
@@ -370,6 +372,8 @@ Findings installation(const Trial& trial) {
     const auto add = [&](const Findings& more) { findings.insert(findings.end(), more.begin(), more.end()); };
     add(judged(compare(home.programs, programs, ""), home.programs, "Plumb " PLUMB_VERSION,
                home.build_again()));
+    if (home.from_package())
+        findings.push_back({Mark::ok, "Installed from the Debian package plumb."});
     if (home.built)
         add(judged(compare(home.root / "modules", modules, ".so"), home.root / "modules", "Modules",
                    home.build_again()));

@@ -8,6 +8,7 @@ import os
 import sys
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
+COMMAND = os.environ.get("PLUMB_BENCH", "scripts/bench")  # what the user wrote
 
 
 def benches():
@@ -20,10 +21,10 @@ def benches():
 
 
 def usage():
-    lines = ["Usage: scripts/bench NAME [OPTION ...]", ""]
+    lines = [f"Usage: {COMMAND} NAME [OPTION ...]", ""]
     width = max(len(name) for name in benches()) + 2
     lines += [f"    {name:{width}}{words}" for name, words in benches().items()]
-    return "\n".join(lines + ["", "`scripts/bench NAME --help` prints the options of a bench.", ""])
+    return "\n".join(lines + ["", f"`{COMMAND} NAME --help` prints the options of a bench.", ""])
 
 
 if __name__ == "__main__":

@@ -75,6 +75,8 @@ COMMANDS = {
     "README.md": {
         "scripts/bench mill": bench("mill"),
         "scripts/test": LONG,
+        "sudo scripts/package bookworm": ROOT_NEEDED,
+        "sudo apt install ./build-bookworm/plumb_*.deb": ROOT_NEEDED,
         "scripts/setup product && sudo cmake --install build": ROOT_NEEDED,
         "sudo xargs rm < build/install_manifest.txt": ROOT_NEEDED,
         "plumb wire squareness --ini my.ini": Tested("tests/commands/plumb_wire_linuxcnc_test.py", 'self.wire(AXIS_MM, "squareness")'),
@@ -84,6 +86,8 @@ COMMANDS = {
     "CONTRIBUTING.md": {
         "scripts/test": LONG,
         "scripts/test-on trixie": ROOT_NEEDED,
+        "scripts/package --twice trixie": ROOT_NEEDED,
+        "scripts/try-package trixie": ROOT_NEEDED,
         "scripts/setup speed_benchmark && build/tests/speed_benchmark": LONG,
         "scripts/sensor-speed": LONG,
         "scripts/test-arm64": LONG,

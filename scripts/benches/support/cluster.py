@@ -10,7 +10,6 @@ import logging
 import os
 import pickle
 import platform
-import re
 import subprocess
 
 import numpy as np
@@ -31,10 +30,13 @@ def digest(folder, *patterns):
 BENCHES_LOADED = digest(BENCHES, "**/*.py")  # the code of this process, even if the files change later
 
 
+PARTS = ("bin/plumb-host", "modules/*.so", "lib/linuxcnc/modules/*.so", "python/*.py")  # built, or installed
+
+
 def identity():
     """All that makes the figures of a simulation: name -> text."""
     return {
-        "Plumb": f"{plumb_version()}, build {digest(BUILD, 'bin/plumb-host', 'modules/*.so', 'python/*.py')}",
+        "Plumb": f"{plumb_version()}, build {digest(BUILD, *PARTS)}",
         "benches": BENCHES_LOADED,
         "configurations": digest(os.path.join(ROOT, "configs"), *(f"*/*.{end}" for end in ("hal", "ngc", "csv"))),
         "LinuxCNC": version_of("linuxcnc-uspace"),
@@ -46,8 +48,8 @@ def identity():
 
 
 def plumb_version():
-    with open(os.path.join(ROOT, "CMakeLists.txt"), encoding="utf-8") as file:
-        return re.search(r"project\(\s*\w+\s+VERSION\s+([\w.]+)", file.read())[1]
+    words = [os.path.join(BUILD, "bin", "plumb"), "--version"]
+    return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True).stdout.split()[1]
 
 
 def version_of(package):

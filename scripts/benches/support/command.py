@@ -11,6 +11,8 @@ import tempfile
 from support.cluster import Cluster
 from support.simulations import BUILD, ThisComputer
 
+COMMAND = os.environ.get("PLUMB_BENCH", "scripts/bench")  # what the user wrote
+OUTPUT = os.environ.get("PLUMB_FIGURES", os.path.join(BUILD, "bench"))
 
 def whole(least, most):
     """A type for argparse: a whole number from least to most."""
@@ -33,12 +35,12 @@ def duration_of(text):
 
 
 def new_parser(bench, docstring):
-    return argparse.ArgumentParser(prog=f"scripts/bench {bench}", description=docstring.splitlines()[0])
+    return argparse.ArgumentParser(prog=f"{COMMAND} {bench}", description=docstring.splitlines()[0])
 
 
 def add_output(parser, bench):
-    folder = os.path.join(BUILD, "bench", bench)
-    parser.add_argument("--output", default=folder, metavar="DIR", help=f"where the files go (default: build/bench/{bench})")
+    folder = os.path.join(OUTPUT, bench)
+    parser.add_argument("--output", default=folder, metavar="DIR", help=f"where the files go (default: {os.path.relpath(folder)})")
 
 
 def add_place(parser):
@@ -76,7 +78,7 @@ def errors_reported():
     except KeyboardInterrupt:
         sys.exit(130)
     except (RuntimeError, OSError, ValueError) as error:
-        sys.exit(f"scripts/bench: {error}")
+        sys.exit(f"{COMMAND}: {error}")
 
 
 def flush_output():

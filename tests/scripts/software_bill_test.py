@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The software bill names each package that Plumb is built with or runs with, and its licence."""
+
+import json
+import os
+import re
+import subprocess
+import unittest
+
+from tree import ROOT
+
+# Versions of one licence list of SPDX.
+LICENCES = {"Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "GPL-2.0-only", "GPL-2.0-or-later", "GPL-3.0-or-later"}
+LICENCES |= {"LGPL-2.1-or-later", "MIT", "MPL-2.0", "PSF-2.0", "GCC-exception-3.1"}
+
+
+def packages_of_setup():
+    """Those of the product, in scripts/setup."""
+    with open(os.path.join(ROOT, "scripts", "setup"), encoding="utf-8") as file:
+        lists = re.findall(r"^(?:packages|for_product)=\(\n(.*?)^\)", file.read(), re.M | re.S)
+    return {word for text in lists for line in text.splitlines() for word in line.partition("#")[0].split()}
+
+
+def bill(**environment):
+    words = [os.path.join(ROOT, "scripts", "software_bill.py"), "1.2.3"]
+    printed = subprocess.run(words, env={**os.environ, **environment}, capture_output=True, text=True, check=True, timeout=60)
+    return json.loads(printed.stdout)
+
+
+class SoftwareBill(unittest.TestCase):
+    def test_every_package_of_the_product_has_its_version_and_a_licence(self):
+        found = {each["name"]: each for each in bill()["packages"]}
+        self.assertEqual(found.pop("plumb")["versionInfo"], "1.2.3")
+        self.assertGreater(len(packages_of_setup()), 15)
+        self.assertEqual(packages_of_setup(), set(found))
+        for package, each in found.items():
+            self.assertRegex(each["versionInfo"], r"^[0-9]", package)
+            self.assertLessEqual(set(re.split(r" AND | WITH ", each["licenseConcluded"])), LICENCES, package)
+
+    def test_the_date_is_that_of_the_source(self):
+        told = bill(SOURCE_DATE_EPOCH="1700000000")
+        self.assertEqual(told["creationInfo"]["created"], "2023-11-14T22:13:20Z")
+        self.assertEqual(told, bill(SOURCE_DATE_EPOCH="1700000000"))
+
+
+if __name__ == "__main__":
+    unittest.main()
