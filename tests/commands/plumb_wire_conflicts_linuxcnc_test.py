@@ -29,7 +29,7 @@ class Conflicts(Sample):
 
     def test_a_conflict_names_both_sides(self):
         flat = self.refusal(
-            "loadrt xor2 names=square,mist\nloadrt lut5 names=mine\nnet mist motion.digital-out-00 => mist.in0\n"
+            "loadrt xor2 names=square,haze\nloadrt lut5 names=mine\nnet haze motion.digital-out-00 => haze.in0\n"
             "net weight motion.analog-in-01 <= motion.current-vel\nnet door motion.feed-inhibit\n",
             "squareness",
             "thermal_displacement",
