@@ -111,7 +111,9 @@ struct Home {
     std::string build_again() const {
         return built ? "cmake --build " + root.string() + " --target product" : install_again();
     }
-    bool from_package() const { return !built && fs::exists("/var/lib/dpkg/info/plumb.list"); }
+    bool from_package() const {
+        return !built && output_of("dpkg-query --search '" + program.string() + "'").has_value();
+    }
     std::string install_again() const {
         if (built) return as_root("cmake --install " + root.string());
         if (from_package()) return as_root("apt install --reinstall ./plumb_*.deb");
