@@ -211,7 +211,7 @@ def record(host, folder, seed, attacks, duration, progress, growth=None):
     return read_columns(path)
 
 
-UNKNOWN = 11  # doubt-code: a notice at a start, which is no message
+NOTICES = (10, 11)  # doubt-code: what the panel shows, at a start, and no message
 
 
 def simulate_growth(seed, rate, growth, duration, progress):
@@ -224,7 +224,7 @@ def simulate(seed, rate, name, duration, progress, growth=None):
     with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
         column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth)
     cuts, _, times = find_cuts(column)
-    doubt = (column["growth.doubt"] * (column["growth.doubt-code"] != UNKNOWN) + column["growth.fault"]) > 0
+    doubt = (column["growth.doubt"] * ~np.isin(column["growth.doubt-code"], NOTICES) + column["growth.fault"]) > 0
     messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
     return cuts, times, messages, 1000 * column["growth.reference-sigma"][-1]
 
