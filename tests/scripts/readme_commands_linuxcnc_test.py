@@ -123,6 +123,7 @@ COMMANDS = {
         "build/bin/plumb bench ...": HERE,
         "scripts/test -R lathe_panel_linuxcnc": chosen("lathe_panel_linuxcnc"),
         "scripts/test -R lathe_linuxcnc": chosen("lathe_linuxcnc"),
+        "scripts/test -R lathe_twin_linuxcnc": chosen("lathe_twin_linuxcnc"),
         "scripts/test -R CentreHeight.LaserBeamsGiveDiameters": chosen("CentreHeight.LaserBeamsGiveDiameters"),
     },
     "components/compensation/chopping/README.md": {
@@ -165,6 +166,8 @@ COMMANDS = {
     "configs/lathe/README.md": {
         "plumb example ...": COPY,
         "export ...": EXPORT,
+        "plumb run --speed 10 -- linuxcnc -r twin.ini": Started("lathe/twin.ini"),
+        "plumb run --speed 10 -- linuxcnc -r twin.ini stations.ngc": Tested("tests/configs/lathe_twin_linuxcnc_test.py", '["stations"]'),
         "plumb run --speed 10 -- linuxcnc -r lathe.ini": Run(then="grep -q '^T1 .* Y-0' tool.tbl"),
         "plumb bench bench.hal ...": Run(then="test -s lathe.csv"),
         "plumb run -- linuxcnc axis.ini": Started("lathe/axis.ini"),

@@ -87,7 +87,7 @@ def claims(page):
 
 def _is_command(line):
     word = (line.split() or [""])[0]
-    if re.match(r"\w+(=|\(\)$)", word) or word in ("export", "cd", "plumb", "linuxcnc", "halcmd", "halrun"):
+    if re.match(r"\w+(=|\(\)$)", word) or word in ("export", "cd", "sudo", "plumb", "linuxcnc", "halcmd", "halrun"):
         return True
     return shutil.which(word, path=PROGRAMS) is not None or (
         "/" in word and (os.path.isfile(os.path.join(ROOT, word)) or word.startswith(("build/", "scripts/", "./"))))
