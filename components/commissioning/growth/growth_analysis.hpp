@@ -56,7 +56,7 @@ struct GrowthOfAxis {
 // The reference pass has seat, touch and drift once more.
 struct GrowthBudget {
     double touch = 0;     // of the touches
-    double seat = 0;      // of the probe in the spindle, and whatever else changes from pass to pass
+    double seat = 0;      // of the probe in the spindle, with all other changes from pass to pass
     double drift = 0;     // within the pass, left by its removal
     double freedom = 1;   // degrees of freedom of all
 

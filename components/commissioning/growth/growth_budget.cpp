@@ -67,7 +67,7 @@ void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visi
         GrowthBudget& its = analysis.budgets[i];
         if (!analysis.off[i].probed && !analysis.on[i].probed) continue;
         its.touch = touch * lever(visits, axis);
-        // The rate within a pass is that of a bore that was visited twice.
+        // A bore that was visited twice gives the rate within a pass.
         its.drift = std::hypot(drift.largest[axis] * bend_of_drift, its.touch / std::sqrt(2.0));
         const GrowthCurve pass = scatter(analysis, axis);
         const double of_mean = its.touch / std::sqrt(bores(analysis));

@@ -16,7 +16,7 @@ void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysi
 // Drifts, rates and predictions of each axis.
 void measure_axes(GrowthAnalysis& analysis);
 
-// The uncertainty of a deviation, from what was repeated.
+// The uncertainty of a deviation, from repeated touches, seats and passes.
 void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits);
 
 // Gain and fault of the compensation, where both states were probed.

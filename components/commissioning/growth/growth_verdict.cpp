@@ -16,7 +16,7 @@ std::string micrometres(double mm) {
     return text;
 }
 
-// What the rule of the test calls stable, and what it cannot see.
+// The drift that the rule of the test calls stable, and the drift that the rule cannot see.
 void say_stable(GrowthAnalysis& analysis, const std::array<GrowthOfAxis, 3>& axes) {
     double room = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)

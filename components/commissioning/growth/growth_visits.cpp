@@ -208,7 +208,7 @@ TouchRepeats touch_repeats(const std::vector<GrowthVisit>& visits) {
     // Each visit's touches against each other, as a row by direction; and the mean of these rows.
     struct Rows {
         std::vector<double> sum;
-        double squares = 0, count = 0, loose = 0;  // loose: touches less what a circle or face takes
+        double squares = 0, count = 0, loose = 0;  // loose: touches, less the parameters of the circle or face
     };
     std::map<std::pair<GrowthVisit::Key, bool>, Rows> all;
     for (const GrowthVisit& visit : visits)
