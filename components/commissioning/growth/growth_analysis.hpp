@@ -24,7 +24,7 @@ namespace plumb::commissioning {
 // One bore at one orientation in one state, in one pass.
 struct GrowthPoint {
     int pass = 0;
-    int part = 0;  // of the test, between two breaks
+    int part = 0;                        // of the test, between two breaks
     double time = 0;                     // of the pass, to which the drift within it was removed
     Eigen::Vector3d deviation{0, 0, 0};  // from the first pass; not a number where it was not probed
     Eigen::Vector3d compensation{0, 0, 0};
@@ -47,18 +47,18 @@ struct GrowthOfAxis {
     bool probed = false;
     double largest = 0;  // of |deviation|
     double at_1_hour = 0, at_4_hours = 0,
-           at_end = 0;                  // deviation of the worst bore then; not a number if not reached
-    double range = 0, rate = 0;         // largest of a bore; rate in mm/h between two passes
-    std::optional<GrowthCurve> curve;   // of the mean over bores, since the last break
+           at_end = 0;                 // deviation of the worst bore then; not a number if not reached
+    double range = 0, rate = 0;        // largest of a bore; rate in mm/h between two passes
+    std::optional<GrowthCurve> curve;  // of the mean over bores, since the last break
 };
 
 // The uncertainty of a deviation of one bore along one axis: standard uncertainties in mm, by their source.
 // The reference pass has seat, touch and drift once more.
 struct GrowthBudget {
-    double touch = 0;     // of the touches
-    double seat = 0;      // of the probe in the spindle, with all other changes from pass to pass
-    double drift = 0;     // within the pass, left by its removal
-    double freedom = 1;   // degrees of freedom of all
+    double touch = 0;    // of the touches
+    double seat = 0;     // of the probe in the spindle, with all other changes from pass to pass
+    double drift = 0;    // within the pass, left by its removal
+    double freedom = 1;  // degrees of freedom of all
 
     double pass() const { return std::sqrt(touch * touch + seat * seat + drift * drift); }
     double standard() const { return std::sqrt(2.0) * pass(); }
@@ -69,7 +69,7 @@ struct GrowthAnalysis {
     const GrowthLog* log = nullptr;
     std::vector<GrowthSeries> series;
     int passes = 0, visits = 0, rejected = 0, faults = 0, resumed = 0, unknown_breaks = 0;
-    int parts = 1;  // between breaks in which the machine cools
+    int parts = 1;               // between breaks in which the machine cools
     std::vector<double> breaks;  // s, the ends of these breaks
     double duration = 0;
     int stop = 0;  // as in thermal_growth_test: 0 not yet, 1 stable, 2 maximum time
@@ -78,8 +78,8 @@ struct GrowthAnalysis {
     std::array<double, 3> of_mean{};      // standard uncertainty of a deviation in the mean of all bores
     double uncertainty = 0;               // standard, of a deviation of the worst axis
     bool duty_changed = false;            // the spindle speed of the work between the passes
-    double last_hour = 0;                 // largest change of a deviation in it; not a number if it is not known
-    double touch_scatter = 0;               // rms about the circles
+    double last_hour = 0;      // largest change of a deviation in it; not a number if it is not known
+    double touch_scatter = 0;  // rms about the circles
     std::array<GrowthOfAxis, 3> off, on;
     bool has_off = false, has_on = false;
     std::array<CompensationGain, 3> gain;

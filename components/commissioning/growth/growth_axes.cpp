@@ -89,7 +89,8 @@ GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated) {
         ++series;
         for (const GrowthPoint& point : each.points) {
             auto& [d, c, time, count] =
-                sums.try_emplace({point.pass, point.part}, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0).first->second;
+                sums.try_emplace({point.pass, point.part}, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0)
+                    .first->second;
             d += point.deviation;
             c += point.compensation;
             time = point.time;

@@ -81,7 +81,8 @@ void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visi
     }
     if (!drift.known)
         analysis.notes.push_back(
-            "No bore was probed again within a pass: the drift within a pass was not removed, and is not in the "
+            "No bore was probed again within a pass: the drift within a pass was not removed, and is not in "
+            "the "
             "uncertainty.");
 }
 

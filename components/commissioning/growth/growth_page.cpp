@@ -37,11 +37,13 @@ pre{overflow-x:auto;background:var(--card);padding:.6rem;font-size:.85rem}detail
 
 void write_axes(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<div class=\"wide\"><table><caption class=\"soft\">Largest deviation of a bore from the cold "
-           "pass, in \u00b5m; U is its uncertainty, 95 of 100</caption><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">1 h</th><th "
+           "pass, in \u00b5m; U is its uncertainty, 95 of 100</caption><thead><tr><th "
+           "scope=\"col\">Axis</th><th scope=\"col\">1 h</th><th "
            "scope=\"col\">4 h</th>"
            "<th scope=\"col\">end</th><th scope=\"col\">largest</th><th scope=\"col\">range</th><th "
            "scope=\"col\">rate per "
-           "h</th><th scope=\"col\">U</th><th scope=\"col\">tolerance</th><th scope=\"col\">verdict</th></tr></thead><tbody>\n";
+           "h</th><th scope=\"col\">U</th><th scope=\"col\">tolerance</th><th "
+           "scope=\"col\">verdict</th></tr></thead><tbody>\n";
     for (const bool compensated : {false, true}) {
         if (!(compensated ? test.has_on : test.has_off)) continue;
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -52,8 +54,8 @@ void write_axes(std::ostringstream& out, const GrowthAnalysis& test) {
                 << "</th><td>" << um(its.at_1_hour) << "</td><td>" << um(its.at_4_hours) << "</td><td>"
                 << um(its.at_end) << "</td><td>" << um(its.largest) << "</td><td>" << um(its.range)
                 << "</td><td>" << um(its.rate) << "</td><td>" << um(test.budgets[axis].expanded())
-                << "</td><td>\u00b1" << um(test.log->tolerance[axis])
-                << "</td><td>" << (judged ? word(test.verdicts[axis]) : "") << "</td></tr>\n";
+                << "</td><td>\u00b1" << um(test.log->tolerance[axis]) << "</td><td>"
+                << (judged ? word(test.verdicts[axis]) : "") << "</td></tr>\n";
         }
     }
     out << "</tbody></table></div>\n";
@@ -91,8 +93,8 @@ void write_cross_gains(std::ostringstream& out, const CrossGains& cross) {
 std::string why_no_gain(const GrowthAnalysis& test, std::size_t axis) {
     if (!test.off[axis].probed) return "was not probed";
     if (test.passes < 2) return "not determined: there is one pass";
-    return "not determined: the drift, " + um(test.off[axis].largest) + " \u00b5m, has to be above 4 u = " +
-           um(4 * test.of_mean[axis]) + " \u00b5m";
+    return "not determined: the drift, " + um(test.off[axis].largest) +
+           " \u00b5m, has to be above 4 u = " + um(4 * test.of_mean[axis]) + " \u00b5m";
 }
 
 void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
@@ -155,7 +157,8 @@ void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {
         return;
     }
     if (test.duty_changed) {
-        out << "<p>Not determined: the spindle speed of the work changed in the test. A steady state belongs to one "
+        out << "<p>Not determined: the spindle speed of the work changed in the test. A steady state belongs "
+               "to one "
                "duty.</p>\n";
         return;
     }
@@ -170,9 +173,9 @@ void write_prediction(std::ostringstream& out, const GrowthAnalysis& test) {
             const GrowthOfAxis& its = (compensated ? test.on : test.off)[axis];
             if (!its.probed || !its.curve) continue;
             const GrowthCurve& curve = *its.curve;
-            out << "<tr><th scope=\"row\">" << letters[axis] << (compensated ? ", on" : ", off") << "</th><td>"
-                << (curve.determined ? um(curve.steady) + " \u00b5m" : "not determined") << "</td><td>"
-                << um(curve.low()) << " and " << um(curve.high()) << " \u00b5m</td><td>"
+            out << "<tr><th scope=\"row\">" << letters[axis] << (compensated ? ", on" : ", off")
+                << "</th><td>" << (curve.determined ? um(curve.steady) + " \u00b5m" : "not determined")
+                << "</td><td>" << um(curve.low()) << " and " << um(curve.high()) << " \u00b5m</td><td>"
                 << um(curve.rate * seconds_per_hour) << " \u00b1 "
                 << um(2 * curve.rate_sigma * seconds_per_hour) << " \u00b5m</td></tr>\n";
         }
@@ -224,7 +227,8 @@ void write_places(std::ostringstream& out, const GrowthAnalysis& test) {
 
 void write_budget(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<table><caption class=\"soft\">Uncertainty of a deviation, \u00b5m. All but the last three are "
-           "standard uncertainties</caption><thead><tr><th scope=\"col\">Axis</th><th scope=\"col\">touch</th>"
+           "standard uncertainties</caption><thead><tr><th scope=\"col\">Axis</th><th "
+           "scope=\"col\">touch</th>"
            "<th scope=\"col\">seat</th><th scope=\"col\">drift in the pass</th><th scope=\"col\">reference "
            "pass</th><th scope=\"col\">u</th><th scope=\"col\">k</th><th "
            "scope=\"col\">U</th></tr></thead><tbody>\n";
@@ -243,17 +247,25 @@ void write_budget(std::ostringstream& out, const GrowthAnalysis& test) {
 void write_method(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<h2>Method and uncertainty</h2>\n";
     write_budget(out, test);
-    out << "<ul><li>Deviation = position without compensation now, minus that in the first pass, of the same bore, "
-           "orientation and state.</li><li>Touch: the touches of a bore against each other, from visit to visit. "
+    out << "<ul><li>Deviation = position without compensation now, minus that in the first pass, of the same "
+           "bore, "
+           "orientation and state.</li><li>Touch: the touches of a bore against each other, from visit to "
+           "visit. "
            "About their circle they scatter by "
         << um(test.touch_scatter)
-        << " \u00b5m, with the lobes of the probe, which do not change.</li><li>Seat: the scatter of the passes about "
-           "a smooth curve, less the touches. A few passes show little of it: 1 \u00b5m is expected beforehand, and k "
-           "grows.</li><li>Drift in the pass: it is removed by the bore that is probed twice. An eighth of it may "
-           "remain.</li><li>Reference pass: it has touch, seat and drift once more.</li><li>Artifact: its own expansion is not in U. 120 mm of steel grow by "
+        << " \u00b5m, with the lobes of the probe, which do not change.</li><li>Seat: the scatter of the "
+           "passes about "
+           "a smooth curve, less the touches. A few passes show little of it: 1 \u00b5m is expected "
+           "beforehand, and k "
+           "grows.</li><li>Drift in the pass: it is removed by the bore that is probed twice. An eighth of "
+           "it may "
+           "remain.</li><li>Reference pass: it has touch, seat and drift once more.</li><li>Artifact: its "
+           "own expansion is not in U. 120 mm of steel grow by "
            "2.8 \u00b5m in 2 K.</li><li>Fail: a deviation less U "
-           "is above the tolerance, at any time. Pass: each deviation plus U is within it, and the test has reached "
-           "its end. All else is not determined.</li><li>Where the compensation does nothing, a sensor that is not "
+           "is above the tolerance, at any time. Pass: each deviation plus U is within it, and the test has "
+           "reached "
+           "its end. All else is not determined.</li><li>Where the compensation does nothing, a sensor that "
+           "is not "
            "logged may be frozen: the two cannot be distinguished.</li></ul>\n";
 }
 

@@ -35,7 +35,8 @@ std::string clause(const GrowthLog& log) {
                              : log.warming == "axes" ? "Thermal distortion caused by moving linear axes"
                                                      : "Thermal distortion caused by rotating spindle";
     return what +
-           ", after ISO 230-3. Not an ISO 230-3 test: that reads displacement sensors at a mandrel, and this a probe "
+           ", after ISO 230-3. Not an ISO 230-3 test: that reads displacement sensors at a mandrel, and this "
+           "a probe "
            "at a stopped spindle";
 }
 

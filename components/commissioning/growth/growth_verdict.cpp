@@ -28,7 +28,8 @@ void say_stable(GrowthAnalysis& analysis, const std::array<GrowthOfAxis, 3>& axe
                                    " per hour cannot be seen; it may go on, and it may turn.");
     else
         analysis.reasons.push_back(
-            "Stable means here: the temperatures stand. The displacements do not cover the last hour, so a drift "
+            "Stable means here: the temperatures stand. The displacements do not cover the last hour, so a "
+            "drift "
             "may go on, and it may turn.");
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto& curve = axes[axis].curve;

@@ -86,7 +86,8 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
             for (const auto& [side, p] : places)
                 if (std::abs(side) == 3) visit.rests[side].push_back(p.z() - visit.place.z());
         }
-        if (is_sphere) visit.x_per_touch = visit.y_per_touch = std::sqrt(0.5), visit.z_per_touch = std::sqrt(1.25);
+        if (is_sphere)
+            visit.x_per_touch = visit.y_per_touch = std::sqrt(0.5), visit.z_per_touch = std::sqrt(1.25);
         visits.push_back(visit);
     }
     return visits;
@@ -121,7 +122,8 @@ using Visits = std::vector<GrowthVisit>;
 // Visits that follow each other, of one pass, without a break.
 std::size_t end_of_pass(const Visits& visits, std::size_t begin) {
     std::size_t end = begin;
-    while (end < visits.size() && visits[end].pass == visits[begin].pass && visits[end].part == visits[begin].part)
+    while (end < visits.size() && visits[end].pass == visits[begin].pass &&
+           visits[end].part == visits[begin].part)
         ++end;
     return end;
 }
@@ -208,7 +210,8 @@ TouchRepeats touch_repeats(const std::vector<GrowthVisit>& visits) {
     // Each visit's touches against each other, as a row by direction; and the mean of these rows.
     struct Rows {
         std::vector<double> sum;
-        double squares = 0, count = 0, loose = 0;  // loose: touches, less the parameters of the circle or face
+        double squares = 0, count = 0,
+               loose = 0;  // loose: touches, less the parameters of the circle or face
     };
     std::map<std::pair<GrowthVisit::Key, bool>, Rows> all;
     for (const GrowthVisit& visit : visits)

@@ -178,7 +178,8 @@ static int carry_out(int argc, char** argv) {
     identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
     GrowthFitOptions fit;
     bool json = false;
-    CLI::App* const fitting = app.add_subcommand("fit", "Predicts the steady state of columns of a CSV file.");
+    CLI::App* const fitting =
+        app.add_subcommand("fit", "Predicts the steady state of columns of a CSV file.");
     fitting->add_option("series", fit.file, "CSV file whose first line names the columns.")
         ->required()
         ->type_name("SERIES");
