@@ -256,9 +256,9 @@ def bench(seed, count, output, place):
         print(head(diameter))
         print("\n".join(row(*each) for each in results if each[0].diameter == diameter and not each[0].near) + "\n")
     near = [each for each in results if each[0].near]
-    moves, bad = moves_of(each for each in results if not each[0].near)
+    moves, bad = moves_of(results)
     print(f"{bad} of {moves} moves ({bad / max(moves, 1):.3%}) left more than there was.")
-    print("Of tools close to the tolerance {1} of {0}: a height of three sigmas may be one and a half.".format(*moves_of(near)))
+    print("Of these, tools close to the tolerance: {1} of {0}. A height of three sigmas may be one and a half.".format(*moves_of(near)))
     for diameter in WORKS:
         print(f"\n{f'Tools within {2 * UM * WORKS[diameter].tolerance:g} um of the centre, D {diameter} mm':48}{'within':>8}{'said':>8}{'outside':>9}")
         print("\n".join(centre_row(*each) for each in near if each[0].diameter == diameter))
