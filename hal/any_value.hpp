@@ -7,7 +7,7 @@
 // moment; find it again if a wrong value could do harm.
 #pragma once
 
-#include <hal.h>
+#include "hal/linuxcnc_series.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -18,12 +18,12 @@
 
 namespace plumb::hal {
 
-// The content of a bit, an s32 or u32, or a float.
+// The content of a bit, a whole number, or a float.
 using Value = std::variant<bool, std::int64_t, double>;
 
 class AnyValue {
 public:
-    enum class Type { bit, real, s32, u32, port };
+    enum class Type { bit, real, s32, u32, s64, u64, port };
 
     AnyValue(hal_type_t type, hal_data_u* data) : type_(type_of(type)), data_(data) {}
 
@@ -37,19 +37,25 @@ public:
             case Type::real: return "float";
             case Type::s32: return "s32";
             case Type::u32: return "u32";
+            case Type::s64: return "s64";
+            case Type::u64: return "u64";
             case Type::port: break;
         }
         return "port";
     }
 
-    // As a double, which holds every value of every type but a port's (a handle).
+    // As a double, which holds every value of every type but a port's (a handle), and of 64 bits those up to 2^53.
     double number() const {
         switch (type_) {
             case Type::bit: return data_->b ? 1.0 : 0.0;
             case Type::real: return data_->f;
             case Type::s32: return data_->s;
             case Type::u32: return data_->u;
-            case Type::port: break;
+#ifdef PLUMB_LINUXCNC_2_10
+            case Type::s64: return static_cast<double>(data_->ls);
+            case Type::u64: return static_cast<double>(data_->lu);
+#endif
+            default: break;
         }
         return data_->p;
     }
@@ -61,6 +67,8 @@ public:
             case Type::real: return true;
             case Type::s32: return whole_within<std::int32_t>(number);
             case Type::u32: return whole_within<std::uint32_t>(number);
+            case Type::s64: return std::trunc(number) == number && std::abs(number) <= largest_whole;
+            case Type::u64: return std::trunc(number) == number && number >= 0 && number <= largest_whole;
             case Type::port: break;
         }
         return false;
@@ -74,7 +82,11 @@ public:
             case Type::real: data_->f = number; break;
             case Type::s32: data_->s = static_cast<std::int32_t>(number); break;
             case Type::u32: data_->u = static_cast<std::uint32_t>(number); break;
-            case Type::port: break;
+#ifdef PLUMB_LINUXCNC_2_10
+            case Type::s64: data_->ls = static_cast<std::int64_t>(number); break;
+            case Type::u64: data_->lu = static_cast<std::uint64_t>(number); break;
+#endif
+            default: break;
         }
     }
 
@@ -98,9 +110,15 @@ private:
             case HAL_FLOAT: return Type::real;
             case HAL_S32: return Type::s32;
             case HAL_U32: return Type::u32;
+#ifdef PLUMB_LINUXCNC_2_10
+            case HAL_S64: return Type::s64;
+            case HAL_U64: return Type::u64;
+#endif
             default: return Type::port;
         }
     }
+
+    static constexpr double largest_whole = 9007199254740992.0;  // 2^53: a double holds all whole numbers up to it
 
     template <class Whole>
     static bool whole_within(double number) {

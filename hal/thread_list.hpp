@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The threads of HAL and their functions, as a realtime module sees them. LinuxCNC has no call for this, so
-// the layout of the lists in HAL's memory stands here. All of LinuxCNC 2.9 has it; any other is not read.
+// the layouts of the lists in HAL's memory stand here: those of LinuxCNC 2.9 and 2.10; any other is not read.
 #pragma once
 
+#include "hal/linuxcnc_series.hpp"
 #include "hal/value.hpp"
 
 #include <rtapi_mutex.h>
@@ -40,13 +41,55 @@ namespace layout {
 using Offset = std::intptr_t;  // from the beginning of the memory, 0 for nothing
 using Name = std::array<char, HAL_NAME_LEN + 1>;
 
+inline constexpr int most = 10000;  // elements of a list, so that a damaged one has an end
+
+#ifdef PLUMB_LINUXCNC_2_10
+inline constexpr int version = 0x14;
+inline constexpr Offset size = 2 * 256 * 4096;
+
+// A thread may take it again while it has it.
+struct RecursiveLock {
+    unsigned long go_on;  // its lowest bit lets one that waits go on
+    int takers, depth, thread;
+
+    bool try_take() {
+        int none = 0;
+        if (!__atomic_compare_exchange_n(&takers, &none, 1, false, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)) return false;
+        thread = nobody_elses;
+        depth = 1;
+        return true;
+    }
+    void give() {
+        depth = 0;
+        thread = 0;
+        if (__atomic_sub_fetch(&takers, 1, __ATOMIC_ACQ_REL) > 0) __atomic_fetch_or(&go_on, 1UL, __ATOMIC_RELEASE);
+    }
+
+    static constexpr int nobody_elses = -1;  // no thread has this number
+};
+using Lock = RecursiveLock;
+using Number = void*;  // a handle
+using Longest = void*;
+using Flag = void*;
+#else
 inline constexpr int version = 0x10;
 inline constexpr Offset size = 256 * 4096;
-inline constexpr int most = 10000;  // elements of a list, so that a damaged one has an end
+
+struct BitLock {
+    unsigned long taken;
+
+    bool try_take() { return rtapi_mutex_try(&taken) == 0; }
+    void give() { rtapi_mutex_give(&taken); }
+};
+using Lock = BitLock;
+using Number = std::int32_t*;
+using Longest = std::int32_t;
+using Flag = bool;
+#endif
 
 struct Head {
     int version;
-    unsigned long lock;
+    Lock lock;
     std::int32_t bytes_left;
     void* constructor;
     Name prefix, argument;
@@ -61,8 +104,9 @@ struct Function {
     int reentrant, users;
     void* argument;
     void (*code)(void*, long);
-    std::int32_t *time, longest_time;
-    bool longer;
+    Number time;
+    Longest longest_time;
+    Flag longer;
     Name name;
 };
 
@@ -82,8 +126,17 @@ struct Thread {
     int floating_point;
     long period;
     int priority, task;
-    std::int32_t *time, longest_time;
+    Number time;
+    Longest longest_time;
+#ifdef PLUMB_LINUXCNC_2_10
+    void* beat;
+    std::int64_t beats;
+#endif
     Links functions;
+#ifdef PLUMB_LINUXCNC_2_10
+    Links first_functions;  // run once, before the first period
+    int first_done;
+#endif
     Name name;
 };
 
@@ -122,11 +175,11 @@ inline ThreadList read(const Head& head) {
 // Nothing if another program changes the lists this moment, or HAL is of an unknown kind. Waits for nobody.
 inline std::optional<ThreadList> list_threads() {
     auto* const head = &hal_shmem_base ? reinterpret_cast<layout::Head*>(hal_shmem_base) : nullptr;
-    if (!head || head->version != layout::version || rtapi_mutex_try(&head->lock) != 0) return std::nullopt;
-    struct Lock {
-        unsigned long* lock;
-        ~Lock() { rtapi_mutex_give(lock); }
-    } const lock{&head->lock};
+    if (!head || head->version != layout::version || !head->lock.try_take()) return std::nullopt;
+    struct Guard {
+        layout::Lock& lock;
+        ~Guard() { lock.give(); }
+    } const guard{head->lock};
     return layout::read(*head);
 }
 

@@ -27,6 +27,7 @@
 #include <thread>
 #include <vector>
 
+#include "hal/linuxcnc_series.hpp"
 #include "hal/client/client.hpp"
 #include "hal/command_line.hpp"
 #include "hal/commands/command.hpp"
@@ -192,21 +193,25 @@ Findings linuxcnc(const Trial& trial) {
         return {{Mark::wrong, "LinuxCNC is not installed: there is no linuxcnc_var in PATH.",
                  as_root("apt install linuxcnc-uspace")}};
     Findings findings;
-    if (version->rfind("2.9", 0) == 0 && !std::isdigit(static_cast<unsigned char>(version->c_str()[3])))
+    const std::string series = hal::linuxcnc_series;
+    const bool fits = version->rfind(series, 0) == 0 &&
+                      !std::isdigit(static_cast<unsigned char>(version->c_str()[series.size()]));
+    if (fits)
         findings.push_back({Mark::ok, "LinuxCNC " + *version + "."});
     else
-        findings.push_back({Mark::wrong,
-                            "LinuxCNC " + *version +
-                                ": Plumb is made for 2.9. The HAL of 2.10 (master) is another, and not yet "
-                                "supported.",
-                            as_root("apt install --allow-downgrades 'linuxcnc-uspace=2.9*'")});
+        findings.push_back(
+            {Mark::wrong,
+             "LinuxCNC " + *version + ": this Plumb was built for " + series +
+                 ". The modules of one series do not load in another. Install the package of Plumb for your "
+                 "LinuxCNC, build Plumb again, or install LinuxCNC " + series + " again.",
+             as_root("apt install --allow-downgrades 'linuxcnc-uspace=*" + series + "*'")});
     if (!trial.stock_failed.empty())
         findings.push_back({Mark::wrong, "Its HAL does not work in Plumb's host: " + trial.stock_failed,
                             as_root("apt install --reinstall linuxcnc-uspace")});
     else if (trial.not_started.empty())
         findings.push_back({Mark::ok,
                             "Tried: its halcmd, HAL library and modules work in virtual time, through the "
-                            "realtime interface of 2.9; the version of HAL's memory is " +
+                            "realtime interface of " + series + "; the version of HAL's memory is " +
                                 std::to_string(trial.hal_version) + '.'});
     const std::string realtime = running_realtime();
     if (!realtime.empty()) findings.push_back({Mark::ok, "It is running now: " + realtime + '.'});

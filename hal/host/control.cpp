@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/control.hpp"
 
+#include <rtapi.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -254,9 +256,9 @@ void Control::let_unloaded_go() {
         timeline_.look_again();  // at once: HAL has something else in that memory now
 }
 
-int Control::rtapi_command(const std::vector<std::string>& words, pid_t process) {
+RtapiAnswer Control::rtapi_command(const std::vector<std::string>& words, pid_t process) {
     const OutputOf output(process);
-    if (words.empty()) return 0;
+    if (words.empty()) return {0};
     const std::string& command = words[0];
     if (command == "exit" && words.size() == 1) {
         // Stock rtapi_app ends, and the next halcmd starts a new one; here the next one finds an empty host.
@@ -264,23 +266,35 @@ int Control::rtapi_command(const std::vector<std::string>& words, pid_t process)
             unload_all();
         else
             end_ = true;
-        return 0;
+        return {0};
     }
     if (command == "load" && words.size() >= 2) {
         take_over_ini_file(process);
         const int result = modules_.load(words[1], {words.begin() + 2, words.end()});
         let_unloaded_go();
-        return result;
+        return {result};
     }
     if (command == "unload" && words.size() == 2) {
         const int result = modules_.unload(words[1]);
         let_unloaded_go();
-        return result;
+        return {result};
     }
     if (command == "newinst" && (words.size() == 3 || words.size() == 4))
-        return modules_.new_instance(words[1], words[2], words.size() == 4 ? words[3] : "");
+        return {modules_.new_instance(words[1], words[2], words.size() == 4 ? words[3] : "")};
+    // LinuxCNC 2.10 alone has these.
+    if ((command == "start" || command == "ping") && words.size() == 1) return {0};
+    if (command == "check_rt" && words.size() == 1) return {1, "No realtime"};
+    if (command == "debug" && words.size() == 2) {
+        char* end = nullptr;
+        const long level = std::strtol(words[1].c_str(), &end, 10);
+        if (words[1].empty() || *end != '\0' || level < RTAPI_MSG_NONE || level > RTAPI_MSG_ALL) {
+            print_message("The debug level '" + words[1] + "' is not a number from 0 to 5\n", true);
+            return {-EINVAL};
+        }
+        return {rtapi_set_msg_level(static_cast<int>(level))};
+    }
     print_message("Unrecognized command starting with " + command + "\n", true);
-    return -1;
+    return {-1};
 }
 
 void Control::control_request(Server::Connection from, const std::string& line) {

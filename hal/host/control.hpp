@@ -51,7 +51,7 @@ public:
     // cannot be made.
     int run_program(const std::vector<std::string>& words, int end_descriptor);
 
-    int rtapi_command(const std::vector<std::string>& words, pid_t process) override;
+    RtapiAnswer rtapi_command(const std::vector<std::string>& words, pid_t process) override;
     void control_request(Server::Connection from, const std::string& line) override;
     void request_too_long(Server::Connection from) override;
     void control_request_waits(const std::string& line) override;

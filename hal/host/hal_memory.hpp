@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The beginning of HAL's memory, the same in all LinuxCNC 2.x.
+// The beginning of HAL's memory, and its lock. The version tells which of two layouts it has.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,16 @@ namespace plumb::host {
 
 struct HalMemory {
     int version;         // of the layout; hal_lib and user-space programs compare it
-    unsigned long lock;  // its lowest bit is set while it is held
+    unsigned long lock;  // LinuxCNC 2.9: its lowest bit is set while it is held. 2.10: it is set to let one
+                         // that waits go on
+
+    // Since LinuxCNC 2.10: a thread may take the lock again while it has it.
+    int takers;  // that have the lock or wait for it, each as often as it asked
+    int depth;   // how often the present thread has it
+    int thread;  // 0 if none has it
+
+    static constexpr int with_recursive_lock = 0x14;
+    bool recursive() const { return version >= with_recursive_lock; }
 };
 static_assert(offsetof(HalMemory, lock) == sizeof(unsigned long));  // at 8, or at 4 on 32 bit, as HAL has it
 

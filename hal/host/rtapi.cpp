@@ -22,6 +22,7 @@
 #include "hal/host/rtapi.hpp"
 #include "hal/host/scheduler.hpp"
 #include "hal/host/shared_memory.hpp"
+#include "hal/linuxcnc_series.hpp"
 
 using plumb::host::scheduler;
 using plumb::host::Scheduler;
@@ -269,6 +270,9 @@ int rtapi_task_self() {
 void rtapi_wait() {
     scheduler().wait();
 }
+#ifdef PLUMB_LINUXCNC_2_10
+void rtapi_task_self_resync() {}  // no period is ever late
+#endif
 
 long long rtapi_task_pll_get_reference() {
     return scheduler().running() < 0 ? 0 : scheduler().time();
@@ -285,6 +289,11 @@ int rtapi_is_kernelspace() {
 int rtapi_is_realtime() {
     return 0;
 }
+#ifdef PLUMB_LINUXCNC_2_10
+rtapi_realtime_type_t rtapi_get_realtime_type() {
+    return REALTIME_TYPE_NONE;
+}
+#endif
 int rtapi_open_as_root(const char*, int) {
     return plumb::host::refuse("no file is opened as root");
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/run_watch.hpp"
 
+#include "hal/linuxcnc_series.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
@@ -44,11 +46,11 @@ std::uint64_t work_of(const std::vector<pid_t>& processes) {
 std::optional<std::string> realtime_beside(const Programs& programs) {
     const std::vector<pid_t> found = programs.called("rtapi_app");
     if (std::none_of(found.begin(), found.end(), serves_hal)) return std::nullopt;
-    return "halcmd has started a realtime of LinuxCNC's own (rtapi_app) instead of using the virtual-time "
-           "host: "
-           "it does not look for the host at RTAPI_FIFO_PATH, as halcmd of LinuxCNC 2.9 does. The host works "
-           "with "
-           "LinuxCNC 2.9; 'plumb doctor' shows which one is installed";
+    return std::string(
+               "halcmd has started a realtime of LinuxCNC's own (rtapi_app) instead of using the "
+               "virtual-time host: "
+               "it does not look for the host at RTAPI_FIFO_PATH. The host was built for LinuxCNC ") +
+           hal::linuxcnc_series + "; 'plumb doctor' shows which one is installed";
 }
 
 std::optional<std::string> RunWatch::look(const Programs& programs, bool own_hal) {

@@ -11,11 +11,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <optional>
 #include <stdexcept>
 
 #include "hal/host/line_buffer.hpp"
 #include "hal/host/messages.hpp"
+#include "hal/host/rtapi_protocol.hpp"
 #include "hal/socket_folder.hpp"
 
 namespace plumb::host {
@@ -26,42 +26,9 @@ namespace {
     throw std::runtime_error(what + ": " + std::strerror(errno));
 }
 
-// Reads "COUNT " from `at` on and moves `at` behind it. Nothing when the text is not complete.
-// Throws std::runtime_error when it is no number.
-std::optional<std::size_t> take_number(std::string_view text, std::size_t& at) {
-    constexpr std::size_t most_digits = 9;
-    const std::string_view rest = text.substr(at, most_digits + 1);
-    const std::size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
-    const bool ends = digits < rest.size();
-    if (digits > most_digits || (ends && (rest[digits] != ' ' || digits == 0)))
-        throw std::runtime_error("a number is wrong");
-    if (!ends) return std::nullopt;
-    const std::size_t number = std::stoul(std::string(rest.substr(0, digits)));
-    const std::size_t end = at + digits;
-    at = end + 1;
-    return number;
-}
-
-// The words of a request of rtapi_app's protocol, "COUNT " and then "LENGTH BYTES" for each; nothing when
-// the text is not complete. Throws std::runtime_error when it is something else.
-std::optional<std::vector<std::string>> words_of(std::string_view text) {
-    std::size_t at = 0;
-    const auto count = take_number(text, at);
-    if (!count) return std::nullopt;
-    std::vector<std::string> words;
-    while (words.size() < *count) {
-        const auto length = take_number(text, at);
-        if (!length || text.size() - at < *length) return std::nullopt;
-        words.emplace_back(text.substr(at, *length));
-        at += *length;
-    }
-    return words;
-}
-
-constexpr std::size_t most_unsent = 1 << 20;      // bytes of answers
-constexpr std::size_t longest_command = 1 << 18;  // bytes of a request of rtapi_app's protocol
-constexpr int most_pieces = 4;                    // LineBuffer's, of a connection, before the next one's turn
-constexpr int most_at_once = 64;                  // requests of a connection, before the next one's turn
+constexpr std::size_t most_unsent = 1 << 20;  // bytes of answers
+constexpr int most_pieces = 4;                // LineBuffer's, of a connection, before the next one's turn
+constexpr int most_at_once = 64;              // requests of a connection, before the next one's turn
 
 // Whether the other end is closed, while nothing is read from it.
 bool hung_up(int descriptor) {
@@ -83,12 +50,26 @@ bool trusted(int descriptor) {
     return user == geteuid() || user == 0;
 }
 
+// A socket that listens on `path`: as a file, or with `abstract` 1 in the abstract namespace, where rtapi_app
+// of LinuxCNC 2.10 looks for it.
+int listening(const std::string& path, std::size_t abstract) {
+    const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path + abstract, path.c_str(), sizeof address.sun_path - 1 - abstract);
+    if (listener < 0 || bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
+        listen(listener, 64) != 0)
+        fail("cannot listen on " + path);
+    return listener;
+}
+
 }  // namespace
 
 struct Server::Peer {
     Connection connection;
     int descriptor;
     bool is_client;       // the one that started this host
+    bool frames = false;  // rtapi_app of LinuxCNC 2.10
     bool busy = false;    // a request is under way
     bool finish = false;  // close as soon as all is sent
     bool gone = false;
@@ -108,13 +89,7 @@ bool Server::takes_requests(const Peer& peer) {
 
 Server::Server(Service& service, int control_descriptor)
     : service_(service), path_(folder_.path() + "/" + hal::socket_name) {
-    listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
-    if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
-        listen(listener_, 64) != 0)
-        fail("cannot listen on " + path_);
+    listeners_ = {listening(path_, 0), listening(path_, 1)};
     admit_rtapi_app();
 
     if (control_descriptor >= 0) {
@@ -126,7 +101,7 @@ Server::Server(Service& service, int control_descriptor)
 
 Server::~Server() {
     for (Peer& peer : peers_) close(peer.descriptor);
-    if (listener_ >= 0) close(listener_);
+    for (const int listener : listeners_) close(listener);
 }
 
 // When root runs LinuxCNC's rtapi_app, it opens the socket with the rights of the user in RTAPI_UID. That
@@ -143,7 +118,7 @@ void Server::admit_rtapi_app() const {
 }
 
 void Server::add_to(std::vector<pollfd>& waits) const {
-    waits.push_back({listener_, POLLIN, 0});
+    for (const int listener : listeners_) waits.push_back({listener, POLLIN, 0});
     for (const Peer& peer : peers_)
         waits.push_back({peer.descriptor,
                          static_cast<short>((takes_bytes(peer) ? POLLIN : POLLRDHUP) |
@@ -152,14 +127,15 @@ void Server::add_to(std::vector<pollfd>& waits) const {
 }
 
 void Server::accept_all() {
-    for (;;) {
-        const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-        if (descriptor < 0) return;
-        if (!trusted(descriptor)) {
-            close(descriptor);
-            continue;
+    for (const int listener : listeners_) {
+        for (;;) {
+            const int descriptor = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+            if (descriptor < 0) break;
+            if (trusted(descriptor))
+                peers_.push_back({++last_, descriptor, false, listener == listeners_.back()});
+            else
+                close(descriptor);
         }
-        peers_.push_back({++last_, descriptor, false});
     }
 }
 
@@ -203,8 +179,9 @@ void Server::receive(Peer& peer) {
 
 void Server::take_requests(Peer& peer) {
     const std::string_view waiting = peer.received.waiting();
-    if (!waiting.empty() && waiting[0] >= '0' && waiting[0] <= '9' && !peer.is_client) {
-        if (!take_text_request(peer)) peer.gone = true;
+    const bool text = !waiting.empty() && waiting[0] >= '0' && waiting[0] <= '9' && !peer.is_client;
+    if (peer.frames || text) {
+        if (!take_rtapi_request(peer)) peer.gone = true;
         return;
     }
     for (int count = 0; count < most_at_once && takes_requests(peer); ++count) {
@@ -232,15 +209,15 @@ bool Server::has_requests() {
     });
 }
 
-bool Server::take_text_request(Peer& peer) {
+bool Server::take_rtapi_request(Peer& peer) {
     try {
         if (peer.finish) return true;
-        const auto words = words_of(peer.received.waiting());
-        if (!words && peer.received.waiting().size() > longest_command)
-            throw std::runtime_error("it is too long");
+        const std::string_view waiting = peer.received.waiting();
+        const auto words = peer.frames ? words_of_frame(waiting) : words_of_text(waiting);
         if (!words) return true;
         peer.finish = true;
-        peer.unsent = std::to_string(service_.rtapi_command(*words, process_at(peer.descriptor).pid)) + " ";
+        const RtapiAnswer answer = service_.rtapi_command(*words, process_at(peer.descriptor).pid);
+        peer.unsent = peer.frames ? frame_of(answer) : text_of(answer);
         return true;
     } catch (const std::runtime_error& error) {
         print_message(

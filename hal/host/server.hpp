@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The host's socket and the descriptor that its client passed on. A connection that begins with a digit
-// speaks the text protocol of LinuxCNC's rtapi_app; one that begins with '{' speaks the control protocol, a
-// JSON object a line. Requests of one connection are taken one after the other; connections do not wait for
-// each other. Requests are read as they are taken, and taken as their answers are read: no connection fills
-// the memory, or keeps the others waiting.
+// speaks the text protocol of rtapi_app of LinuxCNC 2.9; one that begins with '{' speaks the control
+// protocol, a JSON object a line. A second socket, of the same name in the abstract namespace, is for
+// rtapi_app of LinuxCNC 2.10, which sends binary frames. Requests of one connection are taken one after the
+// other; connections do not wait for each other. Requests are read as they are taken, and taken as their
+// answers are read: no connection fills the memory, or keeps the others waiting.
 #pragma once
 
 #include <poll.h>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "hal/host/host_folder.hpp"
+#include "hal/host/rtapi_protocol.hpp"
 
 namespace plumb::host {
 
@@ -24,7 +26,7 @@ public:
     class Service {
     public:
         // Carries out a command of rtapi_app for a process; returns its result.
-        virtual int rtapi_command(const std::vector<std::string>& words, pid_t process) = 0;
+        virtual RtapiAnswer rtapi_command(const std::vector<std::string>& words, pid_t process) = 0;
 
         // Takes a request. The answer may come later, by Server::answer().
         virtual void control_request(Connection from, const std::string& line) = 0;
@@ -86,14 +88,14 @@ private:
     void receive(Peer& peer);
     void take_requests(Peer& peer);
     void take_request(Peer& peer, bool too_long);
-    bool take_text_request(Peer& peer);
+    bool take_rtapi_request(Peer& peer);
     void transmit(Peer& peer);
     Peer* find(Connection connection);
 
     Service& service_;
     HostFolder folder_;
     std::string path_;
-    int listener_ = -1;
+    std::vector<int> listeners_;  // the file, and the abstract one
     std::list<Peer> peers_;
     Connection last_ = 0;
     bool client_gone_ = false;

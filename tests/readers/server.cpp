@@ -30,12 +30,12 @@ public:
     host::Server* server = nullptr;
     std::size_t taken = 0, closed_ones = 0;
 
-    int rtapi_command(const std::vector<std::string>& words, pid_t) override {
+    host::RtapiAnswer rtapi_command(const std::vector<std::string>& words, pid_t) override {
         std::size_t bytes = 0;
         for (const std::string& word : words) bytes += word.size();
         demand(bytes <= most, "a command has a limit");
         ++taken;
-        return 0;
+        return {0, "taken"};
     }
     void control_request(host::Server::Connection from, const std::string& line) override {
         demand(line.size() <= most, "a request has a limit");

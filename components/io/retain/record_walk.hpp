@@ -53,7 +53,7 @@ public:
     void check(const Records& records) const {
         for (const Retained::Record& record : records) {
             for (const std::string& field : fields_)
-                if (!record.count(field) && pins_.at("restore-" + field).type_name() != "float")
+                if (!record.count(field) && pins_.at("restore-" + field).type() != hal::AnyValue::Type::real)
                     throw Unfit("the records of " + component_ + " are kept without " + field);
             for (const auto& [field, value] : record) {
                 const auto pin = pins_.find("restore-" + field);
