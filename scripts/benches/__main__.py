@@ -3,8 +3,9 @@
 
 import ast
 import glob
-import importlib
+import importlib.util
 import os
+import re
 import sys
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -27,8 +28,19 @@ def usage():
     return "\n".join(lines + ["", f"`{COMMAND} NAME --help` prints the options of a bench.", ""])
 
 
+def require(bench):
+    """Ends with a command if the packages of a bench are missing. scripts/bench has installed them before."""
+    with open(os.path.join(FOLDER, bench + ".py"), encoding="utf-8") as file:
+        packages = re.findall(r'^PACKAGES = "(.*)"$', file.read(), re.M)
+    for package in " ".join(packages).split():
+        if package.startswith("python3-") and importlib.util.find_spec(package[len("python3-"):]) is None:
+            sys.exit(f"{COMMAND}: {bench} needs {package}: sudo apt install {package}")
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 2 or sys.argv[1] not in benches():
         sys.stderr.write(usage())
         sys.exit(2)
+    if "--help" not in sys.argv:
+        require(sys.argv[1])
     importlib.import_module(sys.argv.pop(1)).main()

@@ -52,6 +52,32 @@ class Usage(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr), (2, self.run_script().stderr), word)
 
 
+class WithoutMatplotlib(unittest.TestCase):
+    """The package of Debian does not bring matplotlib along: it is large."""
+
+    def run_without(self, *words):
+        folder = own_folder(self)
+        with open(os.path.join(folder, "sitecustomize.py"), "w", encoding="utf-8") as file:
+            file.write('import sys\nsys.modules["matplotlib"] = None\n')
+        return subprocess.run(
+            ["/usr/bin/python3", "-B", *words], env={**os.environ, "PYTHONPATH": f"{folder}:{BUILD}/python"},
+            capture_output=True, text=True, timeout=60, check=False)
+
+    def test_a_bench_that_draws_names_the_command_before_it_begins(self):
+        done = self.run_without(BENCHES, "mill")
+        sentence = "mill needs python3-matplotlib: sudo apt install python3-matplotlib\n"
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", "scripts/bench: " + sentence))
+
+    def test_contacts_name_it_for_a_chart(self):
+        recording = os.path.join(own_folder(self), "load.txt")
+        with open(recording, "w", encoding="utf-8") as file:
+            file.write("0\n")
+        done = self.run_without(os.path.join(BUILD, "bin", "plumb-contacts"), recording, "--chart", "chart.png")
+        self.assertNotIn("Traceback", done.stderr)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--chart needs python3-matplotlib: sudo apt install python3-matplotlib", done.stderr)
+
+
 def constants(tree):
     """Name -> value of the constants of a module that are literals."""
     found = {}

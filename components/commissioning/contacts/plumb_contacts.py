@@ -4,6 +4,7 @@
 """Reports what compensation would have done on a machine, from a recording of it. See plumb-contacts(1)."""
 
 import argparse
+import importlib.util
 import os
 import sys
 import tempfile
@@ -651,6 +652,8 @@ def main():
     parser.add_argument("--summary", action="version", version=SUMMARY, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     try:
+        if arguments.chart and importlib.util.find_spec("matplotlib") is None:
+            raise Unusable("--chart needs python3-matplotlib: sudo apt install python3-matplotlib")
         recording = Recording(arguments.recording, arguments.period)
         show_recording(recording)
         missing = list(unwired(recording))
