@@ -32,6 +32,10 @@ struct LearnedRow final : hal::RecordRow<DeadPointLearning::Learned> {
                              "Distance that the axis turns beyond its command at 82 % of its speed."};
     Field<double> upper_slow{this, record.slow[1], "upper-slow", "mu",
                              "Distance that the axis turns beyond its command at 82 % of its speed."};
+    Field<double> lower_shown{this, record.shown[0], "lower-shown", "mu/s2",
+                              "Acceleration of the axis itself after the lower dead point."};
+    Field<double> upper_shown{this, record.shown[1], "upper-shown", "mu/s2",
+                              "Acceleration of the axis itself after the upper dead point."};
 };
 
 }  // namespace plumb

@@ -84,15 +84,6 @@ public:
         }
     }
 
-    // Whether the last stroke that left this end has shown as much of its level as one at a lower level.
-    bool shows(bool upper) const noexcept {
-        return known_[upper] && ratio_[upper] >= enough * expected_ratio();
-    }
-    // What the strokes at this level have shown is expected of the next one.
-    void refer() noexcept {
-        reference_ = std::clamp(std::min(ratio_[0], ratio_[1]), 0.2, 1.0);
-        reference_level_ = level_;
-    }
     // Whether it strokes with the level that a restart begins with.
     bool pauses() const noexcept { return level_ == pause && brakes_ == pause; }
     // The force of this level has been shown: a stroke brakes by it, too.

@@ -157,8 +157,9 @@ public:
     // True if the ends of the strokes to come have changed.
     bool shown(bool upper, double commanded, double done) noexcept {
         climb_.shown(upper, commanded, done);
-        shown_[upper] = commanded;
-        return unshown_ > 0 && confirm(upper, climb_.shows(upper));
+        commanded_[upper] = commanded;
+        shown_[upper] = done;
+        return unshown_ > 0 && confirm(upper);
     }
 
     // The axis has fallen behind a stroke, which was given up, while the speed rises.
@@ -179,7 +180,10 @@ public:
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
     // acceleration of the reversal, and the speed, of strokes at the present speed factor.
     Verdict measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
-        if (std::exchange(shorter_[upper], false)) return Verdict::none;
+        if (std::exchange(shorter_[upper], false)) {
+            offset_[upper] = bounded(remembered(upper), settings_.most);
+            return Verdict::none;
+        }
         error_[upper] = error;
         used_offset_[upper] = used;
         excess_[upper] = error - used;
@@ -220,7 +224,7 @@ private:
         const double overshoot = 1.3 * a * std::max(per_acceleration_, strokes_.largest_overshoot());
         offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
         excess_ = excess_speed_ = last_excess_ = {};
-        slow_ = unknown;
+        slow_ = force_ = unknown;
         last_turning_ = 0;
         reference_ = answer_ = {};
         corrected_ = shorter_ = {false, false};
@@ -254,9 +258,9 @@ private:
         reference_[upper] = acceleration;
     }
 
-    // Mu, of a turn beside a section, which no even stroke explains.
+    // Mu, of a turn beside a section, which no even stroke explains: an axis that lags can turn beyond there.
     double uneven_doubt(double beyond) const noexcept {
-        return beyond > 0 ? settings_.inset + beyond / 2 : std::max(settings_.inset / 2, -0.6 * beyond);
+        return std::max(settings_.inset + std::max(beyond, 0.0) / 2, -0.6 * beyond);
     }
 
     void forget_turns() noexcept {
@@ -313,7 +317,7 @@ private:
             std::abs(error_[0]) <= settings_.tolerance && std::abs(error_[1]) <= settings_.tolerance;
         good_ = within ? std::min(good_ + 1, 2) : 0;
         if (!climb_.capped()) {
-            const double largest = std::min(shown_[0], shown_[1]) / seen_part;
+            const double largest = std::min(commanded_[0], commanded_[1]) / seen_part;
             proven_ = std::max(proven_, std::min(settings_.demand, largest));
             const double least = std::min(reference_[0], reference_[1]);
             if (least > 0) per_acceleration_ = std::max(excess_[0], excess_[1]) / least;
@@ -326,7 +330,8 @@ private:
         const std::array<double, 2> first = known ? known->first_offset : offset_;
         drift_ = drift_from(first);
         if (known && slow_ == unknown) slow_ = known->slow;
-        strokes_.remember({stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_, slow_});
+        if (known && force_ == unknown) force_ = known->shown;
+        strokes_.remember({stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_, slow_, force_});
         return Verdict::none;
     }
 
@@ -365,9 +370,9 @@ private:
         const double level = climb_.level();
         double growth = slope > 0 ? 1 + settings_.inset / (1.3 * slope * level) : Climb::fastest;
         if (climb_.pauses()) slow_ = excess_;
+        if (level >= 1) force_ = shown_;
         const bool same = climb_.pauses() && is_as_remembered();
         if (same) {
-            climb_.refer();
             growth = Climb::fastest;
             for (std::size_t i = 0; i < 2; ++i)
                 offset_[i] = bounded(std::min(offset_[i], remembered(i) - settings_.inset), settings_.most);
@@ -399,7 +404,7 @@ private:
     // Whether the axis turns at reduced speed as it did before the restart.
     bool is_as_remembered() noexcept {
         const Learned* known = strokes_.find(stroke_);
-        if (!known || doubted_ || known->slow == unknown) return false;
+        if (!known || doubted_ || known->slow == unknown || known->shown == unknown) return false;
         for (std::size_t i = 0; i < 2; ++i) {
             differs_[i] = excess_[i] - known->slow[i];
             const double close = settings_.most_beyond + 0.02 * std::abs(known->slow[i]);
@@ -408,9 +413,11 @@ private:
         return true;
     }
 
-    // A restored stroke at full speed whose acceleration is shown: the next one brakes by it at this end.
-    bool confirm(bool upper, bool shows) noexcept {
+    // A restored stroke at full speed that has the acceleration of before: the next one brakes by it at this
+    // end. Its first stroke is shorter, and ends a little inside.
+    bool confirm(bool upper) noexcept {
         --unshown_;
+        const bool shows = shown_[upper] >= as_before * strokes_.find(stroke_)->shown[upper];
         if (climb_.complete()) {
             if (shows) return false;
             doubted_ = true;
@@ -418,11 +425,12 @@ private:
             return true;
         }
         if (!shows) {
-            unshown_ = 0;
+            fall_behind();
             return false;
         }
         climb_.finish();
         for (std::size_t i = 0; i < 2; ++i) offset_[i] = bounded(remembered(i), settings_.most);
+        offset_[upper] -= (1 - again) * std::max(offset_[upper], 0.0);
         const double reversal = strokes_.find(stroke_)->reversal;
         reference_ = {reversal, reversal};
         shorter_[upper] = true;
@@ -445,6 +453,7 @@ private:
     static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
     static constexpr double nearly_all = 0.97;  // of an error
     static constexpr double again = 0.975;     // of a correction, in the first stroke of a region
+    static constexpr double as_before = 0.96;  // of an acceleration
 
     Settings settings_;
     Stroke stroke_;
@@ -455,7 +464,7 @@ private:
     std::array<double, 2> offset_{}, used_offset_{}, error_{};
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
-    std::array<double, 2> shown_{};                    // mu/s2, of the last strokes from both ends
+    std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends
     std::array<bool, 2> known_{};
     std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
     std::array<double, 2> answer_{};                    // of the error, to a correction; 0: unknown
@@ -469,6 +478,7 @@ private:
     double per_acceleration_ = 0;  // s2, the overshoot of this joint
     double limit_ = 0;             // mu/s2, of the last good speed, until open(); 0: none
     std::array<double, 2> slow_{};     // mu, beyond the command at the reduced speed of a restart
+    std::array<double, 2> force_{};    // mu/s2, shown_ in the last cycle before full speed
     std::array<double, 2> differs_{};  // mu, of that since the restart
     int cycles_ = 0, good_ = 0, trips_ = 0, slips_ = 0;
     int unshown_ = 0;  // strokes of a restored axis that have to show their acceleration

@@ -31,6 +31,8 @@ public:
         double proven = 0;  // mu/s2, the largest one that the joint has shown; 0 in an old record
         // Mu, by which the axis turns beyond its command at the speed of a restart; 0 in an old record.
         std::array<double, 2> slow{};
+        // Mu/s2, of the axis itself after the ends, in the last cycle before full speed; 0 in an old record.
+        std::array<double, 2> shown{};
 
         // False for NaN too.
         bool valid() const noexcept {
@@ -40,7 +42,7 @@ public:
                    within(stroke.acceleration, 1e9) && within(offset[0], 1e3) && within(offset[1], 1e3) &&
                    within(first_offset[0], 1e3) && within(first_offset[1], 1e3) && reversal > 0 &&
                    within(reversal, 1e9) && proven >= 0 && within(proven, 1e9) && within(slow[0], 1e3) &&
-                   within(slow[1], 1e3);
+                   within(slow[1], 1e3) && within(shown[0], 1e9) && within(shown[1], 1e9);
         }
     };
 

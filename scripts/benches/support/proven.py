@@ -9,7 +9,7 @@ KINDS = {"feed": "another feed", "region": "another region", "section": "a secti
 STROKES = 40  # that are watched
 DURATION = 150  # s, of a typical axis
 SOON = 3  # cycles
-ROW = "lower upper speed acceleration sections lower-offset upper-offset lower-first upper-first reversal proven lower-slow upper-slow".split()
+ROW = "lower upper speed acceleration sections lower-offset upper-offset lower-first upper-first reversal proven lower-slow upper-slow lower-shown upper-shown".split()
 
 
 class Outcome:

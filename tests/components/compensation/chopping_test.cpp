@@ -923,7 +923,7 @@ TEST_F(Learned, WhatItLearnedIsShownAndRestored) {
     later.set("axis.servo-gain", 20);
     for (const char* field : {"lower", "upper", "speed", "acceleration", "sections", "lower-offset",
                               "upper-offset", "lower-first", "upper-first", "reversal", "proven",
-                              "lower-slow", "upper-slow"})
+                              "lower-slow", "upper-slow", "lower-shown", "upper-shown"})
         later.set(std::string("chop.restore-") + field, get(std::string("row-") + field));
     later.set("chop.restore", 1);
     later.run(0.01);

@@ -25,6 +25,7 @@ DeadPointLearning::Settings usual() {
 struct Axis {
     double overshoot = 0, constant = 0;
     double force = 1e9;  // mu/s2, inward
+    double follows = 1;  // part of the acceleration, where the force suffices
 
     // One cycle; returns the farthest error beyond a dead point.
     double cycle(DeadPointLearning& learning) const {
@@ -40,7 +41,7 @@ struct Axis {
             const double error = used + overshoot * turning + constant;
             farthest = std::max(farthest, error);
             EXPECT_TRUE(learning.plausible(upper, error, used, 100 * k));
-            learning.shown(upper, acceleration, std::min(acceleration, force));
+            learning.shown(upper, acceleration, std::min(follows * acceleration, force));
             verdict = learning.measured(upper, error, used, acceleration, 100 * k);
             if (verdict != Verdict::none) break;
         }
@@ -156,10 +157,29 @@ TEST(DeadPointLearning, ARestoredCorrectionNeedsTheAxisAndTheForceOfBefore) {
         EXPECT_TRUE(its.rising());
         EXPECT_LT(its.offset(true, 600, 100), -0.2);
     }
+    EXPECT_EQ(other.speed_factor(), 1);
+    EXPECT_LT(weaker.speed_factor(), 1) << "back to the force that it has shown";
     EXPECT_TRUE(same.shown(false, 600, 600));
+    EXPECT_NEAR(same.offset(false, 600, 100), 0.975 * 0.2, um) << "the first one is shorter";
+    same.measured(false, 0, 0.195, 600, 100);
     EXPECT_NEAR(same.offset(false, 600, 100), 0.2, um);
     EXPECT_TRUE(same.shown(true, 600, 500)) << "lacks force at the other end";
     EXPECT_EQ(same.speed_factor(), DeadPointLearning::slow);
+}
+
+// It lags where it accelerates, and friction helps it to brake.
+TEST(DeadPointLearning, ADriveAtItsLimitThatHasLearnedAStrokeIsNotAccusedAfterARestart) {
+    const Axis axis{-0.2, 0, 540, 0.97};
+    const DeadPointLearning::Learned learned = learned_of(axis);
+    EXPECT_NEAR(learned.shown[0], 540, 1e-9);
+    Restored learning(learned), weaker(learned);
+    for (int i = 0; i < 6; ++i) axis.cycle(learning);
+    EXPECT_FALSE(learning.weak_drive());
+    EXPECT_TRUE(learning.at_full_speed());
+    EXPECT_TRUE(learning.learned());
+    for (int i = 0; i < 2; ++i) Axis{-0.2, 0, 510, 0.97}.cycle(weaker);
+    EXPECT_TRUE(weaker.rising());
+    EXPECT_LT(weaker.speed_factor(), 0.9) << "rises again, carefully";
 }
 
 TEST(DeadPointLearning, ARestoredStrokeKeepsItsFirstCorrection) {
@@ -294,6 +314,24 @@ TEST(DeadPointLearning, BeginsAtFullSpeedBelowTheProvenAcceleration) {
     settings.demand = 900;
     learning.select({10, 90, 100, 1000, 0}, settings);
     EXPECT_NEAR(learning.speed_factor(), std::sqrt(1.1 * 600 / 900), 1e-9) << "a tenth more is proven, too";
+}
+
+// Such an axis can even turn beyond its command beside a section.
+TEST(DeadPointLearning, BesideASectionItBeginsInsideWhereAnEvenStrokeLags) {
+    const Axis axis{-0.2};
+    DeadPointLearning learning;
+    DeadPointLearning::Settings settings = usual();
+    settings.reversal = {600, 600};
+    learning.select(stroke, settings);
+    for (int i = 0; i < 30; ++i) {
+        axis.cycle(learning);
+        for (const bool upper : {false, true}) learning.turned(upper, {600, 600, 30, 1}, -0.2);
+    }
+    settings.even = false;
+    learning.select({10, 40, 100, 1000, 1}, settings);
+    EXPECT_EQ(learning.speed_factor(), 1);
+    EXPECT_LE(learning.offset(false, 600, 100), 0.2 - 0.3 + um);
+    EXPECT_GE(learning.offset(false, 600, 100), -0.3);
 }
 
 TEST(DeadPointLearning, AWeakDriveKeepsTheSpeedThatItHasShown) {
