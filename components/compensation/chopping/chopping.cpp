@@ -3,27 +3,16 @@
 #include "components/compensation/chopping/chopping_settings.hpp"
 #include "components/compensation/chopping/chopping_status.hpp"
 #include "components/compensation/chopping/dead_point_pins.hpp"
-#include "components/compensation/chopping/guarded_offset.hpp"
-#include "components/compensation/chopping/homed_watch.hpp"
 #include "components/compensation/chopping/learned_row.hpp"
-#include "components/compensation/chopping/standing_off.hpp"
-#include "components/compensation/chopping/stroke_faults.hpp"
-#include "components/compensation/chopping/stroke_in_force.hpp"
-#include "components/compensation/chopping/stroke_motion.hpp"
-#include "components/compensation/chopping/stroke_orders.hpp"
 #include "components/compensation/chopping/stroke_pins.hpp"
-#include "components/compensation/chopping/stroke_supervision.hpp"
-#include "components/compensation/chopping/stroke_words.hpp"
+#include "components/compensation/chopping/stroking_axis.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/math/oscillation/oscillation.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 #include "hal/records.hpp"
 #include "pages/chopping.page.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace plumb {
@@ -82,9 +71,10 @@ struct Chopping final : hal::Component {
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
     hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
-    hal::Out<bool> stands_off{this, "stands-off",
-                              "Machine off has ended strokes, and the axis has not been at their point R since: "
-                              "position is where it stood."};
+    hal::Out<bool> stands_off{
+        this, "stands-off",
+        "Machine off has ended strokes, and the axis has not been at their point R since: "
+        "position is where it stood."};
     hal::Out<bool> program_refused{this, "program-refused",
                                    "The last word of the program is invalid, or the stroke that it checks."};
     hal::Out<std::int32_t> program_sections{this, "program-sections", "Sections that the program gave."};
@@ -105,288 +95,99 @@ struct Chopping final : hal::Component {
     hal::Codes<Fault> fault{this, "fault"};
     hal::Status<ChoppingStatus> status{this};
 
-    static constexpr double guard_factor = 10;  // of max-acceleration
     hal::Offset moves{this, hal::MovingPin(offset)
                                 .bound(settings.max_offset)
                                 .rate(settings.max_rate)
-                                .acceleration(settings.max_acceleration, guard_factor)
+                                .acceleration(settings.max_acceleration, StrokingAxis::guard_factor)
                                 .limited(limited.active())};
 
     hal::Function update_function{this, "update", &Chopping::update, hal::Place::source};
 
-    void prepare() override {
-        in_force_.begin(settings.read());
-        guard(1);
-    }
+    void prepare() override { axis_.begin(settings.read()); }
 
     void update(double dt) noexcept {
-        const Now now = read(dt);
-        const StrokeValues given = words_.over(settings.read());
-        obey(now, given, dt);
-        judge(given, dt);
-        generate(now, dt);
-        supervise(now, dt);
-        show(now);
+        const StrokingAxis::Inputs inputs = judged();
+        const StrokeValues given = settings.read();
+        take_records();
+        axis_.step(inputs, given, dt);
+        show(inputs);
     }
 
 private:
-    static constexpr double farthest = StrokeValues::farthest;  // mu
-    static constexpr double nothing = 1e-9;                     // mu
-    static constexpr std::size_t nodes = 64;                    // to plan in a period
-
-    // The inputs of a period.
-    struct Now {
-        StrokeOrders::Now orders;
-        bool on, homed;
-        bool releasable;           // the offset, by its stage
-        bool released;             // it has become part of the position
-        bool known;                // the position
-        bool measurable;           // the joint-feedback and the applied-offset
-        double measured, applied;  // mu
-        double pulse;              // s
-
-        bool ready() const noexcept { return on && homed; }
-    };
-
-    Now read(double dt) noexcept {
-        const bool program = program_running;
-        words_.watch_program(program, dt);
-        words_.step(program_word, program_value, motion_.moves());
-        const std::int32_t stage = stage_released;
-        const bool is_on = motion_enabled, released = stage == 1 && !is_on;
-        const double place = position, joint = joint_feedback, applied = released ? 0.0 : applied_offset;
-        position_ = usable(place, farthest, position_);
-        const StrokeOrders::Given given{run,         stop,    enable,
-                                        go_to_end,   shift,   shift_at_crossing,
-                                        program,     outlast, crossing_position,
-                                        crossing_at, farthest};
-        StrokeOrders::Now orders = orders_.step(given, dt);
-        orders.returns |= words_.returns();
-        return {orders,
-                is_on,
-                homed,
-                stage >= 0,
-                released,
-                std::abs(place) <= farthest,
-                std::abs(joint) <= farthest && std::abs(applied) <= farthest,
-                joint + applied,
-                applied,
-                usable(pulse_time, 3600, 0)};
-    }
-
-    void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
-        const StrokeOrders::Now& orders = now.orders;
-        faults_.step(orders.run);
-        faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
-        if (motion_.moves() && !now.ready()) freeze();
-        if (now.released) release();
-        if (records.wants_forget()) supervision_.learning().forget();
-        if (records.wants_restore()) records.restored(supervision_.learning().restore(row.given()));
-        if (orders.starts && motion_.state() == StrokeMotion::State::returning)
-            faults_.start(Fault::withdrawing);
-        if (orders.starts && !motion_.moves()) start(now, given, dt);
-        if (orders.returns && !motion_.moves() && now.ready() && now.known) return_to_end(now, given, dt);
-        if (orders.shifts && motion_.moves()) take_over(given, dt);
-    }
-
-    void start(const Now& now, const StrokeValues& given, double dt) noexcept {
-        const bool ready = now.ready() && now.orders.permitted && now.orders.runs;
-        faults_.start(!ready       ? Fault::not_ready
-                      : !now.known ? Fault::position
-                                   : in_force_.take(given, position_, dt));
-        if (faults_.refused()) return;
-        standing_off_.end();
-        in_force_.begin_strokes();
-        supervision_.select(in_force_);
-        supervision_.begin(seen(now));
-        motion_.start(wanted(), position_ + rest_, command_in_force(dt));
-    }
-
-    // Of a stroke that is to begin at an end, mu.
-    static Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) noexcept {
-        if (!now.ready() || !now.orders.permitted) return Fault::not_ready;
-        return given.refusal(given.lower, given.upper, end, dt);
-    }
-
-    void return_to_end(const Now& now, const StrokeValues& given, double dt) noexcept {
-        if (!in_force_.take_end(given, position_, dt)) return;
-        supervision_.begin(seen(now));
-        motion_.return_to_end(wanted(), position_ + rest_, command_in_force(dt));
-    }
-
-    void take_over(const StrokeValues& given, double dt) noexcept {
-        const Fault reason = in_force_.take(given, position_, dt);
-        if (reason != Fault::none) return faults_.happen(reason);
-        supervision_.select(in_force_);
-        supervision_.pause();
-    }
-
-    // The drive is off: nothing moves, and nothing will by itself.
-    void freeze() noexcept {
-        rest_ = offset_.value();
-        motion_.freeze(position_ + rest_);
-    }
-
-    // Motion has taken over the place of the axis.
-    void release() noexcept {
-        if (offset_.value() != 0) standing_off_.begin(end_, end_ + offset_.value());
-        rest_ = 0;
-        offset_.release();
-        motion_.freeze(position_);
-    }
-
-    void judge(const StrokeValues& given, double dt) noexcept {
-        const StrokeMotion::Command& its = motion_.command();
-        if (in_force_.judge(given, {position_, motion_.moves(), its.lead, its.jerk_time}, dt))
-            supervision_.select(in_force_);
-        guard(dt);
-    }
-
-    void guard(double dt) noexcept {
-        const StrokeValues& values = in_force_.values();
-        const double planned = motion_.moves() ? motion_.oscillation().planned_acceleration() : 0;
-        const double hardest = std::max(values.stroke.acceleration, planned);
-        offset_.allow({values.max_offset, values.max_rate, guard_factor * hardest}, motion_.moves(), farthest,
-                      dt);
-    }
-
-    StrokeMotion::Command command_in_force(double dt) const noexcept {
-        const StrokeValues& values = in_force_.values();
-        return {values.lead, values.jerk_time, values.jerk_samples(dt)};
-    }
-
-    Oscillation::Settings wanted() const noexcept {
-        Oscillation::Settings its = in_force_.stroke(supervision_.part(in_force_.values()), position_);
-        if (in_force_.values().learn) supervision_.learning().restrain(its);
+    StrokingAxis::Inputs judged() noexcept {
+        StrokingAxis::Inputs its;
+        its.orders = {run,
+                      stop,
+                      enable,
+                      go_to_end,
+                      shift,
+                      shift_at_crossing,
+                      program_running,
+                      outlast,
+                      crossing_position,
+                      crossing_at,
+                      StrokingAxis::farthest};
+        its.feed_hold = feed_hold;
+        its.emergency_hold = emergency_hold;
+        its.on = motion_enabled;
+        its.homed = homed;
+        its.stage_limited = stage_limited;
+        const std::int32_t released = stage_released;
+        its.releasable = released >= 0;
+        its.released = released == 1 && !its.on;
+        its.position = position;
+        its.joint = joint_feedback;
+        its.applied = applied_offset;
+        its.pulse = usable(pulse_time, 3600, 0);
+        its.word = program_word;
+        its.word_value = program_value;
         return its;
     }
 
-    StrokeSupervision::Seen seen(const Now& now) noexcept {
-        return {now.measurable, now.measured, position_ + offset_.value(), now.pulse};
+    void take_records() noexcept {
+        DeadPointLearning& learning = axis_.learning();
+        if (records.wants_forget()) learning.forget();
+        if (records.wants_restore()) records.restored(learning.restore(row.given()));
     }
 
-    void generate(const Now& now, double dt) noexcept {
-        const StrokeValues& values = in_force_.values();
-        const bool moved = motion_.moves();
-        motion_.oscillation().see_axis(
-            now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
-        motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns, hold(), values.stop()},
-                     wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
-                         return values.learn ? supervision_.learning().offset(upper, reversal, speed) : 0;
-                     });
-        if (moved && !motion_.moves()) rest_at(motion_.leading().mean() - position_);
-        watch_homed(now, dt);
-        // Where a bound has stopped it, a larger one must not move it later.
-        if (!motion_.moves() && offset_.kept_back() && offset_.stands()) rest_ = offset_.value();
-        const double target = motion_.moves() ? motion_.leading().position() - position_ : rest_;
-        offset_.step(target, !now.on && now.homed, dt);
-    }
-
-    Oscillation::Stop hold() noexcept {
-        const StrokeValues& values = in_force_.values();
-        const bool at_once = emergency_hold, held = feed_hold;
-        hold_ordered_ = at_once || held;
-        if (at_once || supervision_.recovers()) return Oscillation::Stop::at_once;
-        return held || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
-    }
-
-    void rest_at(double place) noexcept { rest_ = std::abs(place) <= nothing ? 0 : place; }
-
-    void watch_homed(const Now& now, double dt) noexcept {
-        const double lag = std::abs(now.measured - (position_ + offset_.value()));
-        switch (homed_watch_.step(
-            {now.homed, now.releasable, std::abs(now.applied) > nothing, now.measurable, lag}, dt)) {
-            case HomedWatch::Offset::as_applied: rest_ = offset_.value(); break;
-            case HomedWatch::Offset::none: rest_ = 0; break;
-            case HomedWatch::Offset::stays: break;
-        }
-    }
-
-    void supervise(const Now& now, double dt) noexcept {
-        const StrokeSupervision::Findings found = supervision_.step(seen(now), motion_, in_force_, dt);
-        if (found.fault != Fault::none) faults_.happen(found.fault);
-        if (found.stops) motion_.fail();
-        if (found.corrected) motion_.oscillation().refresh();
-    }
-
-    void show(const Now& now) noexcept {
-        offset = offset_.value();
-        command = position_ + offset_.value();
-        feed_wait = motion_.moves() ? !now.orders.ordered : motion_.failed() && offset_.value() != 0;
-        end_position = position_;
-        if (now.measurable) measured_position = now.measured;
-        stroke.show(motion_, supervision_, in_force_.values());
-        at_end = !motion_.moves() && offset_.value() == 0;
-        if (!now.homed) standing_off_.end();
-        if (now.on) standing_off_.step(position_);
-        end_ = position_;
-        stands_off = standing_off_.stands();
-        program_refused = words_.refused() || faults_.checked() != Fault::none;
-        program_sections = static_cast<std::int32_t>(words_.sections());
-        dead_points.show(supervision_, in_force_.values());
-        const LearnedStrokes& strokes = supervision_.learning().strokes();
+    void show(const StrokingAxis::Inputs& inputs) noexcept {
+        offset = axis_.offset();
+        command = axis_.command();
+        feed_wait = axis_.busy();
+        end_position = axis_.position();
+        measured_position = axis_.measured();
+        at_end = axis_.at_end();
+        stands_off = axis_.stands_off();
+        program_refused = axis_.refused();
+        program_sections = static_cast<std::int32_t>(axis_.words().sections());
+        stroke.show(axis_.motion(), axis_.supervision(), axis_.values());
+        dead_points.show(axis_.supervision(), axis_.values());
+        const LearnedStrokes& strokes = axis_.learning().strokes();
         records.show(strokes.size(), [&](std::int32_t i) noexcept { row.show(strokes[i]); });
-        report(now);
+        limited = axis_.bound();
+        fault = axis_.fault();
+        show_status(inputs);
     }
 
-    void report(const Now& now) noexcept {
-        const Oscillation& oscillation = motion_.oscillation();
-        const bool runs = motion_.moves();
-        const Fault checked = faults_.checked(), happened = faults_.happened(),
-                    settings_fault = in_force_.refused(),
-                    supervised = supervision_.fault(in_force_.values(), runs && !now.measurable);
-        late_ = runs && (late_ || oscillation.late());
-        const Bound bound =
-            hal::first<Bound>({{offset_.kept_back(), Bound::offset},
-                               {runs && stage_limited, Bound::stage},
-                               {runs && oscillation.clipped(), Bound::soft_limit},
-                               {runs && supervision_.part(in_force_.values()) < 1, Bound::learning},
-                               {runs && oscillation.limited(), Bound::speed},
-                               {late_, Bound::plan},
-                               {runs && oscillation.impatient(), Bound::arrival}});
-        limited = bound;
-        const Fault its_fault = hal::first<Fault>({{checked != Fault::none, checked},
-                                                   {happened != Fault::none, happened},
-                                                   {!now.known, Fault::position},
-                                                   {settings_fault != Fault::none, settings_fault},
-                                                   {offset_.refused(), Fault::bound},
-                                                   {supervised != Fault::none, supervised}});
-        fault = its_fault;
-        show_status(now, its_fault != Fault::none, bound != Bound::none);
-    }
-
-    void show_status(const Now& now, bool has_fault, bool bounded) noexcept {
+    void show_status(const StrokingAxis::Inputs& inputs) noexcept {
         ChoppingSeen seen;
-        seen.fault = has_fault;
-        seen.bounded = bounded;
-        seen.moves = motion_.moves();
-        seen.returns = motion_.state() == StrokeMotion::State::returning;
-        seen.ends = motion_.state() == StrokeMotion::State::stopping;
-        seen.held = motion_.oscillation().held();
-        seen.hold_ordered = hold_ordered_;
-        seen.speed_zero = in_force_.values().override_value == 0;
-        seen.away = std::abs(offset_.value()) > nothing;
-        seen.on = now.on;
-        seen.homed = now.homed;
-        seen.permitted = now.orders.permitted;
+        seen.fault = axis_.fault() != Fault::none;
+        seen.bounded = axis_.bound() != Bound::none;
+        seen.moves = axis_.motion().moves();
+        seen.returns = axis_.motion().state() == StrokeMotion::State::returning;
+        seen.ends = axis_.motion().state() == StrokeMotion::State::stopping;
+        seen.held = axis_.motion().oscillation().held();
+        seen.hold_ordered = axis_.hold_ordered();
+        seen.speed_zero = axis_.values().override_value == 0;
+        seen.away = axis_.away();
+        seen.on = inputs.on;
+        seen.homed = inputs.homed;
+        seen.permitted = inputs.orders.enable;
         seen.interlock = status.of_interlock();
         status = status_of(seen);
     }
 
-    StrokeOrders orders_;
-    StrokeWords words_;
-    StrokeInForce in_force_;
-    StrokeMotion motion_;
-    StrokeSupervision supervision_;
-    StrokeFaults faults_;
-    HomedWatch homed_watch_;
-    StandingOff standing_off_;
-    GuardedOffset offset_;
-    double position_ = 0;  // mu, point R: the last good one
-    double end_ = 0;       // mu, point R in the period before
-    double rest_ = 0;      // mu, the offset at rest
-    bool late_ = false;
-    bool hold_ordered_ = false;
+    StrokingAxis axis_;
 };
 
 hal::Model hal::model() {

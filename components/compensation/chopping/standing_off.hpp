@@ -9,16 +9,20 @@ namespace plumb {
 // beyond it. Positions are in mu.
 class StandingOff {
 public:
-    // Machine off has made the place of the axis its position.
-    void begin(double end, double place) noexcept {
-        stands_ = std::abs(place - end) > least;
-        end_ = end;
-        outward_ = end > place ? 1 : -1;
+    // Machine off has made an offset from the last position a part of it.
+    void begin(double offset) noexcept {
+        if (offset == 0) return;
+        stands_ = std::abs(offset) > least;
+        end_ = last_;
+        outward_ = offset > 0 ? -1 : 1;
     }
     void end() noexcept { stands_ = false; }
 
-    // The position, where the machine is on.
-    void step(double position) noexcept { stands_ &= outward_ * (position - end_) < -least; }
+    // The position in a period. It counts where the machine is on.
+    void step(double position, bool on) noexcept {
+        if (on) stands_ &= outward_ * (position - end_) < -least;
+        last_ = position;
+    }
 
     bool stands() const noexcept { return stands_; }
 
@@ -26,7 +30,7 @@ private:
     static constexpr double least = 1e-6;
 
     bool stands_ = false;
-    double end_ = 0, outward_ = 1;
+    double last_ = 0, end_ = 0, outward_ = 1;
 };
 
 }  // namespace plumb

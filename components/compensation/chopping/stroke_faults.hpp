@@ -8,6 +8,14 @@ namespace plumb {
 // The faults of a stroke. One that happened stays until the next start, a refused start until run is false.
 class StrokeFaults {
 public:
+    // Those that are there as long as their cause.
+    struct Lasting {
+        bool position = false;  // it is invalid
+        Fault settings = Fault::none;
+        bool bound = false;  // a bound below the present offset
+        Fault supervised = Fault::none;
+    };
+
     // A start, or its refusal.
     void start(Fault reason) noexcept {
         happened_ = reason;
@@ -22,7 +30,16 @@ public:
         if (!run && refused_) start(Fault::none);
     }
 
-    Fault happened() const noexcept { return happened_; }
+    // The one to show: the first that has a cause.
+    Fault first(const Lasting& now) const noexcept {
+        return checked_ != Fault::none       ? checked_
+               : happened_ != Fault::none    ? happened_
+               : now.position                ? Fault::position
+               : now.settings != Fault::none ? now.settings
+               : now.bound                   ? Fault::bound
+                                             : now.supervised;
+    }
+
     Fault checked() const noexcept { return checked_; }
     bool refused() const noexcept { return refused_; }  // the start
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/chopping/stroke_orders.hpp"
-#include "components/compensation/chopping/homed_watch.hpp"
-#include "components/compensation/chopping/stroke_faults.hpp"
 
 #include <gtest/gtest.h>
 
@@ -92,48 +90,6 @@ TEST(StrokeOrders, StrokesOfMdiOutlastEachProgram) {
         given.program_running = running;
         EXPECT_TRUE(it.step(given, dt).runs);
     }
-}
-
-TEST(StrokeFaults, ARefusalLastsUntilRunFallsAndAnotherFaultUntilTheNextStart) {
-    StrokeFaults it;
-    it.start(Fault::region);
-    it.step(true);
-    EXPECT_EQ(it.happened(), Fault::region);
-    EXPECT_TRUE(it.refused());
-    it.step(false);
-    EXPECT_EQ(it.happened(), Fault::none);
-    it.start(Fault::none);
-    it.happen(Fault::following);
-    it.step(false);
-    EXPECT_EQ(it.happened(), Fault::following);
-    it.start(Fault::none);
-    EXPECT_EQ(it.happened(), Fault::none);
-}
-
-using Offset = HomedWatch::Offset;
-
-TEST(HomedWatch, AHomedThatIsLostForAMomentLeavesTheOffsetAsItIsApplied) {
-    HomedWatch it;
-    EXPECT_EQ(it.step({true, false, true, true, 0}, 0.001), Offset::stays);
-    for (int i = 0; i < 900; ++i) ASSERT_EQ(it.step({false, false, true, true, 0}, 0.001), Offset::stays);
-    EXPECT_EQ(it.step({true, false, true, true, 0}, 0.001), Offset::as_applied);
-}
-
-TEST(HomedWatch, AStageHasReleasedItAfterASecondAndAnExtraJointWhereItIsMoved) {
-    HomedWatch stage, joint;
-    for (int i = 0; i < 1000; ++i) {
-        stage.step({false, false, true, true, 0}, 0.001);
-        ASSERT_EQ(joint.step({false, false, false, true, 0.5}, 0.001), Offset::stays);
-    }
-    EXPECT_EQ(stage.step({false, false, true, true, 0}, 0.001), Offset::none);
-    EXPECT_EQ(joint.step({false, false, false, true, 0.52}, 0.001), Offset::none)
-        << "0.02 farther than it was";
-}
-
-TEST(HomedWatch, AStageThatHoldsTheOffsetKeepsIt) {
-    HomedWatch it;
-    for (int i = 0; i < 3000; ++i) ASSERT_EQ(it.step({false, true, true, true, 5}, 0.001), Offset::stays);
-    EXPECT_EQ(it.step({true, true, true, true, 5}, 0.001), Offset::as_applied);
 }
 
 }  // namespace

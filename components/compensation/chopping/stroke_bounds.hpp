@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/chopping/chopping_codes.hpp"
+
+namespace plumb {
+
+// Why an axis does less than its stroke asks for. A stroke that began late counts until the axis rests.
+class StrokeBounds {
+public:
+    // The bounds that are active in a period.
+    struct Active {
+        bool offset = false;  // by its largest value or rate
+        bool stage = false, soft_limit = false, learning = false, speed = false, arrival = false;
+        bool late = false;  // a plan was not ready at a dead point
+    };
+
+    // `runs`: the axis moves.
+    void step(const Active& now, bool runs) noexcept {
+        late_ = runs && (late_ || now.late);
+        bound_ = now.offset       ? Bound::offset
+                 : !runs          ? Bound::none
+                 : now.stage      ? Bound::stage
+                 : now.soft_limit ? Bound::soft_limit
+                 : now.learning   ? Bound::learning
+                 : now.speed      ? Bound::speed
+                 : late_          ? Bound::plan
+                 : now.arrival    ? Bound::arrival
+                                  : Bound::none;
+    }
+
+    Bound bound() const noexcept { return bound_; }
+
+private:
+    Bound bound_ = Bound::none;
+    bool late_ = false;
+};
+
+}  // namespace plumb

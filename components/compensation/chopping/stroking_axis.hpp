@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/compensation/chopping/chopping_codes.hpp"
+#include "components/compensation/chopping/standing_off.hpp"
+#include "components/compensation/chopping/stroke_bounds.hpp"
+#include "components/compensation/chopping/stroke_faults.hpp"
+#include "components/compensation/chopping/stroke_in_force.hpp"
+#include "components/compensation/chopping/stroke_motion.hpp"
+#include "components/compensation/chopping/stroke_offset.hpp"
+#include "components/compensation/chopping/stroke_orders.hpp"
+#include "components/compensation/chopping/stroke_supervision.hpp"
+#include "components/compensation/chopping/stroke_words.hpp"
+#include "components/math/blocks/usable.hpp"
+#include "components/math/oscillation/oscillation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace plumb {
+
+// An axis that strokes by the orders of a program and an operator. Outside of a stroke, and where the machine
+// is off, it moves nothing by itself. All positions are in mu.
+class StrokingAxis {
+public:
+    static constexpr double farthest = StrokeValues::farthest;
+    static constexpr double guard_factor = 10;  // of the largest acceleration, for the offset
+
+    // Of a period.
+    struct Inputs {
+        StrokeOrders::Given orders;
+        bool feed_hold = false, emergency_hold = false;
+        bool on = false, homed = false;  // the machine, the joint
+        bool stage_limited = false;
+        bool releasable = false;          // the offset, by its stage
+        bool released = false;            // it has become part of the position
+        double position = 0;              // point R
+        double joint = 0, applied = 0;    // measured, and the offset that this lacks
+        double pulse = 0;                 // s, of the infeed
+        double word = 0, word_value = 0;  // of the program
+    };
+
+    void begin(const StrokeValues& settings) noexcept {
+        in_force_.begin(settings);
+        guard(1);
+    }
+
+    // One period of dt s.
+    void step(const Inputs& inputs, const StrokeValues& settings, double dt) noexcept {
+        const Now now = judged(inputs, dt);
+        const StrokeValues given = words_.over(settings);
+        obey(now, given, dt);
+        take_settings(given, dt);
+        generate(now, dt);
+        supervise(now, dt);
+        report(now);
+    }
+
+    DeadPointLearning& learning() noexcept { return supervision_.learning(); }
+    const StrokeMotion& motion() const noexcept { return motion_; }
+    const StrokeSupervision& supervision() const noexcept { return supervision_; }
+    const StrokeWords& words() const noexcept { return words_; }
+    const StrokeValues& values() const noexcept { return in_force_.values(); }  // in force
+
+    double position() const noexcept { return position_; }  // point R: the last good one
+    double offset() const noexcept { return offset_.value(); }
+    double command() const noexcept { return position_ + offset_.value(); }
+    double measured() const noexcept { return measured_; }  // the last good one
+    bool away() const noexcept { return std::abs(offset_.value()) > StrokeOffset::nothing; }
+    bool at_end() const noexcept { return !motion_.moves() && offset_.value() == 0; }
+    bool stands_off() const noexcept { return standing_off_.stands(); }
+    // Moves of a program have to wait.
+    bool busy() const noexcept { return busy_; }
+    bool hold_ordered() const noexcept { return hold_ordered_; }
+    bool refused() const noexcept { return words_.refused() || faults_.checked() != Fault::none; }
+    Bound bound() const noexcept { return bounds_.bound(); }
+    Fault fault() const noexcept { return fault_; }
+
+private:
+    static constexpr std::size_t nodes = 64;  // to plan in a period
+
+    // The inputs of a period, judged.
+    struct Now {
+        const Inputs& given;
+        StrokeOrders::Now orders;
+        bool known;       // the position
+        bool measurable;  // the axis
+        double measured, applied;
+
+        bool ready() const noexcept { return given.on && given.homed; }
+    };
+
+    Now judged(const Inputs& given, double dt) noexcept {
+        words_.watch_program(given.orders.program_running, dt);
+        words_.step(given.word, given.word_value, motion_.moves());
+        const double applied = given.released ? 0.0 : given.applied;
+        position_ = usable(given.position, farthest, position_);
+        StrokeOrders::Now orders = orders_.step(given.orders, dt);
+        orders.returns |= words_.returns();
+        return {given,
+                orders,
+                std::abs(given.position) <= farthest,
+                std::abs(given.joint) <= farthest && std::abs(applied) <= farthest,
+                given.joint + applied,
+                applied};
+    }
+
+    void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
+        const StrokeOrders::Now& orders = now.orders;
+        faults_.step(orders.run);
+        faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
+        if (motion_.moves() && !now.ready()) freeze();
+        if (now.given.released) release();
+        if (orders.starts && motion_.state() == StrokeMotion::State::returning)
+            faults_.start(Fault::withdrawing);
+        if (orders.starts && !motion_.moves()) start(now, given, dt);
+        if (orders.returns && !motion_.moves() && now.ready() && now.known) return_to_end(now, given, dt);
+        if (orders.shifts && motion_.moves()) take_over(given, dt);
+    }
+
+    void start(const Now& now, const StrokeValues& given, double dt) noexcept {
+        const bool ready = now.ready() && now.orders.permitted && now.orders.runs;
+        faults_.start(!ready       ? Fault::not_ready
+                      : !now.known ? Fault::position
+                                   : in_force_.take(given, position_, dt));
+        if (faults_.refused()) return;
+        standing_off_.end();
+        in_force_.begin_strokes();
+        supervision_.select(in_force_);
+        supervision_.begin(seen(now));
+        motion_.start(wanted(), position_ + offset_.rest(), command_in_force(dt));
+    }
+
+    // Of a stroke that is to begin at an end.
+    static Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) noexcept {
+        if (!now.ready() || !now.orders.permitted) return Fault::not_ready;
+        return given.refusal(given.lower, given.upper, end, dt);
+    }
+
+    void return_to_end(const Now& now, const StrokeValues& given, double dt) noexcept {
+        if (!in_force_.take_end(given, position_, dt)) return;
+        supervision_.begin(seen(now));
+        motion_.return_to_end(wanted(), position_ + offset_.rest(), command_in_force(dt));
+    }
+
+    void take_over(const StrokeValues& given, double dt) noexcept {
+        const Fault reason = in_force_.take(given, position_, dt);
+        if (reason != Fault::none) return faults_.happen(reason);
+        supervision_.select(in_force_);
+        supervision_.pause();
+    }
+
+    // The drive is off: nothing moves, and nothing will by itself.
+    void freeze() noexcept {
+        offset_.freeze();
+        motion_.freeze(command());
+    }
+
+    // Motion has taken over the place of the axis.
+    void release() noexcept {
+        standing_off_.begin(offset_.value());
+        offset_.release();
+        motion_.freeze(position_);
+    }
+
+    void take_settings(const StrokeValues& given, double dt) noexcept {
+        const StrokeMotion::Command& its = motion_.command();
+        if (in_force_.judge(given, {position_, motion_.moves(), its.lead, its.jerk_time}, dt))
+            supervision_.select(in_force_);
+        guard(dt);
+    }
+
+    void guard(double dt) noexcept {
+        const StrokeValues& values = in_force_.values();
+        const double planned = motion_.moves() ? motion_.oscillation().planned_acceleration() : 0;
+        const double hardest = std::max(values.stroke.acceleration, planned);
+        offset_.allow({values.max_offset, values.max_rate, guard_factor * hardest}, motion_.moves(), farthest,
+                      dt);
+    }
+
+    StrokeMotion::Command command_in_force(double dt) const noexcept {
+        const StrokeValues& values = in_force_.values();
+        return {values.lead, values.jerk_time, values.jerk_samples(dt)};
+    }
+
+    Oscillation::Settings wanted() const noexcept {
+        Oscillation::Settings its = in_force_.stroke(supervision_.part(in_force_.values()), position_);
+        if (in_force_.values().learn) supervision_.learning().restrain(its);
+        return its;
+    }
+
+    StrokeSupervision::Seen seen(const Now& now) const noexcept {
+        return {now.measurable, now.measured, command(), now.given.pulse};
+    }
+
+    void generate(const Now& now, double dt) noexcept {
+        const StrokeValues& values = in_force_.values();
+        const bool moved = motion_.moves();
+        motion_.oscillation().see_axis(
+            now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
+        motion_.step(
+            {now.orders.runs, now.orders.permitted, now.orders.returns, hold(now.given), values.stop()},
+            wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
+                return values.learn ? supervision_.learning().offset(upper, reversal, speed) : 0;
+            });
+        StrokeOffset::Period period;
+        period.moves = motion_.moves();
+        period.ends = moved && !period.moves;
+        period.command = motion_.leading().position() - position_;
+        period.mean = motion_.leading().mean() - position_;
+        period.on = now.given.on;
+        period.joint = {now.given.homed, now.given.releasable, std::abs(now.applied) > StrokeOffset::nothing,
+                        now.measurable, std::abs(now.measured - command())};
+        offset_.step(period, dt);
+    }
+
+    Oscillation::Stop hold(const Inputs& given) noexcept {
+        const StrokeValues& values = in_force_.values();
+        hold_ordered_ = given.emergency_hold || given.feed_hold;
+        if (given.emergency_hold || supervision_.recovers()) return Oscillation::Stop::at_once;
+        return given.feed_hold || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
+    }
+
+    void supervise(const Now& now, double dt) noexcept {
+        const StrokeSupervision::Findings found = supervision_.step(seen(now), motion_, in_force_, dt);
+        if (found.fault != Fault::none) faults_.happen(found.fault);
+        if (found.stops) motion_.fail();
+        if (found.corrected) motion_.oscillation().refresh();
+    }
+
+    void report(const Now& now) noexcept {
+        const bool runs = motion_.moves();
+        const Oscillation& oscillation = motion_.oscillation();
+        busy_ = runs ? !now.orders.ordered : motion_.failed() && offset_.value() != 0;
+        if (now.measurable) measured_ = now.measured;
+        if (!now.given.homed) standing_off_.end();
+        standing_off_.step(position_, now.given.on);
+        StrokeBounds::Active active;
+        active.offset = offset_.kept_back();
+        active.stage = now.given.stage_limited;
+        active.soft_limit = oscillation.clipped();
+        active.learning = supervision_.part(in_force_.values()) < 1;
+        active.speed = oscillation.limited();
+        active.arrival = oscillation.impatient();
+        active.late = oscillation.late();
+        bounds_.step(active, runs);
+        fault_ = faults_.first({!now.known, in_force_.refused(), offset_.refused(),
+                                supervision_.fault(in_force_.values(), runs && !now.measurable)});
+    }
+
+    StrokeOrders orders_;
+    StrokeWords words_;
+    StrokeInForce in_force_;
+    StrokeMotion motion_;
+    StrokeSupervision supervision_;
+    StrokeFaults faults_;
+    StrokeBounds bounds_;
+    StrokeOffset offset_;
+    StandingOff standing_off_;
+    double position_ = 0, measured_ = 0;
+    bool busy_ = false, hold_ordered_ = false;
+    Fault fault_ = Fault::none;
+};
+
+}  // namespace plumb

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/chopping/stroke_bounds.hpp"
+
+#include <gtest/gtest.h>
+
+namespace plumb {
+namespace {
+
+TEST(StrokeBounds, ShowsTheFirstThatIsActive) {
+    StrokeBounds it;
+    StrokeBounds::Active now{true, true, true, true, true, true, true};
+    const auto shown = [&] {
+        it.step(now, true);
+        return it.bound();
+    };
+    EXPECT_EQ(shown(), Bound::offset);
+    now.offset = false;
+    EXPECT_EQ(shown(), Bound::stage);
+    now.stage = false;
+    EXPECT_EQ(shown(), Bound::soft_limit);
+    now.soft_limit = false;
+    EXPECT_EQ(shown(), Bound::learning);
+    now.learning = false;
+    EXPECT_EQ(shown(), Bound::speed);
+    now.speed = false;
+    EXPECT_EQ(shown(), Bound::plan);
+}
+
+TEST(StrokeBounds, ALatePlanCountsUntilTheAxisRests) {
+    StrokeBounds it;
+    StrokeBounds::Active late, arrival;
+    late.late = arrival.arrival = true;
+    it.step(late, true);
+    it.step(arrival, true);
+    EXPECT_EQ(it.bound(), Bound::plan);
+    it.step({}, false);
+    it.step(arrival, true);
+    EXPECT_EQ(it.bound(), Bound::arrival);
+}
+
+TEST(StrokeBounds, AtRestOnlyTheOffsetCounts) {
+    StrokeBounds it;
+    it.step({false, true, true, true, true, true, true}, false);
+    EXPECT_EQ(it.bound(), Bound::none);
+    it.step({true}, false);
+    EXPECT_EQ(it.bound(), Bound::offset);
+}
+
+}  // namespace
+}  // namespace plumb
