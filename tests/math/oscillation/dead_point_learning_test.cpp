@@ -360,7 +360,9 @@ TEST(DeadPointLearning, AfterTheSecondTimeBeyondTheLastGoodSpeedStays) {
         Verdict verdict = Verdict::none;
         Axis{learning.speed_factor() == 1 ? 0.6 : 0.0}.cycle(learning, verdict);
         times += verdict == Verdict::beyond;
-        if (verdict == Verdict::beyond) EXPECT_LT(learning.speed_factor(), 1);
+        if (verdict == Verdict::beyond) {
+            EXPECT_LT(learning.speed_factor(), 1);
+        }
     }
     EXPECT_EQ(times, 2);
     EXPECT_TRUE(learning.capped());
