@@ -123,12 +123,13 @@ void require_known(Client& host, const std::string& name, const char* option) tr
 }
 
 // Whether a thread in `halcmd -s show thread` has a function. A line is a thread: period, floating point,
-// name, time and longest time, and its functions.
+// name, time and longest time, and its functions. In LinuxCNC 2.10 each function has a line of its own.
 bool any_function(const std::string& threads) {
     std::istringstream lines(threads);
     for (std::string line; std::getline(lines, line);) {
         std::istringstream words(line);
-        if (std::distance(std::istream_iterator<std::string>(words), {}) > 5) return true;
+        const auto count = std::distance(std::istream_iterator<std::string>(words), {});
+        if (count > 5 || count == 1) return true;
     }
     return false;
 }

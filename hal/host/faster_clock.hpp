@@ -9,7 +9,7 @@
 namespace plumb::host {
 
 // While it lives, programs that this process starts, and all that they start, see the computer's clock pass
-// `speed` times as fast, and sleep as much shorter.
+// `speed` times as fast, and sleep as much shorter. The clock is one for all of them, until this process ends.
 class FasterClock {
 public:
     // Throws std::runtime_error when libfaketime is not installed.
@@ -18,6 +18,7 @@ public:
     FasterClock(const FasterClock&) = delete;
 
 private:
+    void share();
     void set(const char* variable, const std::string& value);
 
     std::map<const char*, std::optional<std::string>> before_;  // the variables' values

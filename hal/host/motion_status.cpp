@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/motion_status.hpp"
 
+#if __has_include(<motion.h>)
 #include <motion.h>
 #include <rtapi_mutex.h>
 
@@ -64,3 +65,19 @@ bool motion_took_command() {
 }
 
 }  // namespace plumb::host
+
+#else  // LinuxCNC 2.10 does not install motion's declarations: the status stays unmarked
+
+namespace plumb::host {
+
+HalFunction marking_status(const char*, HalFunction function) {
+    return function;
+}
+
+bool motion_took_command() {
+    return false;
+}
+
+}  // namespace plumb::host
+
+#endif

@@ -199,6 +199,21 @@ TEST_F(PlumbRun, ClocksOfTheProgramAndOfTheHostAgree) {
     EXPECT_GT(host, 0.4 * program) << "though a busy computer may make it give up time";
 }
 
+TEST_F(PlumbRun, SubshellsShareTheClockOfThePrograms) {
+    const Outcome outcome = run_script({"--speed", "20"}, R"(
+for round in 1 2 3; do
+    inner=$(bash -c 'exec date +%s')
+done
+sleep 10
+later=$(bash -c 'exec date +%s')
+ls /dev/shm | grep -c faketime_shm_
+echo $((later - inner)))");
+    int memories = 0, seconds = 0;
+    ASSERT_TRUE(std::istringstream(outcome.output) >> memories >> seconds) << outcome.output << outcome.errors;
+    EXPECT_EQ(memories, 1);
+    EXPECT_GE(seconds, 9);
+}
+
 TEST_F(PlumbRun, AtSpeedOneProgramsKeepTheirClock) {
     const Outcome outcome = run_script({}, "env");
     EXPECT_THAT(outcome.output, AllOf(HasSubstr("RTAPI_FIFO_PATH="), Not(HasSubstr("FAKETIME"))));

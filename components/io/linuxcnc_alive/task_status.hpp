@@ -1,69 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// TaskStatus, which reads TaskReports.
 #pragma once
 
-#include <emccfg.h>
-#include <emc_nml.hh>
-#include <rcs_print.hh>
-
-#include <cstdint>
-#include <cstdlib>
-#include <memory>
-#include <optional>
-#include <string>
-#include <type_traits>
-#include <utility>
-
-extern int emcFormat(NMLTYPE type, void* buffer, CMS* cms);
-
-namespace plumb {
-
-// The counter of task's main loop is heartbeat in LinuxCNC 2.9 and taskbeat in later ones.
-template <class Task, class = void>
-struct TaskCounter {
-    static std::uint64_t of(const Task& task) noexcept { return task.heartbeat; }
-};
-template <class Task>
-struct TaskCounter<Task, std::void_t<decltype(std::declval<Task>().taskbeat)>> {
-    static std::uint64_t of(const Task& task) noexcept { return task.taskbeat; }
-};
-
-// What LinuxCNC's task reports of itself, once in each of its cycles.
-struct TaskReport {
-    std::uint64_t cycles;
-    bool program_runs;       // or an MDI command; or is paused
-    bool part_program_runs;  // or is paused
-};
-
-class TaskStatus {
-public:
-    explicit TaskStatus(std::string nml_file) : file_(std::move(nml_file)) {
-        set_rcs_print_destination(RCS_PRINT_TO_NULL);  // until LinuxCNC has started there is no status
-    }
-
-    // The file with which LinuxCNC was started, or its default.
-    static std::string usual_file() {
-        const char* const given = std::getenv("NMLFILE");
-        return given && *given ? given : DEFAULT_EMC_NMLFILE;
-    }
-
-    // Nothing if task has written no status since the last call, or it cannot be read. Waits for 10 s if
-    // another program was stopped or killed while it held the lock of the status.
-    std::optional<TaskReport> read() {
-        if (!channel_)
-            channel_ = std::make_unique<RCS_STAT_CHANNEL>(emcFormat, "emcStatus", "xemc", file_.c_str());
-        const NMLTYPE type = channel_->valid() ? channel_->peek() : -1;
-        if (type < 0) channel_.reset();
-        if (type != EMC_STAT_TYPE) return std::nullopt;
-        const auto& status = *static_cast<const EMC_STAT*>(channel_->get_address());
-        if (status.size != sizeof(EMC_STAT)) return std::nullopt;  // of another version of LinuxCNC
-        const bool runs = status.task.interpState != EMC_TASK_INTERP_IDLE;
-        return TaskReport{TaskCounter<EMC_TASK_STAT>::of(status.task), runs,
-                          runs && status.task.mode == EMC_TASK_MODE_AUTO};
-    }
-
-private:
-    const std::string file_;
-    std::unique_ptr<RCS_STAT_CHANNEL> channel_;
-};
-
-}  // namespace plumb
+#if __has_include(<emc_nml.hh>)
+#include "components/io/linuxcnc_alive/nml_task_status.hpp"
+#else
+#include "components/io/linuxcnc_alive/python_task_status.hpp"
+#endif
