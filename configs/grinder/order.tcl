@@ -1,20 +1,32 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 # Written by plumb wire. The last HALFILE: it adds functions in front of motion-controller and behind it, in this order.
 
+proc plumb_threads {} {    ;# a list for each thread: its name and its functions
+  set threads {}
+  foreach line [split [exec halcmd -s show thread] \n] {
+    if {[llength $line] == 1} {    ;# LinuxCNC 2.10 shows each function on a line of its own
+      lset threads end [concat [lindex $threads end] $line]
+    } elseif {[llength $line] > 1} {
+      lappend threads [concat [lindex $line 2] [lrange $line 5 end]]
+    }
+  }
+  return $threads
+}
+
 proc plumb_order {before behind} {
   if {[info procs ::tp::passnumber] ne "" && [::tp::passnumber] == 0} return    ;# TWOPASS adds functions in its second pass
-  foreach line [split [exec halcmd -s show thread] \n] {    ;# a file that loads a function may have added it
+  foreach functions [plumb_threads] {    ;# a file that loads a function may have added it
+    set thread [lindex $functions 0]
     foreach name [concat $before $behind] {
-      if {[lsearch -exact $line $name] >= 0} {
-        delf $name [lindex $line 2]
+      if {[lsearch -exact [lrange $functions 1 end] $name] >= 0} {
+        delf $name $thread
       }
     }
   }
-  foreach line [split [exec halcmd -s show thread] \n] {
-    set found [lsearch -exact $line motion-controller]
-    if {$found < 0} continue
-    set thread [lindex $line 2]
-    set place [expr {$found - 4}]    ;# the first function of a thread is the sixth word of its line
+  foreach functions [plumb_threads] {
+    set place [lsearch -exact $functions motion-controller]
+    if {$place < 0} continue
+    set thread [lindex $functions 0]
     foreach name $before {
       addf $name $thread $place
       incr place

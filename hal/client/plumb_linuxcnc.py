@@ -194,6 +194,8 @@ class Machine:
         self.mode(linuxcnc.MODE_AUTO)
         self.command.program_open(os.path.abspath(program))
         self.wait_for(lambda status: self._is_done(), "the program's file", _ANSWER)
+        if hasattr(self.status, "taskbeat"):
+            time.sleep(0.1)  # LinuxCNC 2.10 names the program until it begins: linuxcnc_link has to see it
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self._await_receipt()
 

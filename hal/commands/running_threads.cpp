@@ -65,11 +65,16 @@ RunningThreads running_threads(const std::string& threads, const std::string& fu
     lines = std::istringstream(threads);
     for (std::string line; std::getline(lines, line);) {
         std::istringstream words(line);
-        std::string period, floating_point, time, longest;
-        hal::ThreadFunctions thread;
-        if (!(words >> period >> floating_point >> thread.name >> time >> longest)) continue;
-        for (std::string name; words >> name;) thread.functions.push_back({name, place_of[name]});
-        result.threads.push_back(std::move(thread));
+        std::string first, floating_point, thread, time, longest;
+        words >> first;
+        if (words >> floating_point >> thread >> time >> longest)
+            result.threads.push_back({thread, {}});
+        else if (result.threads.empty() || first.empty())
+            continue;
+        else  // LinuxCNC 2.10 shows each function on a line of its own
+            result.threads.back().functions.push_back({first, place_of[first]});
+        for (std::string name; words >> name;)
+            result.threads.back().functions.push_back({name, place_of[name]});
     }
     return result;
 }

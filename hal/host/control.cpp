@@ -262,6 +262,7 @@ RtapiAnswer Control::rtapi_command(const std::vector<std::string>& words, pid_t 
     const std::string& command = words[0];
     if (command == "exit" && words.size() == 1) {
         // Stock rtapi_app ends, and the next halcmd starts a new one; here the next one finds an empty host.
+        realtime_ = false;
         if (programs_.program_runs())
             unload_all();
         else
@@ -269,6 +270,7 @@ RtapiAnswer Control::rtapi_command(const std::vector<std::string>& words, pid_t 
         return {0};
     }
     if (command == "load" && words.size() >= 2) {
+        realtime_ = true;
         take_over_ini_file(process);
         const int result = modules_.load(words[1], {words.begin() + 2, words.end()});
         let_unloaded_go();
@@ -282,7 +284,11 @@ RtapiAnswer Control::rtapi_command(const std::vector<std::string>& words, pid_t 
     if (command == "newinst" && (words.size() == 3 || words.size() == 4))
         return {modules_.new_instance(words[1], words[2], words.size() == 4 ? words[3] : "")};
     // LinuxCNC 2.10 alone has these.
-    if ((command == "start" || command == "ping") && words.size() == 1) return {0};
+    if (command == "start" && words.size() == 1) {
+        realtime_ = true;
+        return {0};
+    }
+    if (command == "ping" && words.size() == 1) return {realtime_ ? 0 : 1};
     if (command == "check_rt" && words.size() == 1) return {1, "No realtime"};
     if (command == "debug" && words.size() == 2) {
         char* end = nullptr;

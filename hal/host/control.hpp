@@ -104,6 +104,7 @@ private:
     std::chrono::steady_clock::time_point last_progress_;
     std::set<std::string> settable_;  // names that halcmd has let the host set
     unsigned long settable_at_ = 0;   // state of HAL for which that holds
+    bool realtime_ = false;  // LinuxCNC 2.10 asks whether it is started, which a host always is
     bool end_ = false;
 };
 

@@ -36,7 +36,7 @@ struct LinuxcncAlive final : hal::Component {
         this, "nml", "", "LinuxCNC's NML file, absolute path; by default the file of the running LinuxCNC."};
 
     void prepare() override {
-        const std::string& given = hal::absolute_path("nml", nml);
+        const std::string given = hal::absolute_path("nml", nml);
         status_ = std::make_unique<TaskStatus>(given.empty() ? TaskStatus::usual_file() : given);
     }
 

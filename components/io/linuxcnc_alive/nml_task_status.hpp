@@ -42,8 +42,7 @@ public:
         const auto& status = *static_cast<const EMC_STAT*>(channel_->get_address());
         if (status.size != sizeof(EMC_STAT)) return std::nullopt;  // of another version of LinuxCNC
         const bool runs = status.task.interpState != EMC_TASK_INTERP_IDLE;
-        return TaskReport{status.task.heartbeat, runs,
-                          runs && status.task.mode == EMC_TASK_MODE_AUTO};
+        return TaskReport{status.task.heartbeat, runs, runs && status.task.mode == EMC_TASK_MODE_AUTO};
     }
 
 private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The status of LinuxCNC's task by its Python module: LinuxCNC 2.10 installs no declarations of its NML buffer.
+// The status of LinuxCNC's task by its Python module: LinuxCNC 2.10 installs no declarations of its NML
+// buffer.
 #pragma once
 
 #include "components/io/linuxcnc_alive/task_report.hpp"
@@ -14,7 +15,7 @@
 
 namespace plumb {
 
-class TaskStatus {
+class __attribute__((visibility("hidden"))) TaskStatus {  // as the types of pybind11 are
 public:
     // An empty name is that of LinuxCNC's default.
     explicit TaskStatus(std::string nml_file) : file_(std::move(nml_file)) {}
@@ -25,33 +26,45 @@ public:
         return given ? given : "";
     }
 
-    // Nothing if there is no status yet; then it looks again after a second's worth of calls.
+    // Nothing if there is no status yet; then it looks again after a second's worth of calls. All calls come
+    // from one thread.
     std::optional<TaskReport> read() {
         if (calls_to_skip_ > 0) {
             --calls_to_skip_;
             return std::nullopt;
         }
+        if (python_ == nullptr) python_ = new Python;
         try {
-            if (!status_) {
-                linuxcnc_ = pybind11::module_::import("linuxcnc");
-                if (!file_.empty()) linuxcnc_.attr("nmlfile") = file_;
-                status_ = linuxcnc_.attr("stat")();
-            }
-            status_.attr("poll")();
-            const bool runs = !status_.attr("interp_state").equal(linuxcnc_.attr("INTERP_IDLE"));
-            return TaskReport{status_.attr("taskbeat").cast<std::uint64_t>(), runs,
-                              runs && status_.attr("task_mode").equal(linuxcnc_.attr("MODE_AUTO"))};
+            return python_->read(file_);
         } catch (const pybind11::error_already_set&) {
-            status_ = pybind11::object();
+            python_->status = pybind11::object();
             calls_to_skip_ = 20;
             return std::nullopt;
         }
     }
 
 private:
-    const pybind11::scoped_interpreter python_{false};  // signals stay the program's
+    // Stays until the process ends: another thread may end it, which Python does not allow.
+    struct Python {
+        Python() { pybind11::initialize_interpreter(false); }  // signals stay the program's
+
+        TaskReport read(const std::string& file) {
+            if (!status) {
+                linuxcnc = pybind11::module_::import("linuxcnc");
+                if (!file.empty()) linuxcnc.attr("nmlfile") = file;
+                status = linuxcnc.attr("stat")();
+            }
+            status.attr("poll")();
+            const bool runs = !status.attr("interp_state").equal(linuxcnc.attr("INTERP_IDLE"));
+            return TaskReport{status.attr("taskbeat").cast<std::uint64_t>(), runs,
+                              runs && status.attr("task_mode").equal(linuxcnc.attr("MODE_AUTO"))};
+        }
+
+        pybind11::object linuxcnc, status;
+    };
+
     const std::string file_;
-    pybind11::object linuxcnc_, status_;
+    Python* python_ = nullptr;
     int calls_to_skip_ = 0;
 };
 

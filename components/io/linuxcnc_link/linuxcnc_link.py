@@ -55,14 +55,26 @@ class Program:
         self._path = ""
         self._folders = []
         self._stamps = {}  # of the files, by path
+        self._seen = set()  # names of the files of all programs so far
+        self._first_named = None  # since the program began, LinuxCNC 2.10 only
 
     def look(self, status):
         """Reads changed files again. Returns whether LinuxCNC names the program now. Raises OSError."""
-        # While a subroutine runs, LinuxCNC names its file instead.
-        is_named = status.interp_state == linuxcnc.INTERP_IDLE or (
-            status.task_mode == linuxcnc.MODE_AUTO and status.call_level == 0
-        )
-        path = status.file if is_named else self._path
+        is_idle = status.interp_state == linuxcnc.INTERP_IDLE
+        is_named = is_idle or (status.task_mode == linuxcnc.MODE_AUTO and status.call_level == 0)
+        if names_moves(status) and not is_idle:
+            if is_named and self._is_another(status.file):
+                self.identity, self._is_read = 0, False
+                return False
+            path = self._path
+        else:
+            self._first_named = None
+            if names_moves(status) and status.file != self._path:
+                time.sleep(0.005)  # for one cycle after its end a program names its last move
+                status.poll()
+                if status.interp_state != linuxcnc.INTERP_IDLE:
+                    return False
+            path = status.file if is_named else self._path  # while a subroutine runs, LinuxCNC names its file instead
         if self._is_read and path == self._path and self._stamps == self._stamps_now():
             return is_named
         self.identity, self._stamps, self._is_read = 0, {}, False
@@ -71,7 +83,17 @@ class Program:
         if self._path:
             self.identity = identity(b"".join(self._contents(self._path)))
         self._is_read = True
+        self._seen.update(os.path.basename(path) for path in self._stamps)
         return is_named
+
+    def _is_another(self, named):
+        """Whether another program than the one that was seen before the start moves: it was opened between two looks."""
+        named = os.path.basename(named)
+        is_first = self._first_named is None
+        if is_first:
+            self._first_named = named
+        own = {os.path.basename(path) for path in self._stamps}
+        return bool(named) and named not in own and named not in (self._seen if is_first else {self._first_named})
 
     def _contents(self, path):
         self._stamps[path] = stamp(path)
@@ -92,6 +114,11 @@ class Program:
 
     def _stamps_now(self):
         return {path: stamp(path) for path in self._stamps}
+
+
+def names_moves(status):
+    """LinuxCNC 2.10 names the file of the present move while a program runs, even of the last move of the program before."""
+    return hasattr(status, "taskbeat")
 
 
 def stamp(path):
