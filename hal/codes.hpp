@@ -20,10 +20,10 @@
 // A code that is not a cause has a sentence of its own, too, after the one of its bit.
 #pragma once
 
+#include "hal/first.hpp"
 #include "hal/pin.hpp"
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 
 namespace plumb::hal {
@@ -73,20 +73,5 @@ private:
     Out<bool> active_;
     Code<E> code_;
 };
-
-// A code, and whether it applies.
-template <class E>
-struct Applies {
-    bool when;
-    E code;
-};
-
-// The first code that applies; 0 for none.
-template <class E>
-E first(std::initializer_list<Applies<E>> codes) noexcept {
-    for (const Applies<E>& each : codes)
-        if (each.when) return each.code;
-    return E{};
-}
 
 }  // namespace plumb::hal

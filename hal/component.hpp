@@ -25,7 +25,7 @@
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"
 #include "hal/role.hpp"
-#include "hal/status.hpp"
+#include "hal/status_pins.hpp"
 
 #include <memory>
 #include <string>

@@ -35,7 +35,7 @@ public:
     std::vector<OptionInfo> options;
     std::vector<OffsetInfo> offsets;
     std::vector<CodesInfo> codes;
-    std::vector<StatusInfo> statuses;  // one, of a function
+    std::vector<StatusInfo> statuses;  // one, of a function or a stage
 
 private:
     std::deque<double> cells_;

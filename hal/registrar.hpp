@@ -61,7 +61,7 @@ struct CodesInfo {
     std::map<std::int32_t, std::string> sentences;
 };
 
-struct StatusInfo;  // hal/status.hpp
+struct StatusInfo;  // hal/status_pins.hpp
 
 class Registrar {
 public:

@@ -13,14 +13,10 @@
 //     }
 //     hal::Status<LampStatus> status{this};
 //
-// declares the pins interlock-status, status-code and attention.
+// declares the pins (status_pins.hpp). A program without HAL includes this file alone.
 #pragma once
 
-#include "hal/pin.hpp"
-
 #include <cstdint>
-#include <map>
-#include <string>
 
 namespace plumb::hal {
 
@@ -150,60 +146,27 @@ constexpr const char* sentence(Common status) {
     return said(status).sentence;
 }
 
+// Those that a stage has, too: interlock gives it none.
+constexpr Said said_of_stage(Common status) {
+    switch (status) {
+        case Common::fault:
+        case Common::off:
+        case Common::suspended:
+        case Common::probing:
+        case Common::machine_off:
+        case Common::not_homed: return said(status);
+        default: return {};
+    }
+}
+
 // Whether the number is a status that interlock gives.
 constexpr bool is_common(std::int32_t number) {
     return number > 0 && number < first_own && said(static_cast<Common>(number)).sentence;
 }
 
-struct StatusInfo {
-    std::string pin;  // without the instance's name
-    std::map<std::int32_t, Said> statuses;
-};
-
 template <class E>
 constexpr E common(Common status) {
     return static_cast<E>(status);
 }
-
-template <class E>
-class Status {
-public:
-    explicit Status(Owner owner)
-        : interlock_{owner, "interlock-status", -1,
-                     "Net function-status of interlock for this function; -1 without interlock."},
-          code_{owner, "status-code", "Number of what the function does now."},
-          attention_{owner, "attention", "Somebody must act; status-code gives the reason."} {
-        StatusInfo info{code_.name(), {}};
-        CodesInfo codes{code_.name(), {}};
-        for (std::int32_t number = 1; number <= largest; ++number) {
-            const Said its = said(static_cast<E>(number));
-            if (!its.sentence) continue;
-            info.statuses[number] = its;
-            codes.sentences[number] = its.sentence;
-        }
-        owner.registrar().add(info);
-        owner.registrar().add(codes);
-    }
-
-    // What interlock knows: none where it hinders nothing, or there is no interlock.
-    E of_interlock() const noexcept {
-        const std::int32_t number = interlock_;
-        return is_common(number) ? static_cast<E>(number) : E{};
-    }
-
-    Status& operator=(E value) noexcept {
-        const Kind kind = said(value).kind;
-        code_ = static_cast<std::int32_t>(value);
-        attention_ = kind == Kind::warn || kind == Kind::bad;
-        return *this;
-    }
-
-private:
-    static constexpr std::int32_t largest = 99;
-
-    In<std::int32_t> interlock_;
-    Out<std::int32_t> code_;
-    Out<bool> attention_;
-};
 
 }  // namespace plumb::hal

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/compensation/centre_height/height_codes.hpp"
-#include "hal/codes.hpp"
+#include "hal/first.hpp"
 #include "hal/status.hpp"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "hal/codes.hpp"
+#include "hal/first.hpp"
 #include "hal/status.hpp"
 
 #include <cstdint>

@@ -6,6 +6,7 @@
 #include "components/math/blocks/offset_ledger.hpp"
 #include "components/math/blocks/source_sum.hpp"
 #include "components/stages/axis_offset/axis_offset_codes.hpp"
+#include "components/stages/axis_offset/axis_offset_status.hpp"
 #include "components/stages/axis_offset/guest_pins.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
@@ -66,6 +67,7 @@ struct AxisOffset final : hal::Component {
                                  "The axis lacks the offset that its sources ask for."};
     hal::Out<bool> probing_refused{this, "probing-refused", "A probing move began with an offset in force."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::ComponentStatus<AxisOffsetStatus> status{this};
 
     hal::Offset moves{this, hal::MovingPin(counts, counts_scale, offset_request)
                                 .bound(max_offset)
@@ -89,7 +91,8 @@ struct AxisOffset final : hal::Component {
         const bool arms = arm_.rises(arm), taking_back = clear, clears = clear_.rises(taking_back);
         if (power_.rises(on)) forget();
         const bool hears = read_report(dt);
-        const double wanted = enable ? sources_.value() : 0;
+        const bool is_enabled = enable;
+        const double wanted = is_enabled ? sources_.value() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
         const double target = taking_back ? 0 : possible;
 
@@ -113,19 +116,27 @@ struct AxisOffset final : hal::Component {
         guest.show(ledger_.guest().request(), ledger_.guest_in_force(), settings_.scale);
         armed = state_ == State::armed;
         in_force = any_in_force();
-        ramping = moves_own() && hears && !probing && !offset_limited &&
-                  std::abs(target - ledger_.own_in_force()) > slack();
-        limited = offset_limited || wanted != possible;
-        uncompensated = std::abs(wanted - (on ? ledger_.own_in_force() : 0)) > slack();
+        const bool at_limit = offset_limited;
+        const bool ramps = moves_own() && hears && !probing && !at_limit &&
+                           std::abs(target - ledger_.own_in_force()) > slack();
+        const bool falls_short = at_limit || wanted != possible;
+        const bool lacks = std::abs(wanted - (on ? ledger_.own_in_force() : 0)) > slack();
+        ramping = ramps;
+        limited = falls_short;
+        uncompensated = lacks;
         probing_refused = refused_;
-        fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
-                                   {!good_sources, Fault::source},
-                                   {!hears, Fault::report},
-                                   {!setting.good(), Fault::settings},
-                                   {state_ == State::lost, Fault::lost},
-                                   {counter_.used_up(), Fault::counts},
-                                   {shifted_, Fault::homed},
-                                   {!ledger_.guest().good(), Fault::guest}});
+        const Fault found = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
+                                               {!good_sources, Fault::source},
+                                               {!hears, Fault::report},
+                                               {!setting.good(), Fault::settings},
+                                               {state_ == State::lost, Fault::lost},
+                                               {counter_.used_up(), Fault::counts},
+                                               {shifted_, Fault::homed},
+                                               {!ledger_.guest().good(), Fault::guest}});
+        fault = found;
+        status = status_of({found != Fault::none, refused_, is_enabled, on, homed, taking_back,
+                            state_ == State::armed, probing, falls_short, ramps, lacks,
+                            wanted != 0 || own_in_force()});
     }
 
 private:

@@ -63,6 +63,7 @@ struct Functions : hal::Group {
     bool step(const Services& services, const Now& now) noexcept {
         bool good = true;
         any_permitted_ = any_on_ = any_withdrawn_ = any_busy_ = changed_ = false;
+        any_withheld_ = any_suspended_ = false;
         all_enabled_ = true;
         urgent_services_ = 0;
         for (std::size_t i = 0; i < number; ++i) {
@@ -93,6 +94,8 @@ struct Functions : hal::Group {
             any_permitted_ |= permitted;
             any_withdrawn_ |= its.withdrawn;
             any_on_ |= on;
+            any_withheld_ |= on && !its.granted;
+            any_suspended_ |= its.granted && its.suspended;
             all_enabled_ &= its.enabled == on;
             changed_ |= its.enabled != before;
             enable[i] = its.enabled;
@@ -129,8 +132,11 @@ struct Functions : hal::Group {
     }
 
     bool any_permitted() const noexcept { return any_permitted_; }
-    bool any_busy() const noexcept { return any_busy_; }                        // that was enabled
-    bool any_withdrawn() const noexcept { return any_withdrawn_; }              // by a loss, and not renewed
+    bool any_on() const noexcept { return any_on_; }                // by the operator
+    bool any_withheld() const noexcept { return any_withheld_; }    // on, and a service is missing
+    bool any_suspended() const noexcept { return any_suspended_; }  // by the program
+    bool any_busy() const noexcept { return any_busy_; }            // that was enabled
+    bool any_withdrawn() const noexcept { return any_withdrawn_; }  // by a loss, and not renewed
     std::int32_t urgent_services() const noexcept { return urgent_services_; }  // whose loss holds the feed
     bool all_enabled() const noexcept { return any_on_ && all_enabled_; }       // that are switched on
     bool changed() const noexcept { return changed_; }                          // an enable, in this period
@@ -147,7 +153,7 @@ private:
     std::array<State, number> its_;
     std::int32_t urgent_services_ = 0;
     bool any_permitted_ = false, any_on_ = false, any_withdrawn_ = false, any_busy_ = false,
-         all_enabled_ = false, changed_ = false;
+         all_enabled_ = false, changed_ = false, any_withheld_ = false, any_suspended_ = false;
 };
 
 }  // namespace plumb

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/delayed_bit.hpp"
 #include "components/stages/interlock/functions.hpp"
+#include "components/stages/interlock/interlock_status.hpp"
 #include "components/stages/interlock/interlock_waiting.hpp"
 #include "components/stages/interlock/services.hpp"
 #include "components/stages/interlock/stages.hpp"
@@ -89,6 +90,7 @@ struct Interlock final : hal::Component {
     hal::Out<std::int32_t> operation{this, "operation", "Key of the operation as a whole number."};
     hal::Codes<Waiting> waiting{this, "waiting", "The machine waits; waiting-code gives the reason."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::ComponentStatus<InterlockStatus> status{this};
 
     hal::Function run{this, "update", &Interlock::update, hal::Place::interlock};
 
@@ -117,19 +119,35 @@ struct Interlock final : hal::Component {
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
         const Stages::Now its_stages = stages.read();
-        request({probing, homed, loss, type != 0 && speed > 0,
-                 services.lost_of(holding | functions.urgent_services())},
-                its_stages, dt);
+        const Waiting reason = request({probing, homed, loss, type != 0 && speed > 0,
+                                        services.lost_of(holding | functions.urgent_services())},
+                                       its_stages, dt);
+        waiting = reason;
         functions.show_status(services, its_stages, {on, homed, in_order});
 
         if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = beats_;
         arm = armed_;
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
-        fault = hal::first<Fault>({{!in_order, Fault::order},
-                                   {!good_times, Fault::time},
-                                   {!good_needs, Fault::services},
-                                   {!known_key, Fault::operation}});
+        const Fault found = hal::first<Fault>({{!in_order, Fault::order},
+                                               {!good_times, Fault::time},
+                                               {!good_needs, Fault::services},
+                                               {!known_key, Fault::operation}});
+        fault = found;
+        InterlockSeen seen;
+        seen.fault = found != Fault::none;
+        seen.settles = reason == Waiting::offsets;
+        seen.holds = reason != Waiting::none && reason != Waiting::uncompensated && !seen.settles;
+        seen.on = functions.any_on();
+        seen.withholds = functions.any_withheld();
+        seen.suspended = functions.any_suspended();
+        seen.probing = seen.on && !functions.all_enabled();
+        seen.machine_on = on;
+        seen.homed = homed;
+        seen.stage_fault = its_stages.fault != 0;
+        seen.stage_lacks = (its_stages.uncompensated & ~its_stages.ramping) != 0;
+        seen.stage_limited = its_stages.limited != 0;
+        status = status_of(seen);
     }
 
 private:
@@ -151,7 +169,8 @@ private:
         std::int32_t lost_services;  // of those that hold the feed
     };
 
-    void request(const State& state, const Stages::Now& its, double dt) noexcept {
+    // Returns what the machine waits for.
+    Waiting request(const State& state, const Stages::Now& its, double dt) noexcept {
         const auto& [probing, homed, loss, moving, lost_services] = state;
         const bool settles = any(functions.settling), refused = its.probing_refused != 0;
         const bool function_ramps = any(functions.ramping), ramps = its.ramping != 0 || function_ramps;
@@ -178,14 +197,13 @@ private:
         probing_refused = was_refused;
         const bool held = held_.step(waits, delays_.feed_held, 0, dt);
         feed_held = held;
-        waiting =
-            hal::first<Waiting>({{loss && lost_services, waits_for_service(first_number(lost_services))},
-                                 {loss, Waiting::renew},
-                                 {was_refused, Waiting::probing_refused},
-                                 {held, Waiting::long_held},
-                                 {waits, Waiting::offsets},
-                                 {lacks, Waiting::uncompensated},
-                                 {!homed && its.in_force, Waiting::homing}});
+        return hal::first<Waiting>({{loss && lost_services, waits_for_service(first_number(lost_services))},
+                                    {loss, Waiting::renew},
+                                    {was_refused, Waiting::probing_refused},
+                                    {held, Waiting::long_held},
+                                    {waits, Waiting::offsets},
+                                    {lacks, Waiting::uncompensated},
+                                    {!homed && its.in_force, Waiting::homing}});
     }
 
     Delays delays_{2, 5, 5};  // the last good ones

@@ -7,6 +7,8 @@
 #include "components/math/blocks/source_sum.hpp"
 #include "components/math/blocks/tapered_offset.hpp"
 #include "components/math/blocks/usable.hpp"
+#include "components/stages/joint_offset/joint_offset_codes.hpp"
+#include "components/stages/joint_offset/joint_offset_status.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 #include "pages/joint_offset.page.hpp"
@@ -16,55 +18,6 @@
 #include <cstdint>
 
 namespace plumb {
-
-enum class Fault : std::int32_t {
-    none,
-    source,
-    position,
-    feedback,
-    settings,
-    limits,
-    origin,
-    interlock,
-    bound,
-    unhomed,
-    unreleased
-};
-constexpr const char* sentence(Fault fault) {
-    switch (fault) {
-        case Fault::source:
-            return "One of offset-0 to offset-3 is invalid or beyond 1000; its last good value is used.";
-        case Fault::position:
-            return "The joint-command or position is invalid or beyond 1e9; its last good value is used.";
-        case Fault::feedback:
-            return "The drive-feedback is invalid or beyond 1e9; LinuxCNC sees the joint stand, and stops "
-                   "with a following error when it moves.";
-        case Fault::settings:
-            return "The max-offset, ramp-rate or max-rate is out of its range; the last good set stays in "
-                   "force.";
-        case Fault::limits:
-            return "A limit is not set or out of range: min-limit below max-limit (both to 1e9), "
-                   "joint-acceleration or offset-acceleration (0.001 to 1e9); the last good set stays in "
-                   "force, and without one no offset is applied.";
-        case Fault::origin:
-            return "The origin was set with an offset in force; unhome the joint and home it again.";
-        case Fault::interlock:
-            return "The heartbeat stands still: interlock is not loaded, not called, or has found a wrong "
-                   "order "
-                   "of functions; the offset is held.";
-        case Fault::bound:
-            return "The max-offset is below the present offset; the last good one stays in force until the "
-                   "offset is within the new one.";
-        case Fault::unhomed:
-            return "The joint is not homed while a stroke is out; the offset is held. Turn the machine off "
-                   "and "
-                   "on, and home the joint.";
-        case Fault::unreleased:
-            return "A source with release-at-off is not 0 although the machine was off: net released to its "
-                   "component; the source has no effect until it is 0.";
-        default: return nullptr;
-    }
-}
 
 struct JointOffset final : hal::Component {
     static constexpr hal::About about{
@@ -121,6 +74,7 @@ struct JointOffset final : hal::Component {
                                     "1 after the release of a source with release-at-off, until the machine "
                                     "is on; then 0. -1: no source has release-at-off."};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::ComponentStatus<JointOffsetStatus> status{this};
 
     hal::Offset moves{this, hal::MovingPin(applied_offset)
                                 .bound(max_offset)
@@ -159,7 +113,8 @@ struct JointOffset final : hal::Component {
         origin_.step(is_homed, knows_origin ? command_ - position_ : origin_.last(), in_force(), slack);
         interlock_.step(heartbeat);
         const bool permitted = interlock_.alive(), shifted = origin_.shifted();
-        const bool active = enable && is_homed && !shifted && applied_.knows_limits(), on = motion_enabled;
+        const bool is_enabled = enable, on = motion_enabled;
+        const bool active = is_enabled && is_homed && !shifted && applied_.knows_limits();
         const auto sums = release_.sum(sources_, read_release());
         const double wanted = !permitted ? applied_.sum() : active ? sums.all : 0;
         const double possible = bounded(wanted, applied_.settings().max_offset);
@@ -188,17 +143,22 @@ struct JointOffset final : hal::Component {
         ramping = applied_.ramping();
         inhibit_homing = in_force();
         show_release();
-        limited = !holding && (release_.ignores() || wanted != possible || applied_.falls_short(possible));
-        fault = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
-                                   {!good_sources, Fault::source},
-                                   {!within(command, farthest) || !knows_place_, Fault::position},
-                                   {!good_feedback_, Fault::feedback},
-                                   {!setting.good(), Fault::settings},
-                                   {refused, Fault::bound},
-                                   {!limits.valid(), Fault::limits},
-                                   {shifted, Fault::origin},
-                                   {stranded, Fault::unhomed},
-                                   {on && release_.ignores(), Fault::unreleased}});
+        const bool falls_short =
+            !holding && (release_.ignores() || wanted != possible || applied_.falls_short(possible));
+        limited = falls_short;
+        const Fault found = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
+                                               {!good_sources, Fault::source},
+                                               {!within(command, farthest) || !knows_place_, Fault::position},
+                                               {!good_feedback_, Fault::feedback},
+                                               {!setting.good(), Fault::settings},
+                                               {refused, Fault::bound},
+                                               {!limits.valid(), Fault::limits},
+                                               {shifted, Fault::origin},
+                                               {stranded, Fault::unhomed},
+                                               {on && release_.ignores(), Fault::unreleased}});
+        fault = found;
+        status = status_of({found != Fault::none, is_enabled, on, is_homed, falls_short, applied_.ramping(),
+                            sums.all != 0 || in_force()});
     }
 
 private:
