@@ -189,6 +189,19 @@ class Report(unittest.TestCase):
         self.assertNotIn("CONSOLE", done.stderr)
         self.assertGreater(os.path.getsize(picture), 10000)
 
+    def test_the_report_shows_the_status_of_the_test_as_it_is_declared(self):
+        declared = {its["sentence"]: its["kind"] for its in plumb.declarations("thermal_growth_test")["statuses"].values()}
+        stop = next(line for line in self.text.split("\n") if line.startswith("event") and ",stop," in line)
+        words = stop.split(",")
+        for reason, kind, part in (("1", "good", "warm"), ("2", "warn", "maximum time")):
+            words[words.index("stop") + 1] = reason
+            log = self.write("stop%s.csv" % reason, self.text.replace(stop, ",".join(words)))
+            status = results_of(log, self.out("stop" + reason))["status"]
+            self.assertEqual((declared[status["sentence"]], status["kind"]), (kind, kind))
+            self.assertIn(part, status["sentence"])
+            with open(self.out("stop%s/report.html" % reason), encoding="utf-8") as file:
+                self.assertIn(status["sentence"], file.read())
+
     def test_a_log_of_a_test_that_runs_is_as_good_but_never_passes(self):
         lines = self.text.split("\n")
         part = self.write("part.csv", "\n".join(lines[: len(lines) * 6 // 10]) + "\ntouch,99")

@@ -40,7 +40,7 @@ void read(std::string_view bytes) {
            "a log that is written again is the same");
     demand_unchanged(whole);
     const commissioning::GrowthAnalysis analysis = commissioning::analysed(log);
-    demand(analysis.verdict != commissioning::GrowthVerdict::pass || analysis.stop == 1,
+    demand(analysis.verdict != commissioning::GrowthVerdict::pass || analysis.stop == growth_test::Stop::stable,
            "only a test that ended passes");
     demand(commissioning::growth_page({analysis}).find("<script") == std::string::npos,
            "a log brings no script");

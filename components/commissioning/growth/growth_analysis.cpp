@@ -110,7 +110,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
         if (r.kind == GrowthRecord::temperature && r.at[1] != 0)
             analysis.temperatures[r.item].emplace_back(r.time, r.at[0]);
         if (r.kind != GrowthRecord::event) continue;
-        if (r.item == 5) analysis.stop = static_cast<int>(r.at[0]);
+        if (r.item == 5) analysis.stop = static_cast<growth_test::Stop>(static_cast<int>(r.at[0]));
         if (r.item == 6) ++analysis.resumed;
         if (r.item == 6 && r.at[0] != 0) ++analysis.unknown_breaks;
         if (r.item == 6 && (r.at[0] != 0 || r.time - before > longest_break)) {

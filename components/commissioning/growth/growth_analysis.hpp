@@ -3,6 +3,7 @@
 #pragma once
 
 #include "components/commissioning/growth/growth_identify.hpp"
+#include "components/compensation/thermal_growth/growth_status.hpp"
 #include "components/io/files/growth_log_file.hpp"
 #include "components/math/growth/compensation_effect.hpp"
 #include "components/math/growth/growth_curve.hpp"
@@ -72,7 +73,7 @@ struct GrowthAnalysis {
     int parts = 1;               // between breaks in which the machine cools
     std::vector<double> breaks;  // s, the ends of these breaks
     double duration = 0;
-    int stop = 0;  // as in thermal_growth_test: 0 not yet, 1 stable, 2 maximum time
+    growth_test::Stop stop = growth_test::Stop::none;
     bool cooling_toggled = false;
     std::array<GrowthBudget, 3> budgets;  // of a deviation of each axis
     std::array<double, 3> of_mean{};      // standard uncertainty of a deviation in the mean of all bores

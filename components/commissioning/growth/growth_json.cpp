@@ -143,7 +143,11 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     j["clause"] = clause(log);
     j["duration_s"] = test.duration;
     j["passes"] = test.passes;
-    j["stop"] = test.stop == 1 ? "stable" : test.stop == 2 ? "maximum time" : "not reached";
+    j["stop"] = test.stop == growth_test::Stop::stable         ? "stable"
+                : test.stop == growth_test::Stop::maximum_time ? "maximum time"
+                                                               : "not reached";
+    const hal::Said status = growth_test::said_of_log(test.stop);
+    j["status"] = {{"kind", hal::name(status.kind)}, {"sentence", status.sentence}};
     j["verdict"] = word(test.verdict);
     j["reasons"] = test.reasons;
     j["notes"] = test.notes;

@@ -9,12 +9,6 @@
 namespace plumb::commissioning {
 namespace {
 
-std::string stop_sentence(const GrowthAnalysis& test) {
-    if (test.stop == 1) return "The machine was warm by the rules of the test.";
-    if (test.stop == 2) return "The maximum time was reached.";
-    return "The test has not reached its end.";
-}
-
 constexpr const char* style = R"(<style>
 :root{--bg:#fff;--fg:#1a1a1a;--soft:#555;--line:#ddd;--card:#f6f6f6;--good:#00694d;--bad:#b03a00;--open:#6b5900}
 @media (prefers-color-scheme:dark){:root{--bg:#16181b;--fg:#eee;--soft:#aaa;--line:#3a3d42;--card:#212428;--good:#4fd0a5;--bad:#ff9a5c;--open:#e6cf5c}}
@@ -292,7 +286,7 @@ void write_test(std::ostringstream& out, const GrowthAnalysis& test) {
     out << "<p class=\"soft\">" << escaped_xml(clause(log)) << "<br>Machine " << escaped_xml(log.machine)
         << ", begun " << escaped_xml(log.begun) << ", " << number(test.duration / seconds_per_hour) << " h, "
         << test.passes << " passes. Compensation: " << escaped_xml(log.compensation) << ". "
-        << stop_sentence(test) << "</p>\n"
+        << growth_test::said_of_log(test.stop).sentence << "</p>\n"
         << "<div class=\"verdict " << kind << "\" role=\"status\"><b>" << word(test.verdict) << "</b><ul>";
     for (const std::string& reason : test.reasons) out << "<li>" << escaped_xml(reason) << "</li>";
     if (test.has_off && test.has_on) out << "<li>" << escaped_xml(compensation_sentence(test)) << "</li>";

@@ -64,16 +64,16 @@ void decide(GrowthAnalysis& analysis) {
             analysis.reasons.push_back(letter + " drifts " + micrometres(most) + " " + state +
                                        ", within U = " + micrometres(room) + " of the tolerance of " +
                                        micrometres(tolerance) + ".");
-        } else if (analysis.stop == 1) {
+        } else if (analysis.stop == growth_test::Stop::stable) {
             verdict = GrowthVerdict::pass;
         }
         all = all && verdict == GrowthVerdict::pass;
     }
-    if (analysis.stop == 0)
-        analysis.reasons.push_back("The test has not reached its end. Only a fail can be stated now.");
-    if (analysis.stop == 1) say_stable(analysis, axes);
-    if (analysis.stop == 2)
-        analysis.reasons.push_back("The maximum time was reached, and the machine was not stable.");
+    const std::string status = growth_test::said_of_log(analysis.stop).sentence;
+    if (analysis.stop == growth_test::Stop::none)
+        analysis.reasons.push_back(status + " Only a fail can be stated now.");
+    if (analysis.stop == growth_test::Stop::stable) say_stable(analysis, axes);
+    if (analysis.stop == growth_test::Stop::maximum_time) analysis.reasons.push_back(status);
     const bool any =
         std::any_of(axes.begin(), axes.end(), [](const GrowthOfAxis& axis) { return axis.probed; });
     if (!any) analysis.reasons.push_back("No bore was probed twice.");

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/compensation/thermal_growth/growth_codes.hpp"
-#include "hal/codes.hpp"
+#include "hal/first.hpp"
 #include "hal/status.hpp"
 
 #include <cstdint>
@@ -42,6 +42,16 @@ constexpr hal::Said said(Status status) {
                     "Start LinuxCNC again, then resume.ngc."};
         case Status::idle: return {Kind::off, "No test runs.", "Start the program of the test.", "start"};
         default: return hal::said(static_cast<hal::Common>(status));
+    }
+}
+
+// The status of a test by its log. A log without an end does not say whether its test runs or was
+// interrupted.
+constexpr hal::Said said_of_log(Stop stop) {
+    switch (stop) {
+        case Stop::stable: return said(Status::warm);
+        case Stop::maximum_time: return said(Status::time_over);
+        default: return {hal::Kind::wait, "The test has not reached its end."};
     }
 }
 
