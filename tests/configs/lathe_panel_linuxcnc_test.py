@@ -48,6 +48,11 @@ class Lathe(unittest.TestCase):
         self.assertIn("Resume it, or begin again.", words)
         self.assertFalse(tick)
 
+    def test_refused_cuts_have_no_tick(self):
+        words, tick = self.seen["no height"]
+        self.assertIn("The method needs cuts at two positions of Y. Begin again.", words)
+        self.assertFalse(tick)
+
     def test_an_accepted_diameter_is_taken_back(self):
         self.assertRegex(self.seen["undo"], r"M452 P\[10\.\d+.*\] Q1")
 

@@ -81,6 +81,7 @@ class Operator:
         self.measure(40, 4)  # two lands do not know it well enough
         seen["verdict"] = self.finger.await_text("The tool is on centre.")
         self.interrupt()
+        self.refuse()
         self.shot("lathe_centred.png")
 
     def interrupt(self):
@@ -89,6 +90,24 @@ class Operator:
         self.begin(2)
         finger.press("Interrupt")
         seen["interrupted"] = [finger.await_text("The measurement is interrupted."), "\u2714" in finger.texts()]
+
+    def refuse(self):
+        """Two lands without a step of Y, which give no height."""
+        finger = self.finger
+        self.begin(2)
+        for land in (1, 2):
+            finger.press("The cut is done")
+            self.until("centre.state-code", 2)
+            self.machine.wait_until_idle()
+            finger.press("Enter the diameter")
+            finger.type("10.01")
+            finger.press("Enter")
+            self.finger.until(lambda land=land: self.host.get("centre.state-code") == 4 or self.host.get("centre.cut-number") == land, "the entry")
+            if self.host.get("centre.state-code") == 4:
+                break
+            self.machine.wait_until_idle()
+        self.machine.wait(2)  # for the abort by which LinuxCNC tells of it
+        seen["no height"] = [finger.await_text("The cuts give no height."), "\u2714" in finger.texts()]
 
     def begin(self, lands):
         finger = self.finger

@@ -54,8 +54,9 @@ public:
         state_ = State::idle;
     }
 
+    // Refused cuts stay refused: the abort that tells LinuxCNC of them comes here, too.
     void interrupt() noexcept {
-        if (state_ == State::idle || state_ == State::aborted) return;
+        if (state_ == State::idle || state_ == State::aborted || state_ == State::refused) return;
         state_before_abort_ = state_;
         fault_before_abort_ = fault_;
         forget();

@@ -876,8 +876,9 @@ TEST_F(CentreHeight, RefusedCutsStayRefusedAfterAnAbort) {
     pulse("cut-done");
     enter(10);
     expect_refused(16);
-    pulse("abort");
-    EXPECT_EQ(get("fault"), 0);
+    pulse("abort");  // by which LinuxCNC tells of it
+    expect_refused(16);
+    EXPECT_EQ(get("state-code"), 4);
     pulse("resume");
     expect_refused(16);
 }
