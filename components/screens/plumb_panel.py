@@ -43,6 +43,8 @@ def main():
     except ValueError:
         return refuse("--size %s: give width and height in pixels, as 1000x740" % options.size, 2)
     options.programs = os.path.join(PREFIX, "bin")
+    # A panel that LinuxCNC has started ends with it, as one within a screen does.
+    options.stays = options.into is None and not options.xid and "INI_FILE_NAME" not in os.environ
     ini_path = options.ini or os.environ.get("INI_FILE_NAME", "")
     if options.ini and not os.path.isfile(options.ini):
         return refuse("cannot read %s: there is no such file" % options.ini, 2)

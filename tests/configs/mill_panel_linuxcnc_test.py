@@ -7,7 +7,7 @@ import re
 import unittest
 
 import linuxcnc_runs
-from linuxcnc_runs import copy_configuration, own_folder
+from linuxcnc_runs import PROGRAMS, copy_configuration, own_folder
 from screen import Screen
 from starts import starts
 
@@ -68,6 +68,34 @@ class Days(unittest.TestCase):
         self.assertIn("Do not learn again", self.days[1]["morning"])
         self.assertIn("It replaces the kept reference of 5 contacts.", self.days[1]["replaces"])
 
+    def test_a_new_reference_is_taken_back(self):
+        former, learnt, after = self.days[1]["references"]
+        self.assertEqual(len(former), 5)
+        self.assertNotEqual(learnt, former)
+        self.assertEqual(after, former)
+
+    def test_a_message_waits_behind_the_panel(self):
+        question, texts = self.days[1]["in front"]
+        self.assertTrue(question)
+        self.assertEqual([text for text in texts if "Growth of Z" in text], [])
+
+    def test_a_residual_changes_its_lean_and_no_other(self):
+        self.assertAlmostEqual(self.days[1]["residual"], -0.00016 - 0.001 / 300, delta=1e-9)
+        self.assertEqual(*self.days[1]["others"])
+        for error in self.days[1]["with residual"]:
+            self.assertLess(abs(error), 3)
+
+    def test_a_lean_that_corrects_nothing_is_not_offered_and_a_square_says_its_uncertainty(self):
+        self.assertFalse(self.days[1]["offered"])
+        self.assertRegex(self.days[1]["after"], r"\u00b1[\d.]+ \u00b5m \(k=2\)")
+
+    def test_a_new_chain_waits_for_the_restart(self):
+        self.assertIn("start LinuxCNC again", self.days[1]["new chain"])
+
+    def test_a_new_component_leaves_a_half_filled_form_and_its_sensors_have_a_page(self):
+        self.assertEqual(self.days[1]["entries"], ["0.04"])
+        self.assertIn("spindle-load", self.days[1]["lost sensor"])
+
     def test_homing_is_no_alarm_in_production(self):
         self.assertEqual(self.days[0]["waiting"], "")
 
@@ -81,6 +109,21 @@ class Days(unittest.TestCase):
             with self.subTest(axis):
                 self.assertAlmostEqual(abs(leaning), lean, delta=2)  # um over 300 mm
                 self.assertLess(abs(square), 2)
+
+
+class OwnWindow(unittest.TestCase):
+    """plumb panel in its own window stays when LinuxCNC ends."""
+
+    def test_it_says_that_linuxcnc_has_ended_and_comes_back_with_the_next_start(self):
+        folder = own_folder(self)
+        machine = copy_configuration("mill", folder)
+        ini = linuxcnc_runs.own_ini(os.path.join(machine, "mill.ini"))
+        seen = linuxcnc_runs.work_screen(folder, ini, Screen(self).display, speed=4, program=[os.path.join(PROGRAMS, "panel_waits.py"), ini])
+        for name in ("first", "second"):
+            self.assertIn("LinuxCNC has ended. This screen waits for the next start.", seen[name + " end"])
+            self.assertTrue(seen[name + " lives"])
+        self.assertLess(seen["took"], 5, "without LinuxCNC it ends at once")
+        self.assertIn("M64 P30", seen["answer"], "a shift of contacts is answered by a digital output")
 
 
 tearDownModule = starts("mill/axis.ini")

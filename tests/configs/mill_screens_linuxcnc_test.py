@@ -23,6 +23,8 @@ class Screens(unittest.TestCase):
         self.assertEqual(seen["ago"], "", "no contact has come")
         self.assertEqual(seen["promise"], "", "no plumb-retain keeps the setting")
         self.assertIn("The machine is off. Turn the machine on.", seen["off"])
+        self.assertEqual(seen["entries"], ["0.04"], "the half-filled form")
+        self.assertIn("spindle-load", seen["lost sensor"])
 
     def test_in_gmoccapy_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("gmoccapy")

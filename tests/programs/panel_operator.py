@@ -10,6 +10,8 @@ import traceback
 
 import plumb
 from plumb_linuxcnc import Machine
+from axis_popups import popups
+from panel_traps import enter_an_incomplete_lean, lose_a_sensor
 from screen import Finger
 
 TABS = range(40, 1280, 36)  # px, where the tab may be
@@ -214,16 +216,122 @@ class Operator:
         self.machine.mdi("G53 G0 Y0")
         return [1000 * (after - before) for before, after in zip(*found)]
 
+    def residual(self):
+        """A square machine with a residual of 1 um: its lean is saved, and the others stay."""
+        finger, host = self.finger, self.host
+        others = ["square.ea0z", "square.eb0z", "square.eb0x", "square.axis-direction", "square.to-bed", "square.ea0y"]
+        before = host.get(others)
+        self.lean("Y EC0Y", "Y leans to +X", "0.001")
+        finger.press("Test move")
+        self.save()
+        finger.until(lambda: host.get("square.ec0y") != -0.00016, "the saved residual")
+        seen["residual"] = host.get("square.ec0y")
+        seen["others"] = [before, host.get(others)]
+        seen["with residual"] = self.errors_along_y()
+        finger.press("Changes")
+        finger.press("Undo square.ec0y")  # without a question: at Y0 it moves nothing
+        self.until("square.ec0y", -0.00016)
+
+    def another_chain(self):
+        """A table in X and Y: its lean of Y to X corrects nothing, and squares come first. Between the saved chain and the restart nothing is
+        switched on."""
+        finger, host = self.finger, self.host
+        finger.open("Squareness", "Measure and set up")
+        finger.open("Measure and set up", "w-X-Y.b-Z-C-t")
+        finger.open("w-X-Y.b-Z-C-t", "Square and indicator")
+        seen["why not"] = finger.await_text("Y turns all that it carries with it")
+        seen["offered"] = bool(finger.find("Y EC0Y"))
+        for name in ("Square and indicator", "Axis Y", "Plunger +X", "Indicator reads more, \u00b5m"):
+            finger.press(name)
+        finger.type("48")
+        finger.press("Enter")
+        finger.press("What it will do")
+        seen["after"] = finger.await_text("straightness not included")
+        finger.press("Test move")
+        self.save()
+        finger.await_text("LinuxCNC runs with w-Z.b-X-Y-C-t: start LinuxCNC again.")
+        self.until("square.enable", False)
+        finger.press("Switch on / off")
+        seen["new chain"] = finger.await_text("Switch on: refused. The chain w-X-Y.b-Z-C-t is saved")
+        finger.press("Changes")
+        finger.press("Undo [SQUARENESS]CHAIN")
+        finger.press("Undo")
+        finger.until(lambda: host.get(["square.ec0y", "square.ea0y"]) == [-0.00016, 0.00012], "the angles of before")
+        self.until("square.enable", True)  # which is part of the deed
+
+    def hold_a_message_back(self):
+        """What the panel shows waits behind the question of the panel, and comes when another tab is in front."""
+        finger, host = self.finger, self.host
+        for pin in ("growth-doubt", "growth-doubt-code"):
+            host.command("unlinkp linuxcnc-link." + pin)
+        host.set("linuxcnc-link.growth-doubt", False)
+        self.machine.wait(1)
+        finger.open("Growth of Z", "Learn from the next part")
+        finger.press("Learn from the next part")
+        finger.await_text("The machine must be cold")
+        host.set("linuxcnc-link.growth-doubt-code", 4)
+        host.set("linuxcnc-link.growth-doubt", True)
+        self.machine.wait(5)
+        seen["in front"] = [bool(finger.find_text("The machine must be cold")), popups()]
+        finger.until(self.leaves_the_tab, "another tab in front")
+        finger.until(lambda: any("Growth of Z" in text for text in popups()), "the message")
+        host.set("linuxcnc-link.growth-doubt", False)
+        host.set("axisui.notifications-clear", True)  # it would lie over the panel
+        finger.until(lambda: not popups(), "AXIS without messages")
+        self.open_tab()
+        finger.press("Cancel")
+
+    def leaves_the_tab(self):
+        for x in TABS:
+            if x > 400 and self.finger.is_seen():
+                self.finger.press_at(x, 76)
+                self.machine.wait(0.5)
+        return not self.finger.is_seen()
+
+    def learn_and_undo(self):
+        """A new reference takes the place of a good one, and is taken back."""
+        finger, host = self.finger, self.host
+        former = self.reference()
+        finger.press("Learn from the next part")
+        seen["replaces"] = finger.await_text("Learn from the next part?")
+        finger.press("Learn")
+        self.until("growth.learn", True)
+        self.machine.run("setup.ngc")
+        finger.until(self.learns_part, "the new reference")
+        self.until("growth.learn", False)
+        learnt = self.reference()
+        self.machine.wait_until_idle()
+        finger.press("Changes")
+        finger.press("Undo growth reference")
+        seen["former"] = finger.await_text("Put the former reference in force again (contacts: 5)?")
+        finger.press("Undo")
+        finger.await_text("The former reference is in force.")
+        seen["references"] = [former, learnt, self.reference()]
+        finger.press("Growth of Z")
+
+    def reference(self):
+        """Coordinates of the contacts."""
+        found = []
+        for row in range(self.host.get("growth.rows")):
+            def shown(row=row):
+                self.host.set("growth.row", row)
+                self.machine.wait(0.01)
+                return self.host.get("growth.row-shown") == row
+            self.finger.until(shown, "row %d" % row)
+            found.append(self.host.get("growth.row-coordinate"))
+        return found
+
     def second_day(self):
         finger = self.finger
         seen["angles"] = self.host.get(["square.ec0y", "square.ea0y"])
         seen["square"] = self.errors_along_y()
+        self.residual()
+        self.another_chain()
         seen["gate-floor"] = self.host.get("growth.gate-floor")
         finger.open("Growth of Z", "Learn from the next part")
         seen["morning"] = finger.await_text("A reference is kept, and waits for its program.")
-        finger.press("Learn from the next part")
-        seen["replaces"] = finger.await_text("Learn from the next part?")
-        finger.press("Cancel")
+        self.hold_a_message_back()
+        self.learn_and_undo()
         self.machine.run("setup.ngc")
         self.machine.start("part.ngc")
         self.until("growth.reference-valid", True)
@@ -253,6 +361,8 @@ class Operator:
         seen["switched off"] = finger.find_text("Switched off")
         finger.press("Overview")
         seen["overview"] = finger.await_text("plumb-retain (service 0) does not answer.")
+        enter_an_incomplete_lean(finger, "w-Z.b-X-Y-C-t")
+        lose_a_sensor(finger, self.host, seen)
 
 
 def read(path):

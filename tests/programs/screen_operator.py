@@ -12,6 +12,7 @@ import traceback
 
 import plumb
 from plumb_linuxcnc import Machine
+from panel_traps import enter_an_incomplete_lean, lose_a_sensor
 from screen import Finger
 
 # By the name of the screen's program: title of its window; points of which one is the panel's tab; its buttons of the emergency
@@ -76,6 +77,8 @@ class Operator:
         self.until("growth.enable", False)
         finger.press("Switch on / off")
         seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
+        enter_an_incomplete_lean(finger, "w-Z.b-X-Y-C-t")
+        lose_a_sensor(finger, self.host, seen)
 
     def press_until(self, title, place, what, pin):
         """Presses a place of a window, which may give itself another size as it starts."""

@@ -188,15 +188,15 @@ def with_operator(ini, operator, **more):
     return own_ini(ini, DISPLAY=shown_to, APPLICATIONS=["APP = " + os.path.join(PROGRAMS, operator)], **more)
 
 
-def work_screen(folder, ini, display, speed, patience=PATIENCE):
-    """Starts LinuxCNC with its screen on a display, until the operator has ended it. Returns what this one has seen."""
+def work_screen(folder, ini, display, speed, patience=PATIENCE, program=None):
+    """Starts LinuxCNC with its screen on a display, or a program that does, until the operator has ended it. Returns what this one has seen."""
     machine = os.path.dirname(ini)
     python = os.pathsep.join(os.path.join(*parts) for parts in ((BUILD, "python"), (ROOT, "tests", "support"), (ROOT, "scripts")))
     process = subprocess.Popen(
-        [*plumb_run(BUILD, "--speed", "%g" % speed), "linuxcnc", "-r", ini],
+        [*plumb_run(BUILD, "--speed", "%g" % speed), *(program or ["linuxcnc", "-r", ini])],
         cwd=machine,
         # Without a service for notifications on the session's bus, QtDragon crashes in libdbus.
-        env=environment(folder, PYTHONPATH=python, DISPLAY=display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1", PLUMB_PATIENCE="600",
+        env=environment(folder, ROOT=ROOT, BUILD=BUILD, PYTHONPATH=python, DISPLAY=display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1", PLUMB_PATIENCE="600",
                         DBUS_SESSION_BUS_ADDRESS="disabled:", PYTHONFAULTHANDLER="1"),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

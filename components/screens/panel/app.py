@@ -17,7 +17,7 @@ from gi.repository import GLib, Gtk  # noqa: E402
 from panel import access, hal_files, texts  # noqa: E402
 from panel.function_pages import function_pages  # noqa: E402
 from panel.guard import Guard  # noqa: E402
-from panel.hal_access import Hal, HalGone  # noqa: E402
+from panel.hal_access import Hal, HalGone, is_gone  # noqa: E402
 from panel.machine import Machine  # noqa: E402
 from panel.pages import Changes, Component, Components, Edit, Overview, Sensors, state_of  # noqa: E402
 from panel.settings import MDI, Refused, Settings  # noqa: E402
@@ -27,6 +27,7 @@ from panel.widget_list import WidgetList  # noqa: E402
 from panel.window import Window  # noqa: E402
 
 ORPHANED = 5000  # ms until a panel within another screen ends after LinuxCNC
+ENDING = 10  # s that LinuxCNC has to end in after it has ended its HAL programs
 HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
 
 
@@ -43,6 +44,7 @@ class Panel:
         self.guard = Guard(self)
         self.page, self.pages, self.function_pages, self._opened = None, [], [], []
         self._beats, self._beaten = None, time.monotonic()
+        self._ends = False
         self.window = Window(options.size, options.into, (options.theme or ini.get("PLUMB", "THEME", "light")) == "dark", Gtk.main_quit)
         self._list = WidgetList(options.widgets, self.window.gtk) if options.widgets else None
         self._connect()
@@ -57,13 +59,14 @@ class Panel:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) == signal.SIG_IGN:
                 continue  # as under nohup
-            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, Gtk.main_quit)
+            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._terminated if number == signal.SIGTERM else Gtk.main_quit)
 
     def close(self):
         if self.task is not None:
             self.task.close()
         if self.hal is not None:
             self.hal.close()
+        self.task = self.hal = None
 
     # --- HAL ---
 
@@ -118,27 +121,28 @@ class Panel:
         return self.task.values() if self.task is not None else {}
 
     def _tick(self):
-        goes_on = True
         try:
-            goes_on = self._look()
+            self._look()
             if self._list is not None:
                 self._list.write(self.window.is_seen())
         except Exception:  # without this, GLib would never call it again, and old values would stay
             traceback.print_exc()
-        return goes_on
+        return True
 
     def _look(self):
+        if self._ends:
+            return
         self._looks += 1
         seen = self.window.is_seen()
         if not seen and self._looks % HIDDEN_PERIOD:
-            return True
+            return
         if self.hal is None:
             if self._looks % 4 == 0:
                 self._connect()
-            return True
+            return
         if self.hal.is_gone():
             self._end()
-            return False
+            return
         values = self.hal.values()
         if self._names is None or values.keys() != self._names:
             if any(_is_of_machine(name) for name in values.keys() ^ (self._names or set())):
@@ -147,7 +151,7 @@ class Panel:
                 self._names = values.keys()
         self.values = {**values, **self.task_values()}
         if self.machine is None:
-            return True
+            return
         self._watch(values)
         for page in self.pages:
             observe = getattr(page, "observe", None)
@@ -156,7 +160,6 @@ class Panel:
         if self.page is not None and seen:
             self.page.refresh(self.values)
             self._beat(values)
-        return True
 
     def _beat(self, values):
         """Tells linuxcnc_link that this screen is seen: what it shows needs no message over it. Beats of two screens differ as well."""
@@ -165,9 +168,32 @@ class Panel:
                 if name.endswith(".panel-beat"):
                     self.hal.set(name, str(int(time.monotonic() * 1000) % (1 << 31)))
 
+    def _terminated(self):
+        """LinuxCNC ends all HAL programs when it ends: a panel in its own window stays, and waits for the next start."""
+        if not self.options.stays or self.hal is None:
+            Gtk.main_quit()
+            return False
+        self._ends = True
+        memory, latest = self.hal.memory, time.monotonic() + ENDING
+        self.close()  # HAL cannot end before
+        self._alone(_("LinuxCNC ends."))
+
+        def look():
+            if is_gone(memory):
+                self._end()
+            elif time.monotonic() > latest:
+                Gtk.main_quit()  # it was this panel that had to end
+            else:
+                return True
+            return False
+
+        GLib.timeout_add(100, look)
+        return True
+
     def _end(self):
-        self.task.close()
-        if self.options.into is None and not self.options.xid:
+        self._ends = True
+        self.close()
+        if self.options.stays:
             self._alone(_("LinuxCNC has ended. This screen waits for the next start."))
             GLib.timeout_add(1000, _start_again)
         else:
@@ -233,11 +259,11 @@ class Panel:
         if seen:
             seen()
 
-    def write(self, pin, text, why=""):
-        """A pin of a button: written and logged."""
+    def write(self, pin, text, why="", together=()):
+        """A pin of a button: written and logged, together with other changes (name, old, new)."""
         old = self.hal.get(pin)
         self.hal.set(pin, text)
-        self.settings.note(pin, _as_text(old), text, why)
+        self.settings.note_all([*together, (pin, _as_text(old), text)], why)
 
     def pulse(self, pin, time=300, ends=True):
         """A rising edge at a pin, and its end, unless it stays true. A pin that another screen has left true falls first."""
@@ -257,11 +283,12 @@ class Panel:
         """The path of a program of this Plumb."""
         return os.path.join(self.options.programs, name)
 
-    def mdi(self, line, action, undo="", done=lambda: None, stays=False):
-        """One MDI line. `undo` is a line that takes it back; done() is called after it, also after a refusal; LinuxCNC stays in MDI, or goes back."""
+    def mdi(self, line, action, undo="", done=lambda: None, stays=False, together=()):
+        """One MDI line. `undo` is a line that takes it back; done() is called after it, also after a refusal; LinuxCNC stays in MDI, or goes back.
+        `together` are other changes (name, old, new) that belong to it."""
         from panel.linuxcnc_access import mdi
 
-        self._beside(lambda: mdi(line, stays), action, undo, line, done)
+        self._beside(lambda: mdi(line, stays), action, undo, line, done, together)
 
     def start(self, program, action):
         """Opens a program in LinuxCNC, and starts it."""
@@ -275,7 +302,7 @@ class Panel:
 
         self._beside(abort, action, "", "abort")
 
-    def _beside(self, do, action, undo, line, done=lambda: None):
+    def _beside(self, do, action, undo, line, done=lambda: None, together=()):
         """Beside this thread: LinuxCNC may take seconds. Its refusal is said."""
         def work():
             try:
@@ -283,7 +310,7 @@ class Panel:
             except RuntimeError as error:
                 GLib.idle_add(self.say, "%s: %s" % (action, error), "bad")
             else:
-                GLib.idle_add(self.settings.note, MDI, undo, line, "button")
+                GLib.idle_add(self.settings.note_all, [*together, (MDI, undo, line)], "button")
             finally:
                 GLib.idle_add(done)
 

@@ -2,15 +2,16 @@
 """thermal_displacement: growth and offset over hours, contacts, and the buttons of the operator."""
 
 import collections
+import json
 import time
 
-from panel import growth_state
+from panel import growth_state, references
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
 from panel.growth_question import ShiftQuestion
 from panel.growth_state import learning_steps
 from panel.inputs import LoadBar
-from panel.settings import Write
+from panel.settings import REFERENCE, Write
 from panel.texts import _, in_micrometres
 from panel.widgets import Figures, button, card, clear, column, label, set_text
 
@@ -100,10 +101,18 @@ class GrowthPage(FunctionPage):
         rows = self.get(self.panel.values, "rows")
         if rows:
             text += " " + _("It replaces the kept reference of {count} contacts.").format(count=rows)
-        if "learn" in self.instance.settings():
-            self.panel.guard.once_asked(text, _("Learn"), lambda: self.panel.write(self.instance.full("learn"), "1", "learn"), must_be_safe=False)
-        else:
-            self.panel.guard.once_asked(text, _("Learn"), lambda: self.panel.mdi("M64 P2", _("Learn"), undo="M65 P2"))
+        by_pin = "learn" in self.instance.settings()
+
+        def learn():
+            """The list of changes has the reference that the new one replaces."""
+            records = references.read(self.panel.hal, self.instance)
+            former = [(self.instance.name + REFERENCE, json.dumps(records), "")] if records else []
+            if by_pin:
+                self.panel.write(self.instance.full("learn"), "1", "learn", together=former)
+            else:
+                self.panel.mdi("M64 P2", _("Learn"), undo="M65 P2", together=former)
+
+        self.panel.guard.once_asked(text, _("Learn"), learn, must_be_safe=not by_pin)
 
     def _dry_run(self):
         on = self.panel.hal.get(self.instance.full("dry-run"))

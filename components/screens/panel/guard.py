@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Before every write: whether it may be, how far it moves the axes, and one question if it does."""
 
-from panel import access, chains, effects
-from panel.settings import CHAIN, Conflict, Refused, Write
+import json
+
+from panel import access, chains, effects, references
+from panel.settings import CHAIN, REFERENCE, Conflict, Refused, Write
 from panel.texts import _, with_unit
 
 
@@ -27,12 +29,14 @@ class Guard:
         if not self._refused(action, self._panel.access.refusal(needed)):
             self._do(action, do)
 
-    def once_asked(self, text, action, do, needed="operator", must_be_safe=True):
-        """One question; it is refused, with the reason, while the machine cannot move safely."""
+    def once_asked(self, text, action, do, needed="operator", must_be_safe=True, must_be_idle=False):
+        """One question; it is refused, with the reason, while the machine cannot move safely, or is not idle."""
         def refused():
             why = self._panel.access.refusal(needed)
             if not why and must_be_safe:
                 why = access.unsafe(self.values())
+            if not why and must_be_idle:
+                why = access.busy(self.values())
             return self._refused(action, why)
 
         if not refused():
@@ -124,12 +128,15 @@ class Guard:
         """The whole deed that a change belongs to."""
         panel = self._panel
         try:
-            writes, chain, lines = panel.settings.undoing(change, panel.machine)
+            writes, chain, lines, former = panel.settings.undoing(change, panel.machine)
             chain = (chains.place(panel.ini), change_of(CHAIN, panel.settings.log.together_with(change)).new, chain) if chain else None
         except (Refused, OSError) as refused:
             panel.say(str(refused), "warn")
             return
         action = _("Undo")
+        if former:
+            self._undo_learning(former, writes, lines, action)
+            return
         for line in lines:
             self.once_asked(_("Undo by {line}?").format(line=line), action, lambda line=line: panel.mdi(line, action))
         if not writes:
@@ -139,6 +146,31 @@ class Guard:
         needed = "operator" if change.why in OF_OPERATOR else "integrator"
         self.change(writes, action, done, why="undo", needed=needed, chain=chain, then=then, question=_("Undo {count} changes: {names}?").format(
             count=len(writes), names=names) if len(writes) > 1 or chain else "")
+
+    def _undo_learning(self, former, writes, lines, action):
+        """Puts references back that a new one has replaced, or was to replace; then the request to learn goes."""
+        panel = self._panel
+
+        def do():
+            for write in writes:
+                panel.hal.set(write.name, write.text)
+            for instance, text in former:
+                now, then = references.read(panel.hal, instance), json.loads(text)
+                if references.same(now, then):
+                    continue
+                references.give(panel.hal, instance, then)
+                panel.settings.note_all([(instance.name + REFERENCE, json.dumps(now), text)], "undo")
+            if any(instance.value(panel.hal.values(), "learn") for instance, _text in former):
+                for line in lines:
+                    panel.mdi(line, action)
+            panel.say(_("The former reference is in force."))
+
+        values = self.values()
+        moves = [effects.Move("Z", -instance.value(values, "applied-offset", 0.0), True) for instance, _text in former]
+        moves = [move for move in moves if abs(move.by) > effects.SMALLEST]
+        counts = ", ".join(references.as_words(text) for _instance, text in former)
+        text = " ".join((_("Put the former reference in force again ({contacts})?").format(contacts=counts), effects.in_words(moves)))
+        self.once_asked(text.strip(), action, do, must_be_safe=bool(moves), must_be_idle=True)
 
     # --- the chain of squareness ---
 

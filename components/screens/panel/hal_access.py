@@ -31,11 +31,11 @@ class Hal:
         except (hal.error, RuntimeError) as error:
             raise HalGone(str(error)) from None
         self._component.ready()
-        self._memory = _memory()
+        self.memory = _memory()
 
     def is_gone(self):
         """Whether the HAL of the start has ended: a program keeps its memory, with values that stand still."""
-        return _memory() != self._memory
+        return is_gone(self.memory)
 
     def values(self):
         """All pins' values by name."""
@@ -75,6 +75,11 @@ class Hal:
     def close(self):
         if not self.is_gone():
             self._component.exit()
+
+
+def is_gone(memory):
+    """Whether the HAL of this memory has ended."""
+    return _memory() != memory
 
 
 def _memory():

@@ -3,8 +3,8 @@
 
 import time
 
-from panel import settings as settings_module, status
-from panel.settings import CHAIN, MDI, Write
+from panel import references, settings as settings_module, status
+from panel.settings import CHAIN, MDI, REFERENCE, Write
 from panel.texts import _, number, seconds, unit_name, with_unit
 from panel.waiting import waiting
 from panel.widgets import Verdict, button, card, clear, column, flow, grow, Keypad, label, named, row, scrolled, set_text
@@ -62,8 +62,10 @@ class Overview(Page):
         set_text(self._waiting, "\n".join("\u25b2 " + text for text in waiting(self.panel.machine, values)))
         faults = []
         for instance in self.panel.machine.instances:
-            if not instance.is_function and instance.value(values, "fault"):
-                faults.append("%s: %s" % (instance.name, _(instance.sentence(values, "fault-code")) or _("a fault")))
+            kind, words = state_of(instance, values)
+            is_shown = kind == "bad" or (kind == "warn" and instance.declared.statuses and not instance.value(values, "waiting"))
+            if is_shown and not instance.is_function:
+                faults.append("%s: %s" % (instance.name, words))
         set_text(self._faults, "\n".join(faults))
 
 
@@ -299,9 +301,13 @@ def _number(text):
         return text
 
 
+# What a change was: _("undo"), _("button"), _("switch"), _("section"), _("HAL file"), _("learn") for gettext.
+
+
 def _change_line(change, unit):
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(change.time))
-    return "%s  %s: %s \u2192 %s%s" % (when, change.who, with_unit(_number(change.old), unit), with_unit(_number(change.new), unit),
+    words = references.as_words if change.pin.endswith(REFERENCE) else lambda text: with_unit(_number(text), unit)
+    return "%s  %s: %s \u2192 %s%s" % (when, change.who, words(change.old), words(change.new),
                                        " (%s)" % _(change.why) if change.why else "")
 
 
@@ -343,6 +349,8 @@ class Changes(Page):
         """The last change of a setting or of the chain, and a line of MDI that another one takes back."""
         if change.pin == MDI:
             return bool(change.old) and change is self.panel.settings.log.last(MDI)
+        if change.pin.endswith(REFERENCE):
+            return bool(change.old) and change is self.panel.settings.log.last(change.pin)
         settable = change.pin == CHAIN or (instance is not None and short in instance.settings())
         return settable and change.why != "button" and change is self.panel.settings.log.last(change.pin)
 

@@ -19,6 +19,7 @@ from panel.texts import _, with_unit
 S32 = (-(1 << 31), (1 << 31) - 1)
 U32 = (0, (1 << 32) - 1)
 CHAIN, MDI = "[SQUARENESS]CHAIN", "MDI"  # what a change has in the place of a pin
+REFERENCE = " reference"  # likewise, behind the name of the component
 SETTLING = 0.15  # s in which a component judges a new setting
 
 
@@ -139,7 +140,7 @@ class Settings:
             if chain:
                 chains.write(chain[0], chain[1])
             raise
-        deed = "%08x" % random.getrandbits(32) + ("@" + self.session if chain else "")
+        deed = new_deed() + ("@" + self.session if chain else "")
         if chain:
             self.log.add(Change(now(), self.who, CHAIN, chain[1], chain[2], why, deed))
         for write, value, old in zip(writes, values, olds):
@@ -182,12 +183,19 @@ class Settings:
         with contextlib.suppress(OSError):
             self.log.add(Change(now(), self.who, name, old, new, why, deed))
 
+    def note_all(self, changes, why=""):
+        """Logs (name, old, new) that belong together."""
+        deed = new_deed()
+        for name, old, new in changes:
+            self.note(name, old, new, why, deed)
+
     def undoing(self, change, machine):
-        """What takes the whole deed of a change back: writes, the chain's former text or '', and the MDI lines.
+        """What takes the whole deed of a change back: writes, the chain's former text or '', the MDI lines, and former references as
+        (instance, text).
 
         Raises Refused, also for a deed that a later change has overtaken.
         """
-        writes, chain, lines = [], "", []
+        writes, chain, lines, references = [], "", [], []
         for each in self.log.together_with(change):
             if each.pin == MDI:
                 if not each.old:
@@ -199,12 +207,18 @@ class Settings:
             if each.pin == CHAIN:
                 chain = each.old
                 continue
+            if each.pin.endswith(REFERENCE):
+                instance = machine.named(each.pin[: -len(REFERENCE)])
+                if instance is None:
+                    raise Refused(_("{pin} is not there any more: its component was unloaded.").format(pin=each.pin))
+                references.append((instance, each.old))
+                continue
             instance, short = machine.owner_of(each.pin)
             if instance is None or short not in instance.settings():
                 raise Refused(_("{pin} is not there any more: its component was unloaded.").format(pin=each.pin))
             pin = instance.pins[short]
             writes.append(Write(instance, short, each.old, parsed(pin.name, pin.kind, each.new), lasts=False))
-        return writes, chain, lines
+        return writes, chain, lines, references
 
     def last_of(self, name):
         last = self.log.last(name)
@@ -254,6 +268,10 @@ class Settings:
         if not values["panel-settings.restored"]:
             return _("plumb-retain has not restored the settings of this screen: see its page.")
         return ""
+
+
+def new_deed():
+    return "%08x" % random.getrandbits(32)
 
 
 def same(one, other):

@@ -25,7 +25,7 @@ class Task:
         GLib.io_add_watch(self._process.stdout, GLib.PRIORITY_DEFAULT, GLib.IOCondition.IN | GLib.IOCondition.HUP, self._read)
 
     def _read(self, _file, _condition):
-        text = self._process.stdout.read()
+        text = self._process.stdout.read() if self._process else b""
         if not text:
             return text is None  # else it has ended
         *lines, self._rest = (self._rest + text).split(b"\n")

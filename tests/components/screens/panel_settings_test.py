@@ -8,6 +8,7 @@ import re
 import sys
 import time
 import unittest
+import unittest.mock
 import zlib
 
 import panel_texts
@@ -15,7 +16,7 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, changes, growth_logs, growth_test_state, hal_files, machine, settings, status, texts, waiting  # noqa: E402
+from panel import access, changes, growth_logs, growth_test_state, hal_files, machine, references, settings, status, texts, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
@@ -121,6 +122,60 @@ class WithHost(unittest.TestCase):
 
     def screen(self, who="anna"):
         return settings.Settings(self.hal, self.folder, who, "mill", settle=lambda: self.host.run(0.05))
+
+
+class RunningHal(HostHal):
+    """Time passes at each look."""
+
+    def get(self, name):
+        self.host.run(0.002)
+        return super().get(name)
+
+
+class References(WithHost):
+    """The reference of thermal_displacement, read and given back by a screen."""
+
+    ROWS = [{"operation": 10, "tool": tool, "occurrence": 1, "feed": -2.0, "feed-override": 1.0, "time-constant": 0.03, "cycles": 1, "program-id": 7,
+             "tool-set-id": 3, "coordinate": 0.1 * tool} for tool in (1, 2, 3)]
+
+    def setUp(self):
+        super().setUp()
+        self.hal = RunningHal(self.host)
+
+    def whole(self, rows):
+        fields = [name for name in self.growth.pins if name.startswith("row-") and name != "row-shown"]
+        return [{name[4:]: row.get(name[4:], 0) for name in fields} for row in rows]
+
+    def test_what_was_given_is_read_and_a_former_one_takes_the_place_of_a_new_one(self):
+        references.give(self.hal, self.growth, self.whole(self.ROWS))
+        former = references.read(self.hal, self.growth)
+        self.assertEqual([[row[name] for name in ("tool", "coordinate", "feed")] for row in former],
+                         [[row[name] for name in ("tool", "coordinate", "feed")] for row in self.ROWS])
+        references.give(self.hal, self.growth, self.whole([{**self.ROWS[0], "coordinate": 5.0}]))
+        self.assertEqual(self.host.get("growth.rows"), 1)
+        self.assertFalse(references.same(references.read(self.hal, self.growth), former))
+        references.give(self.hal, self.growth, former)
+        self.assertTrue(references.same(references.read(self.hal, self.growth), former))
+        self.assertEqual(self.host.get(["growth.row", "growth.restore", "growth.forget"]), [-1, False, False], "as plumb-retain leaves them")
+
+    def test_a_record_that_is_refused_is_said(self):
+        with self.assertRaisesRegex(settings.Refused, "growth refuses the former reference"):
+            references.give(self.hal, self.growth, self.whole([{**self.ROWS[0], "feed": 2.0}]))
+
+    def test_a_component_that_no_thread_runs_is_said(self):
+        references.give(self.hal, self.growth, self.whole(self.ROWS))
+        self.host.command("stop")
+        with unittest.mock.patch.object(references, "PATIENCE", 0.2), self.assertRaisesRegex(settings.Refused, "no thread runs it"):
+            references.read(self.hal, self.growth)
+
+    def test_a_learning_and_its_former_reference_are_one_deed(self):
+        screen = self.screen()
+        screen.note_all([("growth reference", "[]", ""), (settings.MDI, "M65 P2", "M64 P2")], "button")
+        for change in screen.log.all():
+            self.assertEqual(screen.undoing(change, self.machine), ([], "", ["M65 P2"], [(self.growth, "[]")]))
+        screen.note_all([("growth reference", "[{}]", "[]")], "undo")
+        with self.assertRaisesRegex(settings.Conflict, "was changed again since"):
+            screen.undoing(screen.log.all()[0], self.machine)
 
 
 class Discovery(WithHost):
@@ -234,7 +289,7 @@ class Changing(WithHost):
             screen.last_of("growth.gate-floor")
 
     def undo(self, screen, pin):
-        writes, _chain, _lines = screen.undoing(screen.last_of(pin), self.machine)
+        writes, _chain, _lines, _former = screen.undoing(screen.last_of(pin), self.machine)
         return screen.change_all(writes, "undo")
 
     def test_undo_puts_all_back_that_was_written_together(self):

@@ -110,6 +110,69 @@ class Squareness(Machinery):
         self.do("setp interlock.function-stages-0 6")  # of another function
         self.assert_status("square", "good", "Corrects the tilts that were measured.")
 
+    def test_each_stage_and_interlock_say_what_they_do(self):
+        self.assert_status("x-stage", "wait", "The machine is off.")
+        self.assert_status("interlock", "off", "No function is switched on.")
+        self.do("setp interlock.function-switch-0 1")
+        self.assert_status("interlock", "wait", "The machine is off.")
+        self.do("sets on 1")
+        self.assert_status("x-stage", "wait", "The machine is not homed.")
+        self.do("sets homed 1", time=3)
+        self.do("setp x-stage.enable 0", time=3)
+        self.assert_status("x-stage", "off", "Switched off.")
+        self.do("setp x-stage.enable 1")
+        self.assert_status("x-stage", "wait", "The joint moves to its offset.")
+        self.do(time=3)
+        self.assert_status("x-stage", "good", "The joint has the offset of its sources.")
+        self.assert_status("interlock", "good", "All functions that are switched on compensate.")
+        self.assertFalse(self.host.get("interlock.attention"))
+        for lines, stage, of_interlock in (
+                (("setp x-stage.offset-acceleration 0",), ("bad", "A fault is active. " + DECLARED["joint_offset"].sentence("fault-code", 5)),
+                 ("bad", "A stage has a fault, and its axis does not follow.")),
+                (("setp x-stage.offset-acceleration 500", "setp x-stage.min-limit -0.01", "setp x-stage.max-limit 0.01"),
+                 ("warn", "The joint does not have all of its offset."), ("warn", "A limit of a stage prevents the full offset of its axis.")),
+                (("setp interlock.function-suspend-0 1",), None, ("wait", "Suspended by the part program.")),
+                (("setp interlock.service-ready-0 0",), None,
+                 ("warn", "A function is switched on, and a service that it needs is missing.")),
+                (("setp interlock.feed-services 256",), None,
+                 ("bad", "A fault is active. " + DECLARED["interlock"].sentence("fault-code", 2)))):
+            with self.subTest(lines):
+                self.do(*lines, time=3)
+                if stage:
+                    self.assert_status("x-stage", *stage)
+                self.assert_status("interlock", *of_interlock)
+                self.assertEqual(self.host.get("interlock.attention"), of_interlock[0] in ("bad", "warn"))
+
+    def test_a_stage_without_a_source_has_nothing_to_do(self):
+        self.ready()
+        self.do("setp square.ec0y 0", "setp square.ea0y 0", time=3)
+        self.assert_status("x-stage", "off", "No source asks for an offset.")
+
+    def test_interlock_names_the_cause_of_a_wait(self):
+        self.ready()
+        self.do("setp interlock.function-settling-0 1", time=0.1)
+        self.assert_status("interlock", "wait", "The next move waits until the axes have their offsets.")
+        self.do(time=6)
+        self.assert_status("interlock", "warn", "The machine waits. " + DECLARED["interlock"].sentence("waiting-code", 3))
+        self.do("setp interlock.function-settling-0 0")
+        self.assertEqual(self.status("interlock").kind, "good")
+
+    def test_an_axis_offset_waits_for_its_cycle_and_for_the_end_of_probing(self):
+        self.do("loadrt axis_offset names=z-axis", "addf z-axis.update servo-thread", "setp z-axis.offset-0 0.03")
+        self.look()
+        self.assert_status("z-axis", "wait", "The machine is off.")
+        self.do("setp z-axis.motion-enabled 1")
+        self.assert_status("z-axis", "wait", "The machine is not homed.")
+        self.do("setp z-axis.all-homed 1")
+        self.assert_status("z-axis", "wait", "The axis lacks its offset.", "It gets it when the next cycle begins.")
+        self.do("setp z-axis.motion-type 5", "setp z-axis.arm 1")
+        self.assert_status("z-axis", "wait", "Waits for the end of a probing move.")
+        self.do("setp z-axis.motion-type 0", time=0.01)
+        self.assert_status("z-axis", "wait", "The axis moves to its offset.")
+        self.do("setp z-axis.scale 1")
+        self.assertEqual(self.status("z-axis").kind, "bad")
+        self.assertTrue(self.host.get("z-axis.attention"))
+
     def test_without_an_angle_there_is_nothing_to_correct(self):
         self.ready()
         self.do("setp square.ec0y 0", "setp square.ea0y 0", time=3)

@@ -48,8 +48,8 @@ class Window(unittest.TestCase):
 
     def panel(self, *options, name="panel", program=(os.path.join(BUILD, "bin", "plumb-panel"),)):
         widgets = os.path.join(self.folder, name + ".widgets")
-        words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8",
-                 *program, "--ini", self.ini, "--user", name, "--widgets", widgets, "--period", "40"]
+        words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8", "INI_FILE_NAME=" + self.ini,
+                 *program, "--user", name, "--widgets", widgets, "--period", "40"]
         self.host.halcmd("loadusr", *words, *options)
         return Finger(self.screen.display, widgets, self.between)
 
@@ -413,6 +413,42 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.host.get("square.ec0y") == 0, "the angle of before")
         with open(self.ini) as file:
             self.assertIn("CHAIN = w-X-Y.b-Z-C-t", file.read())
+
+    def restore(self, coordinate):
+        """A reference of one contact, as plumb-retain or a cycle would make it."""
+        row = {"operation": 10, "tool": 1, "occurrence": 1, "feed": -2, "feed-override": 1, "time-constant": 0.03, "cycles": 1, "program-id": 7,
+               "tool-set-id": 3, "coordinate": coordinate}
+        for line in ("forget 1", "forget 0", *("restore-%s %s" % each for each in row.items()), "restore 1", "restore 0", "row 0"):
+            self.host.command("setp growth." + line)
+            self.host.run(0.01)
+        self.assertEqual(self.host.get("growth.row-coordinate"), coordinate)
+
+    def test_a_new_reference_is_taken_back_with_its_request_and_again(self):
+        self.restore(0.25)
+        finger = self.panel("--access", "operator")
+        finger.press("Growth of Z")
+        finger.press("Learn from the next part")
+        finger.await_text("It replaces the kept reference of 1 contacts.")
+        finger.press("Learn")
+        finger.until(lambda: self.host.get("growth.learn"), "the request")
+        self.restore(0.5)  # the part has been learnt
+        finger.press("Changes")
+        finger.press("Undo growth reference")
+        finger.await_text("Put the former reference in force again (contacts: 1)?")
+        finger.press("Undo")
+        finger.await_text("The former reference is in force.")
+        self.assertEqual(self.coordinate(), 0.25)
+        self.assertFalse(self.host.get("growth.learn"))
+        finger.press("Undo growth reference")  # of the undo
+        finger.await_text("Put the former reference in force again")
+        finger.press("Undo")
+        finger.await_text("The former reference is in force.")
+        self.assertEqual(self.coordinate(), 0.5, "the new one")
+
+    def coordinate(self):
+        self.host.command("setp growth.row 0")
+        self.host.run(0.01)
+        return self.host.get("growth.row-coordinate")
 
     def test_a_question_dies_with_its_page(self):
         finger = self.panel("--access", "operator")
