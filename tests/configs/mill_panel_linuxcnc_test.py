@@ -93,6 +93,7 @@ class Days(unittest.TestCase):
         self.assertIn("start LinuxCNC again", self.days[1]["new chain"])
 
     def test_a_new_component_leaves_a_half_filled_form_and_its_sensors_have_a_page(self):
+        self.assertEqual(self.days[1]["stopped entries"], ["0.04"], "after an emergency stop")
         self.assertEqual(self.days[1]["entries"], ["0.04"])
         self.assertIn("spindle-load", self.days[1]["lost sensor"])
 
@@ -122,6 +123,7 @@ class OwnWindow(unittest.TestCase):
         for name in ("first", "second"):
             self.assertIn("LinuxCNC has ended. This screen waits for the next start.", seen[name + " end"])
             self.assertTrue(seen[name + " lives"])
+            self.assertLessEqual(seen[name + " lowest"], 740, "px, the height of the window, which the sentence leaves as it is")
         self.assertLess(seen["took"], 5, "without LinuxCNC it ends at once")
         self.assertIn("M64 P30", seen["answer"], "a shift of contacts is answered by a digital output")
 

@@ -11,7 +11,7 @@ import traceback
 import plumb
 from plumb_linuxcnc import Machine
 from axis_popups import popups
-from panel_traps import enter_an_incomplete_lean, lose_a_sensor
+from panel_traps import enter_an_incomplete_lean, lose_a_sensor, stop_in_the_form
 from screen import Finger
 
 TABS = range(40, 1280, 36)  # px, where the tab may be
@@ -362,6 +362,7 @@ class Operator:
         finger.press("Overview")
         seen["overview"] = finger.await_text("plumb-retain (service 0) does not answer.")
         enter_an_incomplete_lean(finger, "w-Z.b-X-Y-C-t")
+        stop_in_the_form(finger, self.machine, seen)
         lose_a_sensor(finger, self.host, seen)
 
 

@@ -31,6 +31,13 @@ def enter_an_incomplete_lean(finger, chain):
     finger.type("0.04")
 
 
+def stop_in_the_form(finger, machine, seen):
+    """An emergency stop leaves the half-filled form, which goes on after it; nothing has been written."""
+    machine.emergency_stop()
+    finger.rest()
+    seen["stopped entries"] = [each["text"] for each in finger.widgets() if each["kind"] == "Entry"]
+
+
 def lose_a_sensor(finger, host, seen):
     """The real modbus_sensor, of a device that does not answer: the half-filled form stays, the page Sensors comes, and the load is lost."""
     path = os.path.abspath("sensors.toml")

@@ -104,7 +104,7 @@ enum class State : std::int32_t { idle, cut, measure, known, refused, aborted };
 constexpr const char* sentence(State state) {
     switch (state) {
         case State::cut: return "Cut the next land, and report the end of the cut.";
-        case State::measure: return "Measure the diameter of this cut, and enter it.";
+        case State::measure: return "Measure this cut, and enter the value.";
         case State::known: return "The height is known.";
         case State::refused: return "The cuts give no height; fault-code gives the cause. Begin again.";
         case State::aborted: return "The procedure is interrupted: resume it, or begin again.";

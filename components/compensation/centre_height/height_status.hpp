@@ -29,7 +29,7 @@ constexpr hal::Said said(HeightStatus status) {
         case S::idle: return {Kind::off, "No tool is measured.", "Begin with one of the methods.", "start"};
         case S::cut: return {Kind::wait, "Waits for the next cut.", "Cut the next land."};
         case S::measure:
-            return {Kind::wait, "Waits for the diameter of this cut.", "Measure it, and enter it.", "enter"};
+            return {Kind::wait, "Waits for the measurement of this cut.", "Measure this cut, and enter the value.", "enter"};
         case S::on_centre: return {Kind::good, "The tool is on centre."};
         case S::off_centre:
             return {Kind::warn, "The tool is off centre.", "Store the values.", "store", "verdict-code"};

@@ -115,11 +115,13 @@ class Window:
         page.widget.show_all()
 
     def show_sentence(self, text):
-        """Instead of pages."""
+        """Instead of pages. Within a view: alone in the window, a label that breaks its lines would make the window taller than a screen."""
         self.messages.hush()
         self._clear_navigation()
         self._empty()
-        self._stack.pack_start(label(text, "title"), False, False, 40)
+        sentence = label(text, "title")
+        sentence.set_margin_top(40)
+        self._stack.pack_start(scrolled(sentence), True, True, 0)
         self._stack.show_all()
 
     def _empty(self):

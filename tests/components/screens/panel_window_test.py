@@ -480,6 +480,24 @@ class Window(unittest.TestCase):
         finger.press("Enter")
         finger.await_text("measured: 133.3 \u00b5m/m to +Z")
 
+    def test_a_gauge_of_radii_is_never_asked_for_a_diameter(self):
+        for line in ("loadrt centre_height names=centre", "addf centre.update servo-thread", "setp centre.gauge-kind 1", "setp centre.method 1",
+                     "setp centre.land-diameter 10", "setp centre.cuts 2"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Centre height")
+        for pin in ("start", "cut-done"):
+            self.host.command("setp centre.%s 1" % pin)
+            self.host.run(0.05)
+        finger.await_text("Waits for the measurement of this cut.")
+        finger.until(lambda: finger.find("Enter the radius"), "the button of the radius")
+        asked = [text for text in finger.texts() if "enter" in text.lower() or "measure" in text.lower()]
+        self.assertIn("Enter the radius", asked)
+        self.assertEqual([text for text in asked if "diameter" in text and "radius" not in text], [])
+        finger.press("Enter the radius")
+        finger.type("10")
+        finger.await_text("That is the diameter: enter the radius.")
+
     def test_buttons_are_in_the_list_of_changes(self):
         for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
             self.host.command(line)
