@@ -233,9 +233,14 @@ class Finger:
         self._do("keydown", keys[-1], "sleep", "0.3", "keyup", keys[-1])
 
     def type(self, text):
-        """By the keys on the screen."""
-        for key in text:
-            self.press({"-": "Sign"}.get(key, key))
+        """By the keys on the screen. They stand still after the first one, at which the page may have changed."""
+        for number, key in enumerate(text):
+            name = {"-": "Sign"}.get(key, key)
+            place = self.find(name)
+            if number > 1 and place and not place["scrolled"] and not place["new"]:
+                self._press_place(name, place)
+            else:
+                self.press(name)
 
     def shot(self, path, size=()):
         """A picture of the screen, or of its upper left, by GTK, which the panel needs anyway."""

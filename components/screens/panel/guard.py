@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Before every write: whether it may be, how far it moves the axes, and one question if it does."""
 
+import contextlib
 import json
 
 from panel import access, chains, effects, references
@@ -158,7 +159,12 @@ class Guard:
                 now, then = references.read(panel.hal, instance), json.loads(text)
                 if references.same(now, then):
                     continue
-                references.give(panel.hal, instance, then)
+                try:
+                    references.give(panel.hal, instance, then)
+                except Refused:
+                    with contextlib.suppress(Refused):
+                        references.give(panel.hal, instance, now)
+                    raise
                 panel.settings.note_all([(instance.name + REFERENCE, json.dumps(now), text)], "undo")
             if any(instance.value(panel.hal.values(), "learn") for instance, _text in former):
                 for line in lines:

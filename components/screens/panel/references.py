@@ -36,7 +36,7 @@ def give(hal, instance, records):
         accepted, refused = count("restores"), count("restores-refused")
         _edge(hal, instance, "restore", lambda: (count("restores"), count("restores-refused")) != (accepted, refused))  # noqa: B023
         if count("restores-refused") != refused:
-            raise Refused(_("{name} refuses the former reference: it has none now.").format(name=instance.name))
+            raise Refused(_("{name} refuses the former reference.").format(name=instance.name))
 
 
 def same(some, others):
