@@ -65,7 +65,7 @@ class Overview(Page):
             kind, words = state_of(instance, values)
             is_shown = kind == "bad" or (kind == "warn" and instance.declared.statuses and not instance.value(values, "waiting"))
             if is_shown and not instance.is_function:
-                faults.append("%s: %s" % (instance.name, words))
+                faults.append(words if words.startswith(instance.name + " ") else "%s: %s" % (instance.name, words))
         set_text(self._faults, "\n".join(faults))
 
 

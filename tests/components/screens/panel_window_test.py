@@ -534,6 +534,8 @@ class Window(unittest.TestCase):
                        'type = "s16"\nunit = "%"\nevery = 0.5\nmax-age = 3\nmin = 0\nmax = 200\nmax-rate = 5000\n')
         self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
         self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
+        for line in ("loadrt joint_offset names=x-stage,y-stage", "addf x-stage.update servo-thread"):
+            self.host.command(line)
         self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
         self.host.set("growth.enable", True)
         finger = self.panel()
@@ -546,6 +548,8 @@ class Window(unittest.TestCase):
         finger.press("Overview")
         finger.await_text("The load is lost")
         finger.await_text("No valid value: modbus-sensor.spindle-load.")
+        finger.await_text("x-stage: A fault is active. " + plumb.declarations("joint_offset")["codes"]["fault-code"][5])
+        finger.await_text("y-stage is not called: no thread runs its function update.")
 
     def test_no_text_promises_retain_where_there_is_none(self):
         finger = self.panel()
