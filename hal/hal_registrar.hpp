@@ -70,6 +70,17 @@ public:
     }
 #endif
 
+    void add(const TurningInfo& info) override {
+        turning_.push_back(info.pin);
+    }
+    const std::vector<std::string>& turning() const noexcept {
+        return turning_;
+    }
+
+    std::string instance() const override {
+        return instance_;
+    }
+
     std::string add(const OptionInfo& option) override {
         const auto given = options_.find(option.name);
         return given == options_.end() ? option.initial : given->second;
@@ -94,6 +105,7 @@ private:
     std::map<std::string, std::string> options_;
     double millimetres_ = 1;
     std::vector<const Function*> functions_;
+    std::vector<std::string> turning_;
 };
 
 }  // namespace plumb::hal

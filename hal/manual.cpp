@@ -267,6 +267,7 @@ std::string declarations(const Model& model) {
             entry["times"] = offset.times;
         }
     }
+    for (const auto& pin : declared.turning) result["pins"][pin]["turns"] = true;
     for (const auto& option : declared.options) result["options"][option.name] = option.doc;
     for (const auto* function : declared.functions) {
         nlohmann::ordered_json& entry = result["functions"][function->name];

@@ -29,6 +29,7 @@ public:
     void add(const OffsetInfo& offset) override { offsets.push_back(offset); }
     void add(const CodesInfo& info) override { codes.push_back(info); }
     void add(const StatusInfo& info) override { statuses.push_back(info); }
+    void add(const TurningInfo& info) override { turning.push_back(info.pin); }
 
     std::vector<PinInfo> pins;
     std::vector<const Function*> functions;  // live as long as this object
@@ -36,6 +37,7 @@ public:
     std::vector<OffsetInfo> offsets;
     std::vector<CodesInfo> codes;
     std::vector<StatusInfo> statuses;  // one, of a function or a stage
+    std::vector<std::string> turning;
 
 private:
     std::deque<double> cells_;

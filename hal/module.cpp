@@ -163,6 +163,46 @@ Place place_of_function(const std::string_view function) {
     return Place::none;
 }
 
+// The settings whose sign turns the effect round, for interlock likewise.
+char turning[64][HAL_NAME_LEN + 1];
+std::atomic<std::size_t> number_of_turning{0};
+
+void declare_turning(const std::vector<std::string>& pins) {
+    if (pins.size() > std::size(turning)) throw std::logic_error("too many settings that turn the effect");
+    std::size_t number = 0;
+    for (const std::string& pin : pins) pin.copy(turning[number++], HAL_NAME_LEN);
+    number_of_turning = number;
+}
+
+bool turns(const std::string_view pin) {
+    for (std::size_t i = 0; i < number_of_turning; ++i)
+        if (pin == turning[i]) return true;
+    return false;
+}
+
+// The options of the load line, by instance, likewise.
+struct GivenOptions {
+    char instance[HAL_NAME_LEN + 1] = "";
+    char text[256] = "";
+};
+GivenOptions given_options[most_instances];
+std::atomic<std::size_t> number_of_given{0};
+
+void declare_given(const std::string& instance, const std::map<std::string, std::string>& options) {
+    GivenOptions& given = given_options[number_of_given];
+    std::string text;
+    for (const auto& [option, value] : options) text += option + "=" + value + ' ';
+    instance.copy(given.instance, HAL_NAME_LEN);
+    text.copy(given.text, sizeof given.text - 1);
+    ++number_of_given;
+}
+
+const char* given_to(const std::string_view instance) {
+    for (std::size_t i = 0; i < number_of_given; ++i)
+        if (instance == given_options[i].instance) return given_options[i].text;
+    return "";
+}
+
 void load() {
     const Texts instance = instance_names();
     const auto options = option_values(instance.size());
@@ -172,9 +212,11 @@ void load() {
     for (std::size_t i = 0; i < instance.size(); ++i) {
         std::map<std::string, std::string> own;
         for (const auto& [option, values] : options) own[option] = values[i];
+        declare_given(instance[i], own);
         HalRegistrar registrar(component_id, instance[i], std::move(own));
         loaded->instances.push_back(model().make(registrar));
         if (i == 0) declare_places(registrar.functions());
+        if (i == 0) declare_turning(registrar.turning());
         loaded->instances.back()->prepare();
     }
     if (model().has_background) loaded->background = Background::of(loaded->instances);
@@ -223,6 +265,16 @@ extern "C" void rtapi_app_exit() {
 // For interlock: the name of a function's place in the order of a thread.
 extern "C" const char* plumb_place(const char* function) {
     return plumb::hal::info(plumb::hal::place_of_function(function)).name;
+}
+
+// For interlock: whether another sign of this setting, without the instance's name, turns the effect round.
+extern "C" bool plumb_turns(const char* pin) {
+    return plumb::hal::turns(pin);
+}
+
+// For interlock: the options with which this instance was loaded.
+extern "C" const char* plumb_given(const char* instance) {
+    return plumb::hal::given_to(instance);
 }
 
 // For our own tools: the manual and the conformance test.

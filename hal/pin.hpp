@@ -103,6 +103,8 @@ public:
     P& operator[](std::size_t i) noexcept { return pins_[i]; }
     P* begin() noexcept { return pins_; }
     P* end() noexcept { return pins_ + N; }
+    const P* begin() const noexcept { return pins_; }
+    const P* end() const noexcept { return pins_ + N; }
 
 private:
     template <std::size_t... I, class... Rest>

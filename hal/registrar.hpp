@@ -61,6 +61,11 @@ struct CodesInfo {
     std::map<std::int32_t, std::string> sentences;
 };
 
+// ... and about an input whose sign or state turns the effect of the component round (see hal/turning.hpp).
+struct TurningInfo {
+    std::string pin;  // without the instance's name
+};
+
 struct StatusInfo;  // hal/status_pins.hpp
 
 class Registrar {
@@ -71,6 +76,8 @@ public:
     virtual void add(const OffsetInfo&) {}
     virtual void add(const CodesInfo&) {}
     virtual void add(const StatusInfo&) {}
+    virtual void add(const TurningInfo&) {}
+    virtual std::string instance() const { return ""; }  // its name; "" where there is none, as in a manual
     virtual double millimetres() const noexcept { return 1; }  // in a machine unit: hal/length_unit.hpp
 
 protected:

@@ -64,6 +64,8 @@ enum class Common : std::int32_t {
     stage_fault,
     stage_lacks,
     stage_limited,
+    uncommissioned,
+    stage_uncommissioned,
     late = 16,
     lost = late + services,
     ending = lost + services,
@@ -138,6 +140,12 @@ constexpr Said said(Common status) {
         case Common::stage_limited:
             return {Kind::warn, "A limit of a stage prevents the full offset of its axis.",
                     "Move the axis away from its soft limit, or raise max-offset of the stage."};
+        case Common::uncommissioned:
+            return {Kind::warn, "Held: it waits for commissioning, or its wiring has changed since.",
+                    "Run plumb commission for this function, or open the page Commissioning."};
+        case Common::stage_uncommissioned:
+            return {Kind::warn, "Held: a stage of it waits for commissioning, or its wiring has changed since.",
+                    "Run plumb commission for this function: it begins with its stages."};
         default: return said_of_service(status);
     }
 }

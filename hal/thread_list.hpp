@@ -172,15 +172,21 @@ inline ThreadList read(const Head& head) {
 
 }  // namespace layout
 
-// Nothing if another program changes the lists this moment, or HAL is of an unknown kind. Waits for nobody.
-inline std::optional<ThreadList> list_threads() {
+// What `read` makes of HAL's lists. Nothing if another program changes them this moment, or HAL is of an unknown kind. Waits for
+// nobody.
+template <class List>
+std::optional<List> list_of_hal(List (*read)(const layout::Head&)) {
     auto* const head = &hal_shmem_base ? reinterpret_cast<layout::Head*>(hal_shmem_base) : nullptr;
     if (!head || head->version != layout::version || !head->lock.try_take()) return std::nullopt;
     struct Guard {
         layout::Lock& lock;
         ~Guard() { lock.give(); }
     } const guard{head->lock};
-    return layout::read(*head);
+    return read(*head);
+}
+
+inline std::optional<ThreadList> list_threads() {
+    return list_of_hal(layout::read);
 }
 
 }  // namespace plumb::hal

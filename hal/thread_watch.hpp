@@ -16,19 +16,25 @@
 
 namespace plumb::hal {
 
-// The place that a module of Plumb declares for its function: found by the function's code, and asked while
-// the module is kept from going.
-inline Place declared_place(const ListedFunction& function) {
+// The answer of a module of Plumb to `symbol`: the module is found by the code of one of its functions, and asked while it is
+// kept from going. `otherwise` where it is no module of Plumb.
+template <class Answer>
+Answer asked_of_module(const void* code, const char* symbol_name, const char* about, Answer otherwise) {
     Dl_info file{}, answer{};
-    if (dladdr(function.code, &file) == 0 || !file.dli_fname) return Place::none;
+    if (dladdr(code, &file) == 0 || !file.dli_fname) return otherwise;
     void* const module = dlopen(file.dli_fname, RTLD_LAZY | RTLD_NOLOAD);
-    if (!module) return Place::none;
-    void* const symbol = dlsym(module, "plumb_place");
+    if (!module) return otherwise;
+    void* const symbol = dlsym(module, symbol_name);
     const bool its_own = symbol && dladdr(symbol, &answer) != 0 && answer.dli_fbase == file.dli_fbase;
-    const auto ask = reinterpret_cast<const char* (*)(const char*)>(symbol);
-    const Place place = its_own ? place_named(ask(function.name.c_str())) : Place::none;
+    const auto ask = reinterpret_cast<Answer (*)(const char*)>(symbol);
+    const Answer result = its_own ? ask(about) : otherwise;
     dlclose(module);
-    return place;
+    return result;
+}
+
+// The place that a module of Plumb declares for its function.
+inline Place declared_place(const ListedFunction& function) {
+    return place_named(asked_of_module<const char*>(function.code, "plumb_place", function.name.c_str(), ""));
 }
 
 class ThreadWatch {

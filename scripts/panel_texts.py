@@ -20,7 +20,9 @@ PO = os.path.join(ROOT, "components", "screens", "locale", "de.po")
 
 def of_sources():
     found = {}
-    for path in sorted(glob.glob(os.path.join(ROOT, "components", "screens", "panel", "*.py"))):
+    commission = os.path.join(ROOT, "components", "commissioning", "commission")
+    folders = (os.path.join(ROOT, "components", "screens", "panel"), commission, os.path.join(commission, "commissioning"), os.path.join(commission, "commissioning", "functions"))
+    for path in sorted(path for folder in folders for path in glob.glob(os.path.join(folder, "*.py"))):
         with open(path, encoding="utf-8") as file:
             for match in CALL.finditer(file.read()):
                 found[ast.literal_eval("(%s)" % match[1])] = os.path.basename(path)

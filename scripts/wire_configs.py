@@ -64,7 +64,7 @@ def files(ini, beginning, names, kept, messaging):
         shutil.copytree(folder, copy)
         machine = look(os.path.join(copy, os.path.basename(ini)), temporary)
         numbers = Numbers(functions, machine, {}, names)
-        wiring = Wiring(functions, machine, "", numbers)
+        wiring = Wiring(functions, machine, "", numbers, commissioning=False)
         renamed = {name: other for name, other in {**wiring.names, **numbers.moved}.items() if name != other}
         if wiring.problems or renamed:  # the files of the functions are those of any machine
             raise SystemExit("%s: %s" % (ini, "\n".join(wiring.problems) or "other names: %s" % renamed))

@@ -135,7 +135,8 @@ Complaints about_symbols(const std::filesystem::path& module) {
     std::istringstream lines(output_of("nm -D --defined-only --format=just-symbols " + module.string()));
     for (std::string symbol; std::getline(lines, symbol);)
         if (symbol.rfind("rtapi_info_", 0) != 0 && symbol != "rtapi_app_main" && symbol != "rtapi_app_exit" &&
-            symbol != "plumb_model" && symbol != "plumb_options" && symbol != "plumb_place")
+            symbol != "plumb_model" && symbol != "plumb_options" && symbol != "plumb_place" &&
+            symbol != "plumb_turns" && symbol != "plumb_given")
             result.push_back(symbol);
     return result;
 }

@@ -395,6 +395,11 @@ class Wire:
             "# Written by plumb panel: the settings that plumb-retain keeps for it.\n"
             'machine = "%s"\npins = []\n' % machine
         )
+        files["commissioning.toml"] = (
+            "# SPDX-License-Identifier: GPL-2.0-or-later\n"
+            "# Written by plumb wire: with which wiring functions and stages passed plumb commission, in commissioning.retained.\n"
+            'machine = "%s"\npins = [\n%s]\n' % (machine, "".join('    "%s",\n' % pin for pin in wiring.passed))
+        )
         if records:
             files["retain.toml"] = (
                 "# SPDX-License-Identifier: GPL-2.0-or-later\n"
@@ -537,7 +542,9 @@ class Wire:
         names = {name: ini.get(section, name) or value for (section, name), value in self.sections().items()}
         names["values"] = os.path.basename(self.ini_path) if self.inline else self.include
         switches = " ".join("`setp %s 1` (%s)" % (wiring.switch_of(function), function.name) for function in self.functions)
+        name = self.functions[0].name
         found = [
+            "The first power-on: nothing acts before it has passed `plumb commission %s`, which asks for an indicator." % name,
             "The switches: LinuxCNC starts with each function off. Switch it on in `plumb panel`, which keeps that, or by halcmd: "
             "%s. As a line of %s/FUNCTION_settings.hal, it is on after each start." % (switches, self.folder)
         ]

@@ -6,6 +6,7 @@
 #include "components/math/growth/growth_law.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"
+#include "hal/turning.hpp"
 
 #include <Eigen/Core>
 
@@ -54,8 +55,10 @@ struct LawPins : hal::Group {
                   this,  "%-growth-sigma-" + number, 0.0, "mu/K", "Standard uncertainty of that growth.",
                   sigmas},
               slope{this,  "%-slope-" + number, 0.0, "1/K", "Growth of % by that rise, per mu of travel.",
-                    slopes} {}
+                    slopes},
+              turning{this, growth, slope} {}
         hal::Axes<hal::In<double>, 3> growth, growth_sigma, slope;
+        hal::Turning turning;
     };
 
     hal::In<std::int32_t> structure{
@@ -75,6 +78,7 @@ struct LawPins : hal::Group {
         this, "%-travel", 100.0, "mu", "Distance of the work from %-pivot, at most.", distances};
     hal::Axes<hal::In<double>, 3> by_speed{
         this, "%-speed-growth", 0.0, "mu", "Growth of % in the end at reference-speed.", growths};
+    hal::Turning turning{this, by_speed};
     hal::Axes<hal::In<double>, 3> speed_sigma{
         this, "%-speed-sigma", 0.0, "mu", "Standard uncertainty of that growth.", sigmas};
     hal::Axes<hal::In<double>, 3> sigma{

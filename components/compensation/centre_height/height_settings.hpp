@@ -5,6 +5,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/turning/height_sigma.hpp"
 #include "hal/component.hpp"
+#include "hal/turning.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -35,6 +36,7 @@ struct HeightSettings final : hal::Group {
         this, "axes-angle", 90, "deg", "Angle from outward X to +Y.", between_axes};
     hal::In<bool> x_is_radius{this, "x-is-radius", false,
                               "X less x-zero is the programmed radius; entries are compared with it."};
+    hal::Turning turning{this, x_reversed, axes_angle, x_is_radius};
 
     hal::In<double> gauge_sigma{this, "gauge-sigma", 0.002, "mu", "Sigma of a measured diameter.", sigmas};
     hal::In<double> gauge_scale_sigma{this,

@@ -10,6 +10,8 @@ namespace plumb {
 // What interlock knows about a function. Services and stages are sums of 1, 2, 4, ...
 struct FunctionSeen {
     bool on = false, suspended = false;                 // by the operator, by the program
+    bool uncommissioned = false;                        // and held for that
+    std::int32_t stages_uncommissioned = 0;             // of its own
     bool enabled = false, lost = false;                 // as the pins
     std::int32_t lost_services = 0, late_services = 0;  // of those that it needs
     bool machine_on = false, homed = false, in_order = true;
@@ -28,6 +30,7 @@ constexpr hal::Common status_of(const FunctionSeen& its) {
     using hal::Common;
     const std::int32_t missing = its.lost_services ? its.lost_services : its.late_services;
     if (!its.on) return Common::off;
+    if (its.uncommissioned) return its.stages_uncommissioned ? Common::stage_uncommissioned : Common::uncommissioned;
     if (its.lost && its.enabled && missing) return hal::of_service(Common::ending, first_number(missing));
     if (its.lost_services) return hal::of_service(Common::lost, first_number(its.lost_services));
     if (its.late_services) return hal::of_service(Common::late, first_number(its.late_services));

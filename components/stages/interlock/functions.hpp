@@ -55,8 +55,11 @@ struct Functions : hal::Group {
 
     // Of one period.
     struct Now {
-        bool starts;   // a cycle does
-        bool probing;  // enables stay as they are
+        bool starts;              // a cycle does
+        bool probing;             // enables stay as they are
+        // By commissioning, as sums of 1, 2, 4, ...
+        std::int32_t held_functions = 0, held_stages = 0;
+        std::int32_t tried = 0;  // functions that it holds but for a trial
     };
 
     // Once in each period.  False where one needs services that there are not; it needs all of them then.
@@ -66,6 +69,7 @@ struct Functions : hal::Group {
         any_withheld_ = any_suspended_ = false;
         all_enabled_ = true;
         urgent_services_ = 0;
+        held_stages_ = now.held_stages;
         for (std::size_t i = 0; i < number; ++i) {
             const std::int32_t given = needs[i], at_once = urgent[i];
             const bool known = possible(given) && possible(at_once);
@@ -74,7 +78,10 @@ struct Functions : hal::Group {
             const bool on = is_on[i], is_busy = busy[i];
             const bool served = services.are_ok(known ? given : Services::all);
             const bool is_urgent = !known || services.any_lost(at_once);
-            const bool stays = its.granted && is_busy && !is_urgent;
+            const std::int32_t named = its_stages[i];
+            its.stages = named >= 0 ? named : all_stages;
+            const bool is_held = (now.held_functions >> i & 1) != 0 || (now.held_stages & its.stages) != 0;
+            const bool stays = its.granted && is_busy && !is_urgent && !its.on_trial;
             any_busy_ |= its.granted && is_busy;
             urgent_services_ |= known ? at_once : Services::all;
             const bool renews = now.starts || (on && !its.on) || its.granted;
@@ -83,8 +90,10 @@ struct Functions : hal::Group {
             else
                 its.lost |= its.served;
             its.withdrawn = its.lost && (its.withdrawn || (its.granted && is_urgent));
-            const bool permitted = on && served && !its.lost, before = its.enabled;
+            const bool permitted = on && served && !its.lost && !is_held, before = its.enabled;
             its.granted = permitted || (on && stays);
+            its.is_held = is_held && !its.granted;
+            its.on_trial = (now.tried >> i & 1) != 0;
             its.on = on;
             its.served = served;
             its.suspended = suspend[i];
@@ -113,10 +122,11 @@ struct Functions : hal::Group {
     void show_status(const Services& services, const Stages::Now& stages, const Machine& machine) noexcept {
         for (std::size_t i = 0; i < number; ++i) {
             const State& its = its_[i];
-            const std::int32_t given = its_stages[i], own = given >= 0 ? given : all_stages;
             FunctionSeen seen;
             seen.on = its.on;
             seen.suspended = its.suspended;
+            seen.uncommissioned = its.is_held;
+            seen.stages_uncommissioned = held_stages_ & its.stages;
             seen.enabled = its.enabled;
             seen.lost = its.lost;
             seen.lost_services = services.lost_of(its.needs);
@@ -124,9 +134,9 @@ struct Functions : hal::Group {
             seen.machine_on = machine.on;
             seen.homed = machine.homed;
             seen.in_order = machine.in_order;
-            seen.stages_with_fault = stages.fault & own;
-            seen.stages_that_lack = stages.uncompensated & ~stages.ramping & own;
-            seen.stages_limited = stages.limited & own;
+            seen.stages_with_fault = stages.fault & its.stages;
+            seen.stages_that_lack = stages.uncompensated & ~stages.ramping & its.stages;
+            seen.stages_limited = stages.limited & its.stages;
             status[i] = status_of(seen);
         }
     }
@@ -144,14 +154,14 @@ struct Functions : hal::Group {
 private:
     struct State {
         bool on = false, served = false, lost = false, granted = false, withdrawn = false, enabled = false;
-        bool suspended = false;
-        std::int32_t needs = 0;  // services
+        bool suspended = false, is_held = false, on_trial = false;
+        std::int32_t needs = 0, stages = 0;  // services, its own stages
     };
 
     static constexpr bool possible(std::int32_t sum) noexcept { return sum >= 0 && sum <= Services::all; }
 
     std::array<State, number> its_;
-    std::int32_t urgent_services_ = 0;
+    std::int32_t urgent_services_ = 0, held_stages_ = 0;
     bool any_permitted_ = false, any_on_ = false, any_withdrawn_ = false, any_busy_ = false,
          all_enabled_ = false, changed_ = false, any_withheld_ = false, any_suspended_ = false;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/delayed_bit.hpp"
+#include "components/stages/interlock/commissioning.hpp"
 #include "components/stages/interlock/functions.hpp"
 #include "components/stages/interlock/interlock_status.hpp"
 #include "components/stages/interlock/interlock_waiting.hpp"
@@ -56,6 +57,7 @@ struct Interlock final : hal::Component {
     Services services{this};
     Functions functions{this};
     Stages stages{this};
+    Commissioning commissioning{this};
     hal::In<double> uncompensated_delay{
         this, "uncompensated-delay", 2, "s",
         "Time for which an axis lacks its offset before uncompensated is true."};
@@ -94,7 +96,10 @@ struct Interlock final : hal::Component {
 
     hal::Function run{this, "update", &Interlock::update, hal::Place::interlock};
 
-    void background() override { threads_.work(); }
+    void background() override {
+        threads_.work();
+        commissioning.work();
+    }
 
     void update(double dt) noexcept {
         const bool in_order = threads_.step(dt);
@@ -112,13 +117,16 @@ struct Interlock final : hal::Component {
         const bool good_times = services.step(dt) && delays.valid();
         const std::int32_t feed_needs = feed_services;
         const bool good_feed_needs = feed_needs >= 0 && feed_needs <= Services::all;
-        const bool good_needs = functions.step(services, {starts, probing}) && good_feed_needs;
         const bool running = program_running;
+        const Stages::Now its_stages = stages.read();
+        commissioning.step({on, homed, running || cycle, its_stages.in_force}, dt / services.speed());
+        const bool good_needs =
+            functions.step(services, {starts, probing, commissioning.held_functions(), commissioning.held_stages(),
+                                       commissioning.tried_functions()}) && good_feed_needs;
         const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
         const bool loss = services.any_lost(holding) || (running && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
-        const Stages::Now its_stages = stages.read();
         const Waiting reason = request({probing, homed, loss, type != 0 && speed > 0,
                                         services.lost_of(holding | functions.urgent_services())},
                                        its_stages, dt);
@@ -127,7 +135,7 @@ struct Interlock final : hal::Component {
 
         if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = beats_;
-        arm = armed_;
+        arm = armed_ || commissioning.arms();
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
         const Fault found = hal::first<Fault>({{!in_order, Fault::order},
                                                {!good_times, Fault::time},

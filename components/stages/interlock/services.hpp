@@ -64,6 +64,8 @@ struct Services : hal::Group {
         return good;
     }
 
+    double speed() const noexcept { return speed_; }  // of the clock, against the computer's
+
     // Of these, as a sum of 1, 2, 4, ... 128.
     bool are_ok(std::int32_t these) const noexcept { return (these & ~ok_) == 0; }
     bool any_lost(std::int32_t these) const noexcept { return (these & lost_) != 0; }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/stages/interlock/numbered_row.hpp"
 #include "hal/component.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <string>
-#include <utility>
 
 namespace plumb {
 
@@ -15,24 +14,7 @@ namespace plumb {
 struct Stages : hal::Group {
     static constexpr std::size_t number = 17;  // a joint each, and an axis
 
-    // Numbered from 0 to 16: names of the first ten are those of when there were no more.
-    class Row {
-    public:
-        Row(Stages* owner, const std::string& stem, bool initial, const std::string& doc)
-            : Row(std::make_index_sequence<number>{}, owner, stem, initial, doc) {}
-
-        hal::In<bool>& operator[](std::size_t i) noexcept { return pins_[i]; }
-        hal::In<bool>* begin() noexcept { return pins_; }
-        hal::In<bool>* end() noexcept { return pins_ + number; }
-
-    private:
-        template <std::size_t... I>
-        Row(std::index_sequence<I...> /*numbers*/, Stages* owner, const std::string& stem, bool initial,
-            const std::string& doc)
-            : pins_{hal::In<bool>(owner, stem + "-" + std::to_string(I), initial, doc)...} {}
-
-        hal::In<bool> pins_[number];
-    };
+    using Row = NumberedRow<hal::In<bool>, number>;
 
     using Group::Group;
 

@@ -202,7 +202,7 @@ class Squareness(Machinery):
     def test_no_number_from_outside_is_a_status(self):
         self.ready()
         self.do("unlinkp square.interlock-status")
-        for number in (-1, 0, 12, 40, 99, -2147483648, 2147483647):
+        for number in (-1, 0, 14, 40, 99, -2147483648, 2147483647):
             self.do("setp square.interlock-status %d" % number)
             self.assert_status("square", "good", "Corrects the tilts that were measured.")
         self.do("setp square.interlock-status 24")

@@ -84,7 +84,10 @@ class HalFiles:
         return "net %s%s%s" % (self.signals.name(signal), " " + writer if writer else "", arrow)
 
     def stages(self):
-        lines = [LICENSE, "# Written by plumb wire for %s: the HAL that these functions share." % self.all_names, ""]
+        lines = [LICENSE, "# Written by plumb wire for %s: the HAL that these functions share." % self.all_names]
+        if not self.parts.passed:
+            lines.append("# This machine is simulated: its functions act without plumb commission.")
+        lines.append("")
         for module, instances in self.modules.shared():
             unit = self._value(UNIT) if module in STAGES else ""
             lines.append(("loadrt %s names=%s %s" % (module, ",".join(instances), unit)).rstrip())

@@ -10,6 +10,9 @@ from machine import prefixes
 from stages import Part
 
 
+TRIAL = 0.05  # mm, the largest offset of a trial
+
+
 class Parts:
     """All parts, in the order of their files.
 
@@ -18,10 +21,12 @@ class Parts:
     names       the machine's signals by ours
     problems    the conflicts, a sentence each
     notes       sentences for the user
+    passed      the pins that plumb-retain keeps for plumb commission
     """
 
-    def __init__(self, functions, machine, folder):
+    def __init__(self, functions, machine, folder, commissioning):
         self.functions, self.machine, self.file = functions, machine, os.path.join(folder, "stages.hal")
+        self.passed = []
         self.freed, self.names, self.problems, self.notes = {}, {}, [], []
         used = {words[0] for function in functions for words in function.nets(machine.axes)}
         self.all = [stages.link(self._path(os.path.join(folder, "messages.toml"))), stages.alive()]
@@ -32,6 +37,10 @@ class Parts:
         self.all.append(interlock(functions, into_axes, "operation" in used))
         self.all += into_axes
         self.all.append(self._from_joints(used))
+        if commissioning:
+            self.passed = stages.passed(functions, into_axes)
+            self.all.append(stages.commissioning(functions, into_axes, TRIAL * machine.unit))
+            self.all.append(stages.commissioned(self._path(os.path.join(folder, "commissioning.toml"))))
         if "panel-settings" not in machine.complete.components:
             self.all.append(stages.panel_settings(self._path(os.path.join(folder, "panel.toml"))))
         self._emergency_stop()

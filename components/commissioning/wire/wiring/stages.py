@@ -160,6 +160,35 @@ def link(path):
     return part
 
 
+def commissioning(functions, stages, limit):
+    """interlock holds each function and each stage until it has passed plumb commission. A trial moves a stage by its last source,
+    by at most `limit`. The stages are the Parts, in the order of their numbers at interlock."""
+    part = Part("Nothing acts before it has passed plumb commission")
+    part.setp = [("interlock.commissioning", "true"), ("interlock.trial-limit", "%g" % limit)]
+    for number, stage in enumerate(stages):
+        name = _instance(stage)
+        part.nets.append([name + "-enable", "interlock.stage-enable-%d" % number, "=>", name + ".enable"])
+        part.nets.append([name + "-trial", "interlock.stage-trial-%d" % number, "=>", name + ".offset-3"])
+    return part
+
+
+def commissioned(path):
+    """plumb-retain for the identities with which functions and stages have passed."""
+    part = Part("What has passed plumb commission", is_late=True)
+    part.programs = {"commissioned": "-Wn commissioned plumb-retain commissioned --file %s" % path}
+    return part
+
+
+def passed(functions, stages):
+    """The pins of interlock with those identities."""
+    pins = ["interlock.function-passed-%d" % function.number for function in functions]
+    return pins + ["interlock.stage-passed-%d" % number for number in range(len(stages))]
+
+
+def _instance(stage):
+    return next(names[0] for names in stage.modules.values())
+
+
 def alive():
     """linuxcnc_alive, by which LinuxCNC's task and io are the services 4 and 5 of interlock."""
     part = Part("LinuxCNC's task and io, services 4 and 5 of interlock")

@@ -42,6 +42,7 @@ LOGIC = {  # inputs of a module, and their values, that give its output a value
 BASIC_STEPS = 4  # of a trial: on, home, order, program
 # A busy computer can stop LinuxCNC's programs for longer than a loss takes.
 PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
+ACTING = "setp interlock.commissioning false\n"  # the trial is what plumb commission does on the machine
 ATTEMPTS = 30  # to find types and directions of the pins of a driver
 
 
@@ -113,7 +114,7 @@ class Trials:
                     text = renamed(file.read(), wiring, machine, functions)
                 ini.add("HAL", "HALFILE", trial.write("%s.hal" % function.name, text))
         switches = "".join("setp %s 1\n" % wiring.switch_of(function) for function in functions)
-        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE + switches))
+        ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE + ACTING + switches))
         self.drive(trial, ini, machine, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}

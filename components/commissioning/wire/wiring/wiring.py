@@ -17,15 +17,17 @@ class Wiring:
     names       the machine's signals by ours
     motmod      options that the loadrt line of motmod lacks: the number of its outputs
     files       HalFiles
+
+    Without `commissioning` functions act at once: for a simulated machine.
     """
 
-    def __init__(self, functions, machine, folder, numbers=None):
+    def __init__(self, functions, machine, folder, numbers=None, commissioning=True):
         self.functions, self.machine = functions, machine
         self.notes, self.names, self.motmod = [], {}, {}
         self.numbers = numbers or Numbers(functions, machine, {})
         for function in functions:
             function.numbers = self.numbers
-        parts = Parts(functions, machine, folder)
+        parts = Parts(functions, machine, folder, commissioning)
         for part in parts.all:
             part.nets = [[self.numbers.moved.get(word, word) for word in net] for net in part.nets]
         modules = Modules(functions, parts.all, machine)
@@ -37,6 +39,7 @@ class Wiring:
         self.problems = [*modules.name_problems(), *signals.problems, *modules.load_problems()]
         self.notes = parts.notes + signals.notes + self.numbers.notes
         self.names, self.motmod = signals.names, outputs(signals.lacking)
+        self.passed = parts.passed
         self.files = HalFiles(functions, machine, folder, parts, modules, signals)
 
     def switch_of(self, function):

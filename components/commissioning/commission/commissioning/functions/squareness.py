@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""squareness: a test move along a square, with the reading that each wrong sign would give."""
+
+import re
+
+from commissioning.judging import Verdict, good, judge
+from commissioning.steps import Field, Step
+from panel.texts import _, number
+
+MOVES_NOTHING = False
+SHORTEST = 20  # mm, of a test move
+ERRORS = ("x-error", "y-error", "z-error")
+# The component of the error that a tilt about A, B or C gives along each axis of travel, and its sign.
+LEVER = {"x": {"c": (1, 1), "b": (2, -1)}, "y": {"c": (0, -1), "a": (2, 1)}, "z": {"b": (0, 1), "a": (1, -1)}}
+LIKE = {"u": "x", "v": "y", "w": "z"}
+
+
+def steps(session):
+    return [Begin(session, Move(letter)) for letter in session.rig.axes if letter in "XYZUVW"] + [AnyTilt(session)]
+
+
+class Move:
+    """A test move along one axis: where it begins and ends, and what the tilts make of it there."""
+
+    def __init__(self, letter):
+        self.letter = letter
+        self.start = self.end = None
+
+    def look(self, session):
+        """Place and errors now."""
+        rig, instance = session.rig, session.function.instance
+        return float(rig.get(instance, self.letter.lower() + "-position")), [float(rig.get(instance, short)) for short in ERRORS]
+
+    @property
+    def travel(self):
+        return self.end[0] - self.start[0]
+
+    @property
+    def change(self):
+        """Of the errors, from start to end."""
+        return [b - a for a, b in zip(self.start[1], self.end[1])]
+
+    @property
+    def component(self):
+        return max(range(3), key=lambda i: abs(self.change[i]))
+
+    @property
+    def direction(self):
+        return "XYZ"[self.component]
+
+    @property
+    def expected(self):
+        return self.change[self.component]
+
+    def tilts(self, session):
+        """The tilts of this axis and their parts of the error; empty where other axes carry it, too."""
+        found = {}
+        for about, (component, sign) in LEVER[LIKE.get(self.letter.lower(), self.letter.lower())].items():
+            short = "e%s0%s" % (about, self.letter.lower())
+            angle = float(session.rig.get(session.function.instance, short))
+            if angle and component == self.component:
+                found[short] = sign * angle * self.travel
+        total = sum(found.values())
+        for sense in (1, -1):  # the tool or the work moves
+            if found and abs(sense * total - self.expected) < 0.05 * abs(self.expected):
+                return {short: sense * part for short, part in found.items()}
+        return {}
+
+    def names(self, session):
+        return ", ".join(self.tilts(session)) or _("the tilts")
+
+
+class Begin(Step):
+    def __init__(self, session, move):
+        super().__init__(session)
+        self.move = move
+        self.title = _("One end of {axis}").format(axis=move.letter)
+        self.look = _("Without an indicator yet: move {axis} to one end of the travel that your square can show, other axes in the middle. Then go on.").format(
+            axis=move.letter)
+        self.back = _("Nothing is applied: the function is off.")
+        self.picture = ("square", move.letter)
+
+    def finish(self, values):
+        self.move.start = self.move.look(self.session)
+        return good(_("{axis} is at {place}.").format(axis=self.move.letter, place=number(self.move.start[0])))
+
+    def following(self, verdict):
+        return [End(self.session, self.move)]
+
+
+class End(Step):
+    def __init__(self, session, move):
+        super().__init__(session)
+        self.move = move
+        self.title = _("Other end of {axis}").format(axis=move.letter)
+        self.look = _("Move {axis} to the other end of this travel, by at least {least} mm. Then go on.").format(axis=move.letter, least=SHORTEST)
+        self.back = _("Nothing is applied: the function is off.")
+        self.picture = ("square", move.letter)
+
+    def finish(self, values):
+        self.move.end = self.move.look(self.session)
+        if abs(self.move.travel) < SHORTEST * self.unit:
+            return Verdict("state", _("{axis} did not move so far.").format(axis=self.move.letter), _("Move it by at least {least} mm.").format(least=SHORTEST))
+        return good(_("The tilts give {error} along this travel.").format(error=number(self.move.expected, 4)))
+
+    def following(self, verdict):
+        if not verdict.passed:
+            return []
+        if abs(self.move.expected) < 2 * self.session.tolerance:
+            return []  # nothing to see along this axis
+        self.session.tilted = True
+        return [WithoutIt(self.session, self.move), WithIt(self.session, self.move)]
+
+
+class WithoutIt(Step):
+    """The error itself."""
+
+    minutes = 4
+
+    def __init__(self, session, move):
+        super().__init__(session)
+        self.move = move
+        self.title = _("{axis} without the correction").format(axis=move.letter)
+        self.look = _("Set up the square along {axis}. The indicator is in the spindle; its plunger points to {side}+ and touches the blade, so that it reads "
+                      "more when the tool moves to {side}+. Set it to 0 here, move {axis} back to {start}, and read it. Right: {right}. With the sign of "
+                      "{names} wrong: {wrong}.").format(axis=move.letter, side=move.direction, start=number(move.start[0]), right=number(-move.expected, 4),
+                                                        names=move.names(session), wrong=number(move.expected, 4))
+        self.back = _("Nothing is applied: the function is off.")
+        self.picture = ("square", move.letter)
+        self.fields = (Field("read", _("Reading at the first end")),)
+
+    def finish(self, values):
+        place = self.move.look(self.session)[0]
+        if abs(place - self.move.start[0]) > 0.05 * abs(self.move.travel):
+            return Verdict("state", _("{axis} is not at the first end.").format(axis=self.move.letter), _("Move it there, and read again."))
+        tolerance = max(self.session.tolerance, 0.15 * abs(self.move.expected))
+        verdict = judge(-self.move.expected, values["read"], tolerance, _("Error by the tilts"), self.session.tolerance)
+        if verdict.fault == "sign":
+            tilts = self.move.tilts(self.session)
+            if len(tilts) > 1:
+                return verdict._replace(remedy=_("Reverse the signs of {names}, or measure again.").format(names=", ".join(tilts)))
+            return verdict._replace(remedy=_("Reverse the sign of {names}.").format(names=self.move.names(self.session)))
+        if not verdict.passed:
+            for short, part in self.move.tilts(self.session).items():
+                if abs(values["read"] + self.move.expected - 2 * part) <= tolerance:
+                    return Verdict("sign", verdict.sentence, _("Reverse the sign of {names}.").format(names=short))
+        return verdict
+
+
+class WithIt(Step):
+    """The corrected move."""
+
+    minutes = 4
+
+    def __init__(self, session, move):
+        super().__init__(session)
+        self.move = move
+        self.title = _("{axis} with the correction").format(axis=move.letter)
+        parts = ", ".join(_("{name} wrong: {reading}").format(name=short, reading=number(2 * part, 4)) for short, part in move.tilts(session).items())
+        self.look = _("The function acts now, on trial. Set the indicator to 0 here, move {axis} to {end}, and read it. Right: 0. All signs wrong: {wrong}. "
+                      "Not applied: {none}.").format(axis=move.letter, end=number(move.end[0]), wrong=number(2 * move.expected, 4),
+                                                     none=number(move.expected, 4)) + (" " + parts + "." if parts else "")
+        self.back = _("Ending this program returns the correction to 0.")
+        self.picture = ("square", move.letter)
+        self.fields = (Field("read", _("Reading at the other end")),)
+
+    def begin(self):
+        self.rig.switch(self.function, True)
+        self.rig.begin_trial(self.function)
+        self.rig.await_condition(lambda: self.rig.get(self.function.instance, "enable") and not self.rig.get(self.lock, "ramping"), 5)
+
+    @property
+    def lock(self):
+        return self.rig.lock
+
+    def finish(self, values):
+        rig, move = self.rig, self.move
+        if abs(move.look(self.session)[0] - move.end[0]) > 0.05 * abs(move.travel):
+            return Verdict("state", _("{axis} is not at the other end.").format(axis=move.letter), _("Move it there, and read again."))
+        if not rig.get(self.function.instance, "enable"):
+            return Verdict("state", _("The function is not permitted: {why}").format(
+                why=_(self.function.instance.declared.sentence("status-code", rig.get(rig.lock, "function-status-%d" % self.function.number)))),
+                _("Remove this cause, and repeat the step."))
+        # What was corrected, of what should be.
+        verdict = judge(move.expected, move.expected - values["read"], max(self.session.tolerance, 0.15 * abs(move.expected)), _("Correction"), self.session.tolerance)
+        if verdict.passed:
+            rig.end_trial()
+            rig.switch(self.function, False)
+        return verdict
+
+
+class AnyTilt(Step):
+    def __init__(self, session):
+        super().__init__(session)
+        session.tilted = False
+        self.title = _("All tilts tried")
+        self.look = _("The program looks whether a travel has shown each tilt.")
+        self.back = _("Nothing is applied: the function is off.")
+
+    def finish(self, values):
+        if self.session.tilted:
+            return good(_("The tilts have the right signs."))
+        tilts = [short for short, pin in self.function.instance.pins.items()
+                 if re.fullmatch(r"e[abc]0[xyzuvw]", short) and self.rig.get(self.function.instance, short)]
+        if tilts:
+            return Verdict("missing", _("No travel was long enough to see {names}.").format(names=", ".join(tilts)), _("Repeat with longer travels."))
+        return Verdict("missing", _("No tilt is set, so that nothing can be tried."), _("Measure a square, and set the lines of plumb squareness."))

@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The machine under commissioning: interlock with its functions and stages, as HAL has them now."""
+
+import glob
+import os
+import re
+import threading
+import time
+
+from commissioning.judging import Verdict
+from panel.machine import Machine
+from panel.texts import _
+
+BEAT = 0.1  # s between two changes of trial-beat
+RETURN = 10  # s for an offset to come or to go
+MOST_SHOWN = 4
+ORDER = 4  # fault-code of interlock
+JOINT_INPUTS = ("position", "homed", "motion-enabled", "heartbeat", "joint-command", "drive-feedback")
+JOINT_OUTPUTS = ("drive-command", "joint-feedback")
+AXIS_INPUTS = ("arm", "heartbeat", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
+AXIS_OUTPUTS = ("counts", "counts-scale", "offset-enable")
+
+
+class NotReady(RuntimeError):
+    """The machine cannot be commissioned as it is; the message gives the reason."""
+
+
+class Place:
+    """A function or a stage, and its number at interlock."""
+
+    def __init__(self, kind, number, instance):
+        self.kind, self.number, self.instance = kind, number, instance
+        self.name, self.module = instance.name, instance.module
+
+    @property
+    def key(self):
+        return "%s %s" % (self.kind, self.name)
+
+
+class Rig:
+    """`hal` has values(), pins(), get(name), set(name, text); `mdi` runs one line of G-code; `clock` and `sleep` are those of the computer."""
+
+    def __init__(self, hal, declared, ini, functions_folder, mdi, sleep=time.sleep, clock=time.monotonic):
+        self.hal, self.declared, self.ini, self.mdi = hal, declared, ini, mdi
+        self.sleep, self.clock = sleep, clock
+        self.folder = functions_folder
+        self._trial = None  # the thread that permits a function
+        self._beat = False
+        self.look()
+
+    def look(self):
+        """Reads the wiring again."""
+        self.machine = Machine(self.hal.pins(), self.declared)
+        locks = self.machine.of("interlock")
+        if not locks:
+            raise NotReady(_("No interlock is loaded: run plumb wire."))
+        self.lock = locks[0]
+        self.stages = list(self._places("stage", "stage-fault-%d", "stage"))
+        self.functions = list(self._places("function", "function-status-%d", "compensation"))
+
+    def _places(self, kind, pin, role):
+        for number in range(32):
+            full = self.lock.full(pin % number)
+            there = self.machine.pins.get(full)
+            if there is None:
+                return
+            for other in self.ends(there.signal):
+                owner, _short = self.machine.owner_of(other)
+                if owner is not None and owner.declared.role == role and other != full:
+                    yield Place(kind, number, owner)
+                    break
+
+    def ends(self, signal):
+        """Names of the pins at a signal."""
+        return [pin.name for pin in self.machine.pins.values() if signal and pin.signal == signal]
+
+    def function(self, name):
+        """A function by its own name or by that of its module; None without one."""
+        return next((place for place in self.functions if name in (place.name, place.module)), None)
+
+    def stages_of(self, function):
+        """The stages that apply its offset."""
+        its = self.get(self.lock, "function-stages-%d" % function.number)
+        return [stage for stage in self.stages if int(its) >> stage.number & 1]
+
+    # --- values ---
+
+    def get(self, instance, short):
+        return self.hal.get(instance.full(short))
+
+    def set(self, instance, short, value):
+        self.hal.set(instance.full(short), str(value))
+
+    def has(self, pin):
+        return pin in self.machine.pins
+
+    def is_required(self):
+        """Whether interlock holds what was not commissioned."""
+        return self.has(self.lock.full("commissioning")) and bool(self.get(self.lock, "commissioning"))
+
+    def identity(self, place):
+        return int(self.get(self.lock, "%s-identity-%d" % (place.kind, place.number)))
+
+    def passed(self, place):
+        return int(self.get(self.lock, "%s-passed-%d" % (place.kind, place.number)))
+
+    def is_commissioned(self, place):
+        return self.identity(place) != 0 and self.identity(place) == self.passed(place)
+
+    def let_pass(self, place):
+        self.set(self.lock, "%s-passed-%d" % (place.kind, place.number), self.identity(place))
+
+    def take_back(self, place):
+        self.set(self.lock, "%s-passed-%d" % (place.kind, place.number), 0)
+
+    @property
+    def unit(self):
+        """Machine units in a millimetre."""
+        return 1 / 25.4 if self.ini.get("TRAJ", "LINEAR_UNITS", "mm").lower() in ("in", "inch", "imperial") else 1.0
+
+    @property
+    def axes(self):
+        return [letter for letter in self.ini.get("TRAJ", "COORDINATES", "XYZ").upper() if letter.isalpha()]
+
+    def joint_of(self, stage):
+        """The number of the joint that a stage of a joint moves; None for the stage of an axis."""
+        found = re.match(r"joint\.(\d+)\.", self.machine.writer(stage.instance.full("joint-command"))) if stage.module == "joint_offset" else None
+        return int(found[1]) if found else None
+
+    def letter_of(self, stage):
+        """The axis along which a stage acts; "" if it is not known."""
+        if stage.module == "axis_offset":
+            found = re.match(r"axis\.(\w)\.", self.machine.writer(stage.instance.full("offset-in-force")))
+            return found[1].upper() if found else ""
+        return stage.name[0].upper() if stage.name[0] in "xyzabcuvw" and stage.name[1:2] in "-2" else ""
+
+    # --- what the machine must be like ---
+
+    def unready(self):
+        """Sentences about what hinders a move by hand."""
+        found = []
+        if not self.is_required():
+            found.append(_("Commissioning is off at interlock, as on a simulated machine: setp {pin} true, or run plumb wire.").format(
+                pin=self.lock.full("commissioning")))
+        if not self.get(self.lock, "motion-enabled"):
+            found.append(_("The machine is off: turn it on."))
+        if not self.get(self.lock, "all-homed"):
+            found.append(_("The machine is not homed: home all axes."))
+        if self.get(self.lock, "program-running"):
+            found.append(_("A program runs: end it."))
+        return found
+
+    def await_condition(self, condition, seconds=RETURN):
+        """Whether it came in time."""
+        ends = self.clock() + seconds
+        while not condition():
+            if self.clock() > ends:
+                return False
+            self.sleep(0.02)
+        return True
+
+    # --- wiring that can be seen without a move ---
+
+    def wiring_verdict(self, function):
+        """The first fault that the nets show; None if they show none."""
+        self.look()
+        if self.get(self.lock, "fault-code") == ORDER:
+            return Verdict("order", _("A function of Plumb is in a wrong place of its thread, or in none."), _("Run plumb doctor --running: it gives the commands."))
+        missing = self.missing_nets(function)
+        if missing:
+            shown = ", ".join(missing[:MOST_SHOWN]) + (", ..." if len(missing) > MOST_SHOWN else "")
+            return Verdict("net", _("A net is missing, or nothing writes it: {pins}.").format(pins=shown), _("Net it, as in the files of plumb wire."))
+        return self._swapped(function)
+
+    def missing_nets(self, function):
+        """Pins of a function and of its stages that lack a signal, or the other end of it."""
+        missing = []
+        for short, letter in self._nets_of(function):
+            name = function.instance.full(short)
+            pin = self.machine.pins.get(name)
+            if pin is None or (letter and letter.upper() not in self.axes):
+                continue
+            if not pin.output and not self._writer(pin):
+                missing.append(name)
+        for stage in self.stages_of(function):
+            inputs, outputs = (JOINT_INPUTS, JOINT_OUTPUTS) if stage.module == "joint_offset" else (AXIS_INPUTS, AXIS_OUTPUTS)
+            missing += [stage.instance.full(short) for short in inputs if not self._writer(self.machine.pins[stage.instance.full(short)])]
+            missing += [stage.instance.full(short) for short in outputs if not self._readers(self.machine.pins[stage.instance.full(short)])]
+        for short, _letter, pin in self._outputs_of(function):
+            if not self._stages_at(pin):
+                missing.append(pin.name)
+        return missing
+
+    def _writer(self, pin):
+        """Whether something can write the signal of an input: an output, a pin that goes both ways, or a driver without a direction."""
+        return any(other != pin.name and self.machine.pins[other].output for other in self.ends(pin.signal))
+
+    def _readers(self, pin):
+        return [other for other in self.ends(pin.signal) if other != pin.name and not self.machine.pins[other].output]
+
+    def _nets_of(self, function):
+        """Short names of the pins that the HAL file of a function nets, with the letter of an axis that a machine may lack."""
+        path = os.path.join(self.folder, function.module, function.module + ".hal")
+        if not os.path.exists(path):
+            return
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        names = re.search(r"^loadrt %s +names=([\w.-]+)" % function.module, text, re.M)
+        name = names[1] if names else function.name
+        for line in text.splitlines():
+            words = line.split()
+            if words[:1] != ["net"]:
+                continue
+            found = re.match(r"([xyzuvw])-", words[1])
+            for word in words[2:]:
+                if word.startswith(name + "."):
+                    yield word[len(name) + 1:], found[1] if found else ""
+
+    def _outputs_of(self, function):
+        """Outputs of a function that a stage must take: short name, letter, pin."""
+        path = os.path.join(self.folder, function.module, "wire.toml")
+        if not os.path.exists(path):
+            return
+        for short, pin in function.instance.pins.items():
+            found = re.fullmatch(r"([xyzuvw])-(correction|offset)", short)
+            if pin.output and found and (short, found[1]) in set(self._nets_of(function)) and found[1].upper() in self.axes:
+                yield short, found[1].upper(), pin
+
+    def _stages_at(self, pin):
+        """The stages whose sources read an output."""
+        names = {stage.name: stage for stage in self.stages}
+        found = []
+        for reader in self._readers(pin):
+            owner, short = self.machine.owner_of(reader)
+            if owner is not None and short.startswith("offset-") and owner.name in names:
+                found.append(names[owner.name])
+        return found
+
+    def _letter_of_pin(self, pin):
+        """The axis of a pin of a joint or of a stage; "" for another one."""
+        coordinates = self.ini.get("TRAJ", "COORDINATES", "XYZ").upper().replace(" ", "")
+        found = re.match(r"joint\.(\d+)\.", pin)
+        if found:
+            return coordinates[int(found[1])] if int(found[1]) < len(coordinates) else ""
+        return next((self.letter_of(stage) for stage in self.stages if pin.startswith(stage.name + ".")), "")
+
+    def _swapped(self, function):
+        for short, pin in function.instance.pins.items():
+            found = re.fullmatch(r"([xyzuvw])-(position|velocity|velocity-cmd|motor-offset)(-\d)?", short)
+            writer = self.machine.writer(pin.name) if found and not pin.output else ""
+            its = self._letter_of_pin(writer)
+            if its and its != found[1].upper():
+                return Verdict("joint", _("{pin} has the signal of {its}: the joints are swapped.").format(pin=pin.name, its=its),
+                               _("Net that of {letter} to it.").format(letter=found[1].upper()))
+        for _short, letter, pin in self._outputs_of(function):
+            for stage in self._stages_at(pin):
+                its = self.letter_of(stage)
+                if its and its != letter:
+                    sentence = _("{pin} goes to the stage of {its}: the joints are swapped.")
+                    return Verdict("joint", sentence.format(pin=pin.name, its=its), _("Net it to the stage of {letter}.").format(letter=letter))
+        coordinates = self.ini.get("TRAJ", "COORDINATES", "XYZ").upper().replace(" ", "")
+        for stage in self.stages_of(function):
+            joint, letter = self.joint_of(stage), self.letter_of(stage)
+            if joint is not None and letter and joint < len(coordinates) and letter in coordinates and coordinates[joint] != letter:
+                sentence = _("{stage} stands at joint {joint}, which is {its}: the joints are swapped.")
+                return Verdict("joint", sentence.format(stage=stage.name, joint=joint, its=coordinates[joint]),
+                               _("Net it to the joint of {letter}.").format(letter=letter))
+        return None
+
+    # --- trials ---
+
+    def begin_press(self, stage, offset):
+        """A trial of a stage; beat() must follow at least five times a second, as long as somebody presses."""
+        self.set(self.lock, "trial-offset", repr(float(offset)))
+        self.set(self.lock, "trial-stage", stage.number)
+        self.beat()
+
+    def beat(self):
+        self._beat = not self._beat
+        self.set(self.lock, "trial-beat", int(self._beat))
+
+    def end_press(self):
+        """interlock has ended it by itself if this is never called."""
+        self.set(self.lock, "trial-stage", -1)
+        self.set(self.lock, "trial-offset", 0)
+
+    def applied(self, stage):
+        return float(self.get(stage.instance, "applied-offset"))
+
+    def begin_trial(self, function):
+        """Permits a function until end_trial(), or until this program ends."""
+        self.end_trial()
+        self.set(self.lock, "trial-function", function.number)
+        self._trial = _Beating(self)
+        self._trial.start()
+
+    def end_trial(self):
+        if self._trial is not None:
+            self._trial.end()
+            self._trial = None
+        self.set(self.lock, "trial-function", -1)
+
+    @property
+    def on_trial(self):
+        return self._trial is not None
+
+    def switch(self, function, on):
+        self.set(self.lock, "function-switch-%d" % function.number, int(on))
+
+    def is_on(self, function):
+        return bool(self.get(self.lock, "function-switch-%d" % function.number))
+
+    def close(self):
+        self.end_press()
+        self.end_trial()
+
+    # --- for the records ---
+
+    def wiring(self, place):
+        """A line for each pin of an instance that has a signal."""
+        lines = []
+        for short, pin in place.instance.pins.items():
+            if not pin.signal or place.instance.declared.is_of_records(short):
+                continue
+            others = sorted(other for other in self.ends(pin.signal) if other != pin.name and not other.startswith("linuxcnc-link."))
+            lines.append("%s %s %s" % (short, ">" if pin.output else "<", " ".join(others) or "signal " + pin.signal))
+        return lines
+
+    def settings(self, place):
+        """The settings that are not at their defaults, and those whose sign counts."""
+        values = {}
+        for short in place.instance.settings():
+            declared = place.instance.declared.pin(short)
+            value = self.get(place.instance, short)
+            if value != declared.get("default") or (declared.get("turns") and value):
+                values[short] = value
+        return values
+
+
+class _Beating(threading.Thread):
+    def __init__(self, rig):
+        super().__init__(daemon=True)
+        self._rig, self._goes_on = rig, True
+
+    def run(self):
+        while self._goes_on:
+            try:
+                self._rig.beat()
+            except (KeyError, ValueError, RuntimeError):
+                return  # HAL has gone
+            time.sleep(BEAT)
+
+    def end(self):
+        self._goes_on = False
+        self.join(5 * BEAT)
+
+
+def function_names(folder):
+    return sorted(os.path.basename(os.path.dirname(path)) for path in glob.glob(os.path.join(folder, "*", "wire.toml")))

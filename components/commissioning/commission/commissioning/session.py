@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The way of one function through its steps. The command line and the panel show the steps, and give the answers."""
+
+import importlib
+import time
+
+from commissioning import steps
+from commissioning.judging import Verdict
+from commissioning.rig import NotReady
+from panel.texts import _
+
+TOLERANCE = 0.003  # mm, of a reading
+
+
+class Session:
+    """`records` is Records; `who` signs; `tolerance` is that of a reading, in machine units."""
+
+    def __init__(self, rig, function, records, who, tolerance=None, versions=None):
+        if rig.identity(function) == 0 and rig.is_required():
+            rig.await_condition(lambda: rig.identity(function) != 0)
+        if not rig.is_required():
+            raise NotReady(" ".join(rig.unready()[:1]))
+        self.rig, self.function, self.records, self.who = rig, function, records, who
+        self.tolerance = TOLERANCE * rig.unit if tolerance is None else tolerance
+        self.versions = versions or {}
+        self.log = []  # a dictionary for each answer
+        self.began = time.time()
+        self._left = self._plan()
+        self.step = self._left.pop(0)
+        self.done = False
+        self.step.begin()
+
+    def _plan(self):
+        its = importlib.import_module("commissioning.functions." + self.function.module)
+        todo = [stage for stage in self.rig.stages_of(self.function) if not self.rig.is_commissioned(stage)]
+        plan = [steps.Wiring(self), steps.AtRest(self), *(steps.StageMoves(self, stage) for stage in todo), *its.steps(self)]
+        if not its.MOVES_NOTHING:
+            plan += [steps.InAir(self), steps.OffAndOn(self), steps.EmergencyStop(self), steps.OnAgain(self)]
+        return [*plan, steps.Undo(self)]
+
+    @property
+    def count(self):
+        """Number of the present step, and of all that are known."""
+        done = len({entry["title"] for entry in self.log if not entry["fault"]})
+        return done + 1, done + 1 + len(self._left)
+
+    def answer(self, values):
+        """Judges the present step; goes on if it passed. Returns its Verdict."""
+        step = self.step
+        identity = self.rig.identity(self.function)
+        verdict = step.finish(values)
+        self.log.append({"title": step.title, "read": dict(values), "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy,
+                         "when": _now()})
+        more = step.following(verdict)
+        if more:
+            self._left[:0] = [*more, *([] if isinstance(step, steps.OtherJoint) else [])]
+            self._next()
+            return verdict
+        if not verdict.passed:
+            return verdict
+        if self._left:
+            self._next()
+            return verdict
+        if self.rig.identity(self.function) != identity or not all(self.rig.is_commissioned(stage) for stage in self.rig.stages_of(self.function)):
+            return Verdict("state", _("The wiring changed meanwhile."), _("Begin again."))
+        self._pass()
+        return verdict
+
+    def _next(self):
+        self.step = self._left.pop(0)
+        self.step.begin()
+
+    def _pass(self):
+        self.rig.let_pass(self.function)
+        self.records.note(self.rig, self.function, self.who, self.log, self.tolerance, self.versions, minutes=(time.time() - self.began) / 60)
+        self.done = True
+
+    def pass_stage(self, stage):
+        self.rig.let_pass(stage)
+        self.records.note(self.rig, stage, self.who, self.log, self.tolerance, self.versions)
+
+    def close(self):
+        """Takes back what is not finished."""
+        self.rig.close()
+        if not self.done:
+            self.rig.switch(self.function, False)
+
+
+def _now():
+    return time.strftime("%Y-%m-%d %H:%M:%S")

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/bounded.hpp"
+#include "components/stages/interlock/functions.hpp"
+#include "components/stages/interlock/numbered_row.hpp"
+#include "components/stages/interlock/stages.hpp"
+#include "components/stages/interlock/wiring_identity.hpp"
+#include "hal/component.hpp"
+#include "hal/linuxcnc_unit.hpp"
+#include "hal/thread_watch.hpp"
+#include "hal/wiring_list.hpp"
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+// Functions and stages that did not pass plumb commission, or were wired anew since, are held. A trial permits one of them while
+// somebody presses.
+struct Commissioning : hal::Group {
+    explicit Commissioning(hal::Component* owner)
+        : Group(owner), interlock_(hal::registrar(owner).instance()) {}
+
+    template <class P>
+    using PerStage = NumberedRow<P, Stages::number>;
+    static constexpr std::size_t functions = Functions::number, stages = Stages::number;
+
+    hal::In<bool> required{this, "commissioning", false,
+                           "Hold each function and stage until it has passed plumb commission; false: none is held."};
+    hal::Row<hal::In<std::int32_t>, functions> function_passed{
+        this, "function-passed", 0,
+        "Identity with which the function passed plumb commission; 0: not yet. plumb-retain keeps it."};
+    PerStage<hal::In<std::int32_t>> stage_passed{
+        this, "stage-passed", 0,
+        "Identity with which the stage passed plumb commission; 0: not yet. plumb-retain keeps it."};
+    hal::In<std::int32_t> trial_function{this, "trial-function", -1,
+                                         "Number of the function that a trial permits, or -1."};
+    hal::In<std::int32_t> trial_stage{this, "trial-stage", -1,
+                                      "Number of the stage that a trial moves, or -1."};
+    hal::In<double> trial_offset{this, "trial-offset", 0, "mu", "Offset of the trial, for its stage."};
+    hal::In<double> trial_limit{this, "trial-limit", 0, "mu",
+                                "Largest offset of a trial, either way; 0: no stage can be tried."};
+    hal::In<bool> trial_beat{this, "trial-beat", false,
+                             "Changes at least twice a second while somebody presses; else the trial ends."};
+
+    hal::Row<hal::Out<std::int32_t>, functions> function_identity{
+        this, "function-identity",
+        "Identity of the function: its signals, stages, unit, and the signs of its settings; 0: not known."};
+    PerStage<hal::Out<std::int32_t>> stage_identity{
+        this, "stage-identity", "Identity of the stage: its signals, joint, drive and unit; 0: not known."};
+    PerStage<hal::Out<bool>> stage_enable{this, "stage-enable",
+                                          "The stage may apply offsets, or is on trial: to its enable."};
+    PerStage<hal::Out<double>> stage_trial{this, "stage-trial", "mu",
+                                           "Offset of the trial: to a free source of the stage."};
+
+    struct Now {
+        bool machine_on, homed, program_running;
+        std::int32_t stages_in_force;  // as a sum
+    };
+
+    // Once in each period, before the functions; dt of the computer's clock.
+    void step(const Now& now, double dt) noexcept {
+        const bool beat = trial_beat;
+        silence_ = beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
+        beat_ = beat;
+        const bool pressed = silence_ < longest_pause, on = required;
+        if (on) asked_.store(true, std::memory_order_relaxed);
+        const std::int32_t its_stage = trial_stage, its_function = trial_function;
+        const double most = std::abs(trial_limit), given = trial_offset;
+        const bool moves = on && pressed && now.machine_on && now.homed && !now.program_running &&
+                           possible(its_stage, stages) && std::abs(given) <= most;
+        held_stages_ = 0;
+        for (std::size_t i = 0; i < stages; ++i) {
+            const std::int32_t identity = stage_identities_[i].load(std::memory_order_relaxed);
+            const std::int32_t passed = stage_passed[i];
+            const bool tried = moves && static_cast<std::size_t>(its_stage) == i;
+            const bool held = on && (identity == 0 || passed != identity);
+            held_stages_ |= held ? 1 << i : 0;
+            stage_identity[i] = identity;
+            stage_enable[i] = !held || tried;
+            stage_trial[i] = tried ? given : 0;
+        }
+        // The stage of an axis takes its offset back while it is armed.
+        tried_ = moves ? 1 << its_stage : tried_;
+        resting_ = moves ? 0 : std::min(resting_ + dt, longest_return);
+        arms_ = tried_ != 0 && (moves || ((now.stages_in_force & tried_) != 0 && resting_ < longest_return));
+        if (!arms_) tried_ = 0;
+
+        held_functions_ = on_trial_ = 0;
+        for (std::size_t i = 0; i < functions; ++i) {
+            const std::int32_t identity = function_identities_[i].load(std::memory_order_relaxed);
+            const std::int32_t passed = function_passed[i];
+            function_identity[i] = identity;
+            held_functions_ |= on && (identity == 0 || passed != identity) ? 1 << i : 0;
+        }
+        if (on && pressed && possible(its_function, functions)) on_trial_ = 1 << its_function;
+    }
+
+    // As sums of 1, 2, 4, ...
+    std::int32_t held_functions() const noexcept { return held_functions_ & ~on_trial_; }
+    std::int32_t held_stages() const noexcept { return held_stages_; }
+    std::int32_t tried_functions() const noexcept { return held_functions_ & on_trial_; }
+    bool arms() const noexcept { return arms_; }
+
+    // In background().
+    void work() {
+        if (!asked_.exchange(false, std::memory_order_relaxed)) return;
+        if (wait_-- > 0) return;
+        const auto wiring = hal::list_wiring();
+        const auto threads = hal::list_threads();
+        if (!wiring || !threads) return;
+        wait_ = pause;
+        const auto ask = [&](const std::string& instance, const char* symbol, const std::string& about, auto otherwise) {
+            for (const hal::ListedFunction& one : threads->functions)
+                if (one.name == instance + ".update")
+                    return hal::asked_of_module(one.code, symbol, about.c_str(), otherwise);
+            return otherwise;
+        };
+        WiringIdentity::Modules modules;
+        modules.turns = [&](const std::string& instance, const std::string& setting) {
+            return ask(instance, "plumb_turns", setting, false);
+        };
+        modules.options = [&](const std::string& instance) -> std::string {
+            return ask(instance, "plumb_given", instance, "");
+        };
+        const WiringIdentity identity(*wiring, interlock_, unit(), modules);
+        for (std::size_t i = 0; i < stages; ++i) stage_identities_[i] = identity.of_stage(i);
+        for (std::size_t i = 0; i < functions; ++i)
+            function_identities_[i] = identity.of_function(i, stages_of(*wiring, i));
+    }
+
+private:
+    static constexpr double longest_pause = 0.5, longest_return = 5;  // s
+    static constexpr int pause = 20;  // calls of background() between two looks
+
+    static bool possible(std::int32_t number, std::size_t rows) noexcept {
+        return number >= 0 && static_cast<std::size_t>(number) < rows;
+    }
+
+    static std::string unit() {
+        const char* const file = std::getenv("INI_FILE_NAME");
+        const auto its = file ? hal::millimetres_of(hal::ini_value(file, "[TRAJ]", "LINEAR_UNITS")) : std::nullopt;
+        return its ? std::to_string(*its) : "";
+    }
+
+    std::vector<std::size_t> stages_of(const hal::WiringList& list, std::size_t function) const {
+        const std::string name = interlock_ + ".function-stages-" + std::to_string(function);
+        std::int32_t sum = 0;
+        for (const hal::WiredPin& pin : list.pins)
+            if (pin.name == name) sum = static_cast<std::int32_t>(pin.value);
+        std::vector<std::size_t> numbers;
+        for (std::size_t i = 0; i < stages; ++i)
+            if ((sum >> i & 1) != 0 && stage_identities_[i] != 0) numbers.push_back(i);
+        return numbers;
+    }
+
+    const std::string interlock_;
+    std::array<std::atomic<std::int32_t>, functions> function_identities_{};
+    std::array<std::atomic<std::int32_t>, stages> stage_identities_{};
+    std::atomic<bool> asked_{false};
+    int wait_ = 0;
+    bool beat_ = false, arms_ = false;
+    double silence_ = longest_pause, resting_ = longest_return;  // s
+    std::int32_t held_functions_ = 0, on_trial_ = 0, held_stages_ = 0, tried_ = 0;
+};
+
+}  // namespace plumb

@@ -1,0 +1,291 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The DISPLAY of commission_linuxcnc_test and of scripts/bench commission: commissions a function with each fault in its wiring.
+
+    commission_scenario.py FUNCTION FAULT...
+"""
+
+import contextlib
+import subprocess
+import sys
+import traceback
+
+import linuxcnc
+from plumb_linuxcnc import OperatorError
+from scenario import Scenario, run
+
+INCH = 25.4
+ORDER = "delf {instance}.update servo-thread; addf {instance}.update servo-thread 1"
+
+
+class Machine(Scenario):
+    """`stage_letters` have a stage at their joints. A fault of a drive is a gain between command and drive."""
+
+    function = instance = ""
+    letters = "XYZ"
+    plant = {}
+    net = ""  # a pin whose net is missing
+    turning = None  # a setting, and a value of the other sign
+
+    def work(self):
+        from commissioning_robot import Robot
+
+        self.robot = Robot(self, self.plant)
+        self.facts["table"] = {}
+        for fault in sys.argv[2:]:
+            self.begin(fault)
+            self.facts["table"][fault] = self.with_fault(fault)
+
+    def with_fault(self, fault):
+        self.rest_unhomed()
+        undo = getattr(self, "put_" + fault.replace("-", "_"), self.put_nothing)()
+        try:
+            self.patiently(self.machine.turn_on)
+            self.patiently(self.machine.home)
+            self.before()
+            self.machine.wait(6)  # interlock looks at the wiring, and plumb-retain restores
+            found = self.robot.commission(self.function)
+            if found["passed"]:
+                self.look_at_state(found)
+        except Exception as error:  # noqa: BLE001 - it stands in the table
+            found = {"fault": "error", "sentence": "%s: %s" % (type(error).__name__, error), "passed": False, "trace": traceback.format_exc()}
+        finally:
+            self.patiently(self.machine.turn_off)
+            for line in undo:
+                self.do(line)
+            for pin in ("function-passed-0", "function-passed-1", *("stage-passed-%d" % number for number in range(5))):
+                self.host.set("interlock." + pin, 0)
+        found["after"] = self.host.get("interlock.function-passed-0")
+        return found
+
+    def look_at_state(self, found):
+        found["state"] = self.robot.state()
+        if self.turning:
+            pin, value = self.turning
+            before = self.host.get(pin)
+            self.host.set(pin, value)
+            self.machine.wait(6)
+            found["state_with_another_sign"] = self.robot.state()
+            self.host.set(pin, before)
+
+    def rest_unhomed(self):
+        """At 0, where no gain moves anything, and off."""
+        self.patiently(self.machine.turn_on)
+        self.patiently(self.machine.home)
+        self.machine.wait(1)
+        self.machine.mdi("G53 G0 " + " ".join("%s0" % letter for letter in "XYZ"))
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.turn_off()
+        self.machine.command.unhome(-1)
+        self.machine.wait_for(lambda status: not any(status.homed), "unhoming")
+
+    def patiently(self, work):
+        """Messages about the fault that was put in end nothing."""
+        for _turn in range(10):
+            try:
+                return work()
+            except OperatorError:
+                pass
+        return work()
+
+    def do(self, lines):
+        for line in lines.split("; "):
+            self.host.command(line)
+
+    def before(self):
+        """What a person does first."""
+
+    # --- faults: each returns the lines that take it back ---
+
+    def put_nothing(self):
+        return []
+
+    def gains(self, letter, gain):
+        self.do("setp fault-%s-cmd.in1 %r; setp fault-%s-fb.in1 %r" % (letter.lower(), gain, letter.lower(), 1 / gain))
+
+    def put_drive_sign(self):
+        self.gains(self.letters[0], -1.0)
+        return self.gains_back()
+
+    def put_drive_inch(self):
+        self.gains(self.letters[0], 1 / INCH)
+        return self.gains_back()
+
+    def put_drive_25(self):
+        self.gains(self.letters[0], INCH)
+        return self.gains_back()
+
+    def gains_back(self):
+        letter = self.letters[0].lower()
+        return ["setp fault-%s-cmd.in1 1" % letter, "setp fault-%s-fb.in1 1" % letter]
+
+    def put_drive_swapped(self):
+        """The first axis drives the second one, and is measured there."""
+        one, other = self.letters[0].lower(), self.letters[1].lower()
+        self.do(self.swap(one, other))
+        return [self.swap(one, other, back=True)]
+
+    def swap(self, one, other, back=False):
+        pairs = ((one, one), (other, other)) if back else ((one, other), (other, one))
+        lines = []
+        for letter in (one, other):
+            lines += ["unlinkp fault-%s-cmd.in0" % letter, "unlinkp fault-%s-fb.out" % letter]
+        for signal, letter in pairs:
+            lines += ["net %s-motor-cmd fault-%s-cmd.in0" % (signal, letter), "net %s-motor-fb fault-%s-fb.out" % (signal, letter)]
+        return "; ".join(lines)
+
+    def put_drive_dead(self):
+        letter = self.letters[0].lower()
+        self.do("unlinkp fault-%s-cmd.in0" % letter)
+        self.do("net %s-motor-cmd spare.in0" % letter)
+        self.do("setp fault-%s-cmd.in0 0" % letter)
+        self.do("unlinkp fault-%s-fb.out; net %s-motor-fb fault-echo.out" % (letter, letter))
+        self.do("net %s-motor-cmd fault-echo.in0" % letter)
+        return ["unlinkp fault-echo.out; unlinkp fault-echo.in0; net %s-motor-fb fault-%s-fb.out" % (letter, letter),
+                "unlinkp spare.in0; net %s-motor-cmd fault-%s-cmd.in0" % (letter, letter)]
+
+    def put_net(self):
+        signal = self.signal_of(self.net)
+        self.do("unlinkp " + self.net)
+        return ["net %s %s" % (signal, self.net)]
+
+    def signal_of(self, pin):
+        """The signal at a pin, by halcmd."""
+        shown = subprocess.run(["halcmd", "-s", "show", "pin", pin], stdout=subprocess.PIPE, text=True, check=True).stdout
+        for line in shown.splitlines():
+            words = line.split()
+            if words[4] == pin:
+                return words[6]
+        raise RuntimeError("%s has no signal" % pin)
+
+    def put_order(self):
+        self.do("delf %s.update servo-thread; addf %s.update servo-thread 1" % (self.instance, self.instance))
+        return ["delf %s.update servo-thread" % self.instance, "addf %s.update servo-thread %d" % (self.instance, self.place_in_thread())]
+
+    def place_in_thread(self):
+        names = subprocess.run(["halcmd", "-s", "show", "thread"], stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+        names = names[5:]
+        return names.index("motion-controller") + 1
+
+
+class Column(Machine):
+    function, instance = "squareness", "square"
+    plant = {"X": "portal.x-position", "Y": "portal.y-position", "Z": "portal.z-position"}
+    net = "square.x-velocity"
+    turning = ("square.ec0y", 0.00016)
+
+    def put_sign(self):
+        self.host.set("square.ec0y", 0.00016)
+        return ["setp square.ec0y -0.00016"]
+
+    def put_swapped(self):
+        self.do("unlinkp x-stage.offset-0; unlinkp y-stage.offset-0; net x-correction y-stage.offset-0; net y-correction x-stage.offset-0")
+        return ["unlinkp x-stage.offset-0; unlinkp y-stage.offset-0; net x-correction x-stage.offset-0; net y-correction y-stage.offset-0"]
+
+
+class Mill(Machine):
+    function, instance, letters = "thermal_displacement", "growth", "ZXY"
+    plant = {"X": "portal.x-position", "Y": "portal.y-position", "Z": "portal.z-position"}
+    net = "growth.load"
+
+    def touch(self):
+        """The work stands 250 mm below the nose of the spindle as Z is at 0; tool 1 is 50 mm long."""
+        for line in ("M3 S3000", "G4 P4", "G53 G0 Z-195", "G53 G1 Z-201 F60", "G4 P0.5", "G53 G0 Z-150"):
+            self.machine.mdi(line)
+        self.machine.wait(1)
+
+    def before(self):
+        self.machine.mdi("T1 M6")
+
+    def put_part(self):
+        """The load comes as a part of 1."""
+        self.host.set("fault-growth-load.in1", 0.01)
+        return ["setp fault-growth-load.in1 1"]
+
+    def put_swapped(self):
+        self.do("unlinkp growth.z-position; net x-joint-fb growth.z-position")
+        return ["unlinkp growth.z-position; net z-joint-fb growth.z-position"]
+
+    def put_sign(self):
+        """The load falls when the spindle works."""
+        self.host.set("fault-growth-load.in1", -1.0)
+        return ["setp fault-growth-load.in1 1"]
+
+
+class Grinder(Machine):
+    function, instance, letters = "chopping", "chop", "ZXY"
+    plant = {"X": "x-drive.out", "Y": "y-drive.out", "Z": "grinder.truth-position"}
+    net = "chop.position"
+
+    def put_swapped(self):
+        self.do("unlinkp z-stage.joint-command; net x-motor-cmd z-stage.joint-command")
+        return ["unlinkp z-stage.joint-command; net z-joint-cmd z-stage.joint-command"]
+
+
+class Lathe(Machine):
+    function, instance = "centre_height", "centre"
+    net = "centre.x-position-0"
+
+    def measure(self, shim):
+        self.host.set("mux-gen.01.in-float-01", 0.05 + shim)
+        self.machine.mdi("G10 L2 P1 Z%g" % (-60 * shim))  # on fresh lands
+        with contextlib.suppress(OperatorError):  # the function itself refuses some entries, and says why
+            self.machine.run("commission_height.ngc")
+        self.machine.wait(1)
+
+    def scale_diameter(self, factor):
+        self.host.set("fault-centre-diameter.in1", factor)
+        return ["setp fault-centre-diameter.in1 1"]
+
+    def put_inch(self):
+        return self.scale_diameter(1 / INCH)
+
+    def put_radius(self):
+        return self.scale_diameter(0.5)
+
+    def put_sign(self):
+        self.host.set("fault-centre-y-position-0.in1", -1.0)
+        return ["setp fault-centre-y-position-0.in1 1"]
+
+    def put_swapped(self):
+        self.do("unlinkp centre.x-position-0; unlinkp fault-centre-y-position-0.in0; net y-position centre.x-position-0; "
+                "net x-position fault-centre-y-position-0.in0")
+        return ["unlinkp centre.x-position-0; unlinkp fault-centre-y-position-0.in0; net x-position centre.x-position-0; "
+                "net y-position fault-centre-y-position-0.in0"]
+
+
+class Growth(Machine):
+    function, instance = "thermal_growth_test", "growth-test"
+    net = "growth-test.probe"
+
+    def measure(self, shim):
+        self.host.set("artifact.use-replay", 1)
+        self.host.set("artifact.replay-x", -shim)  # of the machine, against the artifact
+        with contextlib.suppress(OperatorError):
+            self.machine.run("commission_bore.ngc")
+        self.machine.wait(1)
+
+    def scaled(self, factor):
+        self.host.set("fault-growth-test-x-position.in1", factor)
+        return ["setp fault-growth-test-x-position.in1 1"]
+
+    def put_sign(self):
+        return self.scaled(-1.0)
+
+    def put_inch(self):
+        return self.scaled(1 / INCH)
+
+    def put_25(self):
+        return self.scaled(INCH)
+
+    def put_swapped(self):
+        self.do("unlinkp fault-growth-test-x-position.in0; unlinkp growth-test.y-position; net y-measured fault-growth-test-x-position.in0; "
+                "net x-measured growth-test.y-position")
+        return ["unlinkp fault-growth-test-x-position.in0; unlinkp growth-test.y-position; net x-measured fault-growth-test-x-position.in0; "
+                "net y-measured growth-test.y-position"]
+
+
+MACHINES = {its.function: its for its in (Column, Mill, Grinder, Lathe, Growth)}
+
+if __name__ == "__main__":
+    sys.exit(run(MACHINES[sys.argv[1]]))

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Our simulated machines as plumb wire would commission them, with a place for a fault at each drive and at some inputs."""
+
+import os
+import shutil
+
+import linuxcnc_runs
+
+
+class Prepared:
+    """A configuration: its stages in the order of their numbers, its drives (letter, command, feedback), and inputs that a fault scales, with
+    their signals."""
+
+    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,)):
+        self.configuration, self.ini, self.stages, self.drives, self.inputs = configuration, ini, stages, drives, inputs
+        self.programs, self.switches = programs, switches
+
+
+def portal_drives():
+    return [(letter, "portal.%s-position-cmd" % letter, "portal.%s-position" % letter) for letter in "xyz"]
+
+
+MACHINES = {
+    "squareness": Prepared("portal", "column.ini", ("x-stage", "y-stage", "z-stage"), portal_drives()),
+    "thermal_displacement": Prepared("mill", "mill.ini", ("x-stage", "y-stage", "z-stage", "z-axis-stage"), portal_drives(),
+                                     [("growth.load", "spindle-load")], switches=(0, 1)),
+    "chopping": Prepared("grinder", "grinder.ini", ("z-stage",), [("z", "grinder.position-cmd", "grinder.position"), ("x", "x-drive.in", "x-drive.out"),
+                                                                  ("y", "y-drive.in", "y-drive.out")]),
+    "centre_height": Prepared("lathe", "lathe.ini", inputs=[("centre.diameter", "gauge-diameter"), ("centre.y-position-0", "y-position")],
+                              programs=("commission_height.ngc",)),
+    "thermal_growth_test": Prepared("growth", "growth.ini", inputs=[("growth-test.x-position", "x-measured")], programs=("commission_bore.ngc",)),
+}
+
+
+def prepared(folder, function):
+    """A copy of the configuration with commissioning switched on. Returns its INI file."""
+    its = MACHINES[function]
+    machine = linuxcnc_runs.copy_configuration(its.configuration, folder)
+    names = ["fault-%s-%s" % (letter, way) for letter, _cmd, _fb in its.drives for way in ("cmd", "fb")]
+    names += ["fault-" + pin.replace(".", "-") for pin, _signal in its.inputs] + ["fault-echo", "spare"]
+    lines = ["loadrt mult2 names=" + ",".join(names)] + ["setp %s.in1 1" % name for name in names]
+    for letter, command, feedback in its.drives:
+        lines += ["unlinkp " + command, "unlinkp " + feedback, "net %s-motor-cmd => fault-%s-cmd.in0" % (letter, letter),
+                  "net fault-%s-cmd fault-%s-cmd.out => %s" % (letter, letter, command), "net fault-%s-fb %s => fault-%s-fb.in0" % (letter, feedback, letter),
+                  "net %s-motor-fb fault-%s-fb.out" % (letter, letter), "addf fault-%s-fb servo-thread 1" % letter, "addf fault-%s-cmd servo-thread" % letter]
+    for pin, signal in its.inputs:
+        name = "fault-" + pin.replace(".", "-")
+        lines += ["unlinkp " + pin, "net %s => %s.in0" % (signal, name), "net %s %s.out => %s" % (name, name, pin), "addf %s servo-thread 1" % name]
+    lines += ["addf fault-echo servo-thread", "setp interlock.commissioning true", "setp interlock.trial-limit 0.05"]
+    for number, stage in enumerate(its.stages):
+        lines += ["net %s-enable interlock.stage-enable-%d => %s.enable" % (stage, number, stage),
+                  "net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage)]
+    lines += ["setp interlock.function-switch-%d false" % number for number in its.switches]
+    with open(os.path.join(machine, "commissioning.hal"), "w") as file:
+        file.write("\n".join(lines) + "\n")
+    for program in its.programs:
+        shutil.copy(os.path.join(linuxcnc_runs.PROGRAMS, program), machine)
+    return linuxcnc_runs.own_ini(os.path.join(machine, its.ini), HAL=linuxcnc_runs.at_the_end("HALFILE = commissioning.hal"))

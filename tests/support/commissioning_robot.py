@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A person with an indicator on a simulated machine: does what each step of plumb commission says, and reads the true positions."""
+
+import contextlib
+import os
+import sys
+
+BUILD = os.environ["PLUMB_BUILD"] if "PLUMB_BUILD" in os.environ else os.environ["BUILD"]
+SHARE = os.path.join(BUILD, "share", "plumb")
+sys.path.insert(0, SHARE)
+from commissioning import steps  # noqa: E402
+from commissioning.functions import centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
+from commissioning.records import Records, findings  # noqa: E402
+from commissioning.rig import Rig  # noqa: E402
+from commissioning.session import Session  # noqa: E402
+from panel import declared, hal_files  # noqa: E402
+from panel.hal_access import Hal  # noqa: E402
+
+MOST_STEPS = 60
+SHIM = 0.1  # mm
+
+
+class Robot:
+    """`plant` is the pin of the true place of each axis, by its letter; `scenario` has machine, host and facts."""
+
+    def __init__(self, scenario, plant):
+        self.scenario, self.plant = scenario, plant
+        self.machine, self.host = scenario.machine, scenario.host
+        self.hal = Hal()
+        self.records = Records(os.path.join(os.getcwd(), "plumb"), "simulated")
+        self.known = declared.read_all(SHARE)[0]
+
+    def rig(self):
+        status = self.machine.poll()
+        ini = hal_files.Ini(status.ini_filename)
+        return Rig(self.hal, self.known, ini, os.path.join(SHARE, "functions"), self.mdi, sleep=self.machine.wait, clock=lambda: self.host.time)
+
+    def mdi(self, line, stays=False):
+        self.machine.mdi(line, wait=not line.startswith("G81.1"))
+
+    def place(self, letter):
+        return self.host.get(self.plant[letter]) if letter in self.plant else 0.0
+
+    def commission(self, name, who="robot"):
+        """Works through all steps until one names a fault twice. Returns fault, sentence, title of the last step, and whether it passed."""
+        rig = self.rig()
+        function = rig.function(name)
+        session = Session(rig, function, self.records, who, versions={"plumb": "test"})
+        verdict, title = None, ""
+        try:
+            for _turn in range(MOST_STEPS):
+                title = session.step.title
+                verdict = self.work(session)
+                step = session.step
+                if session.done or (not verdict.passed and step.title == title):
+                    break
+        finally:
+            session.close()
+        self.machine.wait(1)
+        if session.done:
+            session.records.sheets(rig, function)
+        return {"fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
+                "acts": bool(rig.get(rig.lock, "function-enable-%d" % function.number)), "commissioned": rig.is_commissioned(function),
+                "titles": [entry["title"] for entry in session.log], "sentences": [entry["sentence"] for entry in session.log]}
+
+    def state(self):
+        """The rows of plumb doctor --machine."""
+        return findings(self.rig(), self.records)
+
+    def work(self, session):
+        step = session.step
+        start = getattr(step, "start", None)
+        if start is not None:
+            self.stroke_zero = self.place("Z")
+            verdict = start()
+            if verdict is not None:
+                return verdict
+        for kind, act in ACTS.items():
+            if isinstance(step, kind):
+                return session.answer(act(self, session, step))
+        return session.answer({})
+
+    def hold(self, step, letter):
+        """Presses for two seconds. Returns the readings of an indicator at an axis."""
+        zero = self.place(letter)
+        step.begin_press()
+        for _turn in range(20):
+            step.beat()
+            self.machine.wait(0.1)
+        pressed = self.place(letter) - zero
+        step.end_press()
+        self.machine.wait(1)
+        return {"pressed": pressed, "released": self.place(letter) - zero}
+
+
+def _stage(robot, session, step):
+    return robot.hold(step, session.rig.letter_of(step.stage))
+
+
+def _other(robot, session, step):
+    return robot.hold(step, step.letter)
+
+
+def _go(robot, line):
+    robot.machine.mdi(line)
+    robot.machine.wait(1)
+
+
+def _one_end(robot, session, step):
+    _go(robot, "G53 G0 %s-60" % step.move.letter)
+    return {}
+
+
+def _other_end(robot, session, step):
+    _go(robot, "G53 G0 %s20" % step.move.letter)
+    return {}
+
+
+def _along_the_square(robot, session, step):
+    pin = "portal.truth-%s-error" % step.move.direction.lower()
+    zero = robot.host.get(pin)
+    there = step.move.start if isinstance(step, squareness.WithoutIt) else step.move.end
+    _go(robot, "G53 G1 F2000 %s%.4f" % (step.move.letter, there[0]))
+    return {"read": robot.host.get(pin) - zero}
+
+
+def _load(robot, session, step):
+    _go(robot, "M3 S3000")
+    robot.machine.wait(4)
+    return {"shown": robot.host.get("drive.load")}
+
+
+def _place_of_z(robot, session, step):
+    _go(robot, "G53 G0 Z-20")
+    return {"shown": robot.place("Z")}
+
+
+def _touch(robot, session, step):
+    robot.scenario.touch()
+    return {}
+
+
+def _rise(robot, session, step):
+    _go(robot, "M5")
+    robot.machine.wait(2)
+    return robot.hold(step, "Z")
+
+
+def _stroke(robot, session, step):
+    zero = robot.stroke_zero
+    places = []
+    for _turn in range(500):
+        places.append(robot.place("Z") - zero)
+        robot.machine.wait(0.02)
+    return {"upper": max(places), "lower": min(places)}
+
+
+def _stop(robot, session, step):
+    robot.machine.wait(1)
+    robot.machine.emergency_stop()
+    robot.machine.wait(0.5)
+    return {}
+
+
+def _on(robot, session, step):
+    robot.machine.turn_on()
+    if not all(robot.machine.poll().homed[: robot.machine.status.joints]):
+        robot.machine.home()
+    robot.machine.wait(2)
+    return {}
+
+
+def _here(robot, session, step):
+    _go(robot, "G53 G0 X0 Y0 Z-10")
+    return {}
+
+
+def _there(robot, session, step):
+    _go(robot, "G53 G0 X20 Y30 Z0")
+    return {}
+
+
+def _at_r(robot, session, step):
+    robot.machine.wait(2)
+    return {"read": robot.place("Z") - robot.stroke_zero}
+
+
+def _first(robot, session, step):
+    robot.scenario.measure(0.0)
+    return {}
+
+
+def _shim(robot, session, step):
+    robot.scenario.measure(SHIM)
+    return {"shim": SHIM}
+
+
+ACTS = {
+    steps.OtherJoint: _other, steps.StageMoves: _stage, squareness.Begin: _one_end, squareness.End: _other_end, squareness.WithoutIt: _along_the_square,
+    squareness.WithIt: _along_the_square, thermal_displacement.Load: _load, thermal_displacement.Place: _place_of_z, thermal_displacement.Touch: _touch,
+    thermal_displacement.VerifyStep: _rise, chopping.Stroke: _stroke, chopping.Stop: _stop, chopping.AgainAtRest: _on, steps.EmergencyStop: _stop,
+    chopping.Return: _at_r, thermal_growth_test.Here: _here, thermal_growth_test.There: _there, steps.OnAgain: _on, centre_height.First: _first, centre_height.WithShim: _shim, thermal_growth_test.First: _first, thermal_growth_test.Moved: _shim,
+}
