@@ -144,7 +144,8 @@ constexpr Said said(Common status) {
             return {Kind::warn, "Held: it waits for commissioning, or its wiring has changed since.",
                     "Run plumb commission for this function, or open the page Commissioning."};
         case Common::stage_uncommissioned:
-            return {Kind::warn, "Held: a stage of it waits for commissioning, or its wiring has changed since.",
+            return {Kind::warn,
+                    "Held: a stage of it waits for commissioning, or its wiring has changed since.",
                     "Run plumb commission for this function: it begins with its stages."};
         default: return said_of_service(status);
     }

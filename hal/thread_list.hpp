@@ -54,7 +54,8 @@ struct RecursiveLock {
 
     bool try_take() {
         int none = 0;
-        if (!__atomic_compare_exchange_n(&takers, &none, 1, false, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)) return false;
+        if (!__atomic_compare_exchange_n(&takers, &none, 1, false, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED))
+            return false;
         thread = nobody_elses;
         depth = 1;
         return true;
@@ -62,7 +63,8 @@ struct RecursiveLock {
     void give() {
         depth = 0;
         thread = 0;
-        if (__atomic_sub_fetch(&takers, 1, __ATOMIC_ACQ_REL) > 0) __atomic_fetch_or(&go_on, 1UL, __ATOMIC_RELEASE);
+        if (__atomic_sub_fetch(&takers, 1, __ATOMIC_ACQ_REL) > 0)
+            __atomic_fetch_or(&go_on, 1UL, __ATOMIC_RELEASE);
     }
 
     static constexpr int nobody_elses = -1;  // no thread has this number
@@ -172,8 +174,8 @@ inline ThreadList read(const Head& head) {
 
 }  // namespace layout
 
-// What `read` makes of HAL's lists. Nothing if another program changes them this moment, or HAL is of an unknown kind. Waits for
-// nobody.
+// What `read` makes of HAL's lists. Nothing if another program changes them this moment, or HAL is of an
+// unknown kind. Waits for nobody.
 template <class List>
 std::optional<List> list_of_hal(List (*read)(const layout::Head&)) {
     auto* const head = &hal_shmem_base ? reinterpret_cast<layout::Head*>(hal_shmem_base) : nullptr;

@@ -16,8 +16,8 @@
 
 namespace plumb::hal {
 
-// The answer of a module of Plumb to `symbol`: the module is found by the code of one of its functions, and asked while it is
-// kept from going. `otherwise` where it is no module of Plumb.
+// The answer of a module of Plumb to `symbol`: the module is found by the code of one of its functions, and
+// asked while it is kept from going. `otherwise` where it is no module of Plumb.
 template <class Answer>
 Answer asked_of_module(const void* code, const char* symbol_name, const char* about, Answer otherwise) {
     Dl_info file{}, answer{};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Settings whose sign or state turns the effect of a component round, such as an angle or radius for diameter:
+// Settings whose sign or state turns the effect of a component round, such as an angle or radius for
+// diameter:
 //
 //     hal::Turning turning{this, angle, x_is_radius};
 //

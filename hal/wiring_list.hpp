@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The pins and parameters of HAL with their signals and values, as a realtime module of LinuxCNC 2.9 sees them.
+// The pins and parameters of HAL with their signals and values, as a realtime module of LinuxCNC 2.9 sees
+// them.
 #pragma once
 
 #include "hal/any_value.hpp"

@@ -121,6 +121,16 @@ class Finger:
             self.rest()
         self._press_place(name, place, times)
 
+    def hold(self, name):
+        """Presses a widget, and stays on it until let_go()."""
+        self.until(lambda: self.find(name), "the widget " + name)
+        self.rest()
+        place = self.find(name)
+        self._do("mousemove", place["x"] + place["width"] // 2, place["y"] + place["height"] // 2, "mousedown", "1")
+
+    def let_go(self):
+        self._do("mouseup", "1")
+
     def _scroll(self, place):
         """By as many steps of the wheel as bring the widget nearly into its view; GTK's step is the height of the view to the power of 2/3."""
         top, bottom = place["view"]

@@ -27,13 +27,13 @@
 #include <thread>
 #include <vector>
 
-#include "hal/linuxcnc_series.hpp"
 #include "hal/client/client.hpp"
 #include "hal/command_line.hpp"
 #include "hal/commands/command.hpp"
 #include "hal/commands/installation.hpp"
 #include "hal/commands/running_threads.hpp"
 #include "hal/host/faketime_library.hpp"
+#include "hal/linuxcnc_series.hpp"
 #include "hal/markup.hpp"
 #include "products.hpp"
 
@@ -210,7 +210,8 @@ Findings linuxcnc(const Trial& trial) {
             {Mark::wrong,
              "LinuxCNC " + *version + ": this Plumb was built for " + series +
                  ". The modules of one series do not load in another. Install the package of Plumb for your "
-                 "LinuxCNC, build Plumb again, or install LinuxCNC " + series + " again.",
+                 "LinuxCNC, build Plumb again, or install LinuxCNC " +
+                 series + " again.",
              as_root("apt install --allow-downgrades 'linuxcnc-uspace=*" + series + "*'")});
     if (!trial.stock_failed.empty())
         findings.push_back({Mark::wrong, "Its HAL does not work in Plumb's host: " + trial.stock_failed,
@@ -218,7 +219,8 @@ Findings linuxcnc(const Trial& trial) {
     else if (trial.not_started.empty())
         findings.push_back({Mark::ok,
                             "Tried: its halcmd, HAL library and modules work in virtual time, through the "
-                            "realtime interface of " + series + "; the version of HAL's memory is " +
+                            "realtime interface of " +
+                                series + "; the version of HAL's memory is " +
                                 std::to_string(trial.hal_version) + '.'});
     const std::string realtime = running_realtime();
     if (!realtime.empty()) findings.push_back({Mark::ok, "It is running now: " + realtime + '.'});
@@ -386,8 +388,7 @@ Findings installation(const Trial& trial) {
     const auto add = [&](const Findings& more) { findings.insert(findings.end(), more.begin(), more.end()); };
     add(judged(compare(home.programs, programs, ""), home.programs, "Plumb " PLUMB_VERSION,
                home.build_again()));
-    if (home.from_package())
-        findings.push_back({Mark::ok, "Installed from the Debian package plumb."});
+    if (home.from_package()) findings.push_back({Mark::ok, "Installed from the Debian package plumb."});
     if (home.built)
         add(judged(compare(home.root / "modules", modules, ".so"), home.root / "modules", "Modules",
                    home.build_again()));
@@ -545,7 +546,7 @@ void print(const Finding& finding) {
 hal::CommandPage doctor_page() {
     return {
         "plumb-doctor",
-        "[--running]",
+        "[--running | --machine]",
         {{"DESCRIPTION",
           R"(plumb doctor examines this computer and reports what is missing for Plumb, with the command that installs or
 corrects it. It checks LinuxCNC and tries its HAL in Plumb's host. It checks the kernel, namespaces, and the rights of the
@@ -556,6 +557,9 @@ where LinuxCNC looks for them. It changes nothing.)"},
 place in its thread, which its page has under FUNCTIONS. A function in a wrong place, in a wrong thread or in none is WRONG,
 and the commands below it put it where it belongs. Turn the machine off first. Functions of other components, except
 motion-controller, may stand anywhere: check yourself that the drives are read first and written last.)"},
+         {"MACHINE",
+          R"(With --machine it shows, for the LinuxCNC that runs, which functions and stages have passed plumb-commission(1), by
+whom and when, what changed since, and which are held.)"},
          {"OUTPUT",
           R"(- ok: Nothing to do.
 - note: optional.
@@ -564,7 +568,8 @@ motion-controller, may stand anywhere: check yourself that the drives are read f
 The command that fixes a finding stands below it. PLUMB in it is the folder of Plumb's sources. Values that sysctl sets last
 until the next start of the computer; put them into a file in /etc/sysctl.d to keep them.)"},
          {"EXIT STATUS", "0 if nothing is WRONG; 1 if something is WRONG; 2 for a wrong command line."}},
-        ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-run (1),\n.BR halcmd (1)"};
+        ".BR plumb (1),\n.BR plumb\\-commission (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-run (1),\n.BR "
+        "halcmd (1)"};
 }
 
 // Prints findings, and counts those that are WRONG and notes.
@@ -593,8 +598,41 @@ struct Report {
     }
 };
 
-int doctor(bool of_running) {
+// What plumb commission knows of the machine that runs: rows of a mark, a sentence and a command, between
+// tabs.
+Findings machine() {
+    const std::string program = (Home().programs / "plumb-commission").string();
+    FILE* const pipe = popen(("'" + program + "' --state --rows 2>&1").c_str(), "r");
+    if (!pipe) return {{Mark::wrong, "Cannot start " + program + '.', Home().build_again()}};
+    std::string text;
+    for (int c = 0; (c = std::getc(pipe)) != EOF;) text += static_cast<char>(c);
+    pclose(pipe);
+    Findings findings;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream parts(line);
+        std::string mark, sentence, command;
+        std::getline(parts, mark, '\t');
+        std::getline(parts, sentence, '\t');
+        std::getline(parts, command);
+        if (sentence.empty())
+            findings.push_back({Mark::wrong, line, "linuxcnc my.ini"});
+        else
+            findings.push_back({mark == "ok"     ? Mark::ok
+                                : mark == "note" ? Mark::note
+                                                 : Mark::wrong,
+                                sentence, command});
+    }
+    if (findings.empty()) findings.push_back({Mark::note, "No function of Plumb is loaded."});
+    return findings;
+}
+
+int doctor(bool of_running, bool of_machine) {
     Report report;
+    if (of_machine) {
+        report.show("Machine", machine());
+        return report.end();
+    }
     if (of_running) {
         report.show("Threads", threads());
         return report.end();
@@ -610,7 +648,10 @@ const Command command{
         hal::begin_command_line(app, doctor_page);
         bool of_running = false;
         app.add_flag("--running", of_running, "Checks the threads of the HAL that runs, and nothing else.");
-        return hal::carry_out(app, argc, argv, [&] { return doctor(of_running); });
+        bool of_machine = false;
+        app.add_flag("--machine", of_machine,
+                     "Shows which functions and stages passed plumb commission, and what changed since.");
+        return hal::carry_out(app, argc, argv, [&] { return doctor(of_running, of_machine); });
     }};
 
 }  // namespace

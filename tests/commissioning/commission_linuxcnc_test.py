@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """plumb commission in a complete LinuxCNC: squareness passes on a machine that is wired right, and faults in its wiring are named.
 
-scripts/bench commission does this for all functions and all faults.
+    python3 tests/support/run.py tests/commissioning/commission_linuxcnc_test.py --table [FUNCTION...]
+
+puts each fault into the wiring of each function, and prints what was named.
 """
 
 import os
+import sys
+import tempfile
 import unittest
 
 import linuxcnc_runs
@@ -18,7 +22,7 @@ class Commission(unittest.TestCase):
     def setUpClass(cls):
         ini = prepared(own_folder(cls), "squareness")
         its, cls.output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "squareness", "right", "sign", "drive-sign")
-        cls.facts, cls.folder = its["facts"], os.path.dirname(ini)
+        cls.facts = its["facts"]
         cls.table = cls.facts["table"]
 
     def test_machine_that_is_wired_right_passes(self):
@@ -35,8 +39,7 @@ class Commission(unittest.TestCase):
             self.assertIn(named, its["remedy"])
 
     def test_sheet_has_readings_and_who(self):
-        with open(os.path.join(self.folder, "plumb", "commissioned_squareness.txt"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.table["right"]["sheet"]
         for words in ("robot", "x-stage moves X by +0.010 mm", "square.ec0y = ", "drive-command > fault-x-cmd.in0", "Error by the tilts"):
             self.assertIn(words, text)
 
@@ -48,6 +51,48 @@ class Commission(unittest.TestCase):
         self.assertTrue(any("its wiring or a sign changed since" in sentence for sentence in changed), changed)
         self.assertTrue(any("ec0y was" in sentence for sentence in changed), changed)
 
+    def test_program_lets_pass_by_hand_and_takes_back(self):
+        for name, status, words in (("by_hand", 0, "commissioned_squareness.html"), ("doctor", 0, "function square: set by hand by K. Braun"),
+                                    ("undo", 0, "held again"), ("doctor_undone", 1, "function square has not passed, and is held.")):
+            text, ended = self.facts[name]
+            self.assertEqual(ended, status, text)
+            self.assertIn(words, " ".join(text.split()))
+
+    def test_program_asks_in_the_terminal_and_names_the_fault(self):
+        text, status = self.facts["terminal"]
+        self.assertEqual(status, 1, text)
+        for words in ("x-stage moves X by +0.010 mm", "Picture: ", "Asked 0.01, read", "The sign is wrong.", "The function is off."):
+            self.assertIn(words, text)
+
+
+# By function; the words of put_... in commission_scenario.py.
+FAULTS = {
+    "squareness": ("right", "sign", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
+    "thermal_displacement": ("right", "sign", "drive-sign", "part", "drive-25", "swapped", "drive-swapped", "net", "order"),
+    "chopping": ("right", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
+    "centre_height": ("right", "sign", "inch", "radius", "swapped", "net", "order"),
+    "thermal_growth_test": ("right", "sign", "inch", "25", "swapped", "net", "order"),
+}
+
+
+def table(functions):
+    """A row for each fault. Returns how many passed that should not, or did not that should."""
+    wrong = 0
+    print("| Function | Fault put in | Step | Named |\n| --- | --- | --- | --- |")
+    for function in functions or FAULTS:
+        faults = FAULTS[function]
+        with tempfile.TemporaryDirectory(prefix="plumb-test-") as folder:
+            os.chmod(folder, 0o777)
+            its, _output = linuxcnc_runs.work(folder, prepared(folder, function), "commission_scenario.py", function, *faults)
+        for fault, row in its["facts"]["table"].items():
+            wrong += row["passed"] != (fault == "right") or row["fault"] == "error"
+            named = "passed" if row["passed"] else "%s: %s" % (row["fault"], row["sentence"])
+            print("| %s | %s | %s | %s |" % (function, fault, row.get("step", ""), named), flush=True)
+    print("%d rows are not as they should be." % wrong)
+    return wrong
+
 
 if __name__ == "__main__":
+    if "--table" in sys.argv:
+        sys.exit(1 if table(sys.argv[2:]) else 0)
     unittest.main()

@@ -6,6 +6,7 @@
 """
 
 import contextlib
+import os
 import subprocess
 import sys
 import traceback
@@ -35,6 +36,9 @@ class Machine(Scenario):
         for fault in sys.argv[2:]:
             self.begin(fault)
             self.facts["table"][fault] = self.with_fault(fault)
+
+        if "terminal" in dir(self):
+            self.terminal()
 
     def with_fault(self, fault):
         self.rest_unhomed()
@@ -183,6 +187,35 @@ class Column(Machine):
         return ["unlinkp x-stage.offset-0; unlinkp y-stage.offset-0; net x-correction x-stage.offset-0; net y-correction y-stage.offset-0"]
 
 
+    def terminal(self):
+        """The program itself: by hand, undone, and two steps with a press whose sign is wrong."""
+        self.rest_unhomed()
+        self.patiently(self.machine.turn_on)
+        self.patiently(self.machine.home)
+        self.facts["by_hand"] = self.plumb("commission", "squareness", "--by-hand", "--who", "K. Braun")
+        self.machine.wait(1)
+        self.facts["doctor"] = self.plumb("doctor", "--machine")
+        self.facts["undo"] = self.plumb("commission", "squareness", "--undo")
+        self.machine.wait(1)
+        self.facts["doctor_undone"] = self.plumb("doctor", "--machine")
+        words = [os.path.join(os.environ["BUILD"], "bin", "plumb"), "commission", "squareness", "--who", "H. Meier", "--language", "en"]
+        process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        process.stdin.write("\n\npress\n")
+        process.stdin.flush()
+        self.await_condition(lambda: abs(self.host.get("x-stage.applied-offset") - 0.01) < 1e-6, "the press")
+        process.stdin.write("let go\n")
+        process.stdin.flush()
+        self.await_condition(lambda: self.host.get("x-stage.applied-offset") == 0, "the return")
+        process.stdin.write("-0.0100\n0\nq\n")
+        process.stdin.flush()
+        self.facts["terminal"] = process.communicate()[0], process.returncode
+
+    @staticmethod
+    def plumb(*words):
+        done = subprocess.run([os.path.join(os.environ["BUILD"], "bin", "plumb"), *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        return done.stdout, done.returncode
+
+
 class Mill(Machine):
     function, instance, letters = "thermal_displacement", "growth", "ZXY"
     plant = {"X": "portal.x-position", "Y": "portal.y-position", "Z": "portal.z-position"}
@@ -225,10 +258,12 @@ class Grinder(Machine):
 class Lathe(Machine):
     function, instance = "centre_height", "centre"
     net = "centre.x-position-0"
+    lands = 0
 
     def measure(self, shim):
         self.host.set("mux-gen.01.in-float-01", 0.05 + shim)
-        self.machine.mdi("G10 L2 P1 Z%g" % (-60 * shim))  # on fresh lands
+        self.machine.mdi("G10 L2 P1 Z%g" % (-4 * self.lands))  # fresh ones
+        self.lands += 1
         with contextlib.suppress(OperatorError):  # the function itself refuses some entries, and says why
             self.machine.run("commission_height.ngc")
         self.machine.wait(1)

@@ -57,9 +57,11 @@ class Robot:
         finally:
             session.close()
         self.machine.wait(1)
+        sheet = ""
         if session.done:
-            session.records.sheets(rig, function)
-        return {"fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
+            with open(session.records.sheets(rig, function)[1], encoding="utf-8") as file:
+                sheet = file.read()
+        return {"sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
                 "acts": bool(rig.get(rig.lock, "function-enable-%d" % function.number)), "commissioned": rig.is_commissioned(function),
                 "titles": [entry["title"] for entry in session.log], "sentences": [entry["sentence"] for entry in session.log]}
 

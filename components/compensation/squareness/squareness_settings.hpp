@@ -41,7 +41,8 @@ struct SquarenessSettings final : hal::Group {
                                      "Direction of the tip, from +X towards +Y."};
     hal::In<bool> radial_is_diameter{this, "radial-is-diameter", false,
                                      "The radial offset is given as a diameter."};
-    hal::Turning turning{this, axis_direction, to_bed, parallel_axis_corrects, radial_offset, radial_is_diameter};
+    hal::Turning turning{this,          axis_direction,    to_bed, parallel_axis_corrects,
+                         radial_offset, radial_is_diameter};
     hal::Axes<hal::In<double>, 3> reference_tool_offset{
         this, "%-reference-tool-offset", 0, "mu",
         "Offset in % of the tool with which the origin of the work was set."};

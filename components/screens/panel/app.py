@@ -15,6 +15,7 @@ gi.require_version("Gdk", "3.0")
 from gi.repository import GLib, Gtk  # noqa: E402
 
 from panel import access, hal_files, texts  # noqa: E402
+from panel.commissioning_page import Commissioning, is_required  # noqa: E402
 from panel.function_pages import function_pages  # noqa: E402
 from panel.guard import Guard  # noqa: E402
 from panel.hal_access import Hal, HalGone, is_gone  # noqa: E402
@@ -99,7 +100,8 @@ class Panel:
         self.function_pages = function_pages(self, old)
         if machine.channels:
             self.function_pages.append(Sensors(self))
-        self.pages = [Overview(self), *self.function_pages, Components(self), Changes(self)]
+        commissioning = [Commissioning(self)] if is_required(machine, values) else []
+        self.pages = [Overview(self), *self.function_pages, *commissioning, Components(self), Changes(self)]
         self.window.show_navigation(self.pages, self.open, self.access.level)
         if kept is not None and kept not in self.pages and changed is not None and getattr(kept, "of", lambda: None)() not in {None, *changed}:
             return  # half entered

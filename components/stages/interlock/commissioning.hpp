@@ -22,8 +22,8 @@
 
 namespace plumb {
 
-// Functions and stages that did not pass plumb commission, or were wired anew since, are held. A trial permits one of them while
-// somebody presses.
+// Functions and stages that did not pass plumb commission, or were wired anew since, are held. A trial
+// permits one of them while somebody presses.
 struct Commissioning : hal::Group {
     explicit Commissioning(hal::Component* owner)
         : Group(owner), interlock_(hal::registrar(owner).instance()) {}
@@ -32,8 +32,9 @@ struct Commissioning : hal::Group {
     using PerStage = NumberedRow<P, Stages::number>;
     static constexpr std::size_t functions = Functions::number, stages = Stages::number;
 
-    hal::In<bool> required{this, "commissioning", false,
-                           "Hold each function and stage until it has passed plumb commission; false: none is held."};
+    hal::In<bool> required{
+        this, "commissioning", false,
+        "Hold each function and stage until it has passed plumb commission; false: none is held."};
     hal::Row<hal::In<std::int32_t>, functions> function_passed{
         this, "function-passed", 0,
         "Identity with which the function passed plumb commission; 0: not yet. plumb-retain keeps it."};
@@ -117,7 +118,8 @@ struct Commissioning : hal::Group {
         const auto threads = hal::list_threads();
         if (!wiring || !threads) return;
         wait_ = pause;
-        const auto ask = [&](const std::string& instance, const char* symbol, const std::string& about, auto otherwise) {
+        const auto ask = [&](const std::string& instance, const char* symbol, const std::string& about,
+                             auto otherwise) {
             for (const hal::ListedFunction& one : threads->functions)
                 if (one.name == instance + ".update")
                     return hal::asked_of_module(one.code, symbol, about.c_str(), otherwise);
@@ -146,7 +148,8 @@ private:
 
     static std::string unit() {
         const char* const file = std::getenv("INI_FILE_NAME");
-        const auto its = file ? hal::millimetres_of(hal::ini_value(file, "[TRAJ]", "LINEAR_UNITS")) : std::nullopt;
+        const auto its =
+            file ? hal::millimetres_of(hal::ini_value(file, "[TRAJ]", "LINEAR_UNITS")) : std::nullopt;
         return its ? std::to_string(*its) : "";
     }
 

@@ -30,7 +30,8 @@ constexpr hal::Common status_of(const FunctionSeen& its) {
     using hal::Common;
     const std::int32_t missing = its.lost_services ? its.lost_services : its.late_services;
     if (!its.on) return Common::off;
-    if (its.uncommissioned) return its.stages_uncommissioned ? Common::stage_uncommissioned : Common::uncommissioned;
+    if (its.uncommissioned)
+        return its.stages_uncommissioned ? Common::stage_uncommissioned : Common::uncommissioned;
     if (its.lost && its.enabled && missing) return hal::of_service(Common::ending, first_number(missing));
     if (its.lost_services) return hal::of_service(Common::lost, first_number(its.lost_services));
     if (its.late_services) return hal::of_service(Common::late, first_number(its.late_services));

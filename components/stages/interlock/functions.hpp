@@ -55,8 +55,8 @@ struct Functions : hal::Group {
 
     // Of one period.
     struct Now {
-        bool starts;              // a cycle does
-        bool probing;             // enables stay as they are
+        bool starts;   // a cycle does
+        bool probing;  // enables stay as they are
         // By commissioning, as sums of 1, 2, 4, ...
         std::int32_t held_functions = 0, held_stages = 0;
         std::int32_t tried = 0;  // functions that it holds but for a trial

@@ -121,8 +121,9 @@ struct Interlock final : hal::Component {
         const Stages::Now its_stages = stages.read();
         commissioning.step({on, homed, running || cycle, its_stages.in_force}, dt / services.speed());
         const bool good_needs =
-            functions.step(services, {starts, probing, commissioning.held_functions(), commissioning.held_stages(),
-                                       commissioning.tried_functions()}) && good_feed_needs;
+            functions.step(services, {starts, probing, commissioning.held_functions(),
+                                      commissioning.held_stages(), commissioning.tried_functions()}) &&
+            good_feed_needs;
         const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
         const bool loss = services.any_lost(holding) || (running && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));

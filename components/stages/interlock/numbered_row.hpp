@@ -23,7 +23,8 @@ public:
 
 private:
     template <std::size_t... I, class... Rest>
-    NumberedRow(std::index_sequence<I...> /*numbers*/, hal::Owner owner, const std::string& stem, const Rest&... rest)
+    NumberedRow(std::index_sequence<I...> /*numbers*/, hal::Owner owner, const std::string& stem,
+                const Rest&... rest)
         : pins_{P(owner, stem + "-" + std::to_string(I), rest...)...} {}
 
     P pins_[N];

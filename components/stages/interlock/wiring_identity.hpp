@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A number for the wiring of a stage or a function: its signals, the joint, the drive and its scale, the unit, and the signs of
-// its settings. Another angle, limit or rate does not change it.
+// A number for the wiring of a stage or a function: its signals, the joint, the drive and its scale, the
+// unit, and the signs of its settings. Another angle, limit or rate does not change it.
 #pragma once
 
 #include "hal/wiring_list.hpp"
@@ -27,7 +27,8 @@ public:
         std::function<std::string(const std::string& instance)> options;
     };
 
-    WiringIdentity(const hal::WiringList& list, std::string interlock, const std::string& unit, Modules modules)
+    WiringIdentity(const hal::WiringList& list, std::string interlock, const std::string& unit,
+                   Modules modules)
         : list_(list), interlock_(std::move(interlock)), unit_("unit " + unit), modules_(std::move(modules)) {
         for (const hal::WiredPin& pin : list.pins) {
             if (pin.signal.empty()) continue;
@@ -50,7 +51,8 @@ public:
             const std::string setting = setting_of(pin, name);
             if (setting.empty()) continue;
             if (pin.signal.empty()) {
-                if (!pin.writes && modules_.turns(name, setting)) lines.insert(setting + " " + sign_of(pin.value));
+                if (!pin.writes && modules_.turns(name, setting))
+                    lines.insert(setting + " " + sign_of(pin.value));
             } else if (!pin.writes) {
                 add_writer(lines, setting, pin.signal);
             } else if (pin.is_real) {
@@ -85,7 +87,8 @@ private:
                                       [&](const hal::WiredPin& one) { return one.name == whole; });
         if (own == list_.pins.end() || own->signal.empty()) return "";
         for (const hal::WiredPin* other : signals_.at(own->signal)) {
-            const bool is_end = writes ? other->writes : other->name.find(".interlock-status") != std::string::npos;
+            const bool is_end =
+                writes ? other->writes : other->name.find(".interlock-status") != std::string::npos;
             if (is_end && other->name != whole) return instance_of(other->name);
         }
         return "";
@@ -108,7 +111,8 @@ private:
             if (setting.empty() || pin.signal.empty() || is_source(pin.name)) continue;
             if (!pin.writes) add_writer(lines, setting, pin.signal);
             for (const hal::WiredPin* other : signals_.at(pin.signal)) {
-                const bool of_motion = other->name.rfind("joint.", 0) == 0 || other->name.rfind("axis.", 0) == 0;
+                const bool of_motion =
+                    other->name.rfind("joint.", 0) == 0 || other->name.rfind("axis.", 0) == 0;
                 if (pin.writes && other != &pin && (pin.is_real || of_motion))
                     lines.insert(setting + " > " + other->name);
                 if (pin.is_real && other->name != pin.name) add_scales(lines, instance_of(other->name));

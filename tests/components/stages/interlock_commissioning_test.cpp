@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// interlock holds functions and stages that were not commissioned, and permits one of them while somebody presses.
+// interlock holds functions and stages that were not commissioned, and permits one of them while somebody
+// presses.
 #include "tests/support/bench.hpp"
 
 #include <gtest/gtest.h>
@@ -11,39 +12,55 @@ namespace {
 
 constexpr double held = 12, stage_held = 13, none = 0;  // function-status
 
-// Squareness on X and Y, and an offset of the axis Z; the stand-ins of motion and the drives are stock modules.
+// Squareness on X and Y, and an offset of the axis Z; the stand-ins of motion and the drives are stock
+// modules.
 struct Machine {
     explicit Machine(const char* required = "true") : bench(Bench::Thread::none, with_specimens()) {
         for (const std::string line :
              {"loadrt threads name1=servo-thread period1=1000000",
-              "loadrt lowpass names=motion-command-handler,motion-controller,x-drive,y-drive,other-drive", "loadrt squareness names=square",
-              "loadrt joint_offset names=x-stage,y-stage", "loadrt interlock names=interlock",
+              "loadrt lowpass names=motion-command-handler,motion-controller,x-drive,y-drive,other-drive",
+              "loadrt squareness names=square",
+              "loadrt joint_offset names=x-stage,y-stage",
+              "loadrt interlock names=interlock",
               "net heartbeat interlock.heartbeat x-stage.heartbeat y-stage.heartbeat",
               "net square-on interlock.function-enable-0 square.enable",
               "net square-permission interlock.function-status-0 square.interlock-status",
-              "net x-cmd x-stage.drive-command x-drive.in", "net y-cmd y-stage.drive-command y-drive.in",
+              "net x-cmd x-stage.drive-command x-drive.in",
+              "net y-cmd y-stage.drive-command y-drive.in",
               "net x-correction square.x-correction x-stage.offset-0",
-              "net y-correction square.y-correction y-stage.offset-0", "setp interlock.function-stages-0 3",
-              "setp interlock.function-services-0 0", "setp interlock.function-switch-0 true",
-              "setp interlock.motion-enabled true", "setp interlock.all-homed true", "setp square.all-homed true",
-              "setp square.max-speed 100", "setp square.z-position 100", "setp square.eb0z -1e-4",
-              "setp x-drive.gain 1", "setp y-drive.gain 1", "setp interlock.trial-limit 0.05"})
+              "net y-correction square.y-correction y-stage.offset-0",
+              "setp interlock.function-stages-0 3",
+              "setp interlock.function-services-0 0",
+              "setp interlock.function-switch-0 true",
+              "setp interlock.motion-enabled true",
+              "setp interlock.all-homed true",
+              "setp square.all-homed true",
+              "setp square.max-speed 100",
+              "setp square.z-position 100",
+              "setp square.eb0z -1e-4",
+              "setp x-drive.gain 1",
+              "setp y-drive.gain 1",
+              "setp interlock.trial-limit 0.05"})
             bench.command(line);
         for (const std::string letter : {"x", "y"}) {
             const std::string number = letter == "x" ? "0" : "1";
-            bench.command("net " + letter + "-fault " + letter + "-stage.fault interlock.stage-fault-" + number);
-            bench.command("net " + letter + "-in-force " + letter + "-stage.inhibit-homing interlock.stage-in-force-" +
+            bench.command("net " + letter + "-fault " + letter + "-stage.fault interlock.stage-fault-" +
                           number);
-            bench.command("net " + letter + "-enable interlock.stage-enable-" + number + " " + letter + "-stage.enable");
-            bench.command("net " + letter + "-trial interlock.stage-trial-" + number + " " + letter + "-stage.offset-3");
+            bench.command("net " + letter + "-in-force " + letter +
+                          "-stage.inhibit-homing interlock.stage-in-force-" + number);
+            bench.command("net " + letter + "-enable interlock.stage-enable-" + number + " " + letter +
+                          "-stage.enable");
+            bench.command("net " + letter + "-trial interlock.stage-trial-" + number + " " + letter +
+                          "-stage.offset-3");
             for (const char* setting : {"min-limit -100", "max-limit 100", "joint-acceleration 2000",
                                         "offset-acceleration 1000", "homed true", "motion-enabled true"})
                 bench.command("setp " + letter + "-stage." + setting);
         }
         bench.command(std::string("setp interlock.commissioning ") + required);
-        for (const char* function : {"motion-command-handler", "x-stage.update-feedback", "y-stage.update-feedback",
-                                     "motion-controller", "square.update", "x-stage.update", "y-stage.update",
-                                     "interlock.update", "x-drive", "y-drive"})
+        for (const char* function :
+             {"motion-command-handler", "x-stage.update-feedback", "y-stage.update-feedback",
+              "motion-controller", "square.update", "x-stage.update", "y-stage.update", "interlock.update",
+              "x-drive", "y-drive"})
             bench.command(std::string("addf ") + function + " servo-thread");
         bench.command("start");
         bench.run(4);

@@ -55,7 +55,7 @@ def judge(asked, read, tolerance, what="", smallest=None):
     for factor, fault, words, remedy in sizes():
         for sign in (1, -1):
             expected = sign * factor * asked
-            near = max(NEAR * abs(expected), min(smallest, abs(expected) / 4))
+            near = max(NEAR * abs(expected), min(smallest, abs(expected) / 3))
             if abs(expected) > smallest / 2 and abs(expected - asked) > tolerance and abs(read - expected) <= near:
                 words_of_sign = " " + _("The sign is wrong, too.") if sign < 0 else ""
                 return Verdict(fault, shown + ". " + words + words_of_sign, remedy)

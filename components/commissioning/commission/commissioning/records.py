@@ -72,6 +72,9 @@ def _write(path, text):
     os.rename(new, path)
 
 
+# For gettext: _("function"), _("stage")
+
+
 def findings(rig, records):
     """What has passed and what changed since: rows of "ok", "note" or "wrong", a sentence, and a command that fixes it."""
     if not rig.is_required():

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb panel: the first power-on by finger, on the virtual-time host."""
+
+import os
+import time
+import unittest
+
+import plumb
+from screen import Finger, Screen
+from tree import BUILD, own_folder
+
+STAGES = [line for number, axis in enumerate("xy") for line in (
+    "net %s-cmd %s-stage.drive-command %s-drive.in" % (axis, axis, axis), "net %s-fb %s-drive.out %s-stage.drive-feedback" % (axis, axis, axis),
+    "net %s-place %s-joint.out %s-stage.position %s-stage.joint-command square.%s-position" % (axis, axis, axis, axis, axis),
+    "net %s-joint-fb %s-stage.joint-feedback %s-joint.in" % (axis, axis, axis), "net on %s-stage.motion-enabled" % axis,
+    "net homed %s-stage.homed" % axis, "net heartbeat %s-stage.heartbeat" % axis, "net %s-correction square.%s-correction %s-stage.offset-0" % (axis, axis, axis),
+    "net %s-fault %s-stage.fault interlock.stage-fault-%d" % (axis, axis, number), "net %s-enable interlock.stage-enable-%d %s-stage.enable" % (axis, number, axis),
+    "net %s-trial interlock.stage-trial-%d %s-stage.offset-3" % (axis, number, axis), "setp %s-stage.min-limit -100" % axis,
+    "setp %s-stage.max-limit 100" % axis, "setp %s-stage.joint-acceleration 2000" % axis, "setp %s-stage.offset-acceleration 1000" % axis,
+    "setp %s-drive.gain 1" % axis, "addf %s-stage.update-feedback servo-thread" % axis)]
+INPUTS = ("x-velocity", "y-velocity", "z-position", "z-velocity", "x-tool-offset", "y-tool-offset", "z-tool-offset", "path-velocity")
+LINES = [
+    "loadrt threads name1=servo-thread period1=1000000", "loadrt lowpass names=x-drive,y-drive,x-joint,y-joint",
+    "loadrt mux2 names=" + ",".join("of-" + pin for pin in INPUTS), "loadrt or2 names=switch,homing,mode", "loadrt conv_bit_s32 names=type",
+    "loadrt squareness names=square", "loadrt joint_offset names=x-stage,y-stage", "loadrt interlock names=interlock",
+    "net on switch.out interlock.motion-enabled", "net homed homing.out interlock.all-homed square.all-homed", "setp switch.in0 1", "setp homing.in0 1",
+    "net heartbeat interlock.heartbeat", "net coordinated mode.out square.coordinated", "net type type.out square.motion-type",
+    "net square-on interlock.function-enable-0 square.enable", "net square-permission interlock.function-status-0 square.interlock-status",
+    "net stages-ramping interlock.ramping square.stages-ramping", *("net of-%s of-%s.out square.%s" % (pin, pin, pin) for pin in INPUTS),
+    "setp interlock.function-stages-0 3", "setp interlock.function-services-0 0", "setp interlock.commissioning true", "setp interlock.trial-limit 0.05",
+    "setp square.max-speed 100", *STAGES, "addf switch servo-thread", "addf homing servo-thread", "addf mode servo-thread", "addf square.update servo-thread",
+    "addf x-stage.update servo-thread", "addf y-stage.update servo-thread", "addf interlock.update servo-thread", "addf x-drive servo-thread",
+    "addf y-drive servo-thread", "start"]
+
+
+class Commissioning(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.screen = Screen(cls)
+
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.ini = os.path.join(self.folder, "machine.ini")
+        with open(self.ini, "w") as file:
+            file.write("[EMC]\nMACHINE = test\n[PLUMB]\nACCESS = integrator\n[TRAJ]\nCOORDINATES = XY\nLINEAR_UNITS = mm\n")
+        self.host = plumb.Host()
+        self.addCleanup(self.host.close)
+        for line in LINES:
+            self.host.command(line)
+
+    def panel(self, *options):
+        widgets = os.path.join(self.folder, "panel.widgets")
+        words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8", os.path.join(BUILD, "bin", "plumb-panel"),
+                 "--ini", self.ini, "--user", "finger", "--widgets", widgets, "--period", "40"]
+        self.host.halcmd("loadusr", *words, *options)
+        return Finger(self.screen.display, widgets, self.between)
+
+    def between(self):
+        try:
+            self.host.run(0.05)
+        except plumb.HostDied:
+            pass
+        time.sleep(0.03)
+
+    def test_a_stage_moves_while_the_finger_presses_and_passes_by_its_readings(self):
+        finger = self.panel()
+        finger.press("Commissioning")
+        finger.await_text("stage x-stage has not passed, and is held.")
+        self.take(finger, "panel_state")
+        finger.press("Begin square")
+        finger.await_text("1/")
+        finger.press("Go on")
+        finger.await_text("At rest")
+        finger.press("Go on")
+        finger.await_text("x-stage moves X by +0.010 mm")
+        finger.hold("Press and hold")
+        finger.until(lambda: abs(self.host.get("x-stage.applied-offset") - 0.01) < 1e-6, "the move")
+        self.take(finger, "panel_stage")
+        finger.let_go()
+        finger.until(lambda: self.host.get("x-stage.applied-offset") == 0, "the return")
+        for reading in ("-0.010", "0"):
+            finger.type(reading)
+            finger.press("Enter")
+        finger.await_text("The sign is wrong.")
+        self.take(finger, "panel_fault")
+        self.assertEqual(self.host.get("interlock.stage-passed-0"), 0)
+        finger.hold("Press and hold")
+        finger.until(lambda: abs(self.host.get("x-stage.applied-offset") - 0.01) < 1e-6, "the move")
+        finger.let_go()
+        for reading in ("0.010", "0"):
+            finger.type(reading)
+            finger.press("Enter")
+        finger.await_text("y-stage moves Y by +0.010 mm")
+        self.assertNotEqual(self.host.get("interlock.stage-passed-0"), 0)
+        finger.press("Give up")
+        finger.await_text("function square has not passed, and is held.")
+        self.assertEqual(self.host.get("interlock.function-enable-0"), False)
+
+    def take(self, finger, name):
+        """A picture of the panel into the folder PLUMB_PICTURES, if there is one."""
+        if os.environ.get("PLUMB_PICTURES"):
+            finger.shot(os.path.join(os.environ["PLUMB_PICTURES"], name + ".png"))
+
+
+
+if __name__ == "__main__":
+    unittest.main()
