@@ -264,8 +264,10 @@ class Lathe(Machine):
         self.host.set("mux-gen.01.in-float-01", 0.05 + shim)
         self.machine.mdi("G10 L2 P1 Z%g" % (-4 * self.lands))  # fresh ones
         self.lands += 1
-        with contextlib.suppress(OperatorError):  # the function itself refuses some entries, and says why
+        try:  # the function itself refuses some entries, and says why
             self.machine.run("commission_height.ngc")
+        except OperatorError as error:
+            self.facts.setdefault("refused", []).append(str(error))
         self.machine.wait(1)
 
     def scale_diameter(self, factor):

@@ -80,6 +80,7 @@ COMMANDS = {
         "scripts/setup product && sudo cmake --install build": ROOT_NEEDED,
         "sudo xargs rm < build/install_manifest.txt": ROOT_NEEDED,
         "plumb wire squareness --ini my.ini": Tested("tests/commands/plumb_wire_linuxcnc_test.py", 'self.wire(AXIS_MM, "squareness")'),
+        "plumb commission squareness": Tested("tests/programs/commission_scenario.py", '"commission", "squareness", "--who"'),
         "plumb squareness ...": Tested("tests/scripts/readme_test.py", 'r"^    plumb (squareness .*)$"'),
         "build/bin/plumb bench limit.hal ...": OWN_HAL,
     },
@@ -104,6 +105,9 @@ COMMANDS = {
         "new components/plants/sim_drive_load.page": Run(".", before="new()", then="grep -q 'sim_feed_drive turns' components/plants/sim_feed_drive.page"),
         "new tests/...": Run(".", before="new()", then="grep -q SimFeedDrive tests/components/plants/sim_feed_drive_test.cpp"),
         "scripts/test -R ...": LONG,
+    },
+    "components/commissioning/commission/README.md": {
+        "python3 tests/support/run.py ...": LONG,
     },
     "components/commissioning/squareness/README.md": {
         "plumb squareness --json --chain w-X-Y.b-Z-C-t > machine.json": Run("empty", then="grep -q can_correct machine.json"),

@@ -322,7 +322,7 @@ class Rig:
         for short, pin in place.instance.pins.items():
             if not pin.signal or place.instance.declared.is_of_records(short):
                 continue
-            others = sorted(other for other in self.ends(pin.signal) if other != pin.name and not other.startswith("linuxcnc-link."))
+            others = sorted(other for other in self.ends(pin.signal) if self.machine.pins[other].output != pin.output and not other.startswith("linuxcnc-link."))
             lines.append("%s %s %s" % (short, ">" if pin.output else "<", " ".join(others) or "signal " + pin.signal))
         return lines
 

@@ -12,9 +12,16 @@ def steps(session):
     return [First(session), WithShim(session)]
 
 
+def _results(step):
+    """Those of the last measurement."""
+    return [step.rig.get(step.function.instance, short) for short in ("height", "height-size", "tip-x", "theta", "x-correction", "predicted-diameter", "value-valid")]
+
+
 def _measured(step):
     """The height, or a Verdict that there is none."""
     rig, instance = step.rig, step.function.instance
+    if _results(step) == step.before:
+        return Verdict("nothing", _("There is no new measurement since this step began."), _("Measure again."))
     if rig.get(instance, "fault"):
         return Verdict("state", _(instance.sentence(rig.hal.values(), "fault-code")), _("Measure again."))
     if not rig.get(instance, "value-valid"):
@@ -34,6 +41,9 @@ class First(Step):
         self.back = _("M453 forgets the measurement.")
         self.picture = ("cuts", "")
 
+    def begin(self):
+        self.before = _results(self)
+
     def finish(self, values):
         found = _measured(self)
         if isinstance(found, Verdict):
@@ -52,6 +62,9 @@ class WithShim(Step):
         self.back = _("Take the shim out.")
         self.picture = ("shim", "")
         self.fields = (Field("shim", _("Thickness of the shim")),)
+
+    def begin(self):
+        self.before = _results(self)
 
     def finish(self, values):
         found = _measured(self)
