@@ -107,9 +107,8 @@ struct Chopping final : hal::Component {
 
     void update(double dt) noexcept {
         const StrokingAxis::Inputs inputs = judged();
-        const StrokeValues given = settings.read();
         take_records();
-        axis_.step(inputs, given, dt);
+        axis_.step(inputs, settings.read(), dt);
         show(inputs);
     }
 

@@ -43,9 +43,8 @@ public:
     // Takes over changed settings for the present region; whether a stroke does. This takes longer than all
     // else, so it is done only where something has changed.
     bool judge(const StrokeValues& given, const Place& place, double dt) noexcept {
-        const Judged now{given, lower_, upper_, place.end, place.running};
-        if (now == judged_) return false;
-        judged_ = now;
+        if (judged_.is(given, lower_, upper_, place)) return false;
+        judged_ = {given, lower_, upper_, place.end, place.running};
         const bool possible = given.possible(dt);
         refused_ = possible ? Fault::none : Fault::settings;
         if (!place.running) {
@@ -107,9 +106,9 @@ private:
         double lower = 0, upper = 0, end = 0;
         bool running = false;
 
-        bool operator==(const Judged& other) const noexcept {
-            return lower == other.lower && upper == other.upper && end == other.end &&
-                   running == other.running && given == other.given;
+        bool is(const StrokeValues& now, double low, double high, const Place& place) const noexcept {
+            return lower == low && upper == high && end == place.end && running == place.running &&
+                   given == now;
         }
     };
 

@@ -54,8 +54,8 @@ public:
         program_ = runs;
     }
 
-    // The settings with the words in their place.
-    StrokeValues over(StrokeValues its) const noexcept {
+    // Puts the words in the place of their settings.
+    void replace(StrokeValues& its) const noexcept {
         const auto put = [](const Word& word, double& place) {
             if (word.given) place = word.value;
         };
@@ -67,7 +67,6 @@ public:
         if (words_.overrides.given && words_.overrides.value == 0 && its.override_value != 0)
             its.override_value = 1;
         if (words_.own_sections) its.stroke.sections = words_.sections;
-        return its;
     }
 
     // Whether a stroke from a position is to be checked now, and that position, mu.

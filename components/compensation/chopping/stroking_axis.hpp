@@ -47,11 +47,11 @@ public:
     }
 
     // One period of dt s.
-    void step(const Inputs& inputs, const StrokeValues& settings, double dt) noexcept {
+    void step(const Inputs& inputs, StrokeValues settings, double dt) noexcept {
         const Now now = judged(inputs, dt);
-        const StrokeValues given = words_.over(settings);
-        obey(now, given, dt);
-        take_settings(given, dt);
+        words_.replace(settings);
+        obey(now, settings, dt);
+        take_settings(settings, dt);
         generate(now, dt);
         supervise(now, dt);
         report(now);

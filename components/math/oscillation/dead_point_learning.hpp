@@ -31,12 +31,12 @@ public:
     static constexpr double slow = Climb::slow;
 
     struct Settings {
-        double inset = 0;        // mu, of a stroke that is not learned
-        double gain = 0.7;       // above 0, below 1
-        double most = 0;         // mu, the largest correction either way
-        double tolerance = 0;    // mu, of a learned dead point
-        double most_beyond = 0;  // mu, beyond a dead point
-        double demand = 0;       // mu/s2, the largest acceleration of the stroke at full speed
+        double inset = 0;                  // mu, of a stroke that is not learned
+        double gain = 0.7;                 // above 0, below 1
+        double most = 0;                   // mu, the largest correction either way
+        double tolerance = 0;              // mu, of a learned dead point
+        double most_beyond = 0;            // mu, beyond a dead point
+        double demand = 0;                 // mu/s2, the largest acceleration of the stroke at full speed
         std::array<double, 2> reversal{};  // mu/s2, at the dead points at full speed; 0: unknown
         double crank = 1;                  // that acceleration, to that of a crank of the same speed
         int stretching = -1;               // the power of the length with which it goes
@@ -119,7 +119,8 @@ public:
     bool weak_drive() const noexcept { return weak_drive_; }  // it has shown its largest force
 
     // No motion needs more acceleration than the joint has proven, or than it shows at this factor. Where no
-    // correction was learned, the end lies inside by as much as the axis turns beyond, and a part of the inset.
+    // correction was learned, the end lies inside by as much as the axis turns beyond, and a part of the
+    // inset.
     void restrain(OscillationSettings& settings) const noexcept {
         if (!(settings_.demand > 0)) return;
         const double longer = 1 + std::max(offset_[0] + offset_[1], 0.0) / length();  // in the same time
@@ -331,7 +332,8 @@ private:
         drift_ = drift_from(first);
         if (known && slow_ == unknown) slow_ = known->slow;
         if (known && force_ == unknown) force_ = known->shown;
-        strokes_.remember({stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_, slow_, force_});
+        strokes_.remember(
+            {stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_, slow_, force_});
         return Verdict::none;
     }
 
@@ -449,11 +451,11 @@ private:
         return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
     }
 
-    static constexpr double seen_part = 0.95;  // of the peak of a crank, in a mean of 30 degrees
-    static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
+    static constexpr double seen_part = 0.95;   // of the peak of a crank, in a mean of 30 degrees
+    static constexpr double nearly = 1.1;       // times the proven acceleration is proven, too
     static constexpr double nearly_all = 0.97;  // of an error
-    static constexpr double again = 0.975;     // of a correction, in the first stroke of a region
-    static constexpr double as_before = 0.96;  // of an acceleration
+    static constexpr double again = 0.975;      // of a correction, in the first stroke of a region
+    static constexpr double as_before = 0.96;   // of an acceleration
 
     Settings settings_;
     Stroke stroke_;
@@ -466,7 +468,7 @@ private:
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends
     std::array<bool, 2> known_{};
-    std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
+    std::array<double, 2> reference_{};                 // mu/s2, of the reversals whose ends were corrected
     std::array<double, 2> answer_{};                    // of the error, to a correction; 0: unknown
     std::array<double, 2> last_used_{}, last_error_{};  // mu, before the last correction
     std::array<bool, 2> corrected_{};
@@ -474,9 +476,9 @@ private:
     std::array<bool, 2> shorter_{};   // the next stroke to this end begins at one without its correction
     std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
     double last_turning_ = 0, drift_ = 0;
-    double proven_ = 0;            // mu/s2, of this joint since the start
-    double per_acceleration_ = 0;  // s2, the overshoot of this joint
-    double limit_ = 0;             // mu/s2, of the last good speed, until open(); 0: none
+    double proven_ = 0;                // mu/s2, of this joint since the start
+    double per_acceleration_ = 0;      // s2, the overshoot of this joint
+    double limit_ = 0;                 // mu/s2, of the last good speed, until open(); 0: none
     std::array<double, 2> slow_{};     // mu, beyond the command at the reduced speed of a restart
     std::array<double, 2> force_{};    // mu/s2, shown_ in the last cycle before full speed
     std::array<double, 2> differs_{};  // mu, of that since the restart

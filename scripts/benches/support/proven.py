@@ -82,21 +82,21 @@ def watch(host, plant, lower, upper, cycle):
     forget_farthest(host)
     host.set("chop.run", True)
     host.run(0.01)
-    seen = host.get([f"{plant}.truth-upper", f"{plant}.truth-lower"])
-    while host.get("chop.stroke-count") < STROKES and host.get("chop.active"):
-        host.run(cycle / 50)
-        count = host.get("chop.stroke-count")
-        now = host.get([f"{plant}.truth-upper", f"{plant}.truth-lower"])
+    names = ["chop.stroke-count", "chop.active", "chop.speed-factor", f"{plant}.truth-upper", f"{plant}.truth-lower"]
+    count, active, _, *seen = host.get(names)
+    while count < STROKES and active:
+        host.run(cycle / 10)  # each dead point lasts for a cycle
+        count, active, factor, *now = host.get(names)
         for i, error in enumerate((now[0] - upper, lower - now[1])):
             if count and now[i] != seen[i] and UM * abs(error) > WITHIN:
                 last_bad = max(last_bad, count)
         if count in (2, 3):
-            outcome.factor = host.get("chop.speed-factor")
+            outcome.factor = factor
         seen = now
         outcome.error = UM * max(abs(now[0] - upper), abs(lower - now[1]))
     outcome.fault = host.get("chop.fault-code")
     outcome.beyond = UM * max(host.get("far.max") - upper, lower - host.get("far.min"))
-    if host.get("chop.active") and outcome.error <= WITHIN:
+    if active and outcome.error <= WITHIN:
         outcome.cycles = (last_bad + 1) // 2
     return outcome
 

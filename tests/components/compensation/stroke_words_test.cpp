@@ -12,6 +12,11 @@
 namespace plumb {
 namespace {
 
+StrokeValues with(const StrokeWords& words, StrokeValues settings) {
+    words.replace(settings);
+    return settings;
+}
+
 struct Words : testing::Test {
     StrokeWords it;
 
@@ -35,7 +40,7 @@ TEST_F(Words, GoBeforeTheSettingsAndLeaveAllOthersAsTheyAre) {
     settings.stroke.lower_dwell = 0.5;
     settings.stroke.spark_out = 7;
     settings.stroke.sections[3] = {SpeedSection::height, 1, 2, 0.5};
-    EXPECT_EQ(it.over(settings), settings);
+    EXPECT_EQ(with(it, settings), settings);
 
     EXPECT_TRUE(give(StrokeWords::upper_dwell, 0.25));
     EXPECT_TRUE(give(StrokeWords::spark_out, 0));
@@ -46,7 +51,7 @@ TEST_F(Words, GoBeforeTheSettingsAndLeaveAllOthersAsTheyAre) {
     wanted.stroke.spark_out = 0;
     wanted.exact_stop = 0.01;
     wanted.set_stop_kind(StrokeValues::at_upper);
-    EXPECT_EQ(it.over(settings), wanted);
+    EXPECT_EQ(with(it, settings), wanted);
     EXPECT_EQ(wanted.stop(), Oscillation::Stop::upper);
 }
 
@@ -54,30 +59,30 @@ TEST_F(Words, AnOverrideOfThePanelActsOrNotAndAHoldAlways) {
     StrokeValues settings;
     settings.override_value = 0.4;
     EXPECT_TRUE(give(StrokeWords::overrides, 0));
-    EXPECT_EQ(it.over(settings).override_value, 1);
+    EXPECT_EQ(with(it, settings).override_value, 1);
     settings.override_value = 0;
-    EXPECT_EQ(it.over(settings).override_value, 0);
+    EXPECT_EQ(with(it, settings).override_value, 0);
     settings.override_value = 0.4;
     EXPECT_TRUE(give(StrokeWords::overrides, 1));
-    EXPECT_EQ(it.over(settings).override_value, 0.4);
+    EXPECT_EQ(with(it, settings).override_value, 0.4);
 }
 
 TEST_F(Words, SectionsTakeThePlaceOfAllThoseOfSettings) {
     StrokeValues settings;
     settings.stroke.sections[0] = {SpeedSection::height, 1, 2, 0.5};
     give_section(-10, -5, 0.25, SpeedSection::height_upward);
-    const SpeedSections::Table given = it.over(settings).stroke.sections;
+    const SpeedSections::Table given = with(it, settings).stroke.sections;
     EXPECT_EQ(given[0], (SpeedSection{SpeedSection::height_upward, -10, -5, 0.25}));
     EXPECT_EQ(given[1], SpeedSection{});
     for (const double from : {0.0, 10.0, 20.0}) give_section(from, from + 1, 2, SpeedSection::height);
     EXPECT_EQ(it.sections(), 4u);
     EXPECT_FALSE(give(StrokeWords::section, 2)) << "a fifth one";
     EXPECT_TRUE(give(StrokeWords::without_sections, 0));
-    EXPECT_EQ(it.over(settings).stroke.sections, SpeedSections::Table{});
+    EXPECT_EQ(with(it, settings).stroke.sections, SpeedSections::Table{});
 }
 
 TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
-    const StrokeValues settings, none = it.over(settings);
+    const StrokeValues settings, none = with(it, settings);
     const double nan = std::numeric_limits<double>::quiet_NaN(),
                  inf = std::numeric_limits<double>::infinity();
     for (const double value : {-1.0, 3601.0, nan, inf, -inf, 1e308}) {
@@ -95,25 +100,25 @@ TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
     for (const double number : {-1.0, 0.5, 15.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
     EXPECT_FALSE(give(nan, 1));
     EXPECT_FALSE(give(StrokeWords::section, 2)) << "from 0 to 0";
-    EXPECT_EQ(it.over(settings), none);
+    EXPECT_EQ(with(it, settings), none);
 }
 
 TEST_F(Words, AreForgottenWhenTheAxisRestsOrByOrderButNeverWhileItMoves) {
-    const StrokeValues settings, none = it.over(settings);
+    const StrokeValues settings, none = with(it, settings);
     give(StrokeWords::upper_dwell, 0.25);
     it.step(0, 0, true);
-    EXPECT_FALSE(it.over(settings) == none);
+    EXPECT_FALSE(with(it, settings) == none);
     EXPECT_TRUE(give(StrokeWords::forget, 0, true));
-    EXPECT_FALSE(it.over(settings) == none);
+    EXPECT_FALSE(with(it, settings) == none);
     it.step(0, 0, false);
-    EXPECT_EQ(it.over(settings), none);
+    EXPECT_EQ(with(it, settings), none);
     give(StrokeWords::upper_dwell, 0.25);
     give(StrokeWords::forget, 0);
-    EXPECT_EQ(it.over(settings), none);
+    EXPECT_EQ(with(it, settings), none);
 }
 
 TEST_F(Words, EndWithTheirProgramUnlessTheyAreNewer) {
-    const StrokeValues settings, none = it.over(settings);
+    const StrokeValues settings, none = with(it, settings);
     const auto program = [&](bool runs, double seconds) {
         for (int i = 0; i < seconds / 0.001; ++i) {
             it.watch_program(runs, 0.001);
@@ -123,9 +128,9 @@ TEST_F(Words, EndWithTheirProgramUnlessTheyAreNewer) {
     program(true, 0.1);
     give(StrokeWords::upper_dwell, 0.25);
     program(true, 1);
-    EXPECT_FALSE(it.over(settings) == none);
+    EXPECT_FALSE(with(it, settings) == none);
     program(false, 0.01);
-    EXPECT_EQ(it.over(settings), none);
+    EXPECT_EQ(with(it, settings), none);
 
     program(true, 1);
     it.step(StrokeWords::upper_dwell, 0.25, false);
@@ -133,7 +138,7 @@ TEST_F(Words, EndWithTheirProgramUnlessTheyAreNewer) {
     it.step(0, 0, false);
     program(true, 0.1);
     program(false, 2);
-    EXPECT_FALSE(it.over(settings) == none) << "given in MDI, after the end";
+    EXPECT_FALSE(with(it, settings) == none) << "given in MDI, after the end";
 }
 
 struct ChoppingWords : ChoppingAxis {
