@@ -68,15 +68,18 @@ def learn(host):
         host.run(0.2)
         beyond = max(beyond, *dead_point_errors(host))
     # The present stroke and the next one are still slower.
-    begin, worst = host.get("chop.stroke-count") + 2, [0, 0]
-    while host.get("chop.stroke-count") < begin + 2 * CYCLES + 10 and host.get("chop.active"):
-        host.run(0.02)
+    begin, worst, errors = host.get("chop.stroke-count") + 2, [0, 0], dead_point_errors(host)
+    names = ["chop.stroke-count", "chop.active", "chop.learned", "chop.fault"]
+    count, active, *_ = host.get(names)
+    while count < begin + 2 * CYCLES + 10 and active:
+        host.run(0.05)  # each dead point lasts for a cycle
         errors = dead_point_errors(host)
         beyond = max(beyond, *errors)
-        if host.get("chop.stroke-count") > begin + 2 * CYCLES:
+        count, active, learned, fault = host.get(names)
+        if count > begin + 2 * CYCLES:
             worst = [max(old, new, key=abs) for old, new in zip(worst, errors)]
-            silent |= max(map(abs, errors)) > 2 and host.get("chop.learned") and not host.get("chop.fault")
-    return worst if host.get("chop.active") else errors, beyond, silent
+            silent |= max(map(abs, errors)) > 2 and learned and not fault
+    return worst if active else errors, beyond, silent
 
 
 def dead_point_errors(host):
@@ -317,6 +320,43 @@ def write_axes(path, seeds, results):
     write_rows(path, header, ([seed, *(f"{error:.2f}" for errors, *_ in its for error in errors), f"{its[-1][1]:.2f}"] for seed, *its in rows))
 
 
+# --- tables ---
+
+
+def errors_of_commands(seeds, options):
+    commands = list(dict.fromkeys([*COMMANDS, *LEARNED]))
+    tasks = [(command, seed) for command in commands for seed in seeds]
+    outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
+    results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(commands)}
+    paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
+    with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
+        draw(paths[:2], record_cycle(folder), results)
+    write_axes(paths[2], seeds, results)
+    return [*error_lines(results), "", *promise_lines(results), "", written_line(paths)]
+
+
+def axes_by_force(seeds, options):
+    axes = [(plant, seed, weak) for plant in drives.PLANTS for weak in drives.WEAK for seed in seeds]
+    found = simulate_all(drives.simulate, axes, drives.DURATION * len(axes), place_of(options))
+    by_drive = {}
+    for (plant, _, weak), outcome in zip(axes, found):
+        by_drive.setdefault((plant, weak), []).append(outcome)
+    return drives.table(by_drive)
+
+
+def proven_axes(seeds, options):
+    axes = [(plant, seed) for plant in drives.PLANTS for seed in seeds]
+    found = simulate_all(proven.simulate, axes, proven.DURATION * len(axes), place_of(options))
+    return proven.table({plant: [outcome for (its, _), outcome in zip(axes, found) if its == plant] for plant in drives.PLANTS})
+
+
+def times_and_drift(_, options):
+    [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
+    return [*time_lines(planned_times(None)), "", drift_line(options.hours, *late)]
+
+
+TABLES = {"errors": errors_of_commands, "force": axes_by_force, "proven": proven_axes, "times": times_and_drift}
+
 # --- the command ---
 
 
@@ -327,27 +367,11 @@ def main():
     parser.add_argument("--hours", type=whole(1, 1000), default=24, metavar="N", help="look for drift in N hours (default: 24)")
     add_place(parser)
     add_output(parser, "grinder")
+    parser.add_argument("--tables", nargs="+", choices=TABLES, default=list(TABLES), metavar="TABLE", help="only these: " + ", ".join(TABLES))
     options = parser.parse_args()
     with errors_reported():
         make_writable(options.output)
         seeds = range(options.seed, options.seed + options.seeds)
-        commands = list(dict.fromkeys([*COMMANDS, *LEARNED]))
-        tasks = [(command, seed) for command in commands for seed in seeds]
-        outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
-        results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(commands)}
-        axes = [(plant, seed, weak) for plant in drives.PLANTS for weak in drives.WEAK for seed in seeds]
-        found = simulate_all(drives.simulate, axes, drives.DURATION * len(axes), place_of(options))
-        by_drive = {}
-        for (plant, _, weak), outcome in zip(axes, found):
-            by_drive.setdefault((plant, weak), []).append(outcome)
-        axes = [(plant, seed) for plant in drives.PLANTS for seed in seeds]
-        found = simulate_all(proven.simulate, axes, proven.DURATION * len(axes), place_of(options))
-        by_plant = {plant: [outcome for (its, _), outcome in zip(axes, found) if its == plant] for plant in drives.PLANTS}
-        [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
-        print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s\n")
-        print("\n".join(error_lines(results) + [""] + promise_lines(results) + [""] + drives.table(by_drive) + [""] + proven.table(by_plant) + [""] + time_lines(planned_times(None)) + ["", drift_line(options.hours, *late), ""]))
-        paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
-        with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
-            draw(paths[:2], record_cycle(folder), results)
-        write_axes(paths[2], seeds, results)
-        print(written_line(paths))
+        print(f"{len(seeds)} axes, {seeds[0]} to {seeds[-1]}: a stroke of {STROKE:g} mm in {crank_time() / 2:.2f} s", flush=True)
+        for name in options.tables:
+            print("\n" + "\n".join(TABLES[name](seeds, options)), flush=True)

@@ -42,6 +42,11 @@ class Command(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertIn("not a whole number from 2", done.stderr)
 
+    def test_an_unknown_table_is_refused(self):
+        done = run_bench("grinder", "--tables", "drives")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("errors, force, proven, times", done.stderr.replace("'", ""))
+
 
 class OneAxis(unittest.TestCase):
     def test_each_command_strokes_and_the_learned_one_is_right(self):
