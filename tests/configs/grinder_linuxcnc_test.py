@@ -88,7 +88,7 @@ class Shift(Recorded):
         self.assertGreater(self.shift["motion.current-vel"][inner].min(), 0.99 * FEED)
 
     def test_acceleration_of_the_command_is_limited(self):
-        for scene in ("contour", "pause", "abort", "back_at_r", "enable_lost", "to_point_r", "learn"):
+        for scene in ("contour", "pause", "abort", "back_at_r", "changed_settings", "enable_lost", "to_point_r", "learn"):
             rows = self.rows[scene]
             z = self.shift["chop.command"][rows]
             still = np.ptp(np.lib.stride_tricks.sliding_window_view(self.shift["joint.2.pos-cmd"][rows], 3), axis=1) == 0
@@ -141,7 +141,7 @@ class Shift(Recorded):
         on = self.shift["motion.motion-enabled"]
         falls = np.flatnonzero(np.diff(on) < 0) + 1
         falls = falls[abs(self.shift["chop.offset"][falls]) > 0.1]
-        self.assertEqual(len(falls), 4)
+        self.assertEqual(len(falls), 5)
         for at in falls:
             drive = self.shift["z-stage.drive-command"][at - 2 : at + 200]
             self.assertLess(abs(np.diff(drive))[:2].max(), LAG + 0.06)  # a period of the stroke, and the feedback
@@ -162,6 +162,23 @@ class Shift(Recorded):
             self.assertEqual(offset, 0, name)
         self.assertEqual(self.facts["stands"][0], 0)  # no fault, and no message
         self.assertEqual(self.facts["stands"][1], 0)
+
+    def test_after_a_stop_in_the_work_mdi_and_a_program_move_the_wheel_where_they_say(self):
+        self.assertAlmostEqual(self.facts["mdi_after_stop"], -20, delta=5 * um)
+        z, active = self.of("z-stage.drive-command", "retracted"), self.of("chop.active", "retracted") == 1
+        begin = np.flatnonzero(self.of("joint.2.pos-cmd", "retracted") > 19.9)[0]  # retracted by hand
+        z, active = z[begin:], active[begin:]
+        self.assertTrue(active.any())
+        self.assertGreaterEqual(z[~active].min(), R - nm)
+        self.assertGreaterEqual(z.min(), LOWER)
+        self.assertLess(abs(np.diff(z)[active[1:]]).max() / PERIOD, 61)
+
+    def test_settings_that_change_in_the_work_take_the_wheel_nowhere_else(self):
+        rows = self.strokes("changed_settings")
+        z = self.shift["z-stage.drive-command"][rows]
+        self.assertGreaterEqual(z.min(), LOWER)
+        self.assertLessEqual(z.max(), R)
+        self.assertEqual(self.facts["smaller_bound"], [0, 17])
 
     def test_unhoming_after_a_stop_moves_nothing_and_linuxcnc_homes(self):
         rows = self.rows["unhomed"]
@@ -385,6 +402,11 @@ class ExtraJoint(Recorded):
         whole = inside & (count > 1) & (count < 4)
         self.assertLess(speed[whole].max(), 51)  # upward
         self.assertLess(speed[whole].min(), -90)
+
+    def test_settings_that_change_amid_a_stroke_take_the_joint_nowhere_else(self):
+        z = self.of("chop.command", "changed_settings")
+        self.assertLessEqual(abs(z).max(), 200)
+        self.assertLess(abs(np.diff(z, 2)).max() / PERIOD**2, 1.01 * self.facts["hardest"])
 
     def test_all_codes_work_while_the_feed_is_inhibited(self):
         self.assertEqual(self.facts["inhibited"], [40, 1])

@@ -37,6 +37,7 @@ class Shift(Scenario):
             self.beyond_a_limit,
             self.program_ends,
             self.by_words,
+            self.changed_settings,
             self.under_inhibit,
             self.learn,
             self.retain_again,
@@ -90,6 +91,19 @@ class Shift(Scenario):
         self.machine.mdi("G80.1")
         self.machine.mdi("G10 L2 P1 Z0")
         self.facts["z"] = self.host.get("joint.2.pos-cmd")
+
+    def changed_settings(self):
+        """Amid a stroke. Nothing of LinuxCNC bounds this joint."""
+        self.start()
+        for name, value in {"max-acceleration": 100, "jerk-time": 0.05, "max-output-accel": 10}.items():
+            before = self.host.get("chop." + name)
+            self.host.set("chop." + name, value)
+            self.machine.wait(1)
+            self.host.set("chop." + name, before)
+            self.await_condition(lambda: self.host.get("chop.command") > 100, "a stroke upward")
+            self.await_condition(lambda: self.host.get("chop.command") < -100, "a stroke downward")
+        self.facts["hardest"] = self.host.get("chop.max-acceleration")
+        self.machine.mdi("G80.1")
 
     def under_inhibit(self):
         """No code needs a move that waits."""

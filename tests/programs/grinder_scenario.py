@@ -58,6 +58,8 @@ class Shift(Scenario):
             self.start_again,
             self.off_and_on,
             self.back_at_r,
+            self.retracted,
+            self.changed_settings,
             self.enable_lost,
             self.enable_back,
             self.to_point_r,
@@ -280,6 +282,49 @@ class Shift(Scenario):
         self.facts["m482_without_learn"] = [self.host.get("chop.learn"), self.refuse("M482"), self.host.get("chop.stands-off")]
         self.machine.mdi("G80.1")
         self.facts["at_r"] = [self.host.get("chop.offset"), self.host.get("z-stage.applied-offset")]
+
+    def retracted(self):
+        """The wheel is moved in MDI and by hand after an emergency stop in the work; then contour.ngc runs from its start."""
+        self.start()
+        self.await_depth()
+        self.machine.emergency_stop()
+        self.machine.turn_on()
+        self.machine.mdi("G0 Z-20")
+        self.machine.wait(0.5)  # for the lag of the drive
+        self.facts["mdi_after_stop"] = self.host.get("grinder.truth-position")
+        self.machine.mode(linuxcnc.MODE_MANUAL)
+        self.machine.axis_mode()
+        self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, 2, 20, 40)
+        self.await_condition(lambda: abs(self.host.get("joint.2.pos-cmd") - 20) < 0.001, "the jog")
+        self.machine.run("contour.ngc")
+
+    def despite_messages(self, act):
+        """What an operator does who reads on; a second cause may have a message of its own."""
+        for _ in range(5):
+            with contextlib.suppress(OperatorError):
+                return act()
+
+    def changed_settings(self):
+        """Each while the wheel is in the work, and back: taken with the next stroke, or refused with a message. At rest in the
+        work a smaller max-offset is refused."""
+        get, change = self.host.get, self.host.set
+        self.start()
+        for name, value in {"max-acceleration": 10, "jerk-time": 0.05, "lead": 0.01, "max-rate": 30, "max-offset": 5}.items():
+            before = get("chop." + name)
+            self.await_depth()
+            change("chop." + name, value)
+            self.despite_messages(lambda: self.machine.wait(0.7))
+            change("chop." + name, before)
+            self.despite_messages(lambda: self.strokes(2))
+        self.despite_messages(lambda: self.machine.mdi("G80.1 P1"))
+        self.machine.wait_until_idle()
+        place, before = get("chop.command"), get("chop.max-offset")
+        change("chop.max-offset", 5)
+        self.despite_messages(lambda: self.machine.wait(0.5))
+        self.facts["smaller_bound"] = [get("chop.command") - place, get("chop.fault-code")]
+        change("chop.max-offset", before)
+        self.despite_messages(lambda: self.machine.mdi("G80.1"))
+        self.await_pin("chop.at-end", 1)
 
     def enable_lost(self):
         """Where the program would have stopped in the work."""

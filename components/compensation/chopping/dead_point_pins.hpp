@@ -13,10 +13,16 @@ struct DeadPointPins : hal::Group {
 
     hal::Out<double> measured_upper{this, "measured-upper", "mu", "Upper dead point of the last stroke."};
     hal::Out<double> measured_lower{this, "measured-lower", "mu", "Lower dead point of the last stroke."};
-    hal::Out<double> upper_error{this, "upper-error", "mu", "Of it, positive outside the stroke."};
-    hal::Out<double> lower_error{this, "lower-error", "mu", "Of it, positive outside the stroke."};
-    hal::Out<double> upper_correction{this, "upper-correction", "mu", "Of the command, positive outside."};
-    hal::Out<double> lower_correction{this, "lower-correction", "mu", "Of the command, positive outside."};
+    hal::Out<double> upper_error{
+        this, "upper-error", "mu",
+        "Measured minus programmed upper dead point; positive is beyond the stroke."};
+    hal::Out<double> lower_error{
+        this, "lower-error", "mu",
+        "Programmed minus measured lower dead point; positive is beyond the stroke."};
+    hal::Out<double> upper_correction{this, "upper-correction", "mu",
+                                      "Correction of the commanded upper dead point; positive is outward."};
+    hal::Out<double> lower_correction{this, "lower-correction", "mu",
+                                      "Correction of the commanded lower dead point; positive is outward."};
     hal::Out<double> speed_factor{this, "speed-factor", "1", "Part of the speed that learning permits."};
     hal::Out<bool> learned{this, "learned", "Both dead points were within tolerance twice."};
     hal::Out<double> drift{this, "drift", "mu", "Change of a correction since it was first learned."};

@@ -39,7 +39,8 @@ public:
 
     // An offset that is held does not follow.
     void step(double target, bool holds, double dt) noexcept {
-        const auto& [most, rate, acceleration] = limits_;
+        const auto& [most, largest, acceleration] = limits_;
+        const double rate = largest * (1 + rounding);  // a motion at the largest rate is no step
         if (holds)
             guard_.hold();
         else
@@ -58,6 +59,8 @@ public:
     bool refused() const noexcept { return refused_; }      // a bound below the present offset
 
 private:
+    static constexpr double rounding = 1e-9;
+
     AccelerationLimit guard_;
     Limits limits_{};
     double last_ = 0;

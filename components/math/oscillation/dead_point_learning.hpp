@@ -253,13 +253,15 @@ private:
             longer = std::clamp(-2 * its.beyond, -0.5 * length(), 0.5 * length());
         }
         double doubt = its.doubt;
-        if (!settings_.even) doubt = std::max(doubt, uneven_doubt(its.beyond));
+        if (!settings_.even || !turns_[upper].covers(acceleration, length()))
+            doubt = std::max(doubt, uneven_doubt(its.beyond));
         offset_[upper] = bounded(-its.beyond - doubt, settings_.most);
         excess_[upper] = its.beyond;
         reference_[upper] = acceleration;
     }
 
-    // Mu, of a turn beside a section, which no even stroke explains: an axis that lags can turn beyond there.
+    // Mu, of a turn beside a section, which no even stroke explains, and of a stroke that is quicker than all
+    // others: an axis that lags can turn beyond there.
     double uneven_doubt(double beyond) const noexcept {
         return std::max(settings_.inset + std::max(beyond, 0.0) / 2, -0.6 * beyond);
     }
@@ -419,9 +421,10 @@ private:
     // end. Its first stroke is shorter, and ends a little inside.
     bool confirm(bool upper) noexcept {
         --unshown_;
-        const bool shows = shown_[upper] >= as_before * strokes_.find(stroke_)->shown[upper];
-        if (climb_.complete()) {
-            if (shows) return false;
+        const double before = strokes_.find(stroke_)->shown[upper];
+        const bool shows = shown_[upper] >= as_before * before;
+        if (climb_.complete()) {  // its command has a little less than before, as it brakes harder
+            if (shown_[upper] >= nearly_as_before * std::min(before, commanded_[upper])) return false;
             doubted_ = true;
             begin();
             return true;
@@ -455,7 +458,7 @@ private:
     static constexpr double nearly = 1.1;       // times the proven acceleration is proven, too
     static constexpr double nearly_all = 0.97;  // of an error
     static constexpr double again = 0.975;      // of a correction, in the first stroke of a region
-    static constexpr double as_before = 0.96;   // of an acceleration
+    static constexpr double as_before = 0.96, nearly_as_before = 0.92;  // of an acceleration
 
     Settings settings_;
     Stroke stroke_;

@@ -36,10 +36,19 @@ public:
 
     void forget() noexcept { count_ = oldest_ = 0; }
     bool empty() const noexcept { return count_ == 0; }
+    // Whether a stroke of this frequency, w^2 = 2 a / S, is among the turns, or a slower one: the response of
+    // an axis above its known frequencies is unknown.
+    bool covers(double acceleration, double length) const noexcept {
+        const auto its = [&](const Measured& each) {
+            return acceleration * each.turn.length <= quicker * each.turn.acceleration * length;
+        };
+        return std::any_of(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(count_), its);
+    }
 
     // A measured turn. It takes the place of a like one, or else of the oldest.
     void add(const Turn& turn, double beyond) noexcept {
-        if (!(turn.acceleration > 0 && turn.length > 0 && turn.crank > 0 && std::abs(beyond) < farthest)) return;
+        if (!(turn.acceleration > 0 && turn.length > 0 && turn.crank > 0 && std::abs(beyond) < farthest))
+            return;
         std::size_t place = 0;
         while (place < count_ && !(distance(turns_[place].turn, turn) < alike)) ++place;
         if (place == most) {
@@ -101,6 +110,7 @@ private:
 
     static constexpr double farthest = 1e6;  // mu
     static constexpr double alike = 0.02;
+    static constexpr double quicker = 1.1;  // w^2, than all turns
     static constexpr double strange = 0.2;    // of a turn, at a distance of 1 from all others
     static constexpr double relative = 0.01;  // of a turn, that the model does not explain
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb {
@@ -84,6 +85,18 @@ TEST_F(StrokeOffsetTest, ABoundThatHasStoppedItDoesNotMoveItLater) {
     EXPECT_TRUE(it.refused());
     run(1);
     EXPECT_NEAR(it.value(), -20, 1e-9);
+}
+
+TEST_F(StrokeOffsetTest, FollowsAMotionAtItsLargestRateExactly) {
+    it.allow({1000, 400, 20000}, false, 1000, dt);
+    now.moves = true;
+    double speed = 0;
+    for (int i = 0; i < 1500; ++i) {
+        speed = std::min(speed + 2, 400.0);
+        now.command -= speed * dt;
+        it.step(now, dt);
+        ASSERT_EQ(it.value(), now.command) << i;
+    }
 }
 
 TEST_F(StrokeOffsetTest, AStageThatHasTakenItAwayLeavesNothingToReturn) {

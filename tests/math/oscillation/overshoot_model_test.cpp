@@ -64,7 +64,9 @@ TEST(OvershootModel, ALikeStrokeReplacesTheOldOneAndAnotherShapeIsDoubted) {
 // A climb brakes by less than it accelerates with.
 TEST(OvershootModel, StrokesThatBrakeGentlyPredictOneThatDoesNot) {
     OvershootModel model;
-    const auto turn = [](const OvershootModel::Turn& its) { return -2e-4 * its.acceleration - 5e-5 * its.leaving; };
+    const auto turn = [](const OvershootModel::Turn& its) {
+        return -2e-4 * its.acceleration - 5e-5 * its.leaving;
+    };
     for (double level = 64; level < 700; level *= 1.6) {
         const OvershootModel::Turn its{level / 1.6, level, 40, 1};
         model.add(its, turn(its));
@@ -73,6 +75,18 @@ TEST(OvershootModel, StrokesThatBrakeGentlyPredictOneThatDoesNot) {
     const auto its = model.predict(crank(700, 40), unit);
     EXPECT_NEAR(its.beyond, -0.175, 0.025);
     EXPECT_LE(std::abs(its.beyond + 0.175), its.doubt);
+}
+
+TEST(OvershootModel, CoversTheFrequenciesOfItsTurnsAndTheLowerOnes) {
+    OvershootModel model;
+    EXPECT_FALSE(model.covers(1, 100));
+    model.add({1000, 1000, 50, 1}, -0.2);
+    model.add({500, 500, 50, 1}, -0.1);
+    EXPECT_TRUE(model.covers(1000, 50));
+    EXPECT_TRUE(model.covers(1500, 100));
+    EXPECT_TRUE(model.covers(1050, 50)) << "nearly";
+    EXPECT_FALSE(model.covers(1200, 50));
+    EXPECT_FALSE(model.covers(900, 25)) << "less acceleration, but quicker";
 }
 
 TEST(OvershootModel, NothingImpossibleIsAdded) {
