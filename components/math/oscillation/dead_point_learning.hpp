@@ -225,6 +225,7 @@ private:
         const double overshoot = 1.3 * a * std::max(per_acceleration_, strokes_.largest_overshoot());
         offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
         excess_ = excess_speed_ = last_excess_ = {};
+        if (const Learned* known = strokes_.find(stroke_); known && !doubted_) expect(*known);
         slow_ = force_ = unknown;
         last_turning_ = 0;
         reference_ = answer_ = {};
@@ -237,6 +238,13 @@ private:
         cycles_ = good_ = slips_ = unshown_ = 0;
         was_learned_ = false;
         drift_ = 0;
+    }
+
+    // A restored stroke begins fast, and so with the lag that it had.
+    void expect(const Learned& known) noexcept {
+        for (std::size_t i = 0; i < 2; ++i)
+            excess_[i] = known.slow == unknown ? -known.offset[i] * climb_.level() : known.slow[i];
+        excess_speed_[0] = excess_speed_[1] = stroke_.speed * climb_.factor();
     }
 
     // An end by the strokes that the joint has made, inside by the doubt of that. The ends that move make the

@@ -182,6 +182,12 @@ TEST(DeadPointLearning, ADriveAtItsLimitThatHasLearnedAStrokeIsNotAccusedAfterAR
     EXPECT_LT(weaker.speed_factor(), 0.9) << "rises again, carefully";
 }
 
+TEST(DeadPointLearning, ALargeLagOfARestoredStrokeIsPlausible) {
+    Restored learning({stroke, {6, 6}, {6, 6}, 600, 600, {-4, -4}, {600, 600}});
+    EXPECT_TRUE(learning.plausible(true, -4.3, -0.3, 82));
+    EXPECT_FALSE(learning.plausible(true, -8, -0.3, 82));
+}
+
 TEST(DeadPointLearning, ARestoredStrokeKeepsItsFirstCorrection) {
     const Axis rougher{-0.23};
     Restored learning(learned_of(Axis{-0.2}));
