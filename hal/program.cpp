@@ -11,6 +11,7 @@
 #include "hal/identity.hpp"
 #include "hal/manual.hpp"
 #include "hal/message.hpp"
+#include "hal/predecessor.hpp"
 #include "hal/program_end.hpp"
 #include "hal/standard_output.hpp"
 
@@ -35,9 +36,15 @@ using namespace plumb::hal;
 
 // Leaves HAL on every way out.
 struct HalComponent {
-    explicit HalComponent(const std::string& name) : id(check(hal_init(name.c_str()), "hal_init " + name)) {}
+    HalComponent(const std::string& name, const Predecessor& before) : id(enter(name, before)) {}
     ~HalComponent() { hal_exit(id); }
     const int id;
+
+private:
+    static int enter(const std::string& name, const Predecessor& before) {
+        if (before.is_dead()) before.remove();
+        return check(hal_init(name.c_str()), "hal_init " + name);
+    }
 };
 
 // A closed terminal ends the program as any request does, but not under nohup.
@@ -126,7 +133,8 @@ static int carry_out(int argc, char** argv) try {
     std::string prefix = name;
     if (name == component.about.name) std::replace(prefix.begin(), prefix.end(), '_', '-');
     check_instance_name(prefix);
-    const HalComponent hal(name);
+    const Predecessor predecessor(name, prefix);
+    const HalComponent hal(name, predecessor);
     HalRegistrar registrar(hal.id, prefix, options);
     std::vector<std::unique_ptr<Component>> instances;
     instances.push_back(component.make(registrar));
@@ -135,6 +143,7 @@ static int carry_out(int argc, char** argv) try {
     if (component.has_background)
         background = Background::of(instances, std::chrono::duration_cast<std::chrono::nanoseconds>(
                                                    std::chrono::duration<double>(period)));
+    predecessor.net();
     check(hal_ready(hal.id), "hal_ready");
     do registrar.call_functions(period);
     while (!asked_to_end(signals, period));

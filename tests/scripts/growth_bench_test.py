@@ -12,6 +12,7 @@ import growth
 from growth import GAUGE, KINDS
 from support import growth_curves
 from support.figures import largest, rms
+from support.growth_tests import run_test
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
@@ -105,6 +106,18 @@ class Speeds(unittest.TestCase):
             self.assertGreaterEqual(len(changes), 4)  # more, but for rests in a row
             resting += np.any(speeds == 0)
         self.assertGreater(resting, 10)
+
+
+class Plans(unittest.TestCase):
+    def test_a_growth_test_works_at_the_speeds_of_its_plan_and_ends_with_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(run_test(folder, 1009, plan=(1, 0, 0, 0, 0.5, 0, 0)), encoding="ascii") as file:
+                lines = [line.split(",") for line in file]
+        events = [line[9] for line in lines if line[0] == "event"]
+        self.assertEqual(events.count("cycle-end"), 7)  # the cold machine is stable long before
+        self.assertEqual(events.count("pass-end"), 8)
+        speeds = [round(float(line[3]), -2) for line in lines if line[0] == "speed"]
+        self.assertTrue({8000, 4000, 0}.issubset(speeds))
 
 
 @unittest.skipIf(SANITIZED, "mill_both_linuxcnc_test runs the same modules")

@@ -67,7 +67,7 @@ constexpr const char* sentence(Fault fault) {
         case Fault::full: return "There is no room for further records.";
         case Fault::bore: return "The number of the bore is not one of 1 to 16.";
         case Fault::displaced:
-            return "A bore is not where its first visit found it: the artifact has slipped, or the program gives the "
+            return "A bore is not where its last visit found it: the artifact has slipped, or the program gives the "
                    "number of another bore. fault-bore has its number.";
         case Fault::standstill:
             return "The pass takes longer than max-pass-time: the machine cools meanwhile. Probe fewer "

@@ -174,6 +174,10 @@ struct StopSettings : hal::Group {
                                 "Largest change of oval and radius of a bore since its first visit."};
     hal::In<double> farthest{this, "max-displacement", 0.5, "mu",
                              "Farthest that a bore may be from its place in the first pass."};
+    hal::In<double> most_step{this, "max-step", 0.1, "mu",
+                              "Largest displacement of a bore since its last pass."};
+    hal::In<double> most_slip{this, "max-slip", 0.03, "mu",
+                              "Largest part of this displacement that the other bores do not share."};
 
     GrowthTest::Settings read() const noexcept {
         GrowthTest::Settings s;
@@ -188,6 +192,8 @@ struct StopSettings : hal::Group {
         s.most_scatter = most_scatter;
         s.most_change = most_change;
         s.farthest = farthest;
+        s.most_step = most_step;
+        s.most_slip = most_slip;
         return s;
     }
 };

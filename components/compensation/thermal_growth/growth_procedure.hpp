@@ -2,8 +2,8 @@
 #pragma once
 
 #include "components/compensation/thermal_growth/bore_visit.hpp"
-#include "components/compensation/thermal_growth/growth_record.hpp"
 #include "components/compensation/thermal_growth/growth_codes.hpp"
+#include "components/compensation/thermal_growth/growth_record.hpp"
 #include "components/compensation/thermal_growth/growth_signals.hpp"
 #include "components/math/blocks/mean_over_time.hpp"
 #include "components/math/growth/bore_references.hpp"
@@ -31,9 +31,14 @@ public:
         double most_scatter = 0.01;  // mu, of the touches of a bore about their circle
         double most_change = 0.004;  // mu, of the shape of a bore since its first visit
         double farthest = 0.5;       // mu, of a bore from its first place
+        double most_step = 0.1;      // mu, of a bore since its last pass
+        double most_slip = 0.03;     // mu, the same beyond the step of the other bores
         double least_rise = 0.5;     // K, of a machine that has warmed
 
-        bool valid() const noexcept { return stop.valid() && most_scatter > 0 && most_change > 0 && farthest > 0; }
+        bool valid() const noexcept {
+            return stop.valid() && most_scatter > 0 && most_change > 0 && farthest > 0 && most_step > 0 &&
+                   most_slip > 0;
+        }
     };
 
     struct Bore {
@@ -68,6 +73,7 @@ public:
         rule_.clear();
         rise_.clear();
         references_.clear();
+        places_.clear();
         shapes_.fill({});
         touched_.clear();
         time_ = 0;
@@ -189,16 +195,30 @@ private:
     // Whether the bore of this visit is another one than in its first, by its place or by its shape.
     Fault changed(const std::optional<BoreTouches::Centre>& centre, const Settings& settings) const noexcept {
         const std::size_t x = BoreReferences::value(visit_.bore(), state_.turned);
-        const double at[] = {centre ? centre->x : NAN, centre ? centre->y : NAN,
-                             touched_.has_face() ? touched_.face() : NAN};
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            if (references_.known(x + axis) && std::abs(at[axis] - references_.at(x + axis)) > settings.farthest)
-                return Fault::displaced;
         const Shape& first = shapes_[x / 3];
-        if (!centre || !first.known) return Fault::none;
-        const bool same = std::abs(touched_.oval(*centre) - first.oval) <= settings.most_change &&
-                          std::abs(centre->radius - first.radius) <= settings.most_change;
-        return same ? Fault::none : Fault::false_trigger;
+        const bool same = !centre || !first.known ||
+                          (std::abs(touched_.oval(*centre) - first.oval) <= settings.most_change &&
+                           std::abs(centre->radius - first.radius) <= settings.most_change);
+        if (!same) return Fault::false_trigger;
+        const auto at = place(centre);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (!places_.known(x + axis) || !std::isfinite(at[axis])) continue;
+            if (std::abs(at[axis] - places_.at(x + axis)) > settings.farthest) return Fault::displaced;
+            const BoreReferences::Step step = places_.step(x + axis, at[axis], pass_);
+            if (std::abs(step.whole) > settings.most_step) return Fault::displaced;
+            if (step.alone && std::abs(*step.alone) > settings.most_slip) return Fault::displaced;
+        }
+        return Fault::none;
+    }
+
+    // Where the axes were, with the compensation: the place of a bore does not depend on its state.
+    std::array<double, 3> place(const std::optional<BoreTouches::Centre>& centre) const noexcept {
+        const std::array<double, 3> its{centre ? centre->x : NAN, centre ? centre->y : NAN,
+                                        touched_.has_face() ? touched_.face() : NAN};
+        std::array<double, 3> all{};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            all[axis] = its[axis] + offsets_[axis] / std::max(of_visit_, 1);
+        return all;
     }
 
     void sample(const Warmth& warmth, const Settings& settings) noexcept {
@@ -293,9 +313,14 @@ private:
         if (r.visit != visits_) {
             visits_ = r.visit;
             touched_.clear();
+            offsets_.fill(0);
+            of_visit_ = 0;
             if (sides_ == 0) sides_ = r.compensated ? 2 : 1;  // the first state decides the rule
         }
         ++touches_;
+        ++of_visit_;
+        const double offset[] = {r.x_offset, r.y_offset, r.z_offset};
+        for (std::size_t axis = 0; axis < 3; ++axis) offsets_[axis] += offset[axis];
         touched_.add(r.item, r.x - r.x_offset, r.y - r.y_offset, r.z - r.z_offset);
     }
 
@@ -336,6 +361,10 @@ private:
         Shape& shape = shapes_[BoreReferences::value(r.bore, r.turned) / 3];
         if (const auto centre = touched_.centre(); centre && !shape.known)
             shape = {touched_.oval(*centre), centre->radius, true};
+        const auto now = place(touched_.centre());
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            if (std::isfinite(now[axis]))
+                places_.deviation(BoreReferences::value(r.bore, r.turned) + axis, now[axis], pass_);
         if (!decides(r.compensated)) return;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             if (!std::isfinite(at[axis])) continue;
@@ -348,13 +377,16 @@ private:
     std::vector<Record> records_;
     StopRule rule_;
     TemperatureRise rise_;
-    BoreReferences references_;
+    BoreReferences references_, places_;  // places_: with the compensation, in every state
     struct Shape {
         double oval = 0, radius = 0;  // mu
         bool known = false;
     };
-    std::array<Shape, 2 * BoreReferences::most_bores> shapes_;  // of the first visits, by bore and orientation
-    ProbedBore touched_;  // in the last visit with a touch
+    std::array<Shape, 2 * BoreReferences::most_bores>
+        shapes_;                       // of the first visits, by bore and orientation
+    ProbedBore touched_;               // in the last visit with a touch
+    std::array<double, 3> offsets_{};  // sum over its touches, mu
+    int of_visit_ = 0;                 // number of them
     Bore bore_;
     double time_ = 0;
     std::int32_t pass_ = 0, visits_ = 0, touches_ = 0;

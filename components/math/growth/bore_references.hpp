@@ -22,6 +22,7 @@ public:
 
     void clear() noexcept {
         known_.fill(false);
+        grown_.fill(false);
         passes_.fill(0);
     }
 
@@ -35,16 +36,43 @@ public:
         if (!known_[value]) {
             if (pass > 1) return std::nullopt;
             known_[value] = true;
-            reference_[value] = at;
+            reference_[value] = last_[value] = at;
         }
         if (passes_[value] == pass) return std::nullopt;
+        grown_[value] = passes_[value] > 0;
+        change_[value] = grown_[value] ? at - last_[value] : 0;
         passes_[value] = pass;
+        last_[value] = at;
         return at - reference_[value];
+    }
+
+    // How far a known position is from the last one: as it is, and less the mean change of the other bores at
+    // this orientation in this pass, if there are any.
+    struct Step {
+        double whole = 0;
+        std::optional<double> alone;
+    };
+    Step step(std::size_t value, double at, std::int32_t pass) const noexcept {
+        Step step;
+        step.whole = at - last_[value];
+        double sum = 0;
+        int others = 0;
+        constexpr std::size_t per_bore = 6;
+        for (std::size_t i = value % per_bore; i < last_.size(); i += per_bore) {
+            if (i == value || passes_[i] != pass || !grown_[i]) continue;
+            sum += change_[i];
+            ++others;
+        }
+        const bool again = passes_[value] == pass;  // the others have not changed since then
+        if (again || others > 0) step.alone = step.whole - (again ? 0 : sum / others);
+        return step;
     }
 
 private:
     std::array<bool, StopRule::most_values> known_{};
-    std::array<double, StopRule::most_values> reference_{};
+    std::array<bool, StopRule::most_values> grown_{};  // it was known in a pass before
+    std::array<double, StopRule::most_values> reference_{}, last_{},
+        change_{};                                              // change_: since the pass before
     std::array<std::int32_t, StopRule::most_values> passes_{};  // of the last deviation
 };
 

@@ -56,13 +56,18 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=N
 
 def follow(host, plan):
     """A cycle of work at each speed of the plan; the test ends with the pass after the last one."""
+    # No warmth ends it before. A minimum time above the maximum time would be refused.
+    host.set("growth-test.maximum-time", LONGEST)
     host.set("growth-test.minimum-time", LONGEST)
     for index, share in enumerate(plan):
         host.set("artifact.work-speed", share * FASTEST)
         while host.get("growth-test.cycle-index") <= index:
-            if index == len(plan) - 1:
-                host.set("growth-test.maximum-time", host.time)
+            if host.get("artifact.finished") or host.time > LONGEST:
+                raise RuntimeError("the growth test ended in cycle %d of its plan" % (index + 1))
             host.run(60)
+            if index == len(plan) - 1:
+                for pin in ("minimum-time", "maximum-time"):
+                    host.set("growth-test." + pin, max(host.time - 60, 1))
 
 
 def read_records(host, folder, period=PERIOD):

@@ -137,7 +137,7 @@ TEST_F(ThermalGrowthTest, FindsAFalseTouchByTheFirstVisitOfTheBore) {
     begin();
     probe_bore(1, 50, 20, -100, 0.003);  // the lobes of the probe
     EXPECT_EQ(fault(), Fault::none);
-    probe_bore(1, 50.02, 20, -100.03, 0.003);  // the machine has grown
+    probe_bore(1, 50.02, 20, -100.02, 0.003);  // the machine has grown
     EXPECT_EQ(fault(), Fault::none);
     probe_bore(1, 50, 20, -100, 0.003 + 0.0199);
     EXPECT_EQ(fault(), Fault::false_trigger);
@@ -173,14 +173,48 @@ TEST_F(ThermalGrowthTest, NamesTheBoreThatSlippedOrHasAnotherKey) {
     EXPECT_EQ(fault(), Fault::displaced);
     EXPECT_EQ(get("fault-bore"), 2);
     EXPECT_EQ(get("repeat"), 1);
-    probe_bore(2, 55.1, 20, -100);
+    probe_bore(2, 55.02, 20, -100);
     EXPECT_EQ(fault(), Fault::none);
     probe_bore(1, 50, 20, -99.4);
     EXPECT_EQ(fault(), Fault::displaced);
     EXPECT_EQ(get("fault-bore"), 1);
-    set("max-displacement", 1);
+    for (const char* pin : {"max-displacement", "max-step", "max-slip"}) set(pin, 1);
     probe_bore(1, 50, 20, -99.4);
     EXPECT_EQ(fault(), Fault::none);
+}
+
+TEST_F(ThermalGrowthTest, ASmallSlipOfTheArtifactIsToldFromGrowth) {
+    set("range-floor", 1);
+    const auto pass = [&](bool now) {
+        set("pass-running", now);
+        tick();
+    };
+    begin();
+    pass(true);
+    for (const int bore : {1, 2, 3}) probe_bore(bore, 50 * bore, 20, -100);
+    pass(false);
+    pass(true);  // the spindle has grown by 60 um
+    for (const int bore : {1, 2, 3}) {
+        probe_bore(bore, 50 * bore, 20, -99.94);
+        EXPECT_EQ(fault(), Fault::none) << bore;
+    }
+    pass(false);
+    pass(true);
+    probe_bore(1, 50, 20.01, -99.92);
+    probe_bore(2, 100, 20.05, -99.92);  // 40 um beyond its neighbour
+    EXPECT_EQ(fault(), Fault::displaced);
+    EXPECT_EQ(get("fault-bore"), 2);
+    probe_bore(2, 100, 20.02, -99.92);
+    EXPECT_EQ(fault(), Fault::none);
+    probe_bore(1, 50, 20.05, -99.92);  // again in this pass
+    EXPECT_EQ(fault(), Fault::displaced);
+    EXPECT_EQ(get("fault-bore"), 1);
+    probe_bore(1, 50, 20.01, -99.92);
+    pass(false);
+    pass(true);  // no machine grows as fast as this
+    probe_bore(1, 50.12, 20.01, -99.92);
+    EXPECT_EQ(fault(), Fault::displaced);
+    EXPECT_EQ(get("fault-bore"), 1);
 }
 
 TEST_F(ThermalGrowthTest, GoesThroughItsStates) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """growth_log, the real program, beside thermal_growth_test and the simulated machine in the virtual-time host."""
 
+import contextlib
 import glob
 import itertools
 import os
@@ -66,6 +67,18 @@ class GrowthLog(unittest.TestCase):
 
     def start_log(self):
         self.host.command("loadusr -W %s --file %s" % (GROWTH_LOG, self.toml))
+
+    def start_log_again(self):
+        """After a kill. HAL still has the component of the one that was killed, and loadusr does not wait."""
+        self.start_log()
+        self.until(lambda: self.process() is not None and self.is_there("growth-log.lines"), "growth_log has its pins", tick=True)
+
+    def is_there(self, name):
+        try:
+            self.get(name)
+        except plumb.Refused:
+            return False
+        return True
 
     def process(self):
         for line in glob.glob("/proc/[0-9]*/cmdline"):
@@ -181,8 +194,8 @@ class GrowthLog(unittest.TestCase):
         self.kill()
         kept = self.lines(self.logs()[0])[:-1]
         self.host.run(300)
-        self.host.command("loadusr -Wn again %s again --file %s" % (GROWTH_LOG, self.toml))
-        self.until(lambda: self.get("again.lines") == self.get("growth-test.rows"), "the log has all records", tick=True)
+        self.start_log_again()
+        self.catch_up()
         (path,) = self.logs()
         lines = self.lines(path)
         self.assertEqual(lines[: len(kept)], kept)
@@ -191,6 +204,28 @@ class GrowthLog(unittest.TestCase):
         self.assertGreater(len(numbers), sum(line.split(",")[0] in KINDS for line in kept))
         self.assertFalse(any(",resumed," in line for line in lines))
 
+    def test_started_again_under_its_name_it_has_the_nets_of_the_one_that_was_killed(self):
+        self.host.command("loadrt interlock names=interlock")
+        self.host.command("addf interlock.update servo-thread")
+        self.start_log()
+        self.host.command("net beat growth-log.heartbeat => interlock.service-heartbeat-6")
+        self.host.command("net log-fault growth-log.fault")
+        self.play(60)
+        for _ in range(2):
+            self.kill()
+            self.start_log_again()
+            seen = set()
+            self.until(lambda seen=seen: seen.add(self.get("beat")) or len(seen) == 2, "the net beats", tick=True)
+            self.assertIn("log-fault", self.host.halcmd("show", "pin", "growth-log.fault").output)
+        self.play(60)
+        self.assertEqual(len(self.logs()), 1)
+        before = self.process()
+        with contextlib.suppress(plumb.Refused):  # of one that lives the name is taken
+            self.start_log()
+        time.sleep(0.3)
+        self.assertEqual(self.process(), before)
+        self.play(60)
+
     def test_another_test_that_runs_as_it_starts_gets_a_log_of_its_own(self):
         self.start_log()
         self.play(100)
@@ -198,8 +233,9 @@ class GrowthLog(unittest.TestCase):
         self.start_machine()
         self.host.set("artifact.seed", 5)
         self.host.set("artifact.play", True)
-        self.host.run(400)
+        self.host.run(2000)
         before = self.lines(self.logs()[0])
+        self.assertGreater(self.get("growth-test.rows"), len(before))  # so that only their content differs
         self.start_log()
         self.until(lambda: self.get("growth-log.lines") == self.get("growth-test.rows"), "the log has all records", tick=True)
         self.assertEqual(len(self.logs()), 2)
