@@ -148,9 +148,11 @@ def days_lines(paths, place):
 def machines_lines(options, place):
     seeds = range(options.seed, options.seed + options.seeds)
     structures = range(len(growth_machines.STRUCTURES))
-    tasks = [(structure, seed, options.duration) for structure in structures for seed in seeds]
+    tasks = [(structure, seed, options.duration, options.hours) for structure in structures for seed in seeds]
     found = simulate_all(growth_machines.simulate, tasks, options.duration * len(tasks), place)
-    return growth_machines.figures({structure: [each for task, each in zip(tasks, found) if task[0] == structure] for structure in structures})
+    outcomes = {structure: [each for task, each in zip(tasks, found) if task[0] == structure] for structure in structures}
+    lines = growth_machines.figures(outcomes)
+    return lines + ["", *growth_machines.expectations(outcomes, options.hours)] if options.hours else lines
 
 
 def main():
@@ -158,6 +160,7 @@ def main():
     parser.add_argument("--seeds", type=whole(1, 10000), default=100, metavar="N", help="machines of each structure (default: 100)")
     parser.add_argument("--seed", type=whole(2, 2**31 - 1), default=1001, metavar="N", help="the first of them")
     parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="length of the day (default: 2h)")
+    parser.add_argument("--hours", type=whole(3, 24), metavar="H", help="growth tests by plumb growth plan, of this length")
     parser.add_argument("--days", nargs="+", metavar="FILE", help="measured days: a law of each, used on each other")
     parser.add_argument("--contacts", action="store_true", help="compare with thermal_displacement while parts are milled")
     add_place(parser)

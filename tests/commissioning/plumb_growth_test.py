@@ -521,5 +521,57 @@ class Fit(unittest.TestCase):
             self.assertIn("gauge.csv:20: z is 'x', no number", error)
 
 
+class Plan(unittest.TestCase):
+    def plan(self, hours, *options):
+        code, out, error = growth("plan", "--hours", str(hours), "--json", *options)
+        self.assertEqual(code, 0, error)
+        return json.loads(out)
+
+    def growth_of(self, plan, when="after"):
+        return plan["terms"][-1][when]
+
+    def test_a_longer_test_leaves_less_and_has_three_speeds(self):
+        plans = [self.plan(hours, "--work", "20") for hours in (2, 4, 8)]
+        for term in range(4):
+            values = [plan["terms"][term]["after"] for plan in plans]
+            self.assertEqual(values, sorted(values, reverse=True))
+            for plan in plans:
+                self.assertLess(plan["terms"][term]["after"], plan["terms"][term]["before"])
+        for plan, more in zip(plans, plans[1:]):
+            self.assertLess(self.growth_of(plan, "hour_more"), self.growth_of(plan))
+            self.assertLess(self.growth_of(more), self.growth_of(plan, "hour_more"))
+        for plan in plans:
+            self.assertGreaterEqual(len({cycle["rpm"] for cycle in plan["cycles"]}), 3)
+            self.assertFalse(any(cycle["door"] for cycle in plan["cycles"]))
+            used = 10 + len(plan["cycles"]) * (plan["work_min"] + plan["pass_min"])
+            self.assertLessEqual(used, 60 * plan["hours"])
+            self.assertGreater(used + plan["work_min"] + plan["pass_min"], 60 * plan["hours"])
+
+    def test_what_the_law_leaves_decides_what_the_test_shows(self):
+        exact, nothing = self.plan(4, "--rest", "0.2"), self.plan(4, "--rest", "100000")
+        self.assertAlmostEqual(self.growth_of(nothing), self.growth_of(nothing, "before"), delta=0.01 * self.growth_of(nothing))
+        self.assertLess(self.growth_of(exact), 0.01 * self.growth_of(exact, "before"))
+        finer = self.plan(4, "--rest", "0.1")  # without what was expected before, sigma is as large as the rest
+        self.assertAlmostEqual(self.growth_of(finer) / self.growth_of(exact), 0.5, delta=0.02)
+
+    def test_an_open_door_is_used_where_it_helps(self):
+        shut, open_ = self.plan(8), self.plan(8, "--door")
+        self.assertTrue(any(cycle["door"] for cycle in open_["cycles"]))
+        self.assertLess(self.growth_of(open_), self.growth_of(shut))
+
+    def test_the_plan_of_the_configuration_is_that_of_the_command(self):
+        code, out, error = growth("plan", "--hours", "4", "--ngc")
+        self.assertEqual((code, error), (0, ""))
+        with open(os.path.join(ROOT, "configs/growth/growth_plan.ngc"), encoding="ascii") as file:
+            self.assertEqual(file.read(), out)
+        for cycle, found in zip(self.plan(4)["cycles"], re.findall(r"speed> = (\d+)", out)[1:]):
+            self.assertEqual(float(found), cycle["rpm"])
+
+    def test_a_time_that_is_too_short_is_refused(self):
+        code, out, error = growth("plan", "--hours", "0.5")
+        self.assertEqual((code, out), (1, ""))
+        self.assertIn("a law needs three", error)
+
+
 if __name__ == "__main__":
     unittest.main()

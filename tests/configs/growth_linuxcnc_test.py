@@ -177,7 +177,11 @@ class Single(unittest.TestCase):
     def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
-        program(machine, "sphere.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n#<_growth_first> = 9\n" + SHORT)
+        program(machine, "sphere.ngc", "[1] [0] [0] [0]", "#<_growth_cooling> = 1\n#<_growth_by_plan> = 1\n#<_growth_first> = 9\n" + SHORT)
+        plan = os.path.join(machine, "growth_plan.ngc")
+        change(plan, "#<_growth_planned> = 5", "#<_growth_planned> = 2")
+        change(plan, "#<_growth_minutes> = 30", "#<_growth_minutes> = 0.1")
+        change(plan, "EQ 2]\n  #<_growth_speed> = 8000", "EQ 2]\n  #<_growth_speed> = 2000")
         status, output = run(folder, machine, shortened(machine, "growth.ini"), "sphere.ngc")
         self.assertEqual(status, 0, output)
         self.assertIn("Growth test: ", output)  # that it has reached its end
@@ -188,7 +192,11 @@ class Single(unittest.TestCase):
             self.assertTrue(all(abs(value) < 50 * um for value in point["deviation_mm"]), point)  # none is null
         self.assertLessEqual(results.get("rigid_part", {"rank": 0})["rank"], 3)
         self.assertEqual({line[8] for line in records(machine, "touch")}, {"1"})  # temperature control
-        self.assertGreater(max(float(line[3]) for line in records(machine, "speed")), 1000)
+        ends = [float(line[2]) for line in records(machine, "event") if line[9] == "cycle-end"]
+        self.assertEqual(len(ends), 2)  # both cycles of the plan, though the time was over after the first
+        speeds = [(float(line[2]), float(line[3])) for line in records(machine, "speed")]
+        self.assertGreater(max(speed for time, speed in speeds if time <= ends[0] + 5), 2100)
+        self.assertTrue(500 < max(speed for time, speed in speeds if time > ends[0] + 5) < 2001, speeds)
 
 
 class Identified(unittest.TestCase):

@@ -115,7 +115,7 @@ class Plans(unittest.TestCase):
                 lines = [line.split(",") for line in file]
         events = [line[9] for line in lines if line[0] == "event"]
         self.assertEqual(events.count("cycle-end"), 7)  # the cold machine is stable long before
-        self.assertEqual(events.count("pass-end"), 8)
+        self.assertEqual(events.count("pass-begin"), 8)
         speeds = [round(float(line[3]), -2) for line in lines if line[0] == "speed"]
         self.assertTrue({8000, 4000, 0}.issubset(speeds))
 

@@ -40,6 +40,7 @@ COPY = Run("empty")
 EXPORT = Run(then="command -v plumb && /usr/bin/python3 -c 'import plumb'")
 MILL_PAGE = Tested("tests/configs/mill_config_test.py", "test_commissioning_is_as_on_the_page")
 REPORT = Tested("tests/commissioning/plumb_growth_test.py", 'growth("report", self.log')
+PLAN = Tested("tests/commissioning/plumb_growth_test.py", 'growth("plan", "--hours"')
 IDENTIFY = Tested("tests/commissioning/plumb_growth_test.py", 'growth("identify", self.log')
 LEANS = Tested("tests/configs/portal_linuxcnc_test.py", 'r"^    plumb (squareness .*)$"')
 OWN_HAL = Tested("tests/scripts/readme_test.py", "build/bin/(plumb bench limit.hal")
@@ -167,6 +168,9 @@ COMMANDS = {
         "plumb run --speed 10 -- linuxcnc growth.ini": LONG,
         "plumb growth report logs/growth-*.csv": REPORT,
         "plumb growth identify ...": IDENTIFY,
+        "plumb growth plan --hours 4": PLAN,
+        "plumb growth plan --hours 4 --ngc > growth_plan.ngc": PLAN,
+        "linuxcnc axis.ini": LONG,
         "mv logs first": Run(before="mkdir logs"),
         "plumb run --speed 10 -- linuxcnc identified.ini": LONG,
     },

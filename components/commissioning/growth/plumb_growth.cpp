@@ -22,6 +22,7 @@
 
 #include "components/commissioning/growth/growth_fit.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
+#include "components/commissioning/growth/growth_plan.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
 #include "components/commissioning/picture_file.hpp"
 #include "hal/command_line.hpp"
@@ -40,7 +41,7 @@ hal::CommandPage growth_manual() {
         "plumb-growth",
         "report LOG... [--output DIR] | identify LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time "
         "COLUMN] "
-        "[--columns A,B]",
+        "[--columns A,B] | plan --hours H [--door] [--ngc]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
 log of a test that still runs, or that was interrupted, is as good: only a fail can be stated then.)"},
@@ -77,6 +78,15 @@ compare.
 
 The comments state the drift, what the law leaves of it, and what it leaves of duties that were left out in turn. The last
 number is the one to trust. An axis that the law does not help is not compensated.)"},
+         {"PLAN",
+          R"(plumb growth plan --hours 4 offers the course of a growth test that separates the terms of the law of axis_growth:
+speeds and rests, cycle by cycle. It states the standard uncertainty of each term before and after the test, and after a test that is
+an hour longer. Growth on another day is the part of the error that comes from these terms, over four hours of drawn speeds.
+
+--work and --pass are the minutes of a cycle, --fastest the highest speed in rpm. --door: somebody opens the shop door where the plan
+says so; this separates the term of all sensors together. The figures are of a usual machine, and of a law that leaves --rest um
+of a pass. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for
+the G-code of the test, --json JSON.)"},
          {"FIT",
           R"(plumb growth fit SERIES.csv predicts the steady state of each column, if its duty goes on. The first line names
 the columns; --time names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments.
@@ -94,6 +104,8 @@ command line.)"},
   plumb growth report before.csv after.csv --output repair
 
   plumb growth identify growth-20261122-080000.csv > axis_growth_settings.hal
+
+  plumb growth plan --hours 8 --door
 
   plumb growth fit gauge.csv --time minutes --time-unit 60)"},
          {"LIMITS",
@@ -176,6 +188,19 @@ static int carry_out(int argc, char** argv) {
         ->check(CLI::Range(0.1, 4.0))
         ->type_name("P");
     identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
+    GrowthPlanOptions wanted;
+    bool as_program = false;
+    CLI::App* const planning = app.add_subcommand("plan", "Offers a test that separates the terms of the law.");
+    const auto positive = [&](const char* name, double& value, const char* doc, const char* type) {
+        return planning->add_option(name, value, doc)->check(CLI::Range(0.1, 1e6))->type_name(type);
+    };
+    positive("--hours", wanted.hours, "Length of the test.", "H")->required()->check(CLI::Range(0.1, 48.0));
+    positive("--work", wanted.work, "Work in a cycle; 30 min by default, less in a short test.", "MIN");
+    positive("--pass", wanted.pass, "Length of a pass; 10 min by default.", "MIN");
+    positive("--fastest", wanted.fastest, "Highest speed; 8000 rpm by default.", "RPM");
+    positive("--rest", wanted.rest, "Error that the law leaves of a pass; 2 um by default.", "UM");
+    planning->add_flag("--door", wanted.door, "The shop door may be opened.");
+    planning->add_flag("--ngc", as_program, "Print the subroutine growth_plan.");
     GrowthFitOptions fit;
     bool json = false;
     CLI::App* const fitting =
@@ -193,10 +218,15 @@ static int carry_out(int argc, char** argv) {
     fitting->add_option("--uncertainty", fit.uncertainty, "Standard uncertainty of a value.")
         ->check(CLI::NonNegativeNumber)
         ->type_name("U");
-    for (CLI::App* const each : {identifying, fitting}) each->add_flag("--json", json, "Print JSON.");
+    for (CLI::App* const each : {identifying, planning, fitting}) each->add_flag("--json", json, "Print JSON.");
     return plumb::hal::carry_out(app, argc, argv, [&] {
         if (*fitting) {
             std::cout << growth_fit(fit, json);
+            return 0;
+        }
+        if (*planning) {
+            const GrowthPlan plan = growth_plan(wanted);
+            std::cout << (json ? plan.json() : as_program ? plan.program() : plan.text());
             return 0;
         }
         if (*identifying) {

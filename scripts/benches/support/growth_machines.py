@@ -7,7 +7,7 @@ import tempfile
 
 import numpy as np
 
-from support.growth_tests import PLAN, add_axis_growth, law_of, run_test
+from support.growth_tests import FASTEST, PLAN, add_axis_growth, law_of, plan_of, run_test
 from support.recordings import read_columns
 
 PERIOD = 1  # s
@@ -31,11 +31,12 @@ def draw_duty(seed, duration):
     return speeds
 
 
-def simulate(structure, seed, duration, progress):
-    """By axis: rms without and with the law, share within two sigma, whether it was announced; None if the test gave no law."""
+def simulate(structure, seed, duration, hours, progress):
+    """By axis: what is left without and with the law, the share within two sigma, whether it was announced, and the terms."""
     settings = STRUCTURES[structure]
+    plan = [cycle["rpm"] / FASTEST for cycle in plan_of(hours)["cycles"]] if hours else PLAN
     with tempfile.TemporaryDirectory() as folder:
-        law = law_of(run_test(folder, seed, settings, plan=PLAN))
+        law = law_of(run_test(folder, seed, settings, plan=plan))
         column = work(folder, seed, settings, law, duration, progress)
     doubt = column["axis-growth.doubt"] > 0.5
     found = []
@@ -51,6 +52,7 @@ def simulate(structure, seed, duration, progress):
                 "covered": float(np.mean(np.abs(left) <= 2 * sigma)),
                 "announced": bool(harmed.any() and np.mean(doubt[harmed]) >= 0.5),
                 "doubt": float(np.mean(doubt)),
+                "terms": {term["name"]: 1e3 * term["uncertainty_mm"] for term in law["axes"][axis.upper()]["terms"]},
             }
         )
     return found
@@ -90,6 +92,21 @@ def work(folder, seed, settings, law, duration, progress):
 
 def rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def expectations(outcomes, hours):
+    """The uncertainties of the terms in Z that the plan expects, beside those that the tests gave."""
+    names = {"spindle against structure": "spindle", "all sensors together": "all sensors together", "spindle speed": "speed"}
+    lines = ["%-28s%10s%26s%18s" % ("in Z", "expected", "test: median, p10, p90", "machines with it")]
+    machines = [machine[2] for found in outcomes.values() for machine in found]
+    for term in plan_of(hours)["terms"]:
+        if term["name"] in names:
+            given = [its["terms"][names[term["name"]]] for its in machines if names[term["name"]] in its["terms"]]
+        else:
+            given = [rms(its["left"]) for its in machines]
+        quantiles = "%10.2f%8.2f%8.2f" % tuple(np.percentile(given, (50, 10, 90))) if given else ""
+        lines.append("%-28s%10.2f%26s%18d  %s" % (term["name"], term["after"], quantiles, len(given), term["unit"]))
+    return lines + ["", "growth on another day: of the tests it is the rms that was left, which contains what the law cannot follow"]
 
 
 def figures(outcomes):

@@ -123,6 +123,13 @@ def law_of(log, *options):
     return json.loads(done.stdout)
 
 
+def plan_of(hours):
+    """What plumb growth plan offers the simulated machine, whose passes over four bores are long."""
+    program = os.path.join(BUILD, "bin", "plumb-growth")
+    command = [program, "plan", "--hours", "%g" % hours, "--work", "25", "--pass", "25", "--fastest", "%d" % FASTEST, "--json"]
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
+
+
 def add_axis_growth(host, lines, instance="axis-growth", place=(0, -60, -140)):
     """axis_growth beside sim_artifact, with these setp lines, at a place in mm. Nothing applies its offsets."""
     for number in range(4):
