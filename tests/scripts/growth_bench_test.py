@@ -12,7 +12,7 @@ import growth
 from growth import GAUGE, KINDS
 from support import growth_curves
 from support.figures import largest, rms
-from support.growth_tests import run_test
+from support.growth_tests import PLAN, run_test
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
@@ -111,11 +111,11 @@ class Speeds(unittest.TestCase):
 class Plans(unittest.TestCase):
     def test_a_growth_test_works_at_the_speeds_of_its_plan_and_ends_with_it(self):
         with tempfile.TemporaryDirectory() as folder:
-            with open(run_test(folder, 1009, plan=(1, 0, 0, 0, 0.5, 0, 0)), encoding="ascii") as file:
+            with open(run_test(folder, 1009, plan=PLAN), encoding="ascii") as file:
                 lines = [line.split(",") for line in file]
         events = [line[9] for line in lines if line[0] == "event"]
-        self.assertEqual(events.count("cycle-end"), 7)  # the cold machine is stable long before
-        self.assertEqual(events.count("pass-begin"), 8)
+        self.assertEqual(events.count("cycle-end"), len(PLAN))  # this machine is stable two cycles before
+        self.assertEqual(events.count("pass-begin"), len(PLAN) + 1)
         speeds = [round(float(line[3]), -2) for line in lines if line[0] == "speed"]
         self.assertTrue({8000, 4000, 0}.issubset(speeds))
 
