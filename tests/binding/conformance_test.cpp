@@ -61,13 +61,15 @@ bool sentence(const std::string& text) {
 const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end",
                                     "hold", "stop",   "start",       "resume", "enter",   "store"};
 
-// Errors in the status of a function: each has a sentence, and a remedy unless all is well.
-Complaints about_status(const hal::Declarations& declared) {
+// Errors in the status of a function or stage: each has a sentence, and a remedy unless all is well. A stage is off if nobody
+// asks for an offset, which needs no remedy.
+Complaints about_status(const hal::Declarations& declared, hal::Role role) {
     Complaints result;
     for (const hal::StatusInfo& info : declared.statuses)
         for (const auto& [number, its] : info.statuses) {
             const std::string which = info.pin + " " + std::to_string(number) + ": ";
-            const bool remedy_needed = its.kind != hal::Kind::good;
+            const bool at_rest = role == hal::Role::stage && its.kind == hal::Kind::off;
+            const bool remedy_needed = its.kind != hal::Kind::good && !at_rest;
             if (*its.remedy ? !sentence(its.remedy) : remedy_needed)
                 result.push_back(which + "its remedy is no sentence: " + its.remedy);
             if (buttons.count(its.button) == 0)
@@ -109,9 +111,10 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
                offset.value + ": what limits its acceleration is not one sentence: " + offset.accelerated_by);
     demand(!declared.functions.empty(), "no function");
     demand(model.role != hal::Role::none, "no role");
-    demand(declared.statuses.size() == (model.role == hal::Role::compensation ? 1 : 0),
-           "a function declares one hal::Status, and no other component any");
-    for (const std::string& complaint : about_status(declared)) result.push_back(complaint);
+    const bool has_status = model.role == hal::Role::compensation || model.role == hal::Role::stage;
+    demand(declared.statuses.size() == (has_status ? 1 : 0),
+           "a function or stage declares one hal::Status, and no other component any");
+    for (const std::string& complaint : about_status(declared, model.role)) result.push_back(complaint);
     const hal::Page page(model.about.page);
     for (const char* heading : {"DESCRIPTION", "WIRING", "BEHAVIOUR"})
         demand(!page.section(heading).empty(), std::string("no ") + heading);
