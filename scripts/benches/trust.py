@@ -21,6 +21,7 @@ from support.command import written_line
 from support.figures import largest, rms
 from support.mill_machine import every_end_mill_is_a_gauge, start_mill
 from support.recordings import read_columns, write_rows
+from support import second_mill
 from support.simulations import duration_text, simulate_all
 
 TARGETS = "simulation_mill"
@@ -186,18 +187,19 @@ def find_cuts(column):
     return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
 
 
-def record(host, folder, seed, attacks, duration, progress, growth=None):
-    """attacks: pairs of an Attack and the time at which it begins."""
+def record(host, folder, seed, attacks, duration, progress, growth=None, second=False):
+    """attacks: pairs of an Attack and the time at which it begins; `second`: a mill of the other structure."""
     path = os.path.join(folder, "recording.csv")
     start_mill(host, seed)
-    if growth is not None:
+    of_plant = second_mill.prepare(host, seed, (growth or 40) / 1000, duration, folder) if second else []
+    if growth is not None and not second:
         host.set("mill.spindle-growth", growth / 1000)
     host.command("net learn-again growth.learning-failed => program.relearn")  # as an operator who reads the message
     for attack, _ in attacks:
         attack.prepare(host)
     host.record(path, COLUMNS, EVERY)
     done = 0
-    events = [(begin + after, change) for attack, begin in attacks for after, change in attack.events]
+    events = [*of_plant, *((begin + after, change) for attack, begin in attacks for after, change in attack.events)]
     for due, change in sorted(events, key=lambda event: event[0]):
         if due > done and due < duration:
             host.run(due - done)
@@ -214,15 +216,15 @@ def record(host, folder, seed, attacks, duration, progress, growth=None):
 NOTICES = (10, 11)  # doubt-code: what the panel shows, at a start, and no message
 
 
-def simulate_growth(seed, rate, growth, duration, progress):
-    return simulate(seed, rate, "none", duration, progress, growth)
+def simulate_growth(seed, rate, growth, second, duration, progress):
+    return simulate(seed, rate, "none", duration, progress, growth, second)
 
 
-def simulate(seed, rate, name, duration, progress, growth=None):
+def simulate(seed, rate, name, duration, progress, growth=None, second=False):
     import plumb
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
-        column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth)
+        column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth, second)
     cuts, _, times = find_cuts(column)
     doubt = (column["growth.doubt"] * ~np.isin(column["growth.doubt-code"], NOTICES) + column["growth.fault"]) > 0
     messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
@@ -333,6 +335,7 @@ def main():
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--rate", type=whole(100, 10000), action="append", metavar="HZ", help="of the servo thread; may be repeated (default: 500, 1000, 4000)")
     parser.add_argument("--growth", type=whole(1, 200), metavar="UM", help="growth of the spindle of each machine (default: drawn, 20 to 70)")
+    parser.add_argument("--plant", type=int, choices=(1, 2), default=1, help="2: a mill of another structure (default: 1)")
     parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 2h)")
     add_place(parser)
     add_output(parser, "trust")
@@ -355,7 +358,7 @@ def main():
             sys.exit(1 if lines else 0)
         rates = options.rate or RATES
         seeds = range(options.seed, options.seed + options.seeds)
-        tasks = [(seed, rate, options.growth, options.duration) for rate in rates for seed in seeds]
+        tasks = [(seed, rate, options.growth, options.plant == 2, options.duration) for rate in rates for seed in seeds]
         outcomes = simulate_all(simulate_growth, tasks, len(tasks) * options.duration, place_of(options))
         rows = [machine_row(cuts, messages, sigma) for cuts, _, messages, sigma in outcomes]
         print(f"{duration_text(options.duration)} of milling on each machine\n")

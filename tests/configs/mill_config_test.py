@@ -124,7 +124,7 @@ class Shift(unittest.TestCase):
         for scene in self.scenes.values():
             np.testing.assert_allclose(scene["motion.analog-in-00"][3:], scene["axis.z.eoffset"][2:-1], atol=0.1 * um)
         names = ["learnt", "uncompensated", "compensated", "grown", "before_probing"]
-        shown = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force" in text][: len(names)]
+        shown = [float(re.search("force (.*) mm", text)[1]) for text in self.messages if "force 0" in text][: len(names)]
         for name, offset in zip(names, shown):
             self.assertAlmostEqual(offset, self.scenes[name]["axis.z.eoffset"][-1], delta=0.1 * um)
         self.assertEqual(len(shown), len(names))
@@ -172,6 +172,22 @@ class Shift(unittest.TestCase):
                 self.assertEqual((accepted, contacts, code), (10, 10, 0))
                 self.assertAlmostEqual(growth, 2 * GROWTH, delta=0.01 * um)
                 self.assertAlmostEqual(offset, growth, delta=TOLERANCE)
+
+    def test_a_probed_table_and_another_depth_are_no_growth_and_shifts_are_asked_about(self):
+        seen = self.facts["origins"]
+        growth = seen["higher table, probed"]["growth-estimate"]
+        for name, its in seen.items():
+            with self.subTest(name):
+                self.assertAlmostEqual(its["growth-estimate"], growth, delta=4 * um, msg=str(its))
+        for name in ("higher table, probed", "higher blanks, answered", "another depth, answered"):
+            its = seen[name]
+            self.assertEqual((its["doubt-code"], its["shift-size"], its["origin-change"], its["accepted"], its["messages"]), (0, 0, 0, 5, []), name)
+        self.assertAlmostEqual(seen["higher blanks"]["shift-size"], 30 * um, delta=4 * um)
+        self.assertAlmostEqual(seen["longer tool"]["shift-size"], 30 * um, delta=4 * um)
+        self.assertAlmostEqual(seen["another depth"]["origin-change"], -8 * um, delta=0.01 * um)
+        sentences = plumb_contacts.plumb.declarations("thermal_displacement")["codes"]["doubt-code"]
+        for name, code in (("higher blanks", 6), ("longer tool", 4), ("another depth", 13)):
+            self.assertEqual(seen[name]["messages"], ["Growth of Z: " + sentences[code]], name)
 
     def report(self, recording, *options):
         """Exit status, output and the table of contacts of the report on a recording."""

@@ -59,6 +59,9 @@ class Day(Scenario):
         self.machine.wait(1)
         self.facts["tools"].append(self.host.get("linuxcnc-link.tool-set-id"))
         self.machine.mdi("G10 L1 P1 Z12.5")
+        self.machine.wait(1)
+        self.facts["tools"].append(self.host.get("linuxcnc-link.tool-set-id"))
+        self.machine.mdi("G10 L1 P1 X0.5")
         self.until(lambda: self.host.get("linuxcnc-link.tool-set-id") != known, "the other tool set")
 
     def message(self, *pins):

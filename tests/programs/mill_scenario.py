@@ -44,6 +44,7 @@ class Shift(Scenario):
         self.abort()
         self.probe()
         self.compare_times()
+        self.change_origins()
 
     def abort(self):
         """In the second plunge; the request to learn, which came meanwhile, is gone as well."""
@@ -94,6 +95,46 @@ class Shift(Scenario):
         import by_time
 
         self.facts["by time"] = {way: by_time.make_parts(self.machine, way) for way in ("time from a height", "time from a mark")}
+
+    def change_origins(self):
+        """Work, tools and zeros that change, on a machine that grows as a spindle does: by far less at once."""
+        machine, host = self.machine, self.machine.host
+        machine.mdi("M68 E1 Q0")  # cold
+        machine.run("learn.ngc")  # no offset is wanted any more
+        self.probe_work_at(0)
+        host.set("growth.max-growth-rate", 0.0002)
+        for _ in range(3):
+            machine.run("part.ngc")
+        self.probe_work_at(0.03)
+        self.parts_after("higher table, probed", 1)
+        host.set("work.in1", -250 + 0.06)
+        self.parts_after("higher blanks", 2)
+        machine.mdi("o<growth_answer> call [2]")
+        self.parts_after("higher blanks, answered", 1)
+        host.set("mux-gen.00.in-float-02", 62.53)
+        self.parts_after("longer tool", 2)
+        machine.mdi("o<growth_answer> call [2]")
+        machine.mdi("G10 L2 P1 Z[#5223 - 0.008]")
+        self.parts_after("another depth", 1)
+        machine.mdi("o<growth_answer> call [5]")
+        self.parts_after("another depth, answered", 1)
+
+    def probe_work_at(self, height):
+        self.machine.host.set("work.in1", -250 + height)
+        self.machine.run("setup.ngc")
+
+    def parts_after(self, name, count):
+        """Makes parts, and notes the growth that they show and the messages that come with them."""
+        machine, host = self.machine, self.machine.host
+        before, accepted = len(machine.messages), host.get("growth.contacts-accepted")
+        for _ in range(count):
+            machine.run("part.ngc")
+            machine.wait(0.2)
+        machine.poll()
+        its = {pin: host.get("growth." + pin) for pin in ("doubt-code", "growth-estimate", "shift-size", "origin-change")}
+        its["accepted"] = host.get("growth.contacts-accepted") - accepted
+        its["messages"] = [text for text in machine.messages[before:] if text.startswith("Growth of Z")]
+        self.facts.setdefault("origins", {})[name] = its
 
     def refused(self, work):
         """The message of LinuxCNC, which aborts."""

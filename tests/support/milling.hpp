@@ -49,6 +49,12 @@ struct Milling {
     double noise = 0;        // %, standard deviation
     double change_time = 0;  // s that a tool change takes longer than usual
 
+    // In mm, since the program was written: its zero, and the tool lengths that it uses; and where the work is
+    // and how long the tools are.
+    double zero = 0, table = 0;
+    std::map<std::int32_t, double> lengths{}, tips{};
+    OriginReason reason = OriginReason::none;  // of a change, while it is given
+
     // One cycle, and a while of rest after it.
     void cycle(const Control& control) {
         control_ = &control;
@@ -75,38 +81,39 @@ struct Milling {
     bool cutting = false;
 
 private:
-    static constexpr double home = 10;  // mm
+    static constexpr double home = 10, work_offset = -250, tool_length = 62.5;  // mm
     static constexpr std::int32_t none = 0, rapid = 1, feeding = 2;
 
     // False when it was aborted.
     bool plunge(const Cut& cut, const Upset& upset) {
         now_.operation = cut.operation;
-        now_.start_height = unit * (cut.top + 2);
-        top_ = upset.air ? -1e9 : cut.top + upset.height;
-        travel(cut.top + 6, 50, rapid);
+        const double top = cut.top + zero + lengths[cut.tool];  // as the program has it
+        now_.start_height = unit * (top + 2);
+        top_ = upset.air ? -1e9 : cut.top + table + tips[cut.tool] + upset.height;
+        travel(top + 6, 50, rapid);
         if (cut.speed != now_.speed || cut.tool != now_.tool) {
             now_.tool = cut.tool;
             now_.speed = cut.speed;
             rest(3 + change_time);
         }
-        travel(cut.top + 3, 50, rapid);
+        travel(top + 3, 50, rapid);
         now_.feed_override = upset.feed_override;
         const double speed = feed * upset.feed_override;
         if (upset.hold > 0) {
-            travel(cut.top + upset.hold_height, speed, feeding);
+            travel(top + upset.hold_height, speed, feeding);
             holding_ = true;
             rest(upset.hold);
             holding_ = false;
         }
         if (upset.speed_change) {
-            travel(cut.top + 0.5, speed, feeding);
+            travel(top + 0.5, speed, feeding);
             now_.speed += 100;
         }
-        travel(cut.top - 0.3, speed, feeding);
+        travel(top - 0.3, speed, feeding);
         if (!upset.abort) {
-            travel(cut.top - 1, speed, feeding);
+            travel(top - 1, speed, feeding);
             rest(0.3);
-            travel(cut.top + 6, 50, rapid);
+            travel(top + 6, 50, rapid);
         }
         now_.feed_override = 1;
         return !upset.abort;
@@ -147,6 +154,9 @@ private:
         now_.motion = motion;
         now_.velocity = unit * velocity;
         now_.z = unit * z;
+        now_.work_offset = unit * (work_offset + zero);
+        now_.tool_length = unit * (tool_length + lengths[now_.tool]);
+        now_.origin_reason = reason;
         now_.applied_offset = unit * offset;
         offset = (*control_)(now_) / unit;
     }

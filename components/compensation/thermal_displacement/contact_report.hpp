@@ -29,6 +29,7 @@ struct ContactReport : hal::Group {
         learning = measured.cycle().learning();
         learning_failed = measured.tally().learning_fault();
         cycles_learnt = measured.cycle().learnt();
+        learnt = measured.tally().learnt();
         const Refusal refusal = measured.refusal().reason();
         reference_refused = refusal != Refusal::none;
         refusal_code = refusal;
@@ -64,6 +65,8 @@ struct ContactReport : hal::Group {
         "Nothing was learnt from the last learning cycle; learning-failed-code gives the reason."};
     hal::Out<std::int32_t> cycles_learnt{this, "cycles-learnt",
                                          "Cycles learnt from for the reference that is being made."};
+    hal::Out<bool> learnt{this, "learnt",
+                          "The last cycle has given a reference; reference-sigma shows how good it is."};
     hal::Out<bool> reference_valid{this, "reference-valid",
                                    "There is a reference for this program and these tools."};
     hal::Out<bool> reference_refused{

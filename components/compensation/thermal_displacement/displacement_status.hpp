@@ -22,7 +22,8 @@ enum class DisplacementStatus : std::int32_t {
     dry_run,
     no_contact,
     bounded,
-    asks
+    asks,
+    asks_origin
 };
 
 constexpr hal::Said said(DisplacementStatus status) {
@@ -58,6 +59,11 @@ constexpr hal::Said said(DisplacementStatus status) {
             return {Kind::warn, "Contacts moved at once: the offset leaves that out, and waits for your answer.",
                     "Set shift-is-not-growth if work, zero, tool or drive have changed, else shift-is-growth.",
                     "", "doubt-code"};
+        case S::asks_origin:
+            return {Kind::warn, "The work offset or a tool length has changed without a reason.",
+                    "Set change-is-zero after a new zero, change-is-growth if you corrected growth, else "
+                    "change-is-depth.",
+                    "", "doubt-code"};
         case S::dry_run:
             return {Kind::off, "Dry run: the growth is measured, and Z is not moved.",
                     "End the dry run when the growth is plausible.", "dry-run"};
@@ -75,7 +81,7 @@ struct DisplacementSeen {
     bool fault = false, enabled = false, load_valid = true;
     bool learning = false, will_learn = false, learning_failed = false;
     bool refused = false, has_reference = false, has_rows = false;  // has_reference: for this program
-    bool cycle_running = false, dry_run = false, doubted = false, asks = false;
+    bool cycle_running = false, dry_run = false, doubted = false, asks = false, asks_origin = false;
     bool known = false, bounded = false;
     DisplacementStatus interlock{};
 };
@@ -106,6 +112,7 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {!its.has_reference && !its.cycle_running, S::kept},
                           {!its.has_reference, S::other_program},
                           {its.interlock != S{}, its.interlock},
+                          {its.asks_origin, S::asks_origin},
                           {its.asks, S::asks},
                           {its.doubted, S::doubted},
                           {its.dry_run, S::dry_run},

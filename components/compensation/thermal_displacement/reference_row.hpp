@@ -24,6 +24,10 @@ struct ReferenceRow final : hal::RecordRow<ContactReference> {
                                 "Override at the contact."};
     Field<double> applied_offset{this, record.contact.applied_offset, "applied-offset", "mu",
                                  "Offset at the contact."};
+    Field<double> work_offset{this, record.contact.work_offset, "work-offset", "mu",
+                              "Work offset at the contact, or the last one that has a reason."};
+    Field<double> tool_length{this, record.contact.tool_length, "tool-length", "mu",
+                              "Tool length at the contact, or the last one that has a reason."};
     Field<double> sigma{this, record.contact.sigma, "sigma", "mu",
                         "Standard deviation of the contact by noise."};
     Field<double> time_constant{this, record.contact.time_constant, "time-constant", "s",

@@ -3,19 +3,20 @@
 #include "components/compensation/thermal_displacement/contact_settings.hpp"
 #include "components/compensation/thermal_displacement/displacement_status.hpp"
 #include "components/compensation/thermal_displacement/growth_settings.hpp"
+#include "components/compensation/thermal_displacement/machine_signals.hpp"
+#include "components/compensation/thermal_displacement/offset_settings.hpp"
+#include "components/compensation/thermal_displacement/operator_questions.hpp"
 #include "components/compensation/thermal_displacement/reference_conditions.hpp"
 #include "components/compensation/thermal_displacement/reference_row.hpp"
-#include "components/compensation/thermal_displacement/shift_question.hpp"
 #include "components/compensation/thermal_displacement/trust_report.hpp"
-#include "components/math/blocks/bounded.hpp"
+#include "components/compensation/thermal_displacement/work_summary.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/math/blocks/slew_limit.hpp"
 #include "components/math/contact/growth_by_contact.hpp"
+#include "components/math/contact/growth_offset.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
 #include "pages/thermal_displacement.page.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace plumb {
@@ -55,48 +56,11 @@ struct ThermalDisplacement final : hal::Component {
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", false, "Compare contacts and apply the offset."};
-    hal::In<bool> learn{this, "learn", false, "Learn from the next cycle."};
-    hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply."};
-    hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
-    hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};
-    hal::In<double> load{this, "load", 0, "%", "Load of the spindle or Z motor, of its rating."};
-    hal::In<bool> load_valid{this, "load-valid", true, "The sensor reports that load is valid."};
-    hal::In<double> spindle_speed_cmd{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
-    hal::In<double> z_position{this, "z-position", 0, "mu", "Z by its encoder, offset included."};
-    hal::In<double> z_velocity_cmd{this, "z-velocity-cmd", 0, "mu/s", "Speed of Z, negative to the work."};
-    hal::In<std::int32_t> motion_type{this, "motion-type", 2, "As in LinuxCNC: 1 rapid, 2 feed."};
-    hal::In<double> feed_override{this, "feed-override", 1, "1", "Feed override in force."};
-    hal::In<std::int32_t> tool_number{this, "tool-number", 0, "Tool in the spindle."};
-    hal::In<std::int32_t> operation{this, "operation", 0, "Key of the operation; 0 for none."};
-    hal::In<double> z_motor_offset{this, "z-motor-offset", 0, "mu",
-                                   "Offset of the motor that z-position contains, found by homing."};
-    hal::In<double> start_height{this, "start-height", 0, "mu",
-                                 "Height of the joint at which the clock of this operation starts."};
-    hal::In<bool> clock_start{this, "clock-start", false,
-                              "With clock-from-program: a rising edge starts the clock again."};
-    hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
-                                   "Offset that the stage adds to the Z origin."};
-
+    MachineSignals machine{this};
     ReferenceConditions conditions{this};
     ContactSettings contact_settings{this};
     GrowthSettings growth{this};
-    hal::In<bool> verify{
-        this, "verify", false,
-        "Displace the offset by verify-step in the next cycle, never for a part that counts."};
-    hal::In<double> verify_step{
-        this, "verify-step", 0, "mu",
-        "Displacement that shows which contacts are of the work, at most gate-cap; 0: none."};
-    static constexpr hal::Range lengths{0, 1000}, times{0, 1000}, rates{0, 1};
-    hal::In<bool> constant_in_part{
-        this, "constant-in-part", false,
-        "The offset changes only at the start of a cycle: an even part, whose error changes."};
-    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied.", lengths};
-    hal::In<double> time_tolerance{
-        this, "time-tolerance", 0, "s", "Smallest change that is applied by the time method, as a time.",
-        times};
-    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way.", lengths};
-    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset.", rates};
+    OffsetSettings offset_settings{this};
 
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
@@ -104,15 +68,16 @@ struct ThermalDisplacement final : hal::Component {
     hal::Status<DisplacementStatus> status{this};
     ContactReport report{this};
     TrustReport trust{this};
-    ShiftQuestion shift{this};
+    OperatorQuestions questions{this};
+    WorkSummary summary{this};
     hal::Records records{this};
     ReferenceRow row{this};
 
     hal::Offset moves{
         this,
         hal::MovingPin(z_offset)
-            .bound(max_offset)
-            .rate(max_rate)
+            .bound(offset_settings.max_offset)
+            .rate(offset_settings.max_rate)
             .accelerated_by("The stage limits its acceleration; axis_offset(9) leaves that to LinuxCNC.")
             .limited(limited)};
 
@@ -125,8 +90,8 @@ struct ThermalDisplacement final : hal::Component {
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
         if (periods_++ % between_settings == 0) take_settings();
-        const bool at_zero = slew_.value() == 0 && std::abs(now.applied_offset) <= settings_.tolerance;
-        const bool dry = dry_run;
+        const bool at_zero = offset_.value() == 0 && std::abs(now.applied_offset) <= settings_.own.offset.tolerance;
+        const bool dry = offset_settings.dry_run;
         const bool applying = now.enable && !dry && !now.learn && measured_.applicable();
         const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying);
         now.step = step_;
@@ -136,15 +101,21 @@ struct ThermalDisplacement final : hal::Component {
             measured_.acknowledge();
             shown_event_ = true;
         }
-        shift.answer(measured_);
-        const double asked = ask(applying, event, starts || !constant_in_part);
-        const double offset = bounded(asked, settings_.max_offset);
+        questions.answer(measured_);
+        GrowthOffset::Wish wish;
+        wish.applying = applying;
+        wish.known = measured_.known();
+        wish.accepted = event == GrowthByContact::Event::accepted;
+        wish.may_change = starts || !offset_settings.constant_in_part;
         const bool frozen = applying && (now.load_lost ? !load_gone_ : lost != Lost::nothing);
-        const bool may_move = now.cycle_running || !applying;  // not while an operator may touch the machine
-        if (may_move && !measured_.in_work() && !frozen) slew_.step(offset, settings_.max_rate, dt);
+        const bool untouched = now.cycle_running || !applying;  // else an operator may be at the machine
+        wish.may_move = untouched && !measured_.in_work() && !frozen;
+        wish.growth = measured_.authority().offset();
+        wish.step = step_;
+        offset_.step(wish, settings_.own.at(settings_.contact.method, measured_.contact().feed), dt);
 
-        z_offset = slew_.value();
-        limited = offset != asked;
+        z_offset = offset_.value();
+        limited = offset_.limited();
         const Fault its_fault = hal::first<Fault>({{lost == Lost::load, Fault::load},
                                                    {lost == Lost::position, Fault::position},
                                                    {lost == Lost::speed, Fault::spindle_speed},
@@ -155,8 +126,10 @@ struct ThermalDisplacement final : hal::Component {
         fault = its_fault;
         if (measured_.due() || shown_event_) show(event, applying, now.setup);
         shown_event_ = event != GrowthByContact::Event::none;
+        const bool doubted = applying && measured_.known() && measured_.authority().doubt() != Doubt::none;
+        summary.step(applying && now.cycle_running, offset_.value(), trust.sigma(), doubted, dt);
         walk();
-        show_status(now, its_fault != Fault::none, dry, applying, offset != asked);
+        show_status(now, its_fault != Fault::none, dry, applying);
     }
 
 private:
@@ -165,15 +138,11 @@ private:
 
     struct Settings {
         GrowthByContact::Settings contact;
-        double tolerance = 0;       // mu
-        double verify_step = 0;     // mu
-        double time_tolerance = 0;  // s
-        double max_offset = 0;      // mu
-        double max_rate = 0;        // mu/s
+        OffsetSettings::Values own;
         bool in_range = false;
 
         bool valid() const noexcept {
-            return in_range && contact.valid() && std::abs(verify_step) <= contact.growth.gate.cap;
+            return in_range && contact.valid() && std::abs(own.verify_step) <= contact.growth.gate.cap;
         }
     };
 
@@ -186,9 +155,9 @@ private:
     void show(GrowthByContact::Event event, bool applying, const MachiningSetup& setup) noexcept {
         const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
         growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
-        trust.show(measured_, grown, slew_.value(), applying);
+        trust.show(measured_, settings_.contact, grown, offset_.value(), applying);
         report.show(measured_, event, setup, settings_.contact);
-        shift.show(measured_, settings_.contact.growth, applying);
+        questions.show(measured_, settings_.contact.growth, applying);
     }
 
     Settings settings() noexcept {
@@ -196,42 +165,22 @@ private:
         hal::SettingsReader setting;
         s.contact = contact_settings.read();
         growth.read(s.contact.growth);
-        s.tolerance = setting(tolerance);
-        s.verify_step = verify_step;
-        s.time_tolerance = setting(time_tolerance);
-        s.max_offset = setting(max_offset);
-        s.max_rate = setting(max_rate);
+        s.own = offset_settings.read(setting);
         s.in_range = setting.good();
         return s;
     }
 
     Sample sample() noexcept {
-        Sample s;
-        s.enable = enable;
-        s.learn = learn;
-        s.cycle_running = cycle_running;
-        s.cycle_complete = cycle_complete;
+        Sample s = machine.read();
         s.setup = conditions.setup();
-        s.motion = motion_type;
-        s.tool = tool_number;
-        s.operation = operation;
-        s.load = load;
-        s.load_valid = load_valid;
-        s.speed = spindle_speed_cmd;
-        s.z = z_position;
-        s.velocity = z_velocity_cmd;
-        s.feed_override = feed_override;
-        s.motor_offset = z_motor_offset;
-        s.start_height = start_height;
-        s.clock_start = clock_start;
-        s.applied_offset = applied_offset;
         s.temperature = conditions.temperature;
         s.date = conditions.date;
         s.temperature_valid = growth.temperature_usable();
+        s.origin_reason = questions.reason();
         return s;
     }
 
-    void show_status(const Sample& now, bool has_fault, bool dry, bool applying, bool bounded) noexcept {
+    void show_status(const Sample& now, bool has_fault, bool dry, bool applying) noexcept {
         DisplacementSeen seen;
         seen.fault = has_fault;
         seen.enabled = now.enable;
@@ -245,9 +194,10 @@ private:
         seen.cycle_running = now.cycle_running;
         seen.dry_run = dry;
         seen.doubted = measured_.known() && applying && measured_.authority().doubt() != Doubt::none;
+        seen.asks_origin = applying && measured_.origin_change() != 0;
         seen.asks = applying && measured_.from_contacts().shift(settings_.contact.growth) != Shift::none;
         seen.known = measured_.known();
-        seen.bounded = bounded;
+        seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();
         status = status_of(seen);
     }
@@ -257,27 +207,10 @@ private:
         const bool starts = cycle_.rises(running);
         if (starts) {
             load_gone_ = load_lost;
-            step_ = verify && applying ? settings_.verify_step : 0;
+            step_ = offset_settings.verify && applying ? settings_.own.verify_step : 0;
         }
         if (!load_lost) load_gone_ = false;
         return starts;
-    }
-
-    // The offset that is asked for, mu.
-    double ask(bool applying, GrowthByContact::Event event, bool may_change) noexcept {
-        const double estimate = measured_.authority().offset();
-        following_ =
-            applying && measured_.known() && (following_ || event == GrowthByContact::Event::accepted);
-        if (following_ && may_change && differs(estimate)) target_ = estimate;
-        if (!applying) target_ = 0;
-        return applying ? target_ + step_ : 0;
-    }
-
-    // The growth differs from the applied offset by more than the tolerances.
-    bool differs(double estimate) const noexcept {
-        const bool timed = settings_.contact.method == Method::time;
-        const double least = timed ? std::abs(measured_.contact().feed) * settings_.time_tolerance : 0;
-        return std::abs(estimate - target_) > std::max(settings_.tolerance, least);
     }
 
     void walk() noexcept {
@@ -292,9 +225,7 @@ private:
     Settings settings_;                                    // last good values
     bool bad_settings_ = false, shown_event_ = false;
     std::uint32_t periods_ = 0;
-    double target_ = 0;       // mu
-    bool following_ = false;  // the offset is applied, and a contact was accepted since
-    SlewLimit slew_;
+    GrowthOffset offset_;
     double step_ = 0;  // mu, in this cycle
     Edge cycle_;
     bool load_gone_ = false;  // it was lost before this cycle began, and still is

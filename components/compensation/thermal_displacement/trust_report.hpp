@@ -14,11 +14,15 @@ struct TrustReport : hal::Group {
     using Group::Group;
 
     // `offset`: in force; `applying`: it is to follow the growth.
-    void show(const GrowthByContact& measured, double estimate, double offset, bool applying) noexcept {
+    void show(const GrowthByContact& measured, const GrowthByContact::Settings& settings, double estimate,
+              double offset, bool applying) noexcept {
         const bool known = measured.known();
         authority = known ? measured.authority().part() : 0;
-        offset_sigma =
-            known ? std::hypot(measured.estimate_sigma(), estimate - offset, measured.learning_growth()) : 0;
+        sigma_ =
+            known ? std::hypot(std::hypot(measured.estimate_sigma(), measured.apart(settings)),
+                               estimate - offset, measured.learning_growth())
+                  : 0;
+        offset_sigma = sigma_;
         contact_age = known ? measured.authority().age() : 0;
         reference_sigma = measured.reference_sigma();
         const bool compares = applying && measured.cycle().references().size() > 0;
@@ -26,6 +30,8 @@ struct TrustReport : hal::Group {
                 : known   ? measured.authority().doubt()
                           : (compares ? Doubt::unknown : Doubt::none);
     }
+
+    double sigma() const noexcept { return sigma_; }  // of the offset, mu
 
     hal::Out<double> authority{this, "authority", "1", "Part of the growth that is applied, 0 to 1."};
     hal::Out<double> offset_sigma{this, "offset-sigma", "mu",
@@ -35,6 +41,9 @@ struct TrustReport : hal::Group {
     hal::Out<double> reference_sigma{this, "reference-sigma", "mu",
                                      "Standard deviation of the reference, by all its contacts together."};
     hal::Codes<Doubt> doubt{this, "doubt", "The growth may be wrong; doubt-code gives the reason."};
+
+private:
+    double sigma_ = 0;
 };
 
 }  // namespace plumb

@@ -24,7 +24,7 @@ import plumb  # noqa: E402
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
 LONGEST = 250  # characters; LinuxCNC cuts longer texts
-OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side", "panel-beat", "zero-set")
+OWN_PINS = ("program-id", "tool-set-id", "connected", "identify", "identified", "heartbeat", "compensation-side", "panel-beat", "zero-set", "work-offset")
 ZERO_TIME = 0.5  # s for which zero-set is true
 PANEL_PATIENCE = 3  # s for which a beat of the panel counts
 LOCALE = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "share", "locale")  # the texts of the panel, codes too
@@ -33,6 +33,11 @@ SIDES = {400: 0, 410: 1, 411: 1, 420: -1, 421: -1}  # by G-code, times ten
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
 STATUS = "status-code"  # of a function; a status with a detail has the message of that
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
+UNITS = {  # of values in a message, as texts; a value, and the micrometres of a machine unit
+    "count": lambda value, _: "%d" % value,
+    "um": lambda value, micrometres: "%.1f \u00b5m" % (value * micrometres),
+    "%": lambda value, _: "%.0f %%" % value,
+}
 COMMENT = re.compile(rb"\([^)]*\)|;.*")
 
 
@@ -138,8 +143,10 @@ def subroutine_folders(ini_file):
 
 
 def tool_set(status):
-    """Identity of the tool table; its first row, the tool in the spindle, is a copy."""
-    tools = sorted(tuple(tool)[:11] for tool in status.tool_table[1:] if tool.id > 0)  # id, nine offsets, diameter
+    """Identity of the tool table; its first row, the tool in the spindle, is a copy. Lengths along Z are left out: a new insert
+    that was measured is the same tool, and the offset of its length has a signal of its own."""
+    rows = (tuple(tool)[:11] for tool in status.tool_table[1:] if tool.id > 0)  # id, nine offsets, diameter
+    tools = sorted(row[:3] + row[4:] for row in rows)
     return identity(repr(tools).encode()) if tools else 0
 
 
@@ -198,7 +205,7 @@ class Message:
         if not isinstance(table, dict):
             fail("it is no table")
         for key in table:
-            if key not in ("pin", "text", "kind", "codes", "except", "on-panel", "translated"):
+            if key not in ("pin", "text", "kind", "codes", "values", "except", "on-panel", "translated"):
                 fail("unknown key '%s'" % key)
         for key in ("pin", "text"):
             if not isinstance(table.get(key), str) or not table[key]:
@@ -227,6 +234,12 @@ class Message:
             self.codes = None if codes is None else {int(code): text for code, text in codes.items()}
         except ValueError as error:
             fail("codes: %s" % error)
+        self.values = table.get("values", {})  # unit by name
+        if not isinstance(self.values, dict) or not all(unit in UNITS for unit in self.values.values()):
+            fail("values is no table of %s" % ", ".join(UNITS))
+        for name in self.values:
+            if not re.fullmatch(r"[a-z]{1,12}", name) or "{%s}" % name not in self.text:
+                fail("value '%s' is not of a-z, or not in the text as {%s}" % (name, name))
         for code, text in (self.codes or {}).items():
             if not isinstance(text, str):
                 fail("codes: %d has no text" % code)
@@ -249,8 +262,9 @@ class Message:
         if not isinstance(texts, dict) or not all(isinstance(text, str) and text for text in texts.values()):
             fail("translated is no table of texts by language")
         for text in texts.values():
-            if ("{code}" in text) != ("{code}" in self.text):
-                fail("{code} is in the text and in each translation, or in none")
+            for name in ("code", *self.values):
+                if ("{%s}" % name in text) != ("{%s}" % name in self.text):
+                    fail("{%s} is in the text and in each translation, or in none" % name)
             if len(text.encode()) > LONGEST:
                 fail("longer than %d characters: '%s'" % (LONGEST, text))
         language = next((each for each in languages if each in texts), None)
@@ -263,14 +277,23 @@ class Message:
 
     @property
     def pins(self):
+        return [*self._own_pins, *map(self._value_pin, self.values)]
+
+    @property
+    def _own_pins(self):
         return [self.pin] if self.codes is None else [self.pin, self.pin + "-code"]
 
+    def _value_pin(self, name):
+        return "%s-%s" % (self.pin, name)
+
     def make_pins(self, component):
-        for name, kind in zip(self.pins, (hal.HAL_BIT, hal.HAL_S32)):
+        for name, unit in self.values.items():
+            component.newpin(self._value_pin(name), hal.HAL_S32 if unit == "count" else hal.HAL_FLOAT, hal.HAL_IN)
+        for name, kind in zip(self._own_pins, (hal.HAL_BIT, hal.HAL_S32)):
             component.newpin(name, kind, hal.HAL_IN)
 
-    def new_text(self, component, panel_is_seen=False):
-        """The text to show now, if any. What the panel shows waits until it is not seen any more."""
+    def new_text(self, component, panel_is_seen=False, micrometres=1000.0):
+        """The text to show now, if any; `micrometres` are those of a machine unit. What the panel shows waits until it is not seen any more."""
         if self.on_panel and panel_is_seen and component[self.pin]:
             return None
         code = component[self.pin + "-code"] if self.codes is not None else 0
@@ -279,7 +302,12 @@ class Message:
             now = None
         news = now is not None and now != self.seen
         self.seen = now
-        return self._composed(now) if news else None
+        if not news:
+            return None
+        text = self._composed(now)
+        for name, unit in self.values.items():
+            text = text.replace("{%s}" % name, UNITS[unit](component[self._value_pin(name)], micrometres))
+        return text
 
     def _composed(self, code):
         if self.codes is None:
@@ -346,6 +374,7 @@ class Link:
         if not connected:
             return
         self._component["zero-set"] = self._zero.is_set(self._status, time.monotonic())
+        self._component["work-offset"] = self._status.g5x_offset[2] + self._status.g92_offset[2]
         is_named = False
         try:
             is_named = self._program.look(self._status)
@@ -358,7 +387,7 @@ class Link:
         self._component["identified"] = identify and (is_named or self._component["identified"])
         panel_is_seen = self._panel_is_seen()
         for message in self._messages:
-            text = message.new_text(self._component, panel_is_seen)
+            text = message.new_text(self._component, panel_is_seen, 1000 / self._status.linear_units)
             if text is not None:
                 try:
                     getattr(self._command, message.kind + "_msg")(text)
@@ -416,6 +445,7 @@ def main():
         component.newpin("compensation-side", hal.HAL_S32, hal.HAL_OUT)
         component["compensation-side"] = UNKNOWN_SIDE
         component.newpin("zero-set", hal.HAL_BIT, hal.HAL_OUT)
+        component.newpin("work-offset", hal.HAL_FLOAT, hal.HAL_OUT)
         component.newpin("panel-beat", hal.HAL_S32, hal.HAL_IN)
         for message in messages:
             message.make_pins(component)

@@ -104,7 +104,14 @@ public:
     void displace(std::int32_t i, double distance) noexcept {
         Contact& contact = lists_[in_force_][i].contact;
         contact.coordinate += distance;
-        contact.time = contact.time > 0 ? std::max(contact.time + distance / contact.feed, 1e-9) : 0;
+        contact.be_higher(distance);
+    }
+
+    // Calls change(ContactReference&) for each contact that is known, of the present cycle too.
+    template <class Change>
+    void each(const Change& change) noexcept {
+        for (ContactReferences& list : lists_)
+            for (std::int32_t i = 0; i < list.size(); ++i) change(list[i]);
     }
 
     // From a file. Refused while learning, or if the reference is implausible, one too many, double, or of

@@ -9,6 +9,7 @@
 #include "components/math/contact/contact_onset.hpp"
 #include "components/math/contact/descent.hpp"
 #include "components/math/contact/load_contact.hpp"
+#include "components/math/contact/program_origin.hpp"
 #include "components/math/contact/steady_feed.hpp"
 
 #include <algorithm>
@@ -57,6 +58,9 @@ public:
         bool clock_start = false;        // the mark of a program clock: its rising edge
         double applied_offset = 0;       // mu
         double step = 0;                 // mu, by which it is displaced on purpose
+        double work_offset = 0;          // mu, along Z
+        double tool_length = 0;          // mu, along Z, in force
+        OriginReason origin_reason = OriginReason::none;  // of a change of these two, while it is given
         double temperature = 20;         // degC, to remember; the last good one stays
         std::int32_t date = 0;           // YYYYMMDD, to remember
         bool temperature_valid = false;  // the growth may follow it
@@ -136,7 +140,8 @@ private:
     static Lost lost(const Sample& s) noexcept {
         const auto bad = [](double x) { return !(std::abs(x) <= 1e6); };
         if (bad(s.load)) return Lost::load;
-        if (bad(s.z) || bad(s.velocity) || bad(s.motor_offset)) return Lost::position;
+        if (bad(s.z) || bad(s.velocity) || bad(s.motor_offset) || bad(s.work_offset) || bad(s.tool_length))
+            return Lost::position;
         if (bad(s.speed)) return Lost::speed;
         if (bad(s.applied_offset)) return Lost::offset;
         return bad(s.feed_override) || bad(s.start_height) ? Lost::approach : Lost::nothing;
@@ -200,6 +205,8 @@ private:
         note_.contact.feed = s.velocity;
         note_.contact.feed_override = s.feed_override;
         note_.contact.applied_offset = s.applied_offset;
+        note_.contact.work_offset = s.work_offset;
+        note_.contact.tool_length = s.tool_length;
         steady_time_ = feed_.time() - ago;
         note_.setup = s.setup;
         note_.speed_history = speed_history_.value();

@@ -50,7 +50,8 @@ struct ContactReference {
         return key.occurrence >= 1 && plausible(c.coordinate) && plausible(c.time) && c.time >= 0 &&
                plausible(c.lost_time) && plausible(c.feed) && c.feed < 0 && plausible(c.feed_override) &&
                plausible(c.applied_offset) && plausible(c.sigma) && c.sigma >= 0 &&
-               plausible(c.time_constant) && c.time_constant > 0 && plausible(speed_history) &&
+               plausible(c.time_constant) && c.time_constant > 0 && plausible(c.work_offset) &&
+               plausible(c.tool_length) && plausible(speed_history) &&
                plausible(temperature) && date >= 0 && cycles >= 1 && plausible(scatter) && scatter >= 0;
     }
 };
@@ -58,6 +59,7 @@ struct ContactReference {
 // Takes the contact of one more cycle into a mean. `scatter` is the sample standard deviation of the
 // displacements by that method, `sigma` that of the mean by the noise of the load.
 inline void take_in(Method method, ContactReference& mean, const ContactReference& next) noexcept {
+    mean.contact.have_origin(next.contact.work_offset, next.contact.tool_length, true);
     const double before = mean.cycles++;
     const double part = 1 / (before + 1);
     const double away = growth(method, next.contact, mean.contact);  // from the mean before

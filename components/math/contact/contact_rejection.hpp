@@ -25,6 +25,7 @@ enum class Rejection : std::int32_t {
     unconfirmed,
     withdrawn,
     no_clock,
+    unlike_reference,
 };
 
 constexpr const char* sentence(Rejection rejection) {
@@ -48,6 +49,8 @@ constexpr const char* sentence(Rejection rejection) {
         case Rejection::no_clock:
             return "By time: no clock ran. The program must set start-height or clock-start before each "
                    "plunge.";
+        case Rejection::unlike_reference:
+            return "Coolant, a dip or a resonance of the load? It does not rise as at the reference.";
         default: return nullptr;
     }
 }
@@ -87,8 +90,17 @@ inline Rejection comparison(Method method, const Contact& b, const Contact& a,
     if (lacks_clock(method, a) || lacks_clock(method, b)) return Rejection::no_clock;
     if (method == Method::time && !(std::abs(b.lost_time - a.lost_time) <= limits.lost_time_tolerance))
         return Rejection::time_differs;
-    if (!(std::abs(b.coordinate - a.coordinate) <= limits.window)) return Rejection::outside_window;
+    const double moved = b.coordinate - a.coordinate;  // of the work, or of the program's zero with it
+    if (!(std::min(std::abs(moved), std::abs(moved - b.origin_since(a))) <= limits.window))
+        return Rejection::outside_window;
     return Rejection::none;
+}
+
+// The load of contact b rises in another way than at its reference a, by so much that it matters: that error is
+// none of noise, and does not go away by many contacts. The factor is that of LearningCheck.
+inline bool rises_unlike(const Contact& b, const Contact& a, double harmless) noexcept {
+    constexpr double most = 3;
+    return b.sigma > std::max(most * a.sigma, harmless);
 }
 
 // Standard deviation, in mu, by a feed that differs from the reference: a delay of the load that the fit does

@@ -38,13 +38,17 @@ public:
     // In the last cycles, at least three, contacts were compared and none accepted.
     bool lost_track() const noexcept { return barren_cycles_ >= 3; }
 
+    bool learnt() const noexcept { return learnt_; }  // the last cycle has given a reference
+
     void begin() noexcept {
+        learnt_ = false;
         rejected_before_ = counts_.rejected;
         accepted_before_ = counts_.accepted;
     }
 
     void end(const Cycle& its) noexcept {
         if (its.learning) learning_fault_ = its.fault;
+        learnt_ = its.new_reference;
         if (!its.compared) return;
         counts_.missed += its.missed;
         if (its.learning || !its.complete) return;
@@ -74,7 +78,7 @@ private:
     Counts counts_;
     Rejection rejection_ = Rejection::none;
     LearningFault learning_fault_ = LearningFault::none;
-    bool barren_ = false;
+    bool barren_ = false, learnt_ = false;
     std::int32_t barren_cycles_ = 0;
     std::int32_t accepted_before_ = 0;  // when this cycle began
     std::int32_t rejected_before_ = 0;  // then, or at the last accepted contact

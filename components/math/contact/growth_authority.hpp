@@ -7,8 +7,10 @@
 #include "components/math/contact/growth_estimator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace plumb {
 
@@ -27,6 +29,7 @@ enum class Doubt : std::int32_t {
     held_back,
     unknown,
     shift_of_only_tool,
+    origin,
 };
 
 constexpr const char* sentence(Doubt doubt) {
@@ -42,16 +45,18 @@ constexpr const char* sentence(Doubt doubt) {
         case Doubt::program_event:
             return "The load of an operation rises by the program, not by the work: it does not count.";
         case Doubt::shift:
-            return "All contacts moved at once: other work, zero, tool setting or drive? Growth cannot do "
-                   "that.";
+            return "All contacts moved at once: other work, zero, tool setting, filter or latency of the drive? "
+                   "Growth cannot do that.";
         case Doubt::shift_of_only_tool:
-            return "All contacts moved at once: other work, zero, tool, tool setting or drive? Growth cannot "
-                   "do that.";
+            return "All contacts moved at once: other work, zero, tool, tool setting, filter or latency of the "
+                   "drive? Growth cannot do that.";
         case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
         case Doubt::prediction:
             return "The growth since the last contact is uncertain: the offset holds that contact.";
         case Doubt::uncertain: return "The growth is less certain than work-tolerance.";
         case Doubt::held_back: return "The growth is so uncertain that only a part of it is applied.";
+        case Doubt::origin:
+            return "New zero, or another depth? The work offset or a tool length has changed without a reason.";
         case Doubt::unknown:
             return "The growth is unknown: no offset until the first contact. Pre-cut, probe, or accept.";
         default: return nullptr;
@@ -59,7 +64,8 @@ constexpr const char* sentence(Doubt doubt) {
 }
 
 // The growth that may be applied: that of the last contacts and, as far as it is certain, the change that the
-// model adds to it; times an Authority. In a cycle a loss of certainty holds it as it is.
+// model adds to it. Only a part of an uncertain growth is applied: see allowed(). In a cycle a loss of
+// certainty holds it as it is.
 class GrowthAuthority {
 public:
     struct Settings {
@@ -71,6 +77,8 @@ public:
     struct Evidence {
         double held = 0, predicted = 0;     // mu, at the last accepted contact and now
         double sigma = 0, since_sigma = 0;  // mu, of `predicted`, and of its change since that contact
+        std::array<GrowthEstimator::Possible, GrowthEstimator::most> possible{};  // growths now
+        double apart = 0;                   // mu, standard deviation by which a cut differs from the gauges
         double spread = 0;                  // mu, of the gate
         double reference_sigma = 0;         // mu
         bool predicts = true;               // the model is asked for
@@ -79,6 +87,7 @@ public:
         bool program_event = false;
         bool compared = true;                     // a contact has come since the reference or the start
         Shift shift = Shift::none;                // that is large enough to matter
+        bool origin = false;                      // of the program has changed without a reason
         bool in_cycle = false, accepted = false;  // in this period
     };
 
@@ -96,35 +105,51 @@ public:
             trusted_ = certain;
             growth_ = base_ + bounded(trusted_ * (e.predicted - base_), e.spread);
         }
-        sigma_ = silent ? e.sigma : std::hypot(e.sigma, growth_ - e.predicted);
-        const double before = authority_.part();
-        // What is held does harm if less than half of it is left; by the prediction twice that much is left.
-        const double left = 2 * std::copysign(e.predicted, growth_ * e.predicted) - std::abs(growth_);
-        const double value = silent ? growth_ : std::max(left, 0.0);
-        authority_.step({value, e.sigma, age_, 1}, e.in_cycle,
-                        {none, whole, settings.floor / 3, settings.hold});
-        if (!holds || authority_.part() > before) offset_ = authority_.part() * growth_;
+        sigma_ = std::hypot(e.sigma, e.apart, silent ? 0 : growth_ - e.predicted);
+        const double before = part_;
+        const double most = allowed(growth_, e, settings.floor / 3);
+        if (!silent) damp(growth_ == 0 ? 0 : std::min(most / std::abs(growth_), 1.0));
+        const double wanted = std::clamp(played_, 0.0, 1.0) *
+                              Authority::rising(-age_, -2 * settings.hold, -settings.hold);
+        part_ = e.in_cycle ? std::max(part_, wanted) : wanted;
+        if (!holds || part_ > before) offset_ = part_ * growth_;
         judge(e, certain, settings);
     }
 
+    // A correction c does more harm than h where the growth is below (c - h) / 2. For none of the growths that
+    // are possible, g with a standard deviation and a weight, shall that be more frequent than one cut in 700,
+    // which is three standard deviations for the only one, and fewer for a less likely one. Up to h no harm is
+    // noticeable; there the growth must be larger than its own uncertainty. Returns the largest c.
+    static double allowed(double growth, const Evidence& e, double harmless) noexcept {
+        constexpr double rare = 3;  // standard deviations
+        double most = std::numeric_limits<double>::infinity(), least = 0;
+        for (const GrowthEstimator::Possible& its : e.possible) {
+            if (!(its.weight > 0)) continue;
+            const double likely = rare * rare + 2 * std::log(its.weight);
+            const double g = its.growth * (growth < 0 ? -1 : 1);
+            const double sigma = std::hypot(its.sigma, e.apart);
+            if (!std::isfinite(g) || !(sigma <= 1e6)) return 0;
+            if (likely > 0) most = std::min(most, harmless + 2 * (g - std::sqrt(likely) * sigma));
+            least += its.weight * harmless * Authority::rising(g / sigma, 1, 2);
+        }
+        return std::isfinite(most) ? std::max(most, least) : 0;
+    }
+
     double offset() const noexcept { return offset_; }          // mu, to be applied
-    double part() const noexcept { return authority_.part(); }  // of the growth
+    double part() const noexcept { return part_; }              // of the growth
     double age() const noexcept { return age_; }                // s without a contact that counted
     Doubt doubt() const noexcept { return doubt_; }
 
     void forget() noexcept { *this = GrowthAuthority(); }
 
 private:
-    // Standard deviations from harm. From three on the whole growth does it once in 700 contacts: that is for
-    // a load so poor that its reference alone may be off by the whole growth.
-    static constexpr double none = 1.5, whole = 3;
-
     void judge(const Evidence& e, double certain, const Settings& settings) noexcept {
         const double unapplied = std::abs(growth_ - offset_);
         const double expected = std::hypot(sigma_, unapplied);
         doubtful_ = expected > (doubtful_ ? 0.8 : 1) * settings.tolerance;
         doubt_ = !e.load_valid                        ? Doubt::load
                  : age_ > settings.hold               ? Doubt::old
+                 : e.origin                           ? Doubt::origin
                  : e.shift == Shift::one_tool         ? Doubt::contradiction
                  : e.shift == Shift::all              ? Doubt::shift
                  : e.shift == Shift::only_tool        ? Doubt::shift_of_only_tool
@@ -132,13 +157,20 @@ private:
                  : e.barren                           ? Doubt::missed
                  : !doubtful_                         ? Doubt::none
                  : !e.compared                        ? Doubt::unknown
-                 : unapplied > 0.7 * expected         ? Doubt::held_back
+                 : unapplied > 0.5 * expected         ? Doubt::held_back
                  : e.reference_sigma > 0.7 * expected ? Doubt::poor_reference
                  : e.predicts && certain < 0.5        ? Doubt::prediction
                                                       : Doubt::uncertain;
     }
 
-    Authority authority_;
+    // Noise of the certainty does not move the offset to and fro.
+    void damp(double part) noexcept {
+        constexpr double play = 0.05;
+        const double wide = (1 + 2 * play) * part - play;
+        played_ = std::clamp(played_, wide - play, wide + play);
+    }
+
+    double part_ = 0, played_ = 0;
     double base_ = 0, growth_ = 0, sigma_ = 0, offset_ = 0;
     double trusted_ = 0, age_ = 0;
     Edge silence_;

@@ -129,6 +129,10 @@ public:
     void shift(std::uint64_t gauges, double sigma, double variance) noexcept {
         for (SpeedDrivenGrowth& filter : filters_) filter.shift(gauges, sigma, variance);
     }
+    void displace(double distance) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.displace(distance);
+        for (Estimate& estimate : estimates_) estimate.growth += distance;
+    }
     void take_shift_as_growth() noexcept {
         for (std::size_t i = 0; i < lags.size(); ++i) {
             filters_[i].take_shift_as_growth();

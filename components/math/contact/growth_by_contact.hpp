@@ -8,6 +8,7 @@
 #include "components/math/contact/cycle_tally.hpp"
 #include "components/math/contact/displacement_law.hpp"
 #include "components/math/contact/growth_from_contacts.hpp"
+#include "components/math/contact/program_origin.hpp"
 #include "components/math/contact/reference_refusal.hpp"
 
 #include <algorithm>
@@ -44,6 +45,7 @@ public:
     // learning. The settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         follow_cycle(s, settings);
+        follow_origin(s, settings, dt);
         waited_ += dt;
         const Event event = find(s, at_zero, settings, dt);
         const std::int32_t state = 4 * cycle_.running() + 2 * s.load_lost + tally_.barren();
@@ -91,6 +93,9 @@ public:
         return from_contacts_.growth(settings.growth);
     }
     double estimate_sigma() const noexcept { return from_contacts_.sigma(); }
+    double apart(const Settings& settings) const noexcept {  // see GrowthEstimator
+        return from_contacts_.estimator().apart(settings.growth.estimator());
+    }
 
     // The answers to a shift, see GrowthEstimator. Without a shift they change nothing.
     void shift_is_growth() noexcept { from_contacts_.shift_is_growth(); }
@@ -101,6 +106,10 @@ public:
             cycle_.displace(i, estimator.displaced(i));
         from_contacts_.shift_is_corrected();
     }
+
+    // Change of the program's origin that nobody has explained, in mu; 0 for none. Until then the contacts
+    // count as if the program had another depth.
+    double origin_change() const noexcept { return asked_.change; }
 
     double reference_sigma() const noexcept { return reference_sigma_; }  // mu, of all gauges together
     // Growth to expect within the learning cycle, in mu: a cut is compared with one at another time of it.
@@ -142,6 +151,7 @@ private:
         machine_.barren = tally_.barren();
         machine_.in_cycle = cycle_.running();
         machine_.accepted = event == Event::accepted;
+        machine_.origin = asked_.change != 0;
         from_contacts_.apply(machine_, settings.growth, std::exchange(since_applied_, 0));
     }
 
@@ -179,6 +189,7 @@ private:
             its.fault = ended.fault;
             if (its.new_reference) {
                 from_contacts_.renew_gauges();
+                asked_ = {};
                 learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
             }
             reference_sigma_ = judge_references(settings);
@@ -194,6 +205,78 @@ private:
             usual_growth_ = usual_growth(settings);
             setup_ = s.setup;
         }
+    }
+
+    // A reason moves the references with the origin, or lets them go to another depth.
+    void follow_origin(const Sample& s, const Settings& settings, double dt) noexcept {
+        if (s.lost == Lost::position || s.lost == Lost::offset) return;
+        const double grown = known() ? estimate(settings) : 0;
+        origin_.step({s.work_offset, s.tool_length, s.tool, s.origin_reason, grown, s.applied_offset}, dt);
+        const OriginReason reason = origin_.reason();
+        if (reason == OriginReason::none) return;
+        if (origin_.reason_given() && asked_.change != 0) explain(reason);
+        if (origin_.offset_changed()) {
+            move_zero(origin_.offset_before(), s.work_offset, reason, 0);
+            // A zero replaces changes before it, whatever their reason was.
+            if (reason == OriginReason::zero) move_zero(origin_.offset_root(), s.work_offset, reason, 0);
+        }
+        if (origin_.length_changed()) measure_tool(s.tool, s.tool_length, reason, 0);
+    }
+
+    // The references of a work offset get a new one, and with a new zero the growth in it is counted no more.
+    void move_zero(double before, double now, OriginReason reason, double growth) noexcept {
+        cycle_.each([&](ContactReference& its) noexcept {
+            if (!ProgramOrigin::differ(its.contact.work_offset, before))
+                its.contact.have_origin(now, its.contact.tool_length, reason != OriginReason::depth);
+        });
+        if (reason == OriginReason::by_hand) growth = now - before;
+        if (known() && reason != OriginReason::depth && growth != 0) from_contacts_.displace(-growth);
+    }
+
+    // A correction of growth in the length of one tool is another depth: the others do not have it.
+    void measure_tool(std::int32_t tool, double length, OriginReason reason, double growth) noexcept {
+        cycle_.each([&](ContactReference& its) noexcept {
+            if (its.key.tool != tool) return;
+            its.contact.have_origin(its.contact.work_offset, length, reason == OriginReason::zero);
+            if (reason == OriginReason::zero) its.contact.coordinate -= growth;
+        });
+    }
+
+    // Answers the question of the origin.
+    void explain(OriginReason reason) noexcept {
+        const Asked its = std::exchange(asked_, Asked());
+        if (ProgramOrigin::differ(its.now.work_offset, its.before.work_offset))
+            move_zero(its.before.work_offset, its.now.work_offset, reason, its.in_offset);
+        if (ProgramOrigin::differ(its.now.tool_length, its.before.tool_length))
+            measure_tool(its.tool, its.now.tool_length, reason, its.in_length);
+        if (from_contacts_.estimator().shift() != Shift::none) from_contacts_.shift_is_corrected();
+    }
+
+    // The contact has another origin than its reference, and nobody has said why. The contact itself shows
+    // whether the work has moved with the zero, or the tool has another length. If not, it is asked.
+    void compare_origins(const ContactReference& partner, const Settings& settings) noexcept {
+        const Contact &now = finder_.found().contact, &before = partner.contact;
+        const double change = now.origin_since(before);
+        if (!(std::abs(change) > smallest_change)) {
+            if (asked_.change != 0 && partner.key.tool == asked_.tool) asked_ = {};
+            return;
+        }
+        if (before.work_offset == 0 && before.tool_length == 0) {  // a record of before the origin was kept
+            cycle_.each([&](ContactReference& its) noexcept {
+                if (!(its.key == partner.key)) return;
+                its.contact.work_offset = now.work_offset;
+                its.contact.tool_length = now.tool_length;
+            });
+            return;
+        }
+        asked_ = {change, now, before, partner.key.tool, origin_.in_offset(), origin_.in_length()};
+        const double in_program = plumb::growth(settings.method, now, before);
+        const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
+        const auto expected = from_contacts_.expected(reading(partner, settings), settings.growth);
+        const double taken_in = zero ? asked_.in_offset : asked_.in_length;
+        const double moved = (in_program - expected.mean + taken_in) / expected.sigma;
+        const double stood = (in_program + change - expected.mean) / expected.sigma;
+        if (std::abs(moved) < 3 && stood * stood - moved * moved > decisive) explain(OriginReason::zero);
     }
 
     // Accepts or rejects the noted contact, unless it is rejected already.
@@ -234,7 +317,11 @@ private:
         const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
         refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
         if (reason != Rejection::none) return reason;
+        if (rises_unlike(now, partner.contact, settings.growth.gate.floor / 5))
+            return Rejection::unlike_reference;
+        if (!cycle_.learning()) compare_origins(partner, settings);
         growth_ = plumb::growth(settings.method, now, partner.contact);
+        if (asked_.change != 0) growth_ += now.origin_since(partner.contact);
         sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
         const GrowthFromContacts::Reading r = reading(partner, settings);
         return cycle_.learning() ? from_contacts_.compare(r, settings.growth)
@@ -283,6 +370,7 @@ private:
     }
 
     void forget_growth() noexcept {
+        asked_ = {};
         from_contacts_.forget();
         tally_.forget();
     }
@@ -292,8 +380,21 @@ private:
         return Event::contact;
     }
 
+    static constexpr double smallest_change = 1e-5;  // mu, of an origin
+    static constexpr double decisive = 10;  // twice the logarithm of a ratio of likelihoods, 150 to 1
+
+    // A change of the origin without a reason: at a contact of this tool, and at its reference.
+    struct Asked {
+        double change = 0;  // mu
+        Contact now, before;
+        std::int32_t tool = 0;
+        double in_offset = 0, in_length = 0;  // mu, growth that it has taken in
+    };
+
     ContactFinder finder_;
     ContactCycle cycle_;
+    ProgramOrigin origin_;
+    Asked asked_;
     GrowthFromContacts from_contacts_;
     CycleTally tally_;
     double reference_sigma_ = 0;

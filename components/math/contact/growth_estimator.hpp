@@ -28,7 +28,10 @@ struct ContactPriors {
     double lightest = 1e-5;      // weight of a hypothesis, of the heaviest one
     double memory = 0.05;        // part of a contact in what is learned: twenty contacts
     double first = 2;            // contacts that the consistency of 1 counts for at the start
-    double widest = 16;          // of the consistency, the ratio of variances found and expected
+    double widest = 16;          // ratio of variances found and expected
+    double rough = 1.5;          // of contact-repeatability: seats and blanks, until contacts show them
+    double rough_contacts = 5;   // contacts that this counts for
+    double decided = 0.9;        // weight of a shift that is reported in the cycle in which it is found
 };
 
 // The growth by contacts of several gauges. What a contact shows is one of
@@ -63,6 +66,7 @@ public:
         std::uint64_t of_tool = 0;     // a bit for each gauge of this tool
         bool other_tools = false;      // the reference has gauges of other tools, not withdrawn
         bool confirmed = false;        // beyond the gate, and other contacts have confirmed it
+        std::int32_t cycle = 0;        // number of the part
     };
 
     enum class Verdict { accepted, claim, withdrawn };
@@ -84,12 +88,14 @@ public:
             withdrawn_ |= bit(r.gauge);
             return Verdict::withdrawn;
         }
+        if (r.gauge >= 0 && r.gauge < ContactReferences::capacity)
+            reference_sigmas_[r.gauge] = r.reference_sigma;
         const Answer answer = split(r, settings);
         // After a start nothing is known with which the first contact could be compared: another one decides.
         const bool alone = !known_ && std::abs(r.growth) > settings.floor && !std::exchange(claimed_, true);
         const bool accepted = answer == Answer::work && !alone;
         if (accepted) ++accepted_;
-        finish(accepted);
+        finish(accepted, r.cycle);
         return accepted ? Verdict::accepted : Verdict::claim;
     }
 
@@ -109,6 +115,7 @@ public:
         at(0).forget_shifts();
         shift_ = Shift::none;
         withdrawn_ = 0;
+        reference_sigmas_.fill(0);
         predict();
     }
     void forget() noexcept {
@@ -118,6 +125,7 @@ public:
         at(0).held = 0;
         known_ = false;
         consistency_ = 1;
+        scatter_ = prior.rough;
         compared_ = 0;
         rate2_ = squared(prior.settled_rate);
         claimed_ = false;
@@ -133,6 +141,26 @@ public:
         return std::sqrt(std::max(0.0, sigma_ * sigma_ - held_sigma_ * held_sigma_));
     }
     std::int32_t accepted() const noexcept { return accepted_; }  // contacts since nothing was known
+
+    // The growth by each hypothesis that is left.
+    static constexpr std::size_t most = 6;
+    struct Possible {
+        double weight = 0, growth = 0, sigma = 0;  // of all; mu
+    };
+    std::array<Possible, most> possible() const noexcept {
+        std::array<Possible, most> all;
+        for (std::int32_t i = 0; i < alive_; ++i)
+            all[i] = {at(i).weight, at(i).model.growth(), std::sqrt(consistency_) * at(i).model.sigma()};
+        return all;
+    }
+
+    // Standard deviation by which a cut may differ from the gauges, in mu: by its own seat and blank, now and in
+    // the learning cycle, and by an error that all references share. Seats and blanks scatter as contacts have
+    // shown. References that disagree by more than their sigmas share more, too.
+    double apart(const Settings& settings) const noexcept {
+        const double least2 = squared(settings.between.repeatability), found2 = scatter2(settings);
+        return std::sqrt(3 * found2 - least2 + shared_error2());
+    }
 
     // The growth that a spindle as expected would have by its speed, in mu.
     double usual_growth(const Settings& settings) const noexcept {
@@ -168,10 +196,27 @@ public:
         finish(false);
     }
 
-private:
+    // The growth counts from another origin, lower by -distance in mu.
+    void displace(double distance) noexcept {
+        for (std::int32_t i = 0; i < alive_; ++i) {
+            at(i).model.displace(distance);
+            at(i).held += distance;
+        }
+        held_ += distance;
+        predict();
+    }
+
+    // Mean and variance that a contact of a gauge is expected to have.
     using Expected = GrowthBetweenContacts::Expected;
+    Expected expected(std::int32_t gauge, double reference_sigma) const noexcept {
+        Expected its = at(0).model.expected({gauge, reference_sigma});
+        its.variance *= consistency_;
+        return its;
+    }
+
+private:
     enum class Answer { work, outlier, tool, all };
-    static constexpr std::size_t most = 6, answers = 4;
+    static constexpr std::size_t answers = 4;
     static constexpr double of_mean_deviation = 1.2533;  // standard deviations, of a normal distribution
 
     static constexpr ContactPriors prior{};
@@ -272,6 +317,7 @@ private:
         if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
         const Expected expected = at(best.parent).model.expected({r.gauge, r.reference_sigma});
         const double variance = expected.variance + noise2, error = r.growth - expected.mean;
+        learn_scatter(error * error, variance + best.fast, settings);
         const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
         const double part = std::max(prior.memory, 1 / (prior.first + ++compared_));
         consistency_ = std::clamp(consistency_ + part * (ratio - consistency_), 1.0, prior.widest);
@@ -286,6 +332,37 @@ private:
         const double seen = shows * excess + (1 - shows) * settled;
         rate2_ += prior.memory * std::min(its / prior.shortest, 1.0) * (seen - rate2_);
         rate2_ = std::max(rate2_, 0.0);
+    }
+
+    // The square of an error, and the variance expected of it, mu². The more of that is of the load, the growth
+    // and the reference, the less the error shows of seats and blanks.
+    void learn_scatter(double error2, double variance, const Settings& settings) noexcept {
+        const double least2 = squared(settings.between.repeatability), known2 = scatter2(settings);
+        const double rest = variance - least2, shows = squared(known2 / (known2 + rest));
+        const double part = std::max(prior.memory, 1 / (prior.rough_contacts + compared_ + 1));
+        const double seen2 = std::min(error2 - rest, prior.widest * known2);
+        scatter_ = std::sqrt(std::max(known2 + shows * part * (seen2 - known2), least2) / least2);
+    }
+    double scatter2(const Settings& settings) const noexcept {
+        return squared(scatter_ * settings.between.repeatability);
+    }
+
+    // Variance of an error that all references share, beyond that of their sigmas, mu².
+    double shared_error2() const noexcept {
+        double weights = 0, sum = 0, squares = 0;
+        std::int32_t count = 0;
+        for (std::int32_t i = 0; i < ContactReferences::capacity; ++i) {
+            if (!(reference_sigmas_[i] > 0) || at(0).of_tool & bit(i)) continue;
+            const double weight = 1 / squared(reference_sigmas_[i]), error = at(0).model.error_of(i);
+            weights += weight;
+            sum += weight * error;
+            squares += weight * error * error;
+            ++count;
+        }
+        if (count < 2) return 0;
+        const double ratio =
+            (prior.first + squares - sum * sum / weights) / (prior.first + count - 1);  // found to expected
+        return std::max(ratio - 1, 0.0) / weights;
     }
 
     static double squared(double x) noexcept { return x * x; }
@@ -359,14 +436,20 @@ private:
         return count > 0 ? sum / count : 0;
     }
 
-    void finish(bool accepted) noexcept {
+    // A shift of the first tool of a part may be one of all tools: a contact of another tool in this part, or
+    // else the next part, decides which question is asked.
+    void finish(bool accepted, std::int32_t cycle = 0) noexcept {
         known_ |= accepted;
         predict();
         const Hypothesis& best = at(0);
         double weight = 0;
         for (std::int32_t i = 0; i < alive_; ++i)
             if (at(i).all == best.all && at(i).of_tool == best.of_tool) weight += at(i).weight;
-        const bool shifted = (best.all || best.of_tool != 0) && weight > 0.5;
+        const bool likely = (best.all || best.of_tool != 0) && weight > 0.4;
+        if (!likely) shifted_in_ = -1;
+        if (likely && shifted_in_ < 0) shifted_in_ = cycle;
+        const bool shifted =
+            likely && (shift_ != Shift::none || weight > prior.decided || cycle != shifted_in_);
         shift_ = !shifted     ? Shift::none
                  : !best.all  ? Shift::one_tool
                  : best.alone ? Shift::only_tool
@@ -409,10 +492,13 @@ private:
     bool known_ = false;
     bool claimed_ = false;  // a contact that is large has come, and nothing was known
     Shift shift_ = Shift::none;
+    std::int32_t shifted_in_ = -1;  // the cycle in which a shift became likely
     std::uint64_t withdrawn_ = 0;
     double growth_ = 0, sigma_ = 0;
     double held_ = 0, held_sigma_ = 0;
     double consistency_ = 1;
+    double scatter_ = prior.rough;  // of seats and blanks, as a part of contact-repeatability
+    std::array<double, ContactReferences::capacity> reference_sigmas_{};  // mu; 0 before the first contact
     std::int32_t compared_ = 0;  // contacts in the consistency
     // Square of the rate of growth that the model does not describe, as a part of max-growth-rate.
     double rate2_ = prior.settled_rate * prior.settled_rate;

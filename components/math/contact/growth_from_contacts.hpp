@@ -33,7 +33,7 @@ public:
     };
 
     struct Reading : GrowthEstimator::Reading {
-        std::int32_t tool = 0, cycle = 0;
+        std::int32_t tool = 0;
     };
 
     // The machine in a period.
@@ -46,6 +46,7 @@ public:
         bool barren = false;  // contacts should have come, and none has counted
         bool in_cycle = false;
         bool accepted = false;  // a contact, in this period
+        bool origin = false;    // it has changed, and nobody knows why
     };
 
     // Once a period of dt > 0, in s: predict() before its contact is judged, apply() after it.
@@ -111,6 +112,23 @@ public:
     }
     void shift_is_corrected() noexcept { estimator_.shift_is_corrected(); }
 
+    // The growth counts from another origin: all growths are lower by -distance, in mu.
+    void displace(double distance) noexcept {
+        estimator_.displace(distance);
+        gate_.displace(distance);
+        answered_ = true;
+    }
+
+    // Growth that a contact of a gauge may show, mu: about this mean, with this standard deviation.
+    struct Expected {
+        double mean, sigma;
+    };
+    Expected expected(const Reading& r, const Settings& settings) const noexcept {
+        if (!known()) return {0, settings.gate.cap / 2};
+        const auto its = estimator_.expected(r.gauge, r.reference_sigma);
+        return {its.mean, std::hypot(std::sqrt(its.variance), r.noise, gate(settings) / 3)};
+    }
+
     void forget() noexcept {
         gate_.forget();
         estimator_.forget();
@@ -123,6 +141,9 @@ private:
         e.held = settings.between.by_speed ? estimator_.held() : gate_.growth();
         e.predicted = growth(settings);
         e.sigma = estimator_.sigma();
+        e.apart = estimator_.apart(settings.estimator());
+        e.possible = estimator_.possible();
+        if (!settings.between.by_speed) e.possible = {{{1, e.predicted, estimator_.sigma()}}};
         e.since_sigma = estimator_.since_sigma();
         e.spread = gate_.spread(settings.gate);
         e.reference_sigma = machine.reference_sigma;
@@ -132,6 +153,7 @@ private:
         e.compared = estimator_.accepted() > 0;
         e.program_event = estimator_.program_event();
         e.shift = shift(settings);
+        e.origin = machine.origin;
         e.in_cycle = machine.in_cycle;
         e.accepted = machine.accepted || std::exchange(answered_, false);
         return e;

@@ -64,6 +64,12 @@ public:
         agreeing_ = 0;
     }
 
+    // The growth counts from another origin.
+    void displace(double distance) noexcept {
+        growth_ += distance;
+        agreeing_ = 0;
+    }
+
     bool known() const noexcept { return known_; }      // a contact was accepted
     double growth() const noexcept { return growth_; }  // mu, of the last accepted contact; 0 before
 

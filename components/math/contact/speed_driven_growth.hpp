@@ -140,6 +140,9 @@ public:
         return slot < 0 ? 0 : state_[slot];
     }
 
+    // The growth counts from another origin, lower by a distance in mu.
+    void displace(double distance) noexcept { state_[bias] += distance; }
+
     // The shift of all contacts was growth.
     void take_shift_as_growth() noexcept {
         state_[bias] += state_[shifted];

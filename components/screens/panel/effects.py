@@ -24,7 +24,7 @@ STILL = {
         "learn", "cycle-running", "cycle-complete", "acknowledge", "threshold", "release", "smoothing", "debounce", "baseline-time",
         "blanking-time", "load-latency", "reference-cycles", "window", "feed-tolerance", "feed-range", "lost-time-tolerance", "steady-time",
         "gate-floor", "gate-cap", "confirm-contacts", "max-correction", "verify", "verify-step", "max-rate", "tool-number", "operation",
-        "wait-for-answer", "shift-is-not-growth", "date", "start-height", "clock-start", *("exclude-operation-%d" % place for place in range(8))},
+        "wait-for-answer", "shift-is-not-growth", "change-is-zero", "change-is-depth", "date", "start-height", "clock-start", *("exclude-operation-%d" % place for place in range(8))},
     "squareness": {"max-rate", "settling-time", "stages-ramping", "coordinated", "motion-type", "path-velocity"},
     "axis_growth": {"max-rate", "cycle-running"},
     "axis_offset": {"max-rate", "allow-probing", "arm"},

@@ -8,7 +8,7 @@ import time
 from panel import growth_state, references
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
-from panel.growth_question import ShiftQuestion
+from panel.growth_question import OriginQuestion, ShiftQuestion
 from panel.growth_state import learning_steps
 from panel.inputs import LoadBar
 from panel.settings import REFERENCE, Write
@@ -36,8 +36,8 @@ class GrowthPage(FunctionPage):
         self._steps = label("")
         self._list = column(spacing=2)
         self._load = LoadBar(self.panel)
-        self._question = ShiftQuestion(self)
-        return [self._question, self._figures, self._load, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
+        self._questions = OriginQuestion(self), ShiftQuestion(self)
+        return [*self._questions, self._figures, self._load, self._chart, card(label(_("Reference"), "value"), self._reference, self._steps),
                 card(label(_("Last contacts"), "value"), self._list)]
 
     def buttons(self):
@@ -75,7 +75,8 @@ class GrowthPage(FunctionPage):
         self._load.show_load(float(self.get(values, "load")), float(self.get(values, "threshold")), bool(self.get(values, "load-valid", True)))
         sigma = in_micrometres(2 * float(self.get(values, "offset-sigma"))).lstrip("+")
         self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + sigma)
-        self._question.show_question(values)
+        for question in self._questions:
+            question.show_question(values)
         set_text(self._reference, growth_state.reference(self.instance, values))
         steps = learning_steps(self.instance, values)
         busy = self.get(values, "learn") or self.get(values, "learning")

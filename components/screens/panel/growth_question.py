@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The question that thermal_displacement asks when contacts have moved at once, with its two answers."""
+"""The questions of thermal_displacement: why contacts have moved at once, and why the origin of the program has changed."""
 
 import re
 
@@ -10,6 +10,7 @@ from panel.texts import _, in_micrometres
 from panel.widgets import button, card, column, grow, label, row, set_text
 
 NOT_GROWTH, GROWTH = "shift-is-not-growth", "shift-is-growth"  # pins
+ZERO, BY_HAND, DEPTH = "change-is-zero", "change-is-growth", "change-is-depth"
 
 
 class ShiftQuestion(Gtk.Box):
@@ -68,3 +69,35 @@ class ShiftQuestion(Gtk.Box):
             panel.mdi("M64 P%d" % number, action, done=lambda: panel.mdi("M65 P%d" % number, action))
         else:
             panel.pulse(pin)
+
+
+class OriginQuestion(Gtk.Box):
+    """Three buttons, each with its effect; seen while a change of the work offset or of a tool length has no reason."""
+
+    def __init__(self, page):
+        super().__init__(orientation=Gtk.Orientation.VERTICAL)
+        self._page = page
+        self._words = label("", "warn")
+        texts = {
+            ZERO: (_("New zero, or tool measured"), _("The work or the tool has moved by as much. The reference follows.")),
+            BY_HAND: (_("Growth corrected by hand"), _("The offset becomes smaller by as much at the next cycle, so that it counts once.")),
+            DEPTH: (_("Another depth"), _("The parts keep the new depth, and the offset does not change.")),
+        }
+        answers = [grow(column(button(name, lambda pin=pin, name=name: self._give(pin, name), name=name), label(effect, "soft"), spacing=4))
+                   for pin, (name, effect) in texts.items()]
+        its = row(*answers, spacing=16)
+        its.set_homogeneous(True)
+        self._card = card(self._words, its)
+        self.pack_start(self._card, True, True, 0)
+        self.set_no_show_all(True)
+
+    def show_question(self, values):
+        size = self._page.get(values, "origin-change", 0.0)
+        if size:
+            set_text(self._words, "\u25b2 " + _("Work offset or tool length of Z has changed by {change}. Why?").format(change=in_micrometres(size)))
+            self._card.show_all()
+        self.set_visible(bool(size))
+
+    def _give(self, pin, name):
+        self._page.panel.guard.once_asked(_("{reason}: is that right?").format(reason=name), name,
+                                          lambda: self._page.panel.pulse(self._page.instance.full(pin)), must_be_safe=False)

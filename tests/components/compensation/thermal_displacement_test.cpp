@@ -54,7 +54,8 @@ struct Mill {
         for (const char* pin :
              {"enable", "learn", "cycle-running", "cycle-complete", "program-id", "tool-set-id",
               "motion-type", "tool-number", "operation", "load", "spindle-speed-cmd", "z-position",
-              "z-velocity-cmd", "feed-override", "start-height", "applied-offset"})
+              "z-velocity-cmd", "feed-override", "start-height", "applied-offset", "work-offset",
+              "tool-length"})
             csv << ",z." << pin;
         csv << '\n';
         double time = 0;
@@ -63,7 +64,7 @@ struct Mill {
                 << s.cycle_complete << ',' << s.setup.program << ',' << s.setup.tool_set << ',' << s.motion
                 << ',' << s.tool << ',' << s.operation << ',' << s.load << ',' << s.speed << ',' << s.z << ','
                 << s.velocity << ',' << s.feed_override << ',' << s.start_height << ',' << s.applied_offset
-                << '\n';
+                << ',' << s.work_offset << ',' << s.tool_length << '\n';
             cutting.push_back(milling.cutting && s.velocity <= 0);
             time += milling.dt;
             return milling.unit * milling.offset;
@@ -466,6 +467,59 @@ TEST(ThermalDisplacement, AShiftIsAskedAboutAndTheOffsetLeavesItOutUntilItIsAnsw
         EXPECT_NEAR(mill.offset(), (growth ? 31 : 1) * um, 2 * um);
         EXPECT_EQ(mill.get("doubt-code"), 0);
     }
+}
+
+TEST(ThermalDisplacement, AChangedZeroIsExplainedByAPinByM68OrAfterwardsByAnAnswer) {
+    for (const int by : {0, 1, 2}) {
+        Mill mill;
+        mill.set("max-growth-rate", 0.0002);
+        mill.set("wait-for-answer", 1);
+        mill.learn();
+        for (int n = 1; n <= 3; ++n) mill.cycle(3 * n * um);
+        EXPECT_NEAR(mill.offset(), 9 * um, 1 * um);
+        if (by == 0) mill.set("change-is-depth", 1);
+        if (by == 1) mill.set("answer", 5);
+        mill.milling.zero = -8 * um;
+        mill.cycle(9 * um);
+        EXPECT_NEAR(mill.offset(), 9 * um, 1 * um) << "it keeps the growth";
+        EXPECT_EQ(mill.get("doubt-code"), by == 2 ? 13 : 0);
+        EXPECT_NEAR(mill.get("origin-change"), by == 2 ? -8 * um : 0, 0.01 * um);
+        EXPECT_EQ(mill.get("wait"), by == 2);
+        if (by == 2) mill.set("answer", 5);
+        mill.bench.run(0.1);
+        for (const char* pin : {"change-is-depth", "answer"}) mill.set(pin, 0);
+        EXPECT_EQ(mill.get("doubt-code"), 0);
+        EXPECT_EQ(mill.get("origin-change"), 0);
+        EXPECT_FALSE(mill.get("wait"));
+        mill.cycle(9 * um);
+        EXPECT_NEAR(mill.offset(), 9 * um, 1 * um);
+        EXPECT_EQ(mill.get("contacts-rejected"), 0);
+        mill.set("row", 0);
+        mill.bench.run(0.04);
+        EXPECT_NEAR(mill.get("row-work-offset"), -250 - 8 * um, 1e-9);
+        EXPECT_EQ(mill.get("row-tool-length"), 62.5);
+    }
+}
+
+TEST(ThermalDisplacement, AShiftOfWorkIsSummedUpAtTheEndOfAPart) {
+    Mill mill;
+    mill.set("summary-time", 150);
+    mill.learn();
+    EXPECT_TRUE(mill.get("learnt"));
+    EXPECT_GT(mill.get("reference-sigma"), 0);
+    int parts = 0;
+    while (!mill.get("summary")) {
+        mill.cycle(-12 * um);
+        EXPECT_FALSE(mill.get("learnt"));
+        ASSERT_LT(++parts, 20);
+    }
+    EXPECT_GT(parts, 2);
+    EXPECT_EQ(mill.get("summary-parts"), parts);
+    EXPECT_NEAR(mill.get("summary-offset"), -12 * um, 1 * um);
+    EXPECT_GT(mill.get("summary-sigma"), 0);
+    EXPECT_LE(mill.get("summary-doubt"), 100.0 / parts * 2);
+    mill.cycle(-12 * um);
+    EXPECT_FALSE(mill.get("summary")) << "it ends with the next part";
 }
 
 TEST(ThermalDisplacement, ConstantInPartChangesTheOffsetOnlyAtTheStartOfACycle) {

@@ -98,8 +98,9 @@ class Days(unittest.TestCase):
         self.assertEqual(self.facts[0]["without a program"], 0)
 
     def test_the_tool_set_is_that_of_the_table_with_any_tool_in_the_spindle(self):
-        before, after = self.facts[0]["tools"]
+        before, after, measured = self.facts[0]["tools"]
         self.assertEqual(before, after)
+        self.assertEqual(before, measured, "another length along Z is no other tool")
         self.assertNotEqual(before, 0)
 
     def test_the_operator_reads_the_messages(self):
@@ -150,6 +151,25 @@ class Stamp(unittest.TestCase):
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
         self.assertEqual((os.stat(path).st_mtime_ns, os.stat(path).st_size), (before.st_mtime_ns, before.st_size))
         self.assertNotEqual(linuxcnc_link.stamp(path), stamp)
+
+
+class Values(unittest.TestCase):
+    def message(self, **more):
+        return linuxcnc_link.Message({"pin": "learnt", "text": "{rows} contacts, {sigma}", "values": {"rows": "count", "sigma": "um"}, **more}, "here", ("de",))
+
+    def test_values_come_into_the_text_when_it_is_shown(self):
+        message = self.message(translated={"de": "{sigma}: {rows} Kontakte"})
+        self.assertEqual(message.pins, ["learnt", "learnt-rows", "learnt-sigma"])
+        pins = {"learnt": True, "learnt-rows": 5, "learnt-sigma": 0.0012}
+        self.assertEqual(message.new_text(pins), "1.2 \u00b5m: 5 Kontakte")
+        self.assertIsNone(message.new_text(pins))
+        inches = {"learnt": True, "learnt-rows": 5, "learnt-sigma": 0.0001}
+        self.assertEqual(self.message().new_text(inches, False, 25400), "5 contacts, 2.5 \u00b5m")
+
+    def test_values_that_are_not_in_the_texts_are_refused(self):
+        for wrong in ({"values": {"rows": "count"}, "text": "contacts"}, {"values": {"rows": "inch"}}, {"translated": {"de": "{rows}"}}):
+            with self.assertRaises(linuxcnc_link.SettingsError):
+                self.message(**wrong)
 
 
 class Settings(unittest.TestCase):

@@ -168,6 +168,20 @@ class Window(unittest.TestCase):
         self.show({})
         finger.until(lambda: not finger.find("It is growth"), "the end of the question")
 
+    def test_a_change_of_the_origin_gets_its_reason_by_the_finger(self):
+        finger = self.panel_with({"growth.origin-change": 0.008, "growth.doubt": True, "growth.doubt-code": 13, "growth.enable": True, "motion.motion-enabled": True,
+                                   "motion.is-all-homed": True})
+        finger.press("Growth of Z")
+        finger.await_text("Work offset or tool length of Z has changed by +8.0 \u00b5m. Why?")
+        for pin, name in (("zero", "New zero, or tool measured"), ("growth", "Growth corrected by hand"), ("depth", "Another depth")):
+            given = self.host.expect("given == 0", given="growth.change-is-" + pin)
+            finger.press(name)
+            finger.await_text(name + ": is that right?")
+            finger.press_answer(name)
+            finger.until(lambda: given in self.answers(), "the answer")
+        self.show({})
+        finger.until(lambda: not finger.find("Another depth"), "the end of the question")
+
     def answers(self):
         """Those that were given in a period."""
         return {each.id for each in self.host.violations()}

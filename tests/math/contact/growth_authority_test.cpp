@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace plumb {
 namespace {
 
@@ -12,6 +15,7 @@ struct Applied {
     GrowthAuthority::Settings settings{15 * um, 600, 10 * um};
     GrowthAuthority::Evidence now{};
     GrowthAuthority authority{};
+    bool single = true;  // the growth has one explanation
 
     explicit Applied(double growth = 40 * um) {
         now.held = now.predicted = growth;
@@ -22,6 +26,7 @@ struct Applied {
         now.accepted = false;
     }
     double step(double seconds = 1) {
+        if (single) now.possible = {{{1, now.predicted, now.sigma}}};
         for (double t = 0; t < seconds; ++t) authority.step(now, settings, 1);
         return authority.offset();
     }
@@ -119,13 +124,65 @@ TEST(GrowthAuthority, AnErrorToExpectBeyondTheToleranceIsADoubt) {
     EXPECT_EQ(mill.authority.doubt(), Doubt::uncertain);
 }
 
-TEST(GrowthAuthority, IsWholeFromThreeStandardDeviationsFromHarmOn) {
-    for (const double growth : {10 * um, 25 * um, 55 * um}) {
-        Applied sure(growth), unsure(growth);
-        sure.now.sigma = (growth + 5 * um) / 6.7;  // harm: more than 5 um, less than half of the rest is true
-        EXPECT_NEAR(sure.step(), growth, 1e-12);
-        unsure.now.sigma = (growth + 5 * um) / 2;
-        EXPECT_LT(unsure.step(), 0.1 * growth);
+TEST(GrowthAuthority, HarmIsRarerThanOneCutIn700) {
+    std::mt19937 generator(1);
+    constexpr double harmless = 5 * um;
+    for (const double growth : {6 * um, 10 * um, 25 * um, 55 * um})
+        for (const double sigma : {1 * um, 3 * um, 8 * um}) {
+            GrowthAuthority::Evidence e;
+            e.possible = {{{1, growth, sigma}}};
+            const double correction = std::min(growth, GrowthAuthority::allowed(growth, e, harmless));
+            std::normal_distribution<double> truth(growth, sigma);
+            int harm = 0;
+            constexpr int draws = 100000;
+            for (int i = 0; i < draws; ++i) {
+                const double grown = truth(generator);
+                harm += std::abs(grown - correction) - std::abs(grown) > harmless + 1e-12;
+            }
+            EXPECT_LT(harm, draws / 600.0) << growth << ' ' << sigma;
+            if (growth > 2 * sigma) {
+                EXPECT_GE(correction, harmless - 1e-12) << growth << ' ' << sigma;
+            }
+            if (growth + harmless > 6 * sigma) {
+                EXPECT_NEAR(correction, growth, 1e-12) << growth << ' ' << sigma;
+            }
+        }
+    GrowthAuthority::Evidence e;
+    e.possible = {{{1, 4 * um, 4 * um}}};
+    EXPECT_EQ(GrowthAuthority::allowed(4 * um, e, harmless), 0) << "as large as its uncertainty";
+}
+
+// Has the spindle shrunk by 8 um, or is the work higher? The offset is right for the one, and harmless for the
+// other.
+TEST(GrowthAuthority, TwoExplanationsAreNoWideUncertainty) {
+    Applied mill(16 * um);
+    mill.single = false;
+    mill.now.possible = {{{0.6, 16 * um, 1 * um}, {0.4, 8 * um, 1 * um}}};
+    mill.now.sigma = 6 * um;
+    EXPECT_NEAR(mill.step(), 16 * um, 0.5 * um);
+    mill.now.possible[1].growth = 2 * um;
+    EXPECT_NEAR(mill.step(), 5 * um, 2 * um);
+    mill.now.possible[1].weight = 1e-3;
+    EXPECT_NEAR(mill.step(), 16 * um, 0.5 * um) << "too unlikely to count";
+}
+
+TEST(GrowthAuthority, ACutThatDiffersFromTheGaugesMakesTheOffsetSmaller) {
+    Applied alike(12 * um), apart(12 * um);
+    EXPECT_NEAR(alike.step(), 12 * um, 1e-12);
+    apart.now.apart = 4 * um;
+    EXPECT_LT(apart.step(), 8 * um);
+    EXPECT_GT(apart.step(), 4 * um);
+}
+
+TEST(GrowthAuthority, NoiseOfTheCertaintyDoesNotMoveTheOffset) {
+    Applied mill(25 * um);
+    mill.now.sigma = 8.1 * um;
+    const double before = mill.step();
+    ASSERT_LT(before, 20 * um);
+    ASSERT_GT(before, 3 * um);
+    for (int i = 0; i < 100; ++i) {
+        mill.now.sigma = (i % 2 ? 8 : 8.1) * um;
+        EXPECT_NEAR(mill.step(), before, 1e-12);
     }
 }
 

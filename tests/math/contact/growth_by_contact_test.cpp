@@ -67,6 +67,16 @@ Shop learnt(Method method = Method::coordinate) {
     return shop;
 }
 
+// It has grown by 10 um, over three parts, and does not grow by more than a spindle can.
+Shop settled(Method method) {
+    Shop shop;
+    shop.used = settings(method);
+    shop.used.growth.between.unexplained_growth = 6 * um;
+    shop.learn();
+    for (int n = 1; n <= 3; ++n) shop.cycle(n == 1 ? 3 * um : n == 2 ? 7 * um : 10 * um);
+    return shop;
+}
+
 TEST(GrowthByContact, MeasuresGrowthByEitherMethodAtAnyPeriod) {
     for (const Method method : {Method::coordinate, Method::time})
         for (const double dt : {0.0005, 0.001, 0.002}) {
@@ -282,6 +292,197 @@ TEST(GrowthByContact, AShiftBeyondTheGateIsAskedAboutAndAnswered) {
             EXPECT_EQ(found.shift(shop.used.growth), Shift::none);
             EXPECT_NEAR(shop.measured.estimate(shop.used), (growth ? 53 : 3) * um, 1 * um);
             EXPECT_NEAR(shop.accepted.back(), (growth ? 53 : 3) * um, 1 * um);
+        }
+}
+
+// The table 30 um higher and its zero probed, or a new insert that was measured: nothing of it is growth, and
+// nothing is asked.
+TEST(GrowthByContact, ANewZeroOrAMeasuredToolMovesTheReferenceAndNothingElse) {
+    for (const Method method : {Method::coordinate, Method::time})
+        for (const bool tool : {false, true})
+            for (const double moved : {30 * um, 8 * um, -3.0, 40.0}) {
+                SCOPED_TRACE(std::to_string(moved) + (tool ? " tool" : " table"));
+                Shop shop = settled(method);
+                shop.mill.reason = OriginReason::zero;
+                (tool ? shop.mill.lengths[2] : shop.mill.zero) = moved;
+                (tool ? shop.mill.tips[2] : shop.mill.table) = moved;
+                int seen = 0;  // it is measured in the spindle
+                if (tool)
+                    shop.tamper = [&](Milling::Sample& its) {
+                        if (its.tool == 2 && ++seen < 100) its.tool_length -= moved;
+                    };
+                shop.cycle(10 * um);
+                shop.mill.reason = OriginReason::none;
+                shop.tamper = [](auto&) {};
+                for (int n = 0; n < 2; ++n) shop.cycle(10 * um);
+                EXPECT_NEAR(shop.measured.estimate(shop.used), 10 * um, 1 * um);
+                EXPECT_EQ(shop.measured.from_contacts().shift(shop.used.growth), Shift::none);
+                EXPECT_EQ(shop.measured.origin_change(), 0);
+                EXPECT_EQ(shop.counts().rejected, 0);
+                EXPECT_EQ(shop.accepted.size(), 24u);
+            }
+}
+
+TEST(GrowthByContact, AZeroReplacesAChangeBeforeIt) {
+    Shop shop = settled(Method::coordinate);
+    shop.mill.zero = -12 * um;  // where the probe is to begin
+    shop.mill.program = {{10, 1, -20}};
+    shop.cycle(10 * um, {{0, {true}}});
+    shop.mill.program = Milling().program;
+    shop.mill.reason = OriginReason::zero;
+    shop.mill.zero = shop.mill.table = 5 * um;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.origin_change(), 0);
+    EXPECT_NEAR(shop.measured.estimate(shop.used), 10 * um, 1 * um);
+}
+
+TEST(GrowthByContact, AnotherDepthKeepsTheGrowth) {
+    for (const Method method : {Method::coordinate, Method::time})
+        for (const bool tool : {false, true}) {
+            Shop shop = settled(method);
+            shop.mill.reason = OriginReason::depth;
+            (tool ? shop.mill.lengths[1] : shop.mill.zero) = -20 * um;
+            for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
+            EXPECT_NEAR(shop.measured.estimate(shop.used), 10 * um, 1 * um) << tool;
+            EXPECT_EQ(shop.measured.origin_change(), 0);
+            EXPECT_EQ(shop.counts().rejected, 0);
+        }
+}
+
+TEST(GrowthByContact, GrowthThatWasCorrectedByHandCountsOnce) {
+    for (const Method method : {Method::coordinate, Method::time}) {
+        Shop shop = settled(method);
+        shop.mill.reason = OriginReason::by_hand;
+        shop.mill.zero = 6 * um;
+        shop.cycle(10 * um, {{0, {true}}, {1, {true}}, {2, {true}}, {3, {true}}});
+        EXPECT_NEAR(shop.measured.estimate(shop.used), 4 * um, 1 * um) << "before a contact has shown it";
+        shop.mill.reason = OriginReason::none;
+        for (int n = 0; n < 2; ++n) shop.cycle(10 * um);
+        EXPECT_NEAR(shop.measured.estimate(shop.used), 4 * um, 1 * um);
+        EXPECT_EQ(shop.counts().rejected, 0);
+    }
+}
+
+// The contact shows whether the work is higher by as much; if not, only the operator knows what he wanted.
+TEST(GrowthByContact, AChangeOfTheOriginWithoutAReasonIsAskedAboutUnlessTheContactExplainsIt) {
+    for (const Method method : {Method::coordinate, Method::time})
+        for (const bool tool : {false, true}) {
+            Shop moved = settled(method);
+            (tool ? moved.mill.lengths[2] : moved.mill.zero) = (tool ? moved.mill.tips[2] : moved.mill.table) = 40 * um;
+            for (int n = 0; n < 2; ++n) moved.cycle(10 * um);
+            EXPECT_EQ(moved.measured.origin_change(), 0);
+            EXPECT_NEAR(moved.measured.estimate(moved.used), 10 * um, 1 * um);
+            EXPECT_EQ(moved.counts().rejected, 0);
+
+            for (const OriginReason answer : {OriginReason::zero, OriginReason::by_hand, OriginReason::depth}) {
+                Shop shop = settled(method);
+                (tool ? shop.mill.lengths[1] : shop.mill.zero) = -8 * um;
+                for (int n = 0; n < 2; ++n) shop.cycle(10 * um);
+                EXPECT_NEAR(shop.measured.origin_change(), -8 * um, 0.01 * um);
+                EXPECT_NEAR(shop.measured.estimate(shop.used), 10 * um, 1 * um) << "the offset keeps the growth";
+                EXPECT_EQ(shop.measured.authority().doubt(), Doubt::origin);
+                shop.mill.reason = answer;
+                shop.cycle(10 * um);
+                shop.mill.reason = OriginReason::none;
+                EXPECT_EQ(shop.measured.origin_change(), 0);
+                for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
+                const bool in_program = answer == OriginReason::zero || (!tool && answer == OriginReason::by_hand);
+                if (!tool) {
+                    EXPECT_NEAR(shop.accepted.back(), (in_program ? 18 : 10) * um, 1 * um);
+                }
+                EXPECT_EQ(shop.measured.origin_change(), 0);
+            }
+            Shop back = settled(method);
+            (tool ? back.mill.lengths[1] : back.mill.zero) = -8 * um;
+            back.cycle(10 * um);
+            back.mill.zero = back.mill.lengths[1] = 0;
+            back.cycle(10 * um);
+            EXPECT_EQ(back.measured.origin_change(), 0) << "it was taken back";
+        }
+}
+
+// A zero that somebody touched off on a grown machine contains the growth that was not compensated then.
+TEST(GrowthByContact, AForeignZeroContainsTheGrowthOfItsMoment) {
+    Shop shop = settled(Method::coordinate);
+    const double target = std::exchange(shop.target, 0.0);
+    shop.mill.offset = 0;
+    EXPECT_NEAR(target, 10 * um, 1 * um);
+    shop.mill.table = 100 * um;
+    shop.mill.zero = 110 * um;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.measured.origin_change(), 0);
+    EXPECT_NEAR(shop.measured.estimate(shop.used), 0, 1.5 * um);
+}
+
+TEST(GrowthByContact, ARecordWithoutAnOriginTakesThatOfItsFirstContact) {
+    Shop shop = learnt();
+    ContactReferences known = shop.measured.cycle().references();
+    Shop restored;
+    for (std::int32_t i = 0; i < known.size(); ++i) {
+        known[i].contact.work_offset = known[i].contact.tool_length = 0;
+        ASSERT_TRUE(restored.measured.restore(known[i]));
+    }
+    for (int n = 0; n < 2; ++n) restored.cycle(10 * um);
+    EXPECT_NEAR(restored.measured.estimate(restored.used), 10 * um, 1 * um);
+    EXPECT_EQ(restored.measured.origin_change(), 0);
+    EXPECT_EQ(restored.measured.cycle().references()[0].contact.work_offset, -250);
+}
+
+// The time until the tool meets the work, s, in a plunge of this program.
+double until_contact(const Milling::Sample& s, double growth) {
+    const double top = s.operation == 20 ? -40 : s.operation == 30 && s.z < -21.5 ? -25 : -20;
+    return (s.z - top - growth) / 2;
+}
+
+// A dip of the load or a rise by coolant right before the contacts, once or from now on.
+TEST(GrowthByContact, ALoadThatChangesRightBeforeTheContactMovesNothingAndIsReported) {
+    for (const bool coolant : {false, true})
+        for (const double ends : {0.02, 0.05, 0.2})
+            for (const double size : {1.0, 4.0})  // %
+                for (const bool once : {false, true}) {
+                    SCOPED_TRACE(std::to_string(ends) + (coolant ? " coolant " : " dip ") + std::to_string(size));
+                    Shop shop = settled(Method::coordinate);
+                    shop.used.growth.between.by_speed = true;
+                    shop.mill.noise = 0.2;
+                    for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
+                    const double before = shop.measured.authority().offset();
+                    shop.tamper = [&](Milling::Sample& s) {
+                        if (s.motion != 2 || s.velocity >= 0 || (once && s.operation != 10)) return;
+                        const double left = until_contact(s, 10 * um);
+                        if (coolant && left < ends) s.load += size;
+                        if (!coolant && left > ends && left < ends + 0.2) s.load -= size;
+                    };
+                    for (int n = 0; n < (once ? 1 : 8); ++n) shop.cycle(10 * um);
+                    EXPECT_NEAR(shop.measured.authority().offset(), before, (once ? 2.5 : 5) * um);
+                    if (!once) {
+                        EXPECT_NE(shop.measured.authority().doubt(), Doubt::none);
+                    }
+                }
+}
+
+// Its load rings from now on, as behind a belt that has become loose: contacts shift by less than matters, or are
+// asked about.
+TEST(GrowthByContact, AResonanceThatComesLaterShiftsLittleOrIsAskedAbout) {
+    for (const double frequency : {25.0, 50.0, 100.0, 250.0})
+        for (const double quality : {1.0, 2.0, 4.0}) {
+            Shop shop = settled(Method::coordinate);
+            shop.used.growth.between.by_speed = true;
+            shop.mill.noise = 0.2;
+            for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
+            double load = 0, rate = 0;
+            shop.tamper = [&](Milling::Sample& s) {
+                const double w = 6.2832 * frequency;
+                for (int i = 0; i < 20; ++i) {
+                    const double dt = shop.mill.dt / 20;
+                    rate += dt * (w * w * (s.load - load) - w / quality * rate);
+                    load += dt * rate;
+                }
+                s.load = load;
+            };
+            for (int n = 0; n < 8; ++n) shop.cycle(10 * um);
+            const bool asked = shop.measured.authority().doubt() != Doubt::none;
+            const double error = shop.measured.authority().offset() - 10 * um;
+            EXPECT_LT(std::abs(error), (asked ? 10 : 7) * um) << frequency << ' ' << quality;
         }
 }
 

@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace plumb {
 namespace {
 
@@ -277,6 +280,63 @@ TEST(GrowthEstimator, WithoutAStepOnPurposeNoGaugeIsAccused) {
     }
     EXPECT_FALSE(machine.estimator.program_event());
     EXPECT_EQ(machine.estimator.shift(), Shift::none);
+}
+
+// Seats and blanks of 3 um, where 1 um is expected: contacts of one gauge show it within a day, and those of
+// a poor load do not.
+TEST(GrowthEstimator, LearnsHowMuchSeatsAndBlanksScatter) {
+    for (const double noise : {0.3 * um, 12 * um}) {
+        std::mt19937 generator(3);
+        std::normal_distribution<double> seat(0, 3 * um), load(0, noise);
+        GrowthEstimator estimator;
+        GrowthEstimator::Settings settings;
+        settings.between.by_speed = true;
+        estimator.step(5000, 20, false, settings, 1);
+        estimator.learn(0, noise, true, settings);
+        estimator.renew_gauges();
+        const double before = estimator.apart(settings);
+        for (int part = 1; part <= 200; ++part) {
+            for (int t = 0; t < 300; ++t) estimator.step(0, 20, false, settings, 1);
+            GrowthEstimator::Reading r;
+            r.growth = seat(generator) + load(generator);
+            r.noise = noise;
+            r.reference_sigma = std::hypot(noise, 1 * um);
+            r.gauge = 0;
+            r.of_tool = 1;
+            r.cycle = part;
+            estimator.judge(r, settings);
+        }
+        if (noise < 1 * um) {
+            EXPECT_NEAR(estimator.apart(settings), std::sqrt(3 * 9 - 1) * um, 1.5 * um);
+        } else {
+            EXPECT_NEAR(estimator.apart(settings), before, 0.7 * um);
+        }
+    }
+}
+
+TEST(GrowthEstimator, ReferencesThatDisagreeAreLessCertainTogether) {
+    const auto apart = [](double distance) {
+        GrowthEstimator estimator;
+        GrowthEstimator::Settings settings;
+        settings.between.by_speed = true;
+        estimator.step(5000, 20, false, settings, 1);
+        estimator.learn(0, 1 * um, true, settings);
+        estimator.renew_gauges();
+        for (int part = 1; part <= 12; ++part)
+            for (int gauge = 0; gauge < 2; ++gauge) {
+                for (int t = 0; t < 150; ++t) estimator.step(0, 20, false, settings, 1);
+                GrowthEstimator::Reading r;
+                r.growth = (gauge == 0 ? 0.5 : -0.5) * distance;
+                r.noise = 1 * um;
+                r.reference_sigma = 1.5 * um;
+                r.gauge = gauge;
+                r.of_tool = 3;
+                r.cycle = part;
+                estimator.judge(r, settings);
+            }
+        return estimator.apart(settings);
+    };
+    EXPECT_GT(apart(7 * um), 1.3 * apart(1 * um));
 }
 
 }  // namespace

@@ -216,11 +216,12 @@ def emergency_stop():
 
 
 def identity():
-    part = Part("The identity of program and tools")
+    part = Part("The identity of program and tools, and the work offset of Z")
     part.nets = [
         ["program-id", "linuxcnc-link.program-id"],
         ["tool-set-id", "linuxcnc-link.tool-set-id"],
         ["identified", "linuxcnc-link.identified"],
+        ["work-offset", "linuxcnc-link.work-offset"],
     ]
     return part
 

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/blocks/bounded.hpp"
+#include "components/math/blocks/slew_limit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+
+// The offset that follows a growth: in steps of a tolerance, within a bound, at a rate, and only when the
+// offset may move.
+class GrowthOffset {
+public:
+    struct Settings {
+        double tolerance = 0;   // mu, smallest change that is applied
+        double max_offset = 0;  // mu
+        double max_rate = 0;    // mu/s
+    };
+
+    struct Wish {
+        bool applying = false;    // else it returns to 0
+        bool known = false;       // there is a growth
+        bool accepted = false;    // a contact, in this period: it is applied from the first one on
+        bool may_change = false;  // the growth that it follows
+        bool may_move = false;    // Z, now
+        double growth = 0;        // mu
+        double step = 0;          // mu, on purpose beside the growth
+    };
+
+    // One period of dt > 0, in s.
+    void step(const Wish& wish, const Settings& settings, double dt) noexcept {
+        following_ = wish.applying && wish.known && (following_ || wish.accepted);
+        if (!wish.applying) target_ = 0;
+        if (following_ && wish.may_change && std::abs(wish.growth - target_) > settings.tolerance)
+            target_ = wish.growth;
+        const double asked = wish.applying ? target_ + wish.step : 0;
+        const double offset = bounded(asked, settings.max_offset);
+        limited_ = offset != asked;
+        if (wish.may_move) slew_.step(offset, settings.max_rate, dt);
+    }
+
+    double value() const noexcept { return slew_.value(); }  // mu
+    bool limited() const noexcept { return limited_; }       // the growth exceeds the bound
+
+private:
+    bool following_ = false, limited_ = false;
+    double target_ = 0;  // mu
+    SlewLimit slew_;
+};
+
+}  // namespace plumb
