@@ -11,7 +11,7 @@ import traceback
 
 import linuxcnc
 import plumb
-from hal_state import SHOWN, State
+from hal_state import SHOWN, State, thread_rows
 from numbers_of_programs import renumbered
 from plumb_linuxcnc import Machine, OperatorError, Overdue
 
@@ -80,7 +80,7 @@ def check(task):
 
 def order(name, theirs, sequence):
     """Whether the functions stand together in the thread, with none of the machine's between them."""
-    present = next(words[5:] for words in map(str.split, show()["thread"].splitlines()) if words[2:3] == [name])
+    present = next(words[5:] for words in thread_rows(show()["thread"]) if words[2] == name)
     present = [function for function in present if function in theirs or function in sequence]
     begin = present.index(sequence[0]) if sequence[0] in present else 0
     wrong = next((pair for pair in zip(sequence, present[begin:]) if pair[0] != pair[1]), None)

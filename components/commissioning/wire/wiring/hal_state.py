@@ -29,7 +29,7 @@ class State:
         self.parameters = {words[4]: words[0] for words in _rows(texts["param"], 5)}
         self.values = {words[4]: words[3] for words in _rows(texts["param"], 5)}
         self.periods = {}  # of the threads, in ns
-        for words in _rows(texts["thread"], 3):
+        for words in thread_rows(texts["thread"]):
             self.threads[words[2]] = words[5:]
             self.periods[words[2]] = words[0]
 
@@ -53,6 +53,17 @@ class State:
 
     def thread_with(self, function):
         return next((name for name, functions in self.threads.items() if function in functions), None)
+
+
+def thread_rows(text):
+    """A list for each thread: period, floating point, name, times and functions. LinuxCNC 2.10 shows a function a line."""
+    rows = []
+    for words in map(str.split, text.splitlines()):
+        if len(words) == 1 and rows:
+            rows[-1] += words
+        elif len(words) >= 3:
+            rows.append(words)
+    return rows
 
 
 def _rows(text, least):
