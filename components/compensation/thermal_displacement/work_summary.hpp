@@ -12,12 +12,12 @@ namespace plumb {
 struct WorkSummary : hal::Group {
     using Group::Group;
 
-    // Once a period. `counts`: a part is made with compensation; offset and its sigma in mu.
-    void step(bool counts, double offset, double sigma, bool doubted, double dt) noexcept {
+    // Once a period. `counts`: a part is made with compensation; the offset in force and its sigma in mu.
+    void step(bool counts, double in_force, double sigma, bool doubted, double dt) noexcept {
         time_ += dt;
         if (counts && !counted_) over = false;
         if (counts) {
-            if (std::abs(offset) > std::abs(largest_)) largest_ = offset;
+            if (std::abs(in_force) > std::abs(largest_)) largest_ = in_force;
             doubted_ |= doubted;
             sigma_ = sigma;
         } else if (counted_) {

@@ -32,8 +32,9 @@ TEST(OvershootModel, PredictsOtherStrokesOfALinearAxisWithinItsDoubt) {
                 const double truth = beyond(wanted, T, 2 * um);
                 EXPECT_LE(std::abs(its.beyond - truth), its.doubt) << T << " " << length;
                 EXPECT_NEAR(its.beyond, truth, 0.05 * std::abs(truth) + um) << T << " " << length;
-                if (length == 40 && acceleration < 1000)
+                if (length == 40 && acceleration < 1000) {
                     EXPECT_LT(its.doubt, 0.2 * std::abs(truth) + 20 * um) << T << " " << acceleration;
+                }
             }
     }
 }
