@@ -20,8 +20,10 @@ PO = os.path.join(ROOT, "components", "screens", "locale", "de.po")
 
 def of_sources():
     found = {}
-    commission = os.path.join(ROOT, "components", "commissioning", "commission")
-    folders = (os.path.join(ROOT, "components", "screens", "panel"), commission, os.path.join(commission, "commissioning"), os.path.join(commission, "commissioning", "functions"))
+    screens = os.path.join(ROOT, "components", "screens")
+    core = os.path.join(screens, "commissioning")
+    program = os.path.join(ROOT, "components", "commissioning", "commission")
+    folders = (os.path.join(screens, "panel"), core, os.path.join(core, "functions"), program)
     for path in sorted(path for folder in folders for path in glob.glob(os.path.join(folder, "*.py"))):
         with open(path, encoding="utf-8") as file:
             for match in CALL.finditer(file.read()):

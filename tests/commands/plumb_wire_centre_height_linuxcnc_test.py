@@ -84,7 +84,7 @@ class Lathe(unittest.TestCase):
         write(os.path.join(folder, "tool.tbl"), "T1 P1 X+1.0 Z+0 D+0.1 ;turning tool\n")
         write(os.path.join(folder, "cuts.ngc"), LATHE % tuple(DIAMETERS))
         write(os.path.join(folder, "inch.ngc"), INCH)
-        write(os.path.join(folder, "on.hal"), "setp interlock.function-switch-0 1\n")
+        write(os.path.join(folder, "on.hal"), "setp interlock.function-switch-0 1\nsetp interlock.commissioning 0\n")
         status, output, _ = plumb_wire("centre_height", "--ini", ini, "--apply")
         self.assertEqual(status, 0, output)
         text = read(ini).replace("DISPLAY = axis", "DISPLAY = " + os.path.join(ROOT, "configs", "common", "headless.py"))
