@@ -45,10 +45,14 @@ bool is_faketimes(const std::string& name) {
     return begins_with(name, faketimes_memory[0]) || begins_with(name, faketimes_memory[1]);
 }
 
-// libfaketime names its memory for the process that makes it, and does not remove it when that ends.
+// libfaketime's memory is named for the process that makes it, which does not remove it when it ends. A host that clears
+// its own is at its end.
 bool is_of_live_program(const std::string& name) {
-    for (const char* const beginning : faketimes_memory)
-        if (begins_with(name, beginning)) return alive(std::atoi(name.c_str() + std::strlen(beginning)));
+    for (const char* const beginning : faketimes_memory) {
+        if (!begins_with(name, beginning)) continue;
+        const int maker = std::atoi(name.c_str() + std::strlen(beginning));
+        return maker != getpid() && alive(maker);
+    }
     return false;
 }
 
