@@ -47,17 +47,17 @@ public:
     // As a double, which holds every value of every type but a port's (a handle), and of 64 bits those up to 2^53.
     double number() const {
         switch (type_) {
-            case Type::bit: return data_->b ? 1.0 : 0.0;
-            case Type::real: return data_->f;
-            case Type::s32: return data_->s;
-            case Type::u32: return data_->u;
+            case Type::bit: return as<hal_bit_t>() ? 1.0 : 0.0;
+            case Type::real: return as<hal_float_t>();
+            case Type::s32: return as<hal_s32_t>();
+            case Type::u32: return as<hal_u32_t>();
 #ifdef PLUMB_LINUXCNC_2_10
-            case Type::s64: return static_cast<double>(data_->ls);
-            case Type::u64: return static_cast<double>(data_->lu);
+            case Type::s64: return static_cast<double>(as<hal_s64_t>());
+            case Type::u64: return static_cast<double>(as<hal_u64_t>());
 #endif
             default: break;
         }
-        return data_->p;
+        return as<hal_port_t>();
     }
 
     // Whether the type holds the number without a change.
@@ -78,13 +78,13 @@ public:
     // accepts().
     void set_number(double number) const {
         switch (type_) {
-            case Type::bit: data_->b = number != 0.0; break;
-            case Type::real: data_->f = number; break;
-            case Type::s32: data_->s = static_cast<std::int32_t>(number); break;
-            case Type::u32: data_->u = static_cast<std::uint32_t>(number); break;
+            case Type::bit: as<hal_bit_t>() = number != 0.0; break;
+            case Type::real: as<hal_float_t>() = number; break;
+            case Type::s32: as<hal_s32_t>() = static_cast<std::int32_t>(number); break;
+            case Type::u32: as<hal_u32_t>() = static_cast<std::uint32_t>(number); break;
 #ifdef PLUMB_LINUXCNC_2_10
-            case Type::s64: data_->ls = static_cast<std::int64_t>(number); break;
-            case Type::u64: data_->lu = static_cast<std::uint64_t>(number); break;
+            case Type::s64: as<hal_s64_t>() = static_cast<std::int64_t>(number); break;
+            case Type::u64: as<hal_u64_t>() = static_cast<std::uint64_t>(number); break;
 #endif
             default: break;
         }
@@ -120,6 +120,12 @@ private:
 
     static constexpr double largest_whole = 9007199254740992.0;  // 2^53: a double holds all whole numbers up to it
 
+    // HAL's parameters stand where their own type may, not where the union may.
+    template <class Stored>
+    Stored& as() const {
+        return *static_cast<Stored*>(data_);
+    }
+
     template <class Whole>
     static bool whole_within(double number) {
         return std::trunc(number) == number && number >= std::numeric_limits<Whole>::min() &&
@@ -131,7 +137,7 @@ private:
     }
 
     Type type_;
-    hal_data_u* data_;
+    void* data_;
 };
 
 class NamedPin : public AnyValue {
