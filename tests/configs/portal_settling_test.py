@@ -124,11 +124,11 @@ class Settling(unittest.TestCase):
 
     def test_jogs_do_not_wait(self):
         self.assertEqual(self.facts["jogged while it ramps"], [True, True])
-        rows = self.rows["jog"]
+        rows = self.rows["jog_in_both_modes"]
         jogs = self.shift["motion.coord-mode"][rows] == 0
         self.assertGreater(np.count_nonzero(jogs), 200)
         self.assertEqual(self.shift["square.settling"][rows][jogs].max(), 0)
-        self.assertEqual(self.messages["jog"], [])
+        self.assertEqual(self.messages["jog_in_both_modes"], [])
 
     def test_released_early_the_operator_gets_the_reason(self):
         for scene, code, why in (

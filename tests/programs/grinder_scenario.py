@@ -145,8 +145,7 @@ class Shift(Scenario):
         self.abort_in_the_work()
         self.machine.mode(linuxcnc.MODE_MANUAL)
         self.machine.axis_mode()
-        self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, 0, 20, 5)
-        self.await_condition(lambda: abs(self.host.get("joint.0.pos-cmd") - 35) < 0.001, "the jog")
+        self.jog(0, 5, speed=20)
         self.facts["jogged"] = self.host.get("chop.active")
         self.await_pin("chop.at-end", 1)
         self.machine.mdi("G0 X0")
@@ -294,8 +293,7 @@ class Shift(Scenario):
         self.facts["mdi_after_stop"] = self.host.get("grinder.truth-position")
         self.machine.mode(linuxcnc.MODE_MANUAL)
         self.machine.axis_mode()
-        self.machine.command.jog(linuxcnc.JOG_INCREMENT, False, 2, 20, 40)
-        self.await_condition(lambda: abs(self.host.get("joint.2.pos-cmd") - 20) < 0.001, "the jog")
+        self.jog(2, 40, speed=20)
         self.machine.run("contour.ngc")
 
     def despite_messages(self, act):

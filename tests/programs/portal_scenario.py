@@ -106,18 +106,15 @@ class Shift(Scenario):
     def jog_joints(self):
         self.machine.mode(linuxcnc.MODE_MANUAL)
         self.machine.joint_mode()
-        self.jog(True, -20)
+        self.jog_each(True, -20)
 
     def jog_axes(self):
         self.machine.axis_mode()
-        self.jog(False, 20)
+        self.jog_each(False, 20)
 
-    def jog(self, is_joint, way):
+    def jog_each(self, is_joint, way):
         for number in range(3):
-            pin = "joint.%d.pos-cmd" % number
-            end = self.host.get(pin) + way
-            self.machine.command.jog(linuxcnc.JOG_INCREMENT, is_joint, number, 50, way)
-            self.await_condition(lambda: abs(self.host.get(pin) - end) < 1e-3, "%s %g" % (pin, end))
+            self.jog(number, way, 50, is_joint)
         self.rest()
 
     def uncorrected_path(self):

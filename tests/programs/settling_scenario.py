@@ -50,7 +50,7 @@ class Shift(Scenario):
         self.scene("behind_a_rapid", "T3 M6\nG43\nG0 X10\nG1 X20\n")
         self.scene("arc", "T3 M6\nG43\nG0 X0\nG2 X10 Y10 I10\n")
         self.scene("no_longer", "T1 M6\nG43\nG1 X20\n")
-        for scene in (self.mdi, self.abort, self.jog, self.late, self.disable, self.in_a_cut):
+        for scene in (self.mdi, self.abort, self.jog_in_both_modes, self.late, self.disable, self.in_a_cut):
             self.scene(scene.__name__, scene, rate=SLOWLY)
         for name, thread in (("thread", "G33 Z-20 K1"), ("tap", "G33.1 Z-20 K1")):
             words = "S600 M3\nG4 P1\nG43 H3\n%sG91 " + thread + "\nG90 M5\n"
@@ -94,14 +94,12 @@ class Shift(Scenario):
         self.facts["aborted"] = [self.host.get("joint.0.pos-cmd"), self.host.get("square.settling")]
         self.machine.mdi("G1 X20 F3000")
 
-    def jog(self):
+    def jog_in_both_modes(self):
         self.machine.mdi("T3 M6 G43")
         self.machine.mode(linuxcnc.MODE_MANUAL)
         for is_joint, change in ((False, self.machine.axis_mode), (True, self.machine.joint_mode)):
             change()
-            end = self.host.get("joint.1.pos-cmd") + 5
-            self.machine.command.jog(linuxcnc.JOG_INCREMENT, is_joint, 1, 50, 5)
-            self.machine.wait_for(lambda status: abs(self.host.get("joint.1.pos-cmd") - end) < 1e-6, "the jog", 10)
+            self.jog(1, 5, 50, is_joint)
             self.facts.setdefault("jogged while it ramps", []).append(self.host.get("square.ramping"))
         self.machine.axis_mode()
 

@@ -19,6 +19,7 @@ import json
 import os
 import subprocess
 
+import linuxcnc
 from plumb_linuxcnc import Machine
 
 WORKED = 42  # exit status, no one else's
@@ -87,6 +88,23 @@ class Scenario:
             if self.host.time > latest:
                 raise RuntimeError("%s did not come" % what)
             self.machine.wait(0.005)
+
+    def jog(self, number, distance, speed, is_joint=False):
+        """Jogs an axis, or a joint, and waits until LinuxCNC has ended the jog: until then it changes no mode. Messages to the
+        operator do not end the wait."""
+
+        def place():
+            status = self.machine.poll()
+            position, moving = (status.joint_position, status.joint) if is_joint else (status.position, status.axis)
+            return position[number], moving[number]["velocity"]
+
+        def is_there():
+            position, velocity = place()
+            return abs(position - end) < 1e-3 and velocity == 0
+
+        end = place()[0] + distance
+        self.machine.command.jog(linuxcnc.JOG_INCREMENT, is_joint, number, speed, distance)
+        self.await_condition(is_there, "the end of the jog")
 
 
 def run(scenario, recording=None, facts="facts.json"):
