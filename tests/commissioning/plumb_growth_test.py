@@ -274,6 +274,156 @@ class Report(unittest.TestCase):
         self.assertIn("of the machine 'another'", error)
 
 
+class Practice(unittest.TestCase):
+    """What a growth test needs beside its bores: the artifact's own expansion, the cool-down, both ends of a travel, the probe."""
+
+    ARTIFACT = ("artifact,4,23,1,0,-100,0",)
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+
+    def tearDown(self):
+        shutil.rmtree(self.folder)
+
+    def result_of(self, name, settings=None, head=(), truth=False, change=None):
+        """Results and log of a test; `change` edits the text of the log."""
+        folder = os.path.join(self.folder, name)
+        os.mkdir(folder)
+        log = run_test(folder, 3, settings, head=head, truth=truth)
+        if change:
+            with open(log, encoding="ascii") as file:
+                text = change(file.read())
+            with open(log, "w", encoding="ascii") as file:
+                file.write(text)
+        return results_of(log, folder), log
+
+    @staticmethod
+    def deviations(results, axis):
+        return [point["deviation_mm"][axis] for series in results["series"] for point in series["points"]]
+
+    def test_the_expansion_of_the_artifact_is_taken_out_by_its_sensor(self):
+        def warm(expansion):  # a bed that warms the artifact by 3 K
+            return {"artifact.artifact-expansion": expansion, "artifact.bed-rise": 24}
+        still, plain = self.result_of("still", warm(0))[0], self.result_of("plain", warm(23))[0]
+        known = self.result_of("known", warm(23), self.ARTIFACT)[0]
+
+        def apart(results, axis):
+            return max(abs(a - b) for a, b in zip(self.deviations(results, axis), self.deviations(still, axis)))
+        for axis, least in ((1, 3), (2, 1.5)):
+            self.assertGreater(apart(plain, axis), least * UM)
+            self.assertLess(apart(known, axis), 0.15 * apart(plain, axis))
+        self.assertLess(apart(known, 0), 0.4 * UM)
+        self.assertFalse(plain["practice"]["artifact"]["applied"])
+        self.assertTrue(known["practice"]["artifact"]["applied"])
+        # 160 mm in Y: 0.2 K of the sensor, and 1 of 23 parts of a million.
+        self.assertEqual(plain["axes"]["Y"]["budget"]["artifact_mm"], 0)
+        self.assertGreater(known["axes"]["Y"]["budget"]["artifact_mm"], 0.7 * UM)
+        self.assertGreater(known["axes"]["Y"]["uncertainty_mm"], plain["axes"]["Y"]["uncertainty_mm"])
+        without, _ = self.result_of("lost", warm(23), self.ARTIFACT,
+                                  change=lambda text: "\n".join(re.sub(r"^(temperature,.*,4,.*),1,", r"\1,0,", line) for line in text.split("\n")))
+        self.assertFalse(without["practice"]["artifact"]["applied"])
+        self.assertIn("its sensor reported no valid temperature", " ".join(without["notes"]))
+
+    def test_off_and_on_in_mirrored_passes_give_the_same_drift_and_gain(self):
+        plain, _ = self.result_of("plain")
+        mirrored, log = self.result_of("mirrored", {"artifact.mirrored": 1})
+        with open(log, encoding="ascii") as file:
+            visits = [(int(fields[5]), fields[6], fields[7]) for fields in (line.split(",") for line in file)
+                      if fields[0] == "event" and fields[9] == "measured" and fields[3] == "1"]
+        off = [(bore, turned) for bore, turned, on in visits if on == "0"]
+        self.assertEqual(off, [(bore, turned) for turned in "01" for bore in (1, 2, 3, 4)] + [(1, "0")])
+        self.assertEqual([(bore, turned) for bore, turned, on in visits if on == "1"], off[::-1])
+        self.assertEqual([on for _, _, on in visits], ["0"] * 9 + ["1"] * 9)
+        for results in (plain, mirrored):
+            self.assertLess(abs(results["axes"]["Z"]["gain"]["value"] - 1), 0.15)
+        for axis in "YZ":
+            self.assertLess(abs(mirrored["axes"][axis]["off"]["at_end_mm"] - plain["axes"][axis]["off"]["at_end_mm"]), 4 * UM)
+
+    def test_a_sphere_shows_three_axes(self):
+        results, _ = self.result_of("sphere", {"artifact.sphere": 1, "artifact.both-orientations": 0, "artifact.both-states": 0}, truth=True)
+        with open(os.path.join(self.folder, "sphere", "truth.csv"), encoding="ascii") as file:
+            names = file.readline().strip().split(",")
+            rows = [dict(zip(names, map(float, line.split(",")))) for line in file]
+        (series,) = results["series"]
+        self.assertEqual(series["bore"], 9)
+        first = None
+        for point in series["points"]:
+            near = min((row for row in rows if row["growth-test.at-bore"]), key=lambda row: abs(row["growth-test.elapsed"] - point["time_s"]))
+            true = [near["artifact.truth-%s-deviation" % axis] for axis in "xyz"]
+            first = first or true
+            for found, now, then in zip(point["deviation_mm"], true, first):
+                self.assertLess(abs(found - (now - then)), 5 * UM)
+            self.assertLess(abs(point["diameter_mm"] - 20), 0.05)
+        self.assertGreater(results["axes"]["Z"]["off"]["largest_mm"], 20 * UM)
+
+    def test_the_cool_down_is_recorded_and_does_not_change_the_verdict(self):
+        plain, _ = self.result_of("plain")
+        cooled, log = self.result_of("cooled", {"artifact.cool-down": 6, "artifact.rest-time": 3600})
+        self.assertEqual(cooled["verdict"], plain["verdict"])
+        self.assertEqual([len(each["points"]) for each in cooled["series"]], [len(each["points"]) for each in plain["series"]])
+        self.assertEqual({len(each["cool_down"]) for each in cooled["series"]}, {6})
+        self.assertEqual(plain["practice"]["cool_down_s"], 0)
+        self.assertGreater(cooled["practice"]["cool_down_s"], 6 * 3600)
+        its = cooled["practice"]["cool_down"]["Z"]
+        self.assertLess(abs(its["left_mm"]), 0.2 * abs(its["warm_mm"]))
+        self.assertLess(its["largest_rate_mm_per_h"] * its["warm_mm"], 0)
+        for axis in "XYZ":
+            self.assertEqual(cooled["axes"][axis]["off"]["largest_mm"], plain["axes"][axis]["off"]["largest_mm"])
+        with open(os.path.join(os.path.dirname(log), "report.html"), encoding="utf-8") as file:
+            self.assertIn("The machine rested for", file.read())
+
+    def test_both_ends_of_a_travel_show_the_expansion_of_the_axis(self):
+        results, log = self.result_of("ends", {"artifact.artifact-expansion": 0, "artifact.x-screw-strain": 60}, truth=True)
+        its = results["practice"]["ends"]["X"]
+        self.assertEqual((its["low_bore"], its["high_bore"], its["distance_mm"]), (3, 4, 160))
+        with open(os.path.join(os.path.dirname(log), "truth.csv"), encoding="ascii") as file:
+            names = file.readline().strip().split(",")
+            rows = [dict(zip(names, map(float, line.split(",")))) for line in file]
+        with open(log, encoding="ascii") as file:
+            visits = {(fields[3], fields[5]): int(fields[4]) for fields in (line.split(",") for line in file)
+                      if fields[0] == "event" and fields[9] == "measured" and fields[6:8] == ["0", "0"]}
+
+        def true(number, bore):
+            its = [row["artifact.truth-x-deviation"] for row in rows if row["growth-test.visit"] == visits[number, bore] and row["growth-test.at-bore"]]
+            return sum(its) / len(its)
+        last = max((key[0] for key in visits), key=int)
+        strain = (true(last, "4") - true(last, "3") - true("1", "4") + true("1", "3")) / 160
+        self.assertLess(strain, -20e-6)  # the tip goes further out, and meets the bore early
+        self.assertLess(abs(its["expansion"] - strain), 2 * its["uncertainty"])
+        self.assertLess(its["uncertainty"], 8e-6)
+
+    def test_a_probe_that_changes_is_seen_by_the_diameters(self):
+        def worn(text):
+            lines = []
+            for line in text.split("\n"):
+                fields = line.split(",")
+                if fields[0] == "touch" and int(fields[3]) > 3 and fields[9][1] != "Z":
+                    at = 10 + "XYZ".index(fields[9][1])
+                    fields[at] = repr(float(fields[at]) + (0.002 if fields[9][0] == "+" else -0.002))
+                lines.append(",".join(fields))
+            return "\n".join(lines)
+        known = {"artifact.artifact-expansion": 23}
+        plain = self.result_of("plain", known, self.ARTIFACT)[0]
+        changed = self.result_of("worn", known, self.ARTIFACT, change=worn)[0]
+        self.assertFalse(plain["practice"]["probe"]["seen"])
+        self.assertTrue(changed["practice"]["probe"]["seen"])
+        self.assertAlmostEqual(changed["practice"]["probe"]["largest_mm"], 4 * UM, delta=0.6 * UM)
+        self.assertAlmostEqual(changed["axes"]["Z"]["budget"]["probe_mm"], 2 * UM / math.sqrt(3), delta=0.3 * UM)
+        self.assertEqual(changed["axes"]["X"]["budget"]["probe_mm"], 0)
+
+    def test_a_machine_that_stands_shows_its_environment(self):
+        results, log = self.result_of("environment", {"artifact.work-speed": 0, "growth-test.least-rise": 0},
+                                    change=lambda text: text.replace("warming,spindle", "warming,none"))
+        self.assertIn("Environmental temperature variation error", results["clause"])
+        with open(os.path.join(os.path.dirname(log), "report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertIn("ETVE Z", page)
+        self.assertNotIn("<h2>Cool-down</h2>", page)
+        self.assertGreater(results["practice"]["temperature_ranges_k"]["air"], 0.5)
+        with open(log, encoding="ascii") as file:
+            self.assertNotIn(",fault,4", file.read())
+
+
 class Faults(unittest.TestCase):
     def test_each_fault_of_a_compensation_is_named(self):
         for fault, words in FAULTS.items():

@@ -163,7 +163,8 @@ class Trunnion(unittest.TestCase):
     def test_a_trunnion_and_one_state_are_probed(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
-        program(machine, "trunnion.ngc", "[1] [1] [0] [0]", "#<_growth_trunnion> = 1\n" + SHORT)
+        cool_down = "#<_growth_cool_down> = 2\n#<_growth_rest> = 1\n"
+        program(machine, "trunnion.ngc", "[1] [1] [0] [0]", "#<_growth_trunnion> = 1\n" + cool_down + SHORT)
         change(os.path.join(machine, "growth.toml"), "folder       =", 'table        = "A"\nfolder       =')
         status, output = run(folder, machine, shortened(machine, "trunnion.ini"))
         self.assertEqual(status, 0, output)
@@ -171,6 +172,8 @@ class Trunnion(unittest.TestCase):
         self.assertEqual([(s["turned"], s["compensated"]) for s in results["series"]], [(False, False), (True, False)])
         self.assertIn("Only one state was probed", results["compensation"]["sentence"])
         self.assertEqual(len(results["orientations"]), 1)
+        self.assertEqual({(len(s["points"]), len(s["cool_down"])) for s in results["series"]}, {(2, 2)})
+        self.assertTrue(results["practice"]["artifact"]["applied"])
 
 
 class Single(unittest.TestCase):

@@ -76,6 +76,12 @@ void split_places(GrowthAnalysis& analysis) {
     }
 }
 
+std::vector<GrowthPoint> GrowthSeries::all() const {
+    std::vector<GrowthPoint> both = points;
+    both.insert(both.end(), cool_down.begin(), cool_down.end());
+    return both;
+}
+
 std::string GrowthSeries::name() const {
     return (sphere ? "sphere " : "bore ") + std::to_string(bore) + (turned ? ", 180\u00b0" : ", 0\u00b0");
 }
@@ -120,7 +126,8 @@ GrowthAnalysis analysed(const GrowthLog& log) {
         if (r.item == 7) ++analysis.rejected;
         if (r.item == 8) ++analysis.faults;
     }
-    const std::vector<GrowthVisit> visits = growth_visits(log);
+    std::vector<GrowthVisit> visits = growth_visits(log);
+    analysis.expansion = take_out_expansion(log, visits);
     double squares = 0, circles = 0;
     for (const GrowthVisit& visit : visits) {
         cooled.insert(visit.cooled);
@@ -138,6 +145,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     judge_compensation(analysis, visits);
     split_places(analysis);
     decide(analysis);
+    analysis.practice = growth_practice(analysis);
     if (!log.torn.empty()) analysis.notes.push_back("The log is not complete: " + log.torn + ".");
     if (analysis.cooling_toggled)
         analysis.notes.push_back(
@@ -153,6 +161,9 @@ GrowthAnalysis analysed(const GrowthLog& log) {
         analysis.notes.push_back("The computer was started again in " +
                                  std::to_string(analysis.unknown_breaks) +
                                  " of these breaks. Their length is not known, and counts as 0.");
+    if (log.artifact && !analysis.expansion.applied)
+        analysis.notes.push_back(
+            "The expansion of the artifact was not taken out: " + analysis.expansion.why_not + ".");
     if (!log.checked)
         analysis.notes.push_back(
             "The log is of version 1, without checksums: a damaged digit is not noticed.");

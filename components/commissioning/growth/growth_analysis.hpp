@@ -2,7 +2,10 @@
 // What a log of a growth test shows. Lengths are millimetres, times s since the test began.
 #pragma once
 
+#include "components/commissioning/growth/artifact_expansion.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
+#include "components/commissioning/growth/growth_practice.hpp"
+#include "components/commissioning/growth/probe_drift.hpp"
 #include "components/compensation/thermal_growth/growth_status.hpp"
 #include "components/io/files/growth_log_file.hpp"
 #include "components/math/growth/compensation_effect.hpp"
@@ -35,8 +38,10 @@ struct GrowthPoint {
 struct GrowthSeries {
     int bore = 0;
     bool turned = false, compensated = false, sphere = false;
-    std::vector<GrowthPoint> points;
+    std::vector<GrowthPoint> points;     // of the machine that warms
+    std::vector<GrowthPoint> cool_down;  // after the stop, with the machine at rest
 
+    std::vector<GrowthPoint> all() const;
     std::string name() const;
 };
 
@@ -56,13 +61,14 @@ struct GrowthOfAxis {
 // The uncertainty of a deviation of one bore along one axis: standard uncertainties in mm, by their source.
 // The reference pass has seat, touch and drift once more.
 struct GrowthBudget {
-    double touch = 0;    // of the touches
-    double seat = 0;     // of the probe in the spindle, with all other changes from pass to pass
-    double drift = 0;    // within the pass, left by its removal
-    double freedom = 1;  // degrees of freedom of all
+    double touch = 0;                // of the touches
+    double seat = 0;                 // of the probe in the spindle, with all other changes from pass to pass
+    double drift = 0;                // within the pass, left by its removal
+    double artifact = 0, probe = 0;  // of a deviation: by the artifact's expansion, by the probe's own drift
+    double freedom = 1;              // degrees of freedom of all
 
     double pass() const { return std::sqrt(touch * touch + seat * seat + drift * drift); }
-    double standard() const { return std::sqrt(2.0) * pass(); }
+    double standard() const { return std::sqrt(2 * pass() * pass() + artifact * artifact + probe * probe); }
     double expanded() const { return coverage_factor(freedom) * standard(); }  // U, 95 %
 };
 
@@ -78,9 +84,12 @@ struct GrowthAnalysis {
     std::array<GrowthBudget, 3> budgets;  // of a deviation of each axis
     std::array<double, 3> of_mean{};      // standard uncertainty of a deviation in the mean of all bores
     double uncertainty = 0;               // standard, of a deviation of the worst axis
-    bool duty_changed = false;            // the spindle speed of the work between the passes
-    double last_hour = 0;      // largest change of a deviation in it; not a number if it is not known
-    double touch_scatter = 0;  // rms about the circles
+    ArtifactExpansion expansion;
+    ProbeDrift probe;
+    GrowthPractice practice;
+    bool duty_changed = false;  // the spindle speed of the work between the passes
+    double last_hour = 0;       // largest change of a deviation in it; not a number if it is not known
+    double touch_scatter = 0;   // rms about the circles
     std::array<GrowthOfAxis, 3> off, on;
     bool has_off = false, has_on = false;
     std::array<CompensationGain, 3> gain;

@@ -62,6 +62,7 @@ void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visi
     const TouchRepeats repeats = touch_repeats(visits);
     const double touch = std::max(repeats.freedom > 0 ? repeats.sigma : analysis.touch_scatter, least_touch);
     const DriftInPass drift = drift_in_passes(visits);
+    analysis.probe = probe_drift(visits, touch);
     for (int axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<std::size_t>(axis);
         GrowthBudget& its = analysis.budgets[i];
@@ -75,7 +76,11 @@ void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visi
         // Welch and Satterthwaite.
         const double touches = std::pow(its.touch, 4) / std::max(repeats.freedom, 1.0),
                      seats = std::pow(its.seat, 4) / std::max(pass.freedom, 1.0);
-        its.freedom = std::pow(its.pass(), 4) / (touches + seats);
+        its.artifact = analysis.expansion.uncertainty[axis];
+        // The centre of a bore does not depend on the travel of the probe until it trips; the face does.
+        if (axis == 2 && analysis.expansion.applied && analysis.probe.seen())
+            its.probe = std::abs(analysis.probe.largest()) / 2 / std::sqrt(3.0);
+        its.freedom = std::pow(its.standard(), 4) / (4 * (touches + seats));
         analysis.of_mean[i] = std::sqrt(2.0) * std::sqrt(its.seat * its.seat + of_mean * of_mean);
         analysis.uncertainty = std::max(analysis.uncertainty, its.standard());
     }

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <tuple>
 
-#include "components/commissioning/growth/growth_visits.hpp"
+#include "components/commissioning/growth/artifact_expansion.hpp"
 #include "components/io/files/csv.hpp"
 #include "components/math/blocks/first_order_lag.hpp"
 
@@ -79,7 +79,9 @@ GrowthCourse course_of(const GrowthLog& log) {
     course.millimetres = log.millimetres;
     course.places = true;
     std::map<std::pair<int, bool>, int> groups;
-    for (const GrowthVisit& visit : growth_visits(log)) {
+    std::vector<GrowthVisit> visits = growth_visits(log);
+    course.expansion_out = take_out_expansion(log, visits).applied;
+    for (const GrowthVisit& visit : visits) {
         const auto number = static_cast<int>(groups.size());
         const int group = groups.try_emplace({visit.bore, visit.turned}, number).first->second;
         // The position of the joint, which contains the compensation: its state does not matter.

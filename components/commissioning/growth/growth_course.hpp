@@ -31,6 +31,7 @@ struct GrowthCourse {
     std::string file, machine, begun;
     double millimetres = 1;       // in a machine unit
     bool places = false;          // the values are positions of the axes
+    bool expansion_out = false;   // the artifact's own expansion has been taken out
     std::vector<Sensor> sensors;  // those with a valid value
     GrowthSamples speeds;         // rpm
     std::vector<Value> values;    // in the order of time

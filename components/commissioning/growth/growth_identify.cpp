@@ -200,7 +200,7 @@ Data read(const GrowthCourse& course, const GrowthIdentifyOptions& options) {
         const bool chosen = wanted.empty()
                                 ? !is_artifact
                                 : std::find(wanted.begin(), wanted.end(), sensor.name) != wanted.end();
-        if (is_artifact && !chosen) data.artifact = sensor;
+        if (is_artifact && !chosen && !course.expansion_out) data.artifact = sensor;
         if (!chosen) continue;
         if (sensor.number >= GrowthLaw::sensors)
             refuse("sensor " + std::to_string(sensor.number + 1) +

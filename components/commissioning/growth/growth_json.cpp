@@ -35,6 +35,8 @@ nlohmann::json budget_json(const GrowthBudget& budget) {
     return {{"touch_mm", budget.touch},
             {"seat_mm", budget.seat},
             {"drift_mm", budget.drift},
+            {"artifact_mm", budget.artifact},
+            {"probe_mm", budget.probe},
             {"freedom", real(budget.freedom)},
             {"expanded_mm", real(budget.expanded())}};
 }
@@ -119,19 +121,50 @@ nlohmann::json turned_json(const GrowthAnalysis::Turned& turned) {
             {"tilt_about_x_rad", turned.tilt ? real(*turned.tilt) : nullptr}};
 }
 
+nlohmann::json points_json(const std::vector<GrowthPoint>& points) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const GrowthPoint& point : points)
+        all.push_back({{"pass", point.pass},
+                       {"time_s", point.time},
+                       {"deviation_mm", reals(point.deviation)},
+                       {"compensation_mm", reals(point.compensation)},
+                       {"diameter_mm", point.diameter},
+                       {"scatter_mm", point.scatter}});
+    return all;
+}
+
 nlohmann::json series_json(const GrowthSeries& series) {
-    nlohmann::json points = nlohmann::json::array();
-    for (const GrowthPoint& point : series.points)
-        points.push_back({{"pass", point.pass},
-                          {"time_s", point.time},
-                          {"deviation_mm", reals(point.deviation)},
-                          {"compensation_mm", reals(point.compensation)},
-                          {"diameter_mm", point.diameter},
-                          {"scatter_mm", point.scatter}});
     return {{"bore", series.bore},
             {"turned", series.turned},
             {"compensated", series.compensated},
-            {"points", points}};
+            {"points", points_json(series.points)},
+            {"cool_down", points_json(series.cool_down)}};
+}
+
+nlohmann::json practice_json(const GrowthAnalysis& test) {
+    const GrowthPractice& practice = test.practice;
+    nlohmann::json j{
+        {"cool_down_s", practice.cooled_for},
+        {"artifact", {{"applied", test.expansion.applied}, {"largest_mm", reals(test.expansion.largest)}}}};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::string axis(1, letters[i]);
+        if (const auto& its = practice.cool_down[i])
+            j["cool_down"][axis] = {
+                {"warm_mm", its->warm}, {"left_mm", its->left}, {"largest_rate_mm_per_h", its->rate}};
+        if (const auto& its = practice.ends[i])
+            j["ends"][axis] = {{"low_bore", its->low},
+                               {"high_bore", its->high},
+                               {"low_mm", its->at_low},
+                               {"high_mm", its->at_high},
+                               {"distance_mm", its->distance},
+                               {"expansion", its->strain},
+                               {"uncertainty", its->strain_sigma}};
+    }
+    for (const auto& [name, range] : practice.ranges) j["temperature_ranges_k"][name] = range;
+    j["probe"] = {{"largest_mm", test.probe.largest()},
+                  {"uncertainty_mm", test.probe.sigma},
+                  {"seen", test.probe.seen()}};
+    return j;
 }
 
 nlohmann::json test_json(const GrowthAnalysis& test) {
@@ -161,6 +194,7 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     else
         j["identified"] = nullptr, j["not_identified"] = test.not_identified;
     if (test.rigid) j["rigid_part"] = rigid_part_json(test);
+    j["practice"] = practice_json(test);
     j["orientations"] = nlohmann::json::array();
     for (const GrowthAnalysis::Turned& turned : test.turned) j["orientations"].push_back(turned_json(turned));
     j["series"] = nlohmann::json::array();

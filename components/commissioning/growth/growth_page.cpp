@@ -220,22 +220,38 @@ void write_places(std::ostringstream& out, const GrowthAnalysis& test) {
 }
 
 void write_budget(std::ostringstream& out, const GrowthAnalysis& test) {
-    out << "<table><caption class=\"soft\">Uncertainty of a deviation, \u00b5m. All but the last three are "
+    out << "<table><caption class=\"soft\">Uncertainty of a deviation, \u00b5m. All but the last two are "
            "standard uncertainties</caption><thead><tr><th scope=\"col\">Axis</th><th "
            "scope=\"col\">touch</th>"
            "<th scope=\"col\">seat</th><th scope=\"col\">drift in the pass</th><th scope=\"col\">reference "
-           "pass</th><th scope=\"col\">u</th><th scope=\"col\">k</th><th "
+           "pass</th><th scope=\"col\">artifact</th><th scope=\"col\">probe</th><th scope=\"col\">u</th><th "
+           "scope=\"col\">k</th><th "
            "scope=\"col\">U</th></tr></thead><tbody>\n";
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (!test.off[axis].probed && !test.on[axis].probed) continue;
         const GrowthBudget& its = test.budgets[axis];
         out << "<tr><th scope=\"row\">" << letters[axis] << "</th>";
-        for (const double part : {its.touch, its.seat, its.drift, its.pass(), its.standard()})
+        for (const double part :
+             {its.touch, its.seat, its.drift, its.pass(), its.artifact, its.probe, its.standard()})
             out << "<td>" << number(part * 1e3, 2) << "</td>";
         out << "<td>" << number(coverage_factor(its.freedom)) << "</td><td>" << um(its.expanded())
             << "</td></tr>\n";
     }
     out << "</tbody></table>\n";
+}
+
+std::string artifact_sentence(const GrowthAnalysis& test) {
+    const ArtifactExpansion& its = test.expansion;
+    if (!its.applied)
+        return "Artifact: its own expansion is in the deviations and not in U, as " +
+               escaped_xml(its.why_not) +
+               ". 120 mm of steel grow by 2.8 \u00b5m in 2 K: write the table [artifact] into the file of "
+               "growth_log.";
+    const GrowthLog::Artifact& artifact = *test.log->artifact;
+    return "Artifact: its own expansion has been taken out, " + number(artifact.expansion) + " \u00b1 " +
+           number(artifact.uncertainty) + " \u00b5m/m for 1 K, from " + number(its.coldest) + " to " +
+           number(its.warmest) + " K by its sensor: " + um(its.largest.x()) + ", " + um(its.largest.y()) +
+           " and " + um(its.largest.z()) + " \u00b5m at most in X, Y and Z.";
 }
 
 void write_method(std::ostringstream& out, const GrowthAnalysis& test) {
@@ -253,9 +269,9 @@ void write_method(std::ostringstream& out, const GrowthAnalysis& test) {
            "beforehand, and k "
            "grows.</li><li>Drift in the pass: it is removed by the bore that is probed twice. An eighth of "
            "it may "
-           "remain.</li><li>Reference pass: it has touch, seat and drift once more.</li><li>Artifact: its "
-           "own expansion is not in U. 120 mm of steel grow by "
-           "2.8 \u00b5m in 2 K.</li><li>Fail: a deviation less U "
+           "remain.</li><li>Reference pass: it has touch, seat and drift once more.</li><li>"
+        << artifact_sentence(test)
+        << "</li><li>Probe: see its section above.</li><li>Fail: a deviation less U "
            "is above the tolerance, at any time. Pass: each deviation plus U is within it, and the test has "
            "reached "
            "its end. All else is not determined.</li><li>Where the compensation does nothing, a sensor that "
@@ -269,7 +285,7 @@ void write_table(std::ostringstream& out, const GrowthAnalysis& test) {
            "scope=\"col\">h</th><th "
            "scope=\"col\">X</th><th scope=\"col\">Y</th><th scope=\"col\">Z</th></tr></thead><tbody>\n";
     for (const GrowthSeries& series : test.series)
-        for (const GrowthPoint& point : series.points)
+        for (const GrowthPoint& point : series.all())
             out << "<tr><td>" << escaped_xml(series.name()) << "</td><td>"
                 << (series.compensated ? "on" : "off") << "</td><td>" << point.pass << "</td><td>"
                 << number(point.time / seconds_per_hour, 2) << "</td><td>" << um(point.deviation.x())
@@ -299,6 +315,7 @@ void write_test(std::ostringstream& out, const GrowthAnalysis& test) {
     write_identified(out, test);
     write_prediction(out, test);
     write_places(out, test);
+    out << practice_page(test);
     write_method(out, test);
     if (!test.notes.empty()) {
         out << "<h2>Notes</h2><ul>";

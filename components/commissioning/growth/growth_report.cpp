@@ -49,6 +49,8 @@ GrowthChart::Line line_of(const GrowthSeries& series, int axis, const std::strin
         part = point.part;
         line.points.emplace_back(point.time / seconds_per_hour, point.deviation[axis] * 1e3);
     }
+    for (const GrowthPoint& point : series.cool_down)
+        line.points.emplace_back(point.time / seconds_per_hour, point.deviation[axis] * 1e3);
     return line;
 }
 
@@ -140,7 +142,7 @@ std::string growth_csv(const GrowthAnalysis& test) {
         return std::isfinite(value) ? growth_log_file::text_of(value) : "";
     };
     for (const GrowthSeries& series : test.series)
-        for (const GrowthPoint& point : series.points) {
+        for (const GrowthPoint& point : series.all()) {
             text += std::to_string(series.bore) + ',' + (series.turned ? "1," : "0,") +
                     (series.compensated ? "1," : "0,") + std::to_string(point.pass) + ',' + field(point.time);
             for (const double value : point.deviation) text += ',' + field(value);

@@ -19,7 +19,14 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
     std::vector<const GrowthRecord*> touches;
     int part = 0;
     double before = 0;
+    bool stopped = false, worked = false, cooling_down = false;
     for (const GrowthRecord& r : log.records) {
+        if (r.kind == GrowthRecord::event) {
+            stopped |= r.item == 5;
+            // Work ends with a cycle; a rest of the cool-down does not.
+            if (r.item == 2) cooling_down |= stopped && !worked;
+            if (r.item == 3 || r.item == 4) worked = r.item == 4;
+        }
         const bool resumed = r.kind == GrowthRecord::event && r.item == 6;
         if (resumed && (r.at[0] != 0 || r.time - before > longest_break)) ++part;
         before = r.time;
@@ -35,6 +42,7 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
         visit.turned = r.turned;
         visit.compensated = r.compensated;
         visit.cooled = r.cooled;
+        visit.cooling_down = cooling_down;
         const auto named = log.bores.find(r.bore);
         const bool is_sphere = named != log.bores.end() && named->second.sphere;
         BoreTouches circle;

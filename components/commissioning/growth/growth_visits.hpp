@@ -20,6 +20,7 @@ struct GrowthVisit {
     int pass = 0, bore = 0;
     int part = 0;  // of the test: a break in which the machine cools begins another one
     bool turned = false, compensated = false, cooled = false;
+    bool cooling_down = false;                // the test has stopped, and the machine rests
     double time = 0;                          // s, the mean of its touches
     Eigen::Vector3d place{none, none, none};  // without compensation; not a number where it was not probed
     Eigen::Vector3d compensation{0, 0, 0};

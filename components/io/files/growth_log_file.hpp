@@ -37,6 +37,12 @@ struct GrowthLog {
         std::array<double, 3> place{};  // mm, from the centre of the table at the orientation 0
         bool sphere = false;            // touched from outside and from above
     };
+    struct Artifact {
+        int sensor = 0;                 // from 1
+        double expansion = 11.5;        // parts of a million for 1 K
+        double uncertainty = 1;         // the same, standard
+        std::array<double, 3> fixed{};  // mm, the point that its clamp holds; as the places of the bores
+    };
 
     std::string file;
     bool checked = true;  // each line has a checksum
@@ -48,6 +54,7 @@ struct GrowthLog {
     std::array<double, 3> tolerance{0.01, 0.01, 0.01};  // mm
     std::map<int, std::string> sensors;                 // from 1
     std::map<int, Bore> bores;
+    std::optional<Artifact> artifact;  // whose expansion is known
     std::vector<GrowthRecord> records;
     std::string torn;  // why the last line was left out; empty if it is whole
 
@@ -85,6 +92,10 @@ inline std::string head(const GrowthLog& log) {
     add("warming", log.warming);
     add("compensation", log.compensation);
     for (const auto& [number, name] : log.sensors) add("sensor", std::to_string(number) + ',' + name);
+    if (const auto& its = log.artifact)
+        add("artifact", std::to_string(its->sensor) + ',' + text_of(its->expansion) + ',' +
+                            text_of(its->uncertainty) + ',' + text_of(its->fixed[0]) + ',' +
+                            text_of(its->fixed[1]) + ',' + text_of(its->fixed[2]));
     for (const auto& [number, bore] : log.bores)
         add(bore.sphere ? "sphere" : "bore", std::to_string(number) + ',' + text_of(bore.place[0]) + ',' +
                                                  text_of(bore.place[1]) + ',' + text_of(bore.place[2]));
@@ -275,6 +286,13 @@ private:
         } else if (key == "sensor") {
             need(fields, 3);
             log_.sensors[whole(fields[1], "the sensor", 1, 8)] = fields[2];
+        } else if (key == "artifact") {
+            need(fields, 7);
+            GrowthLog::Artifact& its = log_.artifact.emplace();
+            its.sensor = whole(fields[1], "the sensor of the artifact", 1, 8);
+            its.expansion = number(fields[2], "the expansion of the artifact");
+            its.uncertainty = number(fields[3], "the uncertainty of this expansion");
+            for (std::size_t i = 0; i < 3; ++i) its.fixed[i] = number(fields[i + 4], "the fixed point");
         } else if (key == "bore" || key == "sphere") {
             need(fields, 5);
             GrowthLog::Bore& bore = log_.bores[whole(fields[1], "the bore", 1, 16)];

@@ -61,6 +61,18 @@ struct GrowthLogSettings {
                 its.choice_or<bool>("kind", false, {{"bore", false}, {"sphere", true}});
             its.end();
         }
+        if (reader.has("artifact")) {
+            TomlReader its = reader.table("artifact");
+            GrowthLog::Artifact& artifact = head.artifact.emplace();
+            artifact.sensor = static_cast<int>(its.whole("sensor", 1, 8));
+            artifact.expansion = its.number_or("expansion", artifact.expansion, -5, 50);
+            artifact.uncertainty = its.number_or("uncertainty", artifact.uncertainty, 0, 20);
+            TomlReader fixed = its.table("fixed");
+            for (std::size_t i = 0; i < 3; ++i)
+                artifact.fixed[i] = fixed.number(std::string(1, "xyz"[i]), -1e5, 1e5);
+            fixed.end();
+            its.end();
+        }
         reader.end();
         return settings;
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Plays the program of a growth test where no LinuxCNC does: passes over the bores, and work in between. Off
 // and on are taken bore by bore, first at B0 and then at B180; the first bore is probed again at the end.
+// Mirrored, all bores are taken off and then, in the reverse order, on. After the test the machine may rest
+// and be probed as it cools.
 #pragma once
 
 #include "hal/component.hpp"
@@ -19,7 +21,8 @@ public:
         bool approaching = false;
         bool changed_tool = false;
         int bore = 0;  // from 0
-        int side = 0;  // 0 face, 1 +X, 2 -X, 3 +Y, 4 -Y
+        int side = 0;  // 0 face or top, 1 +X, 2 -X, 3 +Y, 4 -Y
+        bool sphere = false;
         bool turned = false, compensated = false;
         bool pass = false;
         double speed = 0, moving = 0;
@@ -33,6 +36,10 @@ public:
         count_ = std::clamp(wanted, 1, 8);
         both_ = both_states_;
         tables_ = both_orientations_;
+        mirrors_ = mirrored_ && both_;
+        is_sphere_ = sphere_;
+        if (is_sphere_) count_ = 1;
+        rests_wanted_ = rests_;
         if (!plays) {
             phase_ = Phase::off;
             show(now, false, false, false);
@@ -94,9 +101,15 @@ public:
                 last_ = done;
                 begin_pass(now);
                 break;
+            case Phase::rest:
+                if (clock_ < rest_time_) break;
+                ++rested_;
+                begin_pass(now);
+                break;
             case Phase::finished: break;
         }
         now.bore = bore();
+        now.sphere = is_sphere_;
         now.side = std::max(touch_ - 1, 0);  // the face is touched twice
         now.turned = turned();
         now.compensated = compensated();
@@ -118,22 +131,29 @@ private:
         judge,
         work,
         pause,
+        rest,
         finished
     };
 
-    static constexpr int last_touch = 5;
+    static constexpr int last_touch = 5, sphere_key = 9;
 
     bool in_pass() const noexcept { return phase_ >= Phase::settle && phase_ <= Phase::judge; }
-    // Visits of a pass: bores x states at 0, the same at 180, and the first bore again.
+    // Visits of a pass: bores x states at 0, the same at 180, and the first bore again. Mirrored: bores at 0,
+    // at 180, and the first bore again; then the same backwards in the other state.
     int states() const noexcept { return both_ ? 2 : 1; }
-    int visits() const noexcept { return count_ * states() * (tables_ ? 2 : 1) + states(); }
+    int places() const noexcept { return count_ * (tables_ ? 2 : 1); }
+    int visits() const noexcept { return states() * (places() + 1); }
     int place() const noexcept {
-        const int round = count_ * states() * (tables_ ? 2 : 1);
-        return visit_ < round ? visit_ : visit_ - round;
+        if (!mirrors_) return visit_ / states() % places();
+        const bool back = visit_ > places();
+        return (back ? 2 * places() + 1 - visit_ : visit_) % places();
     }
-    int bore() const noexcept { return place() / states() % count_; }
-    bool turned() const noexcept { return place() / states() >= count_; }
-    bool compensated() const noexcept { return both_ ? place() % 2 == 1 : single_state_; }
+    int bore() const noexcept { return place() % count_; }
+    bool turned() const noexcept { return place() >= count_; }
+    bool compensated() const noexcept {
+        if (!both_) return single_state_;
+        return mirrors_ ? visit_ > places() : visit_ % 2 == 1;
+    }
 
     void next(Phase phase) noexcept {
         phase_ = phase;
@@ -149,7 +169,7 @@ private:
         tries_ = 0;
         if (++visit_ < visits()) return;
         visit_ = 0;
-        next(last_ ? Phase::finished : Phase::work);
+        next(!last_ ? Phase::work : rested_ < rests_wanted_ ? Phase::rest : Phase::finished);
     }
 
     void show(const Step& now, bool at_bore, bool measuring, bool cycle) noexcept {
@@ -160,7 +180,7 @@ private:
         cycle_ = cycle;
         turned_ = now.turned;
         compensate_ = now.compensated;
-        bore_key_ = now.bore + 1;
+        bore_key_ = now.sphere ? sphere_key : now.bore + 1;
         finished_ = phase_ == Phase::finished;
     }
 
@@ -169,6 +189,11 @@ private:
     hal::In<bool> both_states_{this, "both-states", true, "Probe without and with compensation."};
     hal::In<bool> state_{this, "state", false, "The state, if only one is probed: compensation is on."};
     hal::In<bool> both_orientations_{this, "both-orientations", true, "Probe at B0 and B180."};
+    hal::In<bool> mirrored_{this, "mirrored", false,
+                            "Probe all bores without, then all with compensation, in the reverse order."};
+    hal::In<bool> sphere_{this, "sphere", false, "Probe the sphere, number 9, instead of the bores."};
+    hal::In<std::int32_t> rests_{this, "cool-down", 0, "Number of rests after the test, each with a pass."};
+    hal::In<double> rest_time_{this, "rest-time", 1200, "s", "Time of such a rest."};
     hal::In<double> touch_time_{this, "touch-time", 10, "s", "Time for each touch."};
     hal::In<double> work_time_{this, "work-time", 1500, "s", "Time of work between two passes."};
     hal::In<double> speed_{this, "work-speed", 8000, "rpm", "Speed of the spindle at work."};
@@ -184,7 +209,9 @@ private:
 
     Phase phase_ = Phase::off;
     double clock_ = 0;
-    int count_ = 4, visit_ = 0, touch_ = 0, tries_ = 0;
+    int count_ = 4, visit_ = 0, touch_ = 0, tries_ = 0, rested_ = 0;
+    std::int32_t rests_wanted_ = 0;
+    bool mirrors_ = false, is_sphere_ = false;
     bool both_ = true, tables_ = true, single_state_ = false,
          last_ = false;  // last_: no work after this pass
 };

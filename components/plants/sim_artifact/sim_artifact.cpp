@@ -77,7 +77,7 @@ struct SimArtifact final : hal::Component {
             follow(dt);
         table_position = angle_;
         cooling_on = cooled_;
-        show(step.bore);
+        show(step);
     }
 
 private:
@@ -100,20 +100,35 @@ private:
                                             machine.table_shift());
     }
 
+    // Of the bore or the sphere that is probed.
+    Eigen::Vector3d place(const GrowthProgram::Step& step) noexcept {
+        return step.sphere ? ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_, trunnion_,
+                                                            machine.table_shift())
+                           : place(step.bore);
+    }
+    Eigen::Vector3d cold_place(const GrowthProgram::Step& step) const noexcept {
+        const Eigen::Vector3d still = Eigen::Vector3d::Zero();
+        return step.sphere ? ArtifactGeometry::sphere_place(0, angle_, trunnion_, still)
+                           : ArtifactGeometry::bore_place(step.bore, 0, angle_, trunnion_, still);
+    }
+
     // Where the probe touches, as the encoders show it.
     void play(const GrowthProgram::Step& step) noexcept {
         angle_ = step.turned ? 180 : 0;
         static constexpr double sides[5][3] = {{0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
         const Eigen::Vector3d direction(sides[step.side][0], sides[step.side][1], sides[step.side][2]);
-        const Eigen::Vector3d bore = place(step.bore);
-        const Eigen::Vector3d nominal =
-            ArtifactGeometry::bore_place(step.bore, 0, angle_, trunnion_, Eigen::Vector3d::Zero());
-        Eigen::Vector3d target = step.side == 0 ? Eigen::Vector3d(nominal.x() + 25, nominal.y(), bore.z())
-                                                : Eigen::Vector3d(nominal.x(), nominal.y(), nominal.z() - 10);
+        const Eigen::Vector3d bore = place(step);
+        const Eigen::Vector3d nominal = cold_place(step);
+        Eigen::Vector3d target = step.sphere ? nominal
+                                 : step.side == 0
+                                     ? Eigen::Vector3d(nominal.x() + 25, nominal.y(), bore.z())
+                                     : Eigen::Vector3d(nominal.x(), nominal.y(), nominal.z() - 10);
         Eigen::Vector3d p = target;
         if (step.touching) {
-            const double reach =
-                step.side == 0 ? -ArtifactGeometry::ball : ArtifactBore::radius - ArtifactGeometry::ball;
+            const double reach = (step.sphere      ? -ArtifactGeometry::sphere_radius
+                                  : step.side == 0 ? 0
+                                                   : ArtifactBore::radius) -
+                                 ArtifactGeometry::ball;
             const int axis = step.side == 0 ? 2 : (step.side - 1) / 2;
             const double along = bore[axis] - (machine.tip_error(bore) + touch_probe.shift())[axis];
             const double travel = reach + touch_probe.pre_travel(seed_, direction) + touch_probe.noise(seed_);
@@ -179,10 +194,8 @@ private:
         return deepest;
     }
 
-    void show(int bore) noexcept {
-        const Eigen::Vector3d now = place(bore);
-        const Eigen::Vector3d cold =
-            ArtifactGeometry::bore_place(bore, 0, angle_, trunnion_, Eigen::Vector3d::Zero());
+    void show(const GrowthProgram::Step& step) noexcept {
+        const Eigen::Vector3d now = place(step), cold = cold_place(step);
         const Eigen::Vector3d d = now - cold - machine.tip_error(now);
         const Eigen::Vector3d end = now - cold - machine.steady_tip_error(now, 8000);
         for (int i = 0; i < 3; ++i) {

@@ -24,10 +24,11 @@ PLAN = (1, 1, 0, 0.5, 0.5, 1, 0.25, 0)
 FASTEST = 8000  # rpm
 
 
-def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=None, plan=None):
+def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=None, plan=None, head=()):
     """The path of the log of one test; with `truth`, a recording truth.csv lies beside it.
 
     `plan`: the speeds of the cycles, as parts of the highest; else all are equal, and the test ends when the machine is warm.
+    `head`: more lines for the head of the log.
     """
     import plumb
 
@@ -50,7 +51,7 @@ def run_test(folder, seed, settings=None, sensors=SENSORS, truth=False, replay=N
         records = read_records(host, folder)
     path = os.path.join(folder, "growth-%d.csv" % seed)
     with open(path, "w", encoding="ascii") as file:
-        file.write(log_text(seed, records, sensors))
+        file.write(log_text(seed, records, sensors, head))
     return path
 
 
@@ -90,11 +91,12 @@ def read_records(host, folder, period=PERIOD):
     return [found[index] for index in range(count)]
 
 
-def log_text(seed, records, sensors):
+def log_text(seed, records, sensors, head=()):
     lines = ["growth-log,1", "machine,simulated %d" % seed, "begun,2026-01-01T08:00:00Z", "unit,1", "ball,6", "table,B"]
     lines += ["tolerance,0.01,0.01,0.015", "warming,spindle", "compensation,by temperatures"]
     lines += ["sensor,%d,%s" % (index + 1, name) for index, name in enumerate(SENSORS) if name in sensors]
     lines += ["bore,%d,%g,%g,%g" % (index + 1, *place) for index, place in enumerate(BORES)]
+    lines += ["sphere,9,0,0,80", *head]
     number = 0
     for r in records:
         kind, item = int(r["kind"]), int(r["item"])

@@ -25,7 +25,8 @@ using testing::HasSubstr;
 
 const std::string without_checksums =
     "growth-log,2\nlog,7\nmachine,mill 3\nbegun,2026-11-22T19:59:18Z\nunit,1\nball,6\ntable,B\n"
-    "tolerance,0.01,0.01,0.015\nwarming,spindle\ncompensation,none\nsensor,1,spindle\nbore,1,0,-60,60\n"
+    "tolerance,0.01,0.01,0.015\nwarming,spindle\ncompensation,none\nsensor,1,spindle\n"
+    "artifact,1,11.5,1,0,-100,2\nbore,1,0,-60,60\n"
     "event,1,0,0,0,0,0,0,0,begin,0\ntemperature,2,0,1,19.742242739517245,1,2.8\n"
     "touch,3,4.4,1,1,1,0,0,0,-Z,25.1,-60.02,-137.005,0,0,0\nspeed,4,5,12000\n";
 
@@ -72,12 +73,12 @@ TEST(GrowthLogFile, ADamagedLineIsNamedAndTheLinesBeforeItAreWhole) {
     std::string damaged = whole;
     damaged.replace(damaged.find("25.1"), 4, "25.7");
     EXPECT_EQ(refusal(damaged),
-              "/a.csv:15: does not fit its checksum: it was changed or is damaged; the lines before it are "
-              "whole: head -n 14");
+              "/a.csv:16: does not fit its checksum: it was changed or is damaged; the lines before it are "
+              "whole: head -n 15");
     EXPECT_EQ(refusal(damaged.substr(0, damaged.find("touch"))), "accepted");
     const std::size_t second = whole.find("bore"), third = whole.find("event");
-    EXPECT_THAT(refusal(whole.substr(0, second) + whole.substr(third)), HasSubstr("/a.csv:12: does not fit"));
-    EXPECT_THAT(refusal(whole + whole), HasSubstr("/a.csv:17: does not fit"));
+    EXPECT_THAT(refusal(whole.substr(0, second) + whole.substr(third)), HasSubstr("/a.csv:13: does not fit"));
+    EXPECT_THAT(refusal(whole + whole), HasSubstr("/a.csv:18: does not fit"));
     EXPECT_THAT(refusal(without_checksums), HasSubstr("/a.csv:1: has no checksum"));
 }
 

@@ -26,6 +26,10 @@ tolerance = { x = 0.01, y = 0.01, z = 0.015 }
 [[sensor]]
 number = 1
 name = "spindle"
+[artifact]
+sensor = 1
+expansion = 23.5
+fixed = { x = 0, y = -100, z = 5 }
 [[bore]]
 number = 1
 x = 0
@@ -151,6 +155,7 @@ class GrowthLog(unittest.TestCase):
         self.assertIn("machine,mill 3", lines)
         self.assertIn("bore,1,0,-60,60", lines)
         self.assertIn("sphere,9,0,0,80", lines)
+        self.assertIn("artifact,1,23.5,1,0,-100,5", lines)
         records = [line.split(",") for line in lines if line.split(",")[0] in KINDS]
         self.assertEqual([int(record[1]) for record in records], list(range(1, len(records) + 1)))
         self.assertEqual(records[0][9], "begin")

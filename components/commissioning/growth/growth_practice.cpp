@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/commissioning/growth/growth_practice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "components/commissioning/growth/growth_analysis.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double least_distance = 20;  // mm, of two bores that show the ends of a travel
+
+// The mean over the bores of each pass of the cool-down, and the last warm pass before.
+struct Course {
+    std::vector<double> time;
+    std::vector<Vector3d> deviation;
+};
+
+Course cool_down_of(const GrowthAnalysis& analysis) {
+    std::map<int, std::pair<Vector3d, double>> sums;
+    std::map<int, int> counts;
+    int series_count = 0, last_warm = 0;
+    for (const GrowthSeries& series : analysis.series) {
+        if (series.compensated != !analysis.has_off) continue;
+        ++series_count;
+        const auto add = [&](const GrowthPoint& point) {
+            auto& [sum, time] = sums.try_emplace(point.pass, Vector3d::Zero(), 0.0).first->second;
+            sum += point.deviation;
+            time = point.time;
+            ++counts[point.pass];
+        };
+        last_warm = std::max(last_warm, series.points.back().pass);
+        add(series.points.back());
+        for (const GrowthPoint& point : series.cool_down) add(point);
+    }
+    Course course;
+    for (const auto& [pass, sum] : sums) {
+        if (counts[pass] < series_count || pass < last_warm) continue;  // a pass that was interrupted
+        course.time.push_back(sum.second);
+        course.deviation.push_back(sum.first / counts[pass]);
+    }
+    return course;
+}
+
+void follow_cool_down(const GrowthAnalysis& analysis, GrowthPractice& practice) {
+    const Course course = cool_down_of(analysis);
+    if (course.time.size() < 2) return;
+    practice.cooled_for = course.time.back() - course.time.front();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(course.deviation.front()[axis])) continue;
+        GrowthPractice::CoolDown its{course.deviation.front()[axis], course.deviation.back()[axis], 0};
+        for (std::size_t i = 1; i < course.time.size(); ++i) {
+            const double rate = (course.deviation[i][axis] - course.deviation[i - 1][axis]) /
+                                std::max(course.time[i] - course.time[i - 1], 1.0) * 3600;
+            if (std::abs(rate) > std::abs(its.rate)) its.rate = rate;
+        }
+        practice.cool_down[static_cast<std::size_t>(axis)] = its;
+    }
+}
+
+void compare_ends(const GrowthAnalysis& analysis, GrowthPractice& practice) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        const GrowthSeries *low = nullptr, *high = nullptr;
+        const auto place = [&](const GrowthSeries& series) {
+            return analysis.log->bores.at(series.bore).place[axis];
+        };
+        for (const GrowthSeries& series : analysis.series) {
+            if (series.compensated != !analysis.has_off || series.turned || series.points.size() < 2 ||
+                analysis.log->bores.count(series.bore) == 0 ||
+                !std::isfinite(series.points.back().deviation[i]))
+                continue;
+            if (!low || place(series) < place(*low)) low = &series;
+            if (!high || place(series) > place(*high)) high = &series;
+        }
+        if (!low || place(*high) - place(*low) < least_distance) continue;
+        GrowthPractice::Ends its;
+        its.low = low->bore;
+        its.high = high->bore;
+        its.distance = place(*high) - place(*low);
+        its.at_low = low->points.back().deviation[i];
+        its.at_high = high->points.back().deviation[i];
+        its.strain = (its.at_high - its.at_low) / its.distance;
+        // The seat of a pass is the same at both bores.
+        const GrowthBudget& budget = analysis.budgets[axis];
+        its.strain_sigma =
+            std::hypot(2 * std::hypot(budget.touch, budget.drift),
+                       analysis.expansion.applied ? analysis.expansion.per_length * its.distance : 0.0) /
+            its.distance;
+        practice.ends[axis] = its;
+    }
+}
+
+}  // namespace
+
+GrowthPractice growth_practice(const GrowthAnalysis& analysis) {
+    GrowthPractice practice;
+    follow_cool_down(analysis, practice);
+    compare_ends(analysis, practice);
+    for (const auto& [sensor, samples] : analysis.temperatures) {
+        const auto [low, high] = std::minmax_element(
+            samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+        const auto named = analysis.log->sensors.find(sensor);
+        practice.ranges.emplace_back(
+            named == analysis.log->sensors.end() ? "sensor " + std::to_string(sensor) : named->second,
+            high->second - low->second);
+    }
+    return practice;
+}
+
+}  // namespace plumb::commissioning
