@@ -619,6 +619,80 @@ class Gauges(unittest.TestCase):
             self.assertIn(why, error)
 
 
+class Mandrel(unittest.TestCase):
+    """Displacement sensors that are read continuously: five hours of work and two of rest."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="plumb-mandrel-")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def record(self, hours=5, rest=2, rpm=6000, columns="time_s,rpm,T1,air_degC,X1,X2,Y1,Y2,Z"):
+        def grown(size, tau, t):
+            warm = size * (1 - math.exp(-min(t, hours * 3600) / tau))
+            return warm * math.exp(-max(0, t - hours * 3600) / tau)
+        lines = [columns]
+        for t in range(0, round((hours + rest) * 3600) + 1, 60):
+            noise = 0.2 * math.sin(1.7 * t + t * t)
+            values = {"time_s": t, "rpm": rpm if t < hours * 3600 else 0, "T1": 20 + grown(12, 3000, t), "air_degC": 20 + 0.5 * math.sin(t / 4000),
+                      "X1": grown(10, 3000, t) + noise, "X2": grown(4, 3000, t) + noise, "Y1": grown(-20, 3000, t), "Y2": grown(-26, 3000, t),
+                      "Z": grown(40, 2400, t) + noise}
+            lines.append(",".join("%.4f" % values[name] for name in columns.split(",")))
+        path = os.path.join(self.folder, "mandrel.csv")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("\n".join(lines) + "\n")
+        return path
+
+    def read(self, *options, **record):
+        status, output, error = growth("gauges", self.record(**record), "--json", *options)
+        self.assertEqual((status, error), (0, ""))
+        return json.loads(output)
+
+    def test_five_sensors_show_displacements_tilts_and_the_cool_down(self):
+        its = self.read("--distance", "150")
+        self.assertEqual(its["missing"], [])
+        self.assertEqual(its["clause"], "Thermal distortion caused by rotating spindle, after ISO 230-3.")
+        of = its["quantities"]
+        self.assertAlmostEqual(of["Z"]["at_1_hour"], 40 * (1 - math.exp(-1.5)), delta=0.5)
+        self.assertAlmostEqual(of["Z"]["at_4_hours"], 40 * (1 - math.exp(-6)), delta=0.5)
+        self.assertAlmostEqual(of["X"]["warm"], 10, delta=0.5)
+        # X2 lags X1 by 6 um on 150 mm, and Y2 is 6 um further down: a rotation about Y by -40, and about X by +40.
+        self.assertAlmostEqual(of["tilt about Y"]["warm"], -40, delta=2)
+        self.assertAlmostEqual(of["tilt about X"]["warm"], 40, delta=2)
+        self.assertAlmostEqual(of["Z"]["rate_per_h"], 40 * (1 - math.exp(-900 / 2400)) * 4, delta=2)
+        self.assertAlmostEqual(of["Z"]["left"], 40 * math.exp(-3), delta=0.6)
+        self.assertLess(of["Z"]["cooling_rate_per_h"], -20)
+        self.assertTrue(of["Z"]["steady"]["determined"])
+        self.assertTrue(of["Z"]["steady"]["low"] < 40 < of["Z"]["steady"]["high"])
+        self.assertTrue(0.1 < of["Z"]["expanded"] < 2)
+
+    def test_the_record_names_what_a_test_after_the_standard_lacks(self):
+        its = self.read(hours=1.5, rest=0.5, columns="time_s,rpm,X1,Z")
+        said = " ".join(its["missing"])
+        for what in ("no sensor of Y", "no tilt", "no temperature", "less than 4 h", "no cool-down"):
+            self.assertIn(what, said)
+        self.assertIn("Not a whole test", its["clause"])
+        self.assertIsNone(its["quantities"]["Z"]["at_4_hours"])
+
+    def test_a_spindle_that_stands_shows_the_environment(self):
+        its = self.read("--distance", "150", rpm=0)
+        self.assertTrue(its["environment"])
+        self.assertIn("Environmental temperature variation error", its["clause"])
+        self.assertAlmostEqual(its["quantities"]["Z"]["range"], 40, delta=1)
+        self.assertAlmostEqual(its["temperature_ranges_k"]["air_degC"], 1, delta=0.05)
+
+    def test_the_page_and_the_text_have_the_same_figures(self):
+        status, output, error = growth("gauges", self.record(), "--distance", "150", "--output", os.path.join(self.folder, "out"))
+        self.assertEqual((status, error), (0, ""))
+        self.assertIn("tilt about X", output)
+        with open(os.path.join(self.folder, "out", "report.html"), encoding="utf-8") as file:
+            text = file.read()
+        page = Page(text)
+        self.assertEqual(page.tags.count("svg"), 2)
+        self.assertEqual([link for link in page.links if not link.startswith(("#", "data:"))], [])
+        warm = re.search(r"^  Z +(\S+) +(\S+) +(\S+)", output, re.M)[3]
+        self.assertIn("<td>%s</td>" % warm, text)
+
+
 class MeasuredCurve(unittest.TestCase):
     def test_a_measured_growth_does_not_pass_before_the_minimum_time(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -708,6 +782,33 @@ class Plan(unittest.TestCase):
         shut, open_ = self.plan(8), self.plan(8, "--door")
         self.assertTrue(any(cycle["door"] for cycle in open_["cycles"]))
         self.assertLess(self.growth_of(open_), self.growth_of(shut))
+
+    def test_an_expansion_of_the_artifact_that_is_not_known_hides_the_term_of_all_sensors(self):
+        unknown, known = self.plan(8), self.plan(8, "--artifact")
+        sigma = [next(term["after"] for term in plan["terms"] if term["name"] == "all sensors together") for plan in (unknown, known)]
+        self.assertGreater(sigma[0], 1.8 * sigma[1])
+        self.assertLess(self.growth_of(known), self.growth_of(unknown))
+
+    def test_the_log_of_an_earlier_test_gives_the_machine_of_the_plan(self):
+        with tempfile.TemporaryDirectory() as folder:
+            log = run_test(folder, 0, {"artifact.bores": 1, "artifact.spindle-rise": 30, "artifact.tau-turning": 800, "artifact.air-swing": 0.01,
+                                       "artifact.air-day": 0.05}, plan=(1, 1, 0, 0.5, 1, 0.25), head=("artifact,4,11.5,1,0,-100,0",))
+            plan = self.plan(4, "--log", log)
+            its = plan["machine"]
+            self.assertEqual(its["log"], log)
+            self.assertTrue(its["artifact_known"])
+            self.assertAlmostEqual(its["spindle_rise_k"], 30, delta=4)
+            self.assertTrue(600 <= its["turning_s"] <= 1200, its)
+            self.assertTrue(2700 <= its["stopped_s"] <= 4800, its)
+            self.assertAlmostEqual(its["structure_rise_k"], 5, delta=1.5)
+            law = law_of(log)["axes"]["Z"]
+            self.assertAlmostEqual(its["rest_um"], max(0.5, 1e3 * law["rest_mm"]), delta=0.01)
+            self.assertEqual(self.plan(4, "--log", log, "--rest", "3")["machine"]["rest_um"], 3)
+            code, out, error = growth("plan", "--hours", "4", "--log", log, "--ngc")
+            self.assertEqual((code, error), (0, ""))
+            self.assertIn("for the machine of growth-0.csv", out)
+            code, out, error = growth("plan", "--hours", "4", "--log", os.path.join(folder, "none.csv"))
+            self.assertEqual((code, out), (1, ""))
 
     def test_the_plan_of_the_configuration_is_that_of_the_command(self):
         code, out, error = growth("plan", "--hours", "4", "--ngc")

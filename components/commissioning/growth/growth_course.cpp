@@ -42,6 +42,7 @@ struct Column {
     enum Kind { nothing, time, speed, temperature, growth } kind = nothing;
     double unit = 1;  // s, or mm
     int axis = 0;
+    bool upper = false;
 };
 
 Column column_of(const std::string& name) {
@@ -57,6 +58,9 @@ Column column_of(const std::string& name) {
         return {Column::time, ends_with(lower, "_s") ? 1.0 : ends_with(lower, "_h") ? 3600.0 : 60.0};
     if (lower == "x" || lower == "y" || lower == "z" || lower == "x_um" || lower == "y_um" || lower == "z_um")
         return {Column::growth, 1e-3, lower[0] - 'x'};
+    const std::string place = ends_with(lower, "_um") ? lower.substr(0, lower.size() - 3) : lower;
+    if (place == "x1" || place == "y1" || place == "x2" || place == "y2")
+        return {Column::growth, 1e-3, place[0] - 'x', place[1] == '2'};
     return {};
 }
 
@@ -161,7 +165,9 @@ GrowthCourse read_growth_course(const std::string& file) {
             if (!number) continue;
             if (columns[i].kind == Column::speed) course.speeds.emplace_back(value.time, *number);
             if (columns[i].kind == Column::temperature) temperatures[i].emplace_back(value.time, *number);
-            if (columns[i].kind == Column::growth) value.place[columns[i].axis] = *number * columns[i].unit;
+            if (columns[i].kind == Column::growth)
+                (columns[i].upper ? value.upper[columns[i].axis] : value.place[columns[i].axis]) =
+                    *number * columns[i].unit;
         }
         course.values.push_back(value);
     }

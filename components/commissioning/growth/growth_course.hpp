@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,8 @@ struct GrowthCourse {
         int group = 0;    // values of a group differ by growth alone: a bore at one orientation
         int pass = 0;
         Eigen::Vector3d place{0, 0, 0};  // mm; not a number where it was not measured
+        // Of a second sensor of X and of Y, nearer to the spindle; not a number without one.
+        Eigen::Vector2d upper = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
     };
 
     std::string file, machine, begun;
@@ -44,8 +47,9 @@ GrowthCourse course_of(const GrowthLog& log);
 
 // CSV whose first line names the columns: a time (a name that ends in _s, _min or _h; else min), the spindle
 // speed (S, rpm or speed, or a name that ends in _rpm), temperatures (T and a number, or a name that ends in
-// _degC), and growth in um (X, Y, Z, or x_um, y_um, z_um). A field that is no number is a missing value.
-// Throws std::runtime_error with file, line and reason.
+// _degC), and growth in um (X, Y, Z, or x_um, y_um, z_um; X1, Y1 at the end of a mandrel, X2, Y2 nearer to
+// the spindle). A field that is no number is a missing value. Throws std::runtime_error with file, line and
+// reason.
 GrowthCourse read_growth_course(const std::string& file);
 
 // Whether the file begins as a log of thermal_growth_test does; otherwise it is a course.

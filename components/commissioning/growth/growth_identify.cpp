@@ -511,6 +511,7 @@ GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdent
         }
     }
     lines += line(options.instance + ".structure", structure);
+    if (data.structure) result.structure = data.structure->name;
     for (const auto& [number, sensor] : numbered) {
         const std::string its = std::to_string(number);
         lines += "# " + sensor->name + "\n";

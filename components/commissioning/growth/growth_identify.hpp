@@ -36,6 +36,7 @@ struct GrowthIdentified {
     };
     std::array<Axis, 3> axes;
     std::vector<std::string> sensors;  // by their number in axis_growth; empty where the law reads none
+    std::string structure;             // its sensor; empty without one
     std::string lines;                 // setp, and comments
 
     // One for each axis, with its letter.

@@ -375,13 +375,20 @@ void write_comparison(std::ostringstream& out, const std::vector<GrowthAnalysis>
 
 }  // namespace
 
+std::string page_begin(const std::string& title) {
+    return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+           "content=\"width=device-width,initial-scale=1\"><link rel=\"icon\" href=\"data:,\"><title>" +
+           title + "</title>" + style + "</head><body>\n<h1>" + title + "</h1>\n";
+}
+
+std::string page_end() {
+    return "<p class=\"soft\">plumb growth " PLUMB_VERSION "</p></body></html>\n";
+}
+
 std::string growth_page(const std::vector<GrowthAnalysis>& tests) {
     std::ostringstream out;
     const std::string machine = escaped_xml(tests.front().log->machine);
-    out << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-           "content=\"width=device-width,initial-scale=1\"><link rel=\"icon\" href=\"data:,\"><title>Thermal "
-           "growth of "
-        << machine << "</title>" << style << "</head><body>\n<h1>Thermal growth of " << machine << "</h1>\n";
+    out << page_begin("Thermal growth of " + machine);
     if (tests.size() > 1) write_comparison(out, tests);
     for (std::size_t i = 0; i < tests.size(); ++i) {
         out << "<section id=\"test" << i + 1 << "\">";
@@ -389,7 +396,7 @@ std::string growth_page(const std::vector<GrowthAnalysis>& tests) {
         write_test(out, tests[i]);
         out << "</section>\n";
     }
-    out << "<p class=\"soft\">plumb growth " PLUMB_VERSION "</p></body></html>\n";
+    out << page_end();
     return out.str();
 }
 

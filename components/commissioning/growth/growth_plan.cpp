@@ -3,12 +3,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <set>
 #include <stdexcept>
 
@@ -27,26 +28,34 @@ using Matrix = Eigen::Matrix<double, terms, terms>;
 // As plumb growth identify expects them before the test, in um.
 const Terms usual(10, 3, 50);
 
-// A usual machine: what its sensors would show. The plan needs no more than its time constants and the sizes
-// of its temperatures.
-class UsualMachine {
+// The expansion of the artifact, which looks like growth by all sensors together.
+constexpr double usual_artifact = 3;  // um/K
+
+// What the sensors of the machine would show.
+class PlannedMachine {
 public:
-    UsualMachine(double fastest, double phase) : fastest_(fastest), phase_(phase) {}
+    PlannedMachine(const GrowthPlanOptions& options, double phase)
+        : its_(options.machine), fastest_(options.fastest), phase_(phase) {}
 
     void step(double share, bool moving, bool door, double dt) {
         time_ += dt;
-        const double spindle = spindle_.step(15 * share, share > 0 ? 1500 : 3600, dt);
-        const double bed = bed_.step(2.5 * (moving ? 1 : 0) + 2.5 * share, 6000, dt);
-        const double shop = 1.5 * (std::sin(2 * pi * time_ / 86400 + phase_) - std::sin(phase_));
-        const double common = bed + structure_.step(shop - (door ? 4 : 0), 5400, dt);
+        const double spindle =
+            spindle_.step(its_.spindle_rise * share, share > 0 ? its_.turning_time : its_.stopped_time, dt);
+        const double structure = structure_.step(its_.structure_rise * ((moving ? 0.5 : 0) + 0.5 * share),
+                                                 its_.structure_time, dt);
+        const double shop =
+            1.5 * (std::sin(2 * pi * time_ / 86400 + phase_) - std::sin(phase_)) - (door ? 4 : 0);
         drive_.step(share * fastest_, {}, dt);
-        now_ = {spindle - bed, common, drive_.value()};
+        now_ = {spindle, structure + shop_.step(shop, 5400, dt), drive_.value()};
+        artifact_.step(shop + 0.25 * structure, 5400, dt);
     }
     const Terms& now() const { return now_; }
+    double artifact() const { return artifact_.value(); }  // K
 
 private:
+    const GrowthPlanMachine& its_;
     double fastest_, phase_, time_ = 0;
-    FirstOrderLag spindle_, bed_, structure_;
+    FirstOrderLag spindle_, structure_, shop_, artifact_;
     SpindleDrive drive_;
     Terms now_ = Terms::Zero();
 };
@@ -61,7 +70,7 @@ Matrix other_days(const GrowthPlanOptions& options) {
     int count = 0;
     Random random(1, 3);
     for (int day = 0; day < days; ++day) {
-        UsualMachine machine(options.fastest, random.uniform(0, 2 * pi));
+        PlannedMachine machine(options, random.uniform(0, 2 * pi));
         double until = 0, share = 0;
         Terms zero = Terms::Zero();
         for (double t = 0; t < length; t += step) {
@@ -81,14 +90,15 @@ Matrix other_days(const GrowthPlanOptions& options) {
 
 // Covariance of the terms after the test.
 Matrix covariance(const std::vector<GrowthPlan::Cycle>& cycles, const GrowthPlanOptions& options) {
-    UsualMachine machine(options.fastest, 0);
-    std::vector<Terms> passes;
+    PlannedMachine machine(options, 0);
+    using All = Eigen::Matrix<double, terms + 1, 1>;  // and the artifact
+    std::vector<All> passes;
     const auto run = [&](double minutes, double share, bool moving, bool door) {
         for (double t = 0; t < minutes * 60; t += step) machine.step(share, moving, door, step);
     };
     const auto probe = [&](bool door) {
         run(options.pass / 2, 0, true, door);
-        passes.push_back(machine.now());
+        passes.push_back((All() << machine.now(), machine.artifact()).finished());
         run(options.pass / 2, 0, true, door);
     };
     probe(false);
@@ -97,12 +107,15 @@ Matrix covariance(const std::vector<GrowthPlan::Cycle>& cycles, const GrowthPlan
         run(options.work, share, share > 0, cycle.door);
         probe(cycle.door);
     }
-    Terms mean = Terms::Zero();
-    for (const Terms& pass : passes) mean += pass / static_cast<double>(passes.size());
-    Matrix information = usual.array().square().inverse().matrix().asDiagonal();
-    for (const Terms& pass : passes)
-        information += (pass - mean) * (pass - mean).transpose() / (options.rest * options.rest);
-    return information.ldlt().solve(Matrix::Identity());
+    All mean = All::Zero();
+    for (const All& pass : passes) mean += pass / static_cast<double>(passes.size());
+    const double artifact = options.machine.artifact_known ? 1e-3 : usual_artifact;
+    const All before = (All() << usual, artifact).finished();
+    Eigen::Matrix<double, terms + 1, terms + 1> information =
+        before.array().square().inverse().matrix().asDiagonal();
+    const double rest = options.machine.rest;
+    for (const All& pass : passes) information += (pass - mean) * (pass - mean).transpose() / (rest * rest);
+    return information.inverse().topLeftCorner<terms, terms>();
 }
 
 struct Search {
@@ -205,12 +218,31 @@ std::string GrowthPlan::text() const {
     for (const Term& term : terms)
         text += formatted("%-28s%10.1f%10.1f%14.1f   %s\n", term.name.c_str(), term.before, term.after,
                           term.hour_more, term.unit.c_str());
-    text += formatted("\nfor a usual machine whose law leaves %g um of a pass (--rest)\n", options.rest);
+    const GrowthPlanMachine& its = options.machine;
+    text += "\nfor " + (its.log.empty() ? "a usual machine" : "the machine of " + its.log) +
+            formatted(", whose law leaves %.1f um of a pass (--rest)\n", its.rest);
+    text += formatted(
+        "spindle %.1f K above the structure in the end, in %.0f min, at rest in %.0f min; structure %.1f K "
+        "in %.0f min\n",
+        its.spindle_rise, its.turning_time / 60, its.stopped_time / 60, its.structure_rise,
+        its.structure_time / 60);
+    text += its.artifact_known
+                ? "the expansion of the artifact is known\n"
+                : "the expansion of the artifact is not known: write it into [artifact] for growth_log\n";
     return text;
 }
 
 std::string GrowthPlan::json() const {
     nlohmann::json all{{"hours", options.hours}, {"work_min", options.work}, {"pass_min", options.pass}};
+    const GrowthPlanMachine& its = options.machine;
+    all["machine"] = {{"log", its.log},
+                      {"rest_um", its.rest},
+                      {"spindle_rise_k", its.spindle_rise},
+                      {"turning_s", its.turning_time},
+                      {"stopped_s", its.stopped_time},
+                      {"structure_rise_k", its.structure_rise},
+                      {"structure_s", its.structure_time},
+                      {"artifact_known", its.artifact_known}};
     for (const Cycle& cycle : cycles) all["cycles"].push_back({{"rpm", cycle.speed}, {"door", cycle.door}});
     for (const Term& term : terms)
         all["terms"].push_back({{"name", term.name},
@@ -222,11 +254,15 @@ std::string GrowthPlan::json() const {
 }
 
 std::string GrowthPlan::program() const {
+    const GrowthPlanMachine& its = options.machine;
     std::string text = formatted(
         "; SPDX-License-Identifier: GPL-2.0-or-later\n"
         "; o<growth_plan> call [cycle]: its speed, and whether the shop door is open. "
-        "plumb growth plan --hours %g --ngc\n; wrote it.\no<growth_plan> sub\n",
-        options.hours);
+        "plumb growth plan --hours %g --ngc\n; wrote it%s.\no<growth_plan> sub\n",
+        options.hours,
+        its.log.empty()
+            ? ""
+            : (" for the machine of " + std::filesystem::path(its.log).filename().string()).c_str());
     text += formatted("#<_growth_planned> = %d\n#<_growth_minutes> = %g\n", static_cast<int>(cycles.size()),
                       options.work);
     text += "#<_growth_speed> = 0\n#<_growth_door> = 0\n";

@@ -3,6 +3,8 @@
 // order that leaves the least uncertainty of the growth on another day.
 #pragma once
 
+#include "components/commissioning/growth/growth_plan_machine.hpp"
+
 #include <string>
 #include <vector>
 
@@ -12,8 +14,8 @@ struct GrowthPlanOptions {
     double hours = 4;
     double work = 0, pass = 10;  // min, of a cycle; work 0: 30, or less for four cycles
     double fastest = 8000;       // rpm
-    double rest = 2;             // um, that the law leaves of a pass
     bool door = false;           // somebody can open the shop door
+    GrowthPlanMachine machine;
 };
 
 struct GrowthPlan {

@@ -16,6 +16,10 @@ std::string number(double value, int digits = 1);  // a dash if it is not a numb
 std::string um(double mm);
 std::string clause(const GrowthLog& log);  // of ISO 230-3
 
+// A page with its style, and the end of it.
+std::string page_begin(const std::string& title);
+std::string page_end();
+
 // One axis of a series, for a chart; h and um.
 GrowthChart::Line line_of(const GrowthSeries& series, int axis, const std::string& name, int colour,
                           bool dashed);

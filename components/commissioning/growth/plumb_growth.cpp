@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "components/commissioning/growth/growth_fit.hpp"
+#include "components/commissioning/growth/growth_gauges.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_plan.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
@@ -39,9 +40,10 @@ namespace fs = std::filesystem;
 hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
-        "report LOG... [--output DIR] | identify LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time "
+        "report LOG... [--output DIR] | gauges GAUGES.csv [--distance MM] [--output DIR] | identify "
+        "LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time "
         "COLUMN] "
-        "[--columns A,B] | plan --hours H [--door] [--ngc]",
+        "[--columns A,B] | plan --hours H [--log LOG] [--door] [--ngc]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
 log of a test that still runs, or that was interrupted, is as good: only a fail can be stated then.)"},
@@ -61,6 +63,12 @@ soon as a deviation leaves the tolerance by as much. The page has the budget of 
 
 Cross gains and the rms of offset minus drift show which axis a compensation follows. The settings of axis_growth are those of
 plumb growth identify without options.)"},
+         {"GAUGES",
+          R"(plumb growth gauges GAUGES.csv reads a record of displacement sensors at a mandrel, as ISO 230-3 uses them, in the form that
+IDENTIFY describes. X1 and Y1 are at the end of the mandrel, X2 and Y2 nearer to the spindle, --distance mm apart; they show the
+tilt. It prints the displacements after 1 h and 4 h and in the end, their range and largest rate, the cool-down after the spindle
+stopped, and the steady state. If the spindle did not turn, the ranges are the environmental temperature variation error (ETVE). It
+names what a test after ISO 230-3 needs and the record lacks. --output writes report.html into a folder, --json prints JSON.)"},
          {"IDENTIFY",
           R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the
 temperatures, with the spindle speed and along its travel, each with its uncertainty. It needs four passes, and eight are better.
@@ -84,9 +92,11 @@ speeds and rests, cycle by cycle. It states the standard uncertainty of each ter
 an hour longer. Growth on another day is the part of the error that comes from these terms, over four hours of drawn speeds.
 
 --work and --pass are the minutes of a cycle, --fastest the highest speed in rpm. --door: somebody opens the shop door where the plan
-says so; this separates the term of all sensors together. The figures are of a usual machine, and of a law that leaves --rest um
-of a pass. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for
-the G-code of the test, --json JSON.)"},
+says so; this separates the term of all sensors together. --log: the plan is made for the machine of an earlier log, by its
+temperatures, its speeds and the error of its law; without it for a usual machine. --rest is the error that the law leaves of a pass,
+in um. --artifact: its expansion is known, as by [artifact] of growth_log(1); otherwise it hides much of the term of all
+sensors together. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for the G-code
+of the test, --json JSON.)"},
          {"FIT",
           R"(plumb growth fit SERIES.csv predicts the steady state of each column, if its duty goes on. The first line names
 the columns; --time names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments.
@@ -102,6 +112,8 @@ command line.)"},
           R"(  plumb growth report growth-20261122-080000.csv
 
   plumb growth report before.csv after.csv --output repair
+
+  plumb growth gauges mandrel.csv --distance 150 --output mandrel
 
   plumb growth identify growth-20261122-080000.csv > axis_growth_settings.hal
 
@@ -152,6 +164,10 @@ int report(const std::vector<std::string>& files, std::string output) {
     return 0;
 }
 
+GrowthCourse course_in(const std::string& file) {
+    return is_growth_log(file) ? course_of(read_growth_log(file)) : read_growth_course(file);
+}
+
 }  // namespace
 }  // namespace plumb::commissioning
 
@@ -188,9 +204,18 @@ static int carry_out(int argc, char** argv) {
         ->check(CLI::Range(0.1, 4.0))
         ->type_name("P");
     identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
+    double distance = 0;
+    CLI::App* const gauging =
+        app.add_subcommand("gauges", "Reads a record of displacement sensors at a mandrel.");
+    gauging->add_option("record", log, "CSV of gauges.")->required()->type_name("GAUGES.csv");
+    gauging->add_option("--distance", distance, "Between the two sensors of X and of Y.")
+        ->check(CLI::Range(1.0, 10000.0))
+        ->type_name("MM");
+    gauging->add_option("--output", output, "Folder for report.html.")->type_name("DIR");
     GrowthPlanOptions wanted;
     bool as_program = false;
-    CLI::App* const planning = app.add_subcommand("plan", "Offers a test that separates the terms of the law.");
+    CLI::App* const planning =
+        app.add_subcommand("plan", "Offers a test that separates the terms of the law.");
     const auto positive = [&](const char* name, double& value, const char* doc, const char* type) {
         return planning->add_option(name, value, doc)->check(CLI::Range(0.1, 1e6))->type_name(type);
     };
@@ -198,7 +223,11 @@ static int carry_out(int argc, char** argv) {
     positive("--work", wanted.work, "Work in a cycle; 30 min by default, less in a short test.", "MIN");
     positive("--pass", wanted.pass, "Length of a pass; 10 min by default.", "MIN");
     positive("--fastest", wanted.fastest, "Highest speed; 8000 rpm by default.", "RPM");
-    positive("--rest", wanted.rest, "Error that the law leaves of a pass; 2 um by default.", "UM");
+    CLI::Option* const rest = positive("--rest", wanted.machine.rest,
+                                       "Error that the law leaves of a pass; 2 um by default.", "UM");
+    planning->add_option("--log", log, "Log of an earlier test of this machine.")->type_name("LOG");
+    planning->add_flag("--artifact", wanted.machine.artifact_known,
+                       "The expansion of the artifact is known.");
     planning->add_flag("--door", wanted.door, "The shop door may be opened.");
     planning->add_flag("--ngc", as_program, "Print the subroutine growth_plan.");
     GrowthFitOptions fit;
@@ -218,21 +247,37 @@ static int carry_out(int argc, char** argv) {
     fitting->add_option("--uncertainty", fit.uncertainty, "Standard uncertainty of a value.")
         ->check(CLI::NonNegativeNumber)
         ->type_name("U");
-    for (CLI::App* const each : {identifying, planning, fitting}) each->add_flag("--json", json, "Print JSON.");
+    for (CLI::App* const each : {gauging, identifying, planning, fitting})
+        each->add_flag("--json", json, "Print JSON.");
     return plumb::hal::carry_out(app, argc, argv, [&] {
         if (*fitting) {
             std::cout << growth_fit(fit, json);
             return 0;
         }
+        if (*gauging) {
+            const GrowthGauges found = growth_gauges(read_growth_course(log), distance);
+            if (!output.empty()) {
+                fs::create_directories(output);
+                write_file(fs::path(output) / "report.html", found.page());
+            }
+            std::cout << (json ? found.json() : found.text());
+            return 0;
+        }
         if (*planning) {
+            if (!log.empty()) {
+                const double given = wanted.machine.rest;
+                const bool known = wanted.machine.artifact_known;
+                wanted.machine = plan_machine_of(course_in(log), wanted.fastest);
+                if (rest->count() > 0) wanted.machine.rest = given;
+                wanted.machine.artifact_known |= known;
+            }
             const GrowthPlan plan = growth_plan(wanted);
             std::cout << (json ? plan.json() : as_program ? plan.program() : plan.text());
             return 0;
         }
         if (*identifying) {
             identify.speed = !no_speed;
-            const GrowthCourse read =
-                is_growth_log(log) ? course_of(plumb::read_growth_log(log)) : read_growth_course(log);
+            const GrowthCourse read = course_in(log);
             const GrowthIdentified found = growth_identified(read, identify);
             if (json) {
                 nlohmann::json all = growth_identified_json(found);

@@ -57,10 +57,11 @@ namespace compensation_fault {
 namespace {
 
 constexpr double weak = 0.9, strong = 1.15;  // gains between these are good
-constexpr double widest = 0.3;               // uncertainty of a gain, 95 of 100, that still is one
-constexpr double still = 0.02;               // K, less than the noise of a sensor that works
-constexpr double warmed = 1;                 // K, a machine that has warmed
-constexpr double apart = 1.5;                // K, between sensors of a machine that is cold throughout
+// A compensation is called good only if its gain is surely between these, 95 of 100.
+constexpr double surely_weak = 0.8, surely_strong = 1.25;
+constexpr double still = 0.02;  // K, less than the noise of a sensor that works
+constexpr double warmed = 1;    // K, a machine that has warmed
+constexpr double apart = 1.5;   // K, between sensors of a machine that is cold throughout
 
 double range(const Eigen::VectorXd& values) {
     return values.maxCoeff() - values.minCoeff();
@@ -215,10 +216,12 @@ private:
     CompensationFault by_factor() const {
         if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
         // The noise of each pass, and that of the reference, which all passes share.
-        const double room = 2 * std::abs(finding_.gain) * record_.uncertainty * std::sqrt((1 + passes_) / drifts_);
+        const double room =
+            2 * std::abs(finding_.gain) * record_.uncertainty * std::sqrt((1 + passes_) / drifts_);
         if (finding_.gain < weak && finding_.gain + room < 1) return CompensationFault::too_weak;
         if (finding_.gain > strong && finding_.gain - room > 1) return CompensationFault::too_strong;
-        if (room > widest || finding_.gain < weak || finding_.gain > strong)
+        if (finding_.gain < weak || finding_.gain > strong || finding_.gain - room < surely_weak ||
+            finding_.gain + room > surely_strong)
             return CompensationFault::undetermined;
         return rest_ > 0.03 * drifts_ + noise_ ? CompensationFault::other : CompensationFault::none;
     }

@@ -131,6 +131,31 @@ void expect_named(CompensationFault expected, const Spoil& spoil) {
 TEST(JudgedCompensation, CallsAGoodOneGood) {
     expect_named(CompensationFault::none, [](Machine&) {});
 }
+TEST(JudgedCompensation, CallsAWeakOneGoodInOneOf40AtMostHoweverUncertainItIs) {
+    for (const double s : {0.5, 1.0, 2.0, 3.0}) {
+        int good = 0, best = 0;
+        constexpr int tests = 400, passes = 8;
+        for (int seed = 1; seed <= tests; ++seed)
+            for (const double gain : {0.8, 1.0}) {
+                Random random(static_cast<std::uint64_t>(seed), 8);
+                CompensationRecord record;
+                record.uncertainty = std::sqrt(2.0) * s * um;
+                record.drift = record.compensation = Eigen::MatrixX3d::Zero(passes, 3);
+                record.temperatures.resize(passes, 0);
+                const double reference = s * um * random.gaussian();
+                for (int k = 1; k < passes; ++k) {
+                    const double drift = -30 * um * std::expm1(-0.4 * k);
+                    record.drift(k, 2) = drift + s * um * random.gaussian() - reference;
+                    record.compensation(k, 2) = gain * drift;
+                }
+                (gain < 1 ? good : best) += judged_compensation(record).fault == CompensationFault::none;
+            }
+        EXPECT_LE(good, tests / 40) << s;
+        if (s < 1) {
+            EXPECT_GE(best, 0.95 * tests) << s;
+        }
+    }
+}
 TEST(JudgedCompensation, NamesOneThatIsAbsent) {
     expect_named(CompensationFault::absent, [](Machine& its) { its.record.compensation.setZero(); });
 }

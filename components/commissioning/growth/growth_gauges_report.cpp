@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "components/commissioning/growth/growth_gauges.hpp"
+#include "components/commissioning/growth/growth_words.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+using Quantity = GrowthGauges::Quantity;
+
+nlohmann::json real(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+}
+
+struct Column {
+    const char* title;
+    double (*value)(const Quantity&);
+};
+
+std::vector<Column> columns_of(const GrowthGauges& test) {
+    if (test.environment)
+        return {{"range", [](const Quantity& its) { return its.range; }},
+                {"rate per h", [](const Quantity& its) { return its.rate; }},
+                {"U", [](const Quantity& its) { return its.expanded; }}};
+    std::vector<Column> all{{"1 h", [](const Quantity& its) { return its.at_1_hour; }},
+                            {"4 h", [](const Quantity& its) { return its.at_4_hours; }},
+                            {"warm", [](const Quantity& its) { return its.warm; }},
+                            {"range", [](const Quantity& its) { return its.range; }},
+                            {"rate per h", [](const Quantity& its) { return its.rate; }},
+                            {"U", [](const Quantity& its) { return its.expanded; }}};
+    if (test.cooled > 0) {
+        all.push_back({"after rest", [](const Quantity& its) { return its.left; }});
+        all.push_back({"its rate", [](const Quantity& its) { return its.cooling_rate; }});
+    }
+    return all;
+}
+
+std::string prediction(const GrowthGauges& test, const Quantity& its) {
+    if (test.environment || !its.curve) return "";
+    if (!test.steady_duty) return "not determined: the spindle speed changed";
+    return (its.curve->determined ? number(its.curve->steady) + ", " : "not determined, ") + "between " +
+           number(its.curve->low()) + " and " + number(its.curve->high());
+}
+
+std::string times(const GrowthGauges& test) {
+    if (test.environment) return number(test.length / seconds_per_hour) + " h, the spindle stood";
+    return number(test.warmed / seconds_per_hour) + " h of work, " + number(test.cooled / seconds_per_hour) +
+           " h of rest";
+}
+
+}  // namespace
+
+std::string GrowthGauges::clause() const {
+    std::string its = std::string(environment ? "Environmental temperature variation error"
+                                              : "Thermal distortion caused by rotating spindle") +
+                      ", after ISO 230-3";
+    for (std::size_t i = 0; i < missing.size(); ++i)
+        its += (i == 0 ? ". Not a whole test after it: " : "; ") + missing[i];
+    return its + ".";
+}
+
+std::string GrowthGauges::text() const {
+    std::ostringstream out;
+    out << file << "\n  " << clause() << "\n  " << times(*this) << "\n\n";
+    const auto cell = [&](const std::string& text, int width) {
+        char padded[80];
+        std::snprintf(padded, sizeof padded, "%*s", width, text.c_str());
+        out << padded;
+    };
+    cell("", -16);
+    for (const Column& column : columns_of(*this)) cell(column.title, 11);
+    out << '\n';
+    for (const Quantity& its : quantities) {
+        cell("  " + its.name, -16);
+        for (const Column& column : columns_of(*this)) {
+            const double value = column.value(its);
+            cell(std::isfinite(value) ? number(value) : "-", 11);
+        }
+        out << "  " << its.unit << '\n';
+    }
+    if (!environment)
+        for (const Quantity& its : quantities)
+            out << "  Steady state of " << its.name << ", " << its.unit << ": " << prediction(*this, its)
+                << '\n';
+    for (const auto& [name, range] : ranges) out << "  " << name << " changed by " << number(range) << " K\n";
+    return out.str();
+}
+
+std::string GrowthGauges::json() const {
+    nlohmann::json all{{"file", file},           {"clause", clause()}, {"environment", environment},
+                       {"length_s", length},     {"warmed_s", warmed}, {"cooled_s", cooled},
+                       {"interval_s", interval}, {"missing", missing}};
+    for (const Quantity& its : quantities) {
+        nlohmann::json& j = all["quantities"][its.name];
+        j = {{"unit", its.unit},
+             {"at_1_hour", real(its.at_1_hour)},
+             {"at_4_hours", real(its.at_4_hours)},
+             {"warm", real(its.warm)},
+             {"range", its.range},
+             {"rate_per_h", its.rate},
+             {"expanded", real(its.expanded)},
+             {"left", its.left},
+             {"cooling_rate_per_h", its.cooling_rate}};
+        if (its.curve && !environment)
+            j["steady"] = {{"determined", its.curve->determined && steady_duty},
+                           {"value", real(its.curve->steady)},
+                           {"low", real(its.curve->low())},
+                           {"high", real(its.curve->high())}};
+    }
+    for (const auto& [name, range] : ranges) all["temperature_ranges_k"][name] = range;
+    return all.dump(1) + '\n';
+}
+
+std::string GrowthGauges::page() const {
+    std::ostringstream out;
+    out << page_begin("Thermal growth of " + escaped_xml(file)) << "<p>" << escaped_xml(clause()) << "</p><p>"
+        << times(*this) << ".</p>\n<div class=\"wide\"><table><thead><tr><th scope=\"col\"></th>";
+    for (const Column& column : columns_of(*this)) out << "<th scope=\"col\">" << column.title << "</th>";
+    out << "<th scope=\"col\">unit</th>" << (environment ? "" : "<th scope=\"col\">steady state</th>")
+        << "</tr></thead><tbody>\n";
+    for (const Quantity& its : quantities) {
+        out << "<tr><th scope=\"row\">" << (environment ? "ETVE " : "") << its.name << "</th>";
+        for (const Column& column : columns_of(*this)) out << "<td>" << number(column.value(its)) << "</td>";
+        out << "<td>" << its.unit << "</td>" << (environment ? "" : "<td>" + prediction(*this, its) + "</td>")
+            << "</tr>\n";
+    }
+    out << "</tbody></table></div>\n";
+    for (const bool tilts : {false, true}) {
+        GrowthChart chart{tilts ? "tilts" : "displacements",
+                          tilts ? "Tilts" : "Displacements",
+                          tilts ? "\u00b5m/m" : "\u00b5m",
+                          {},
+                          0};
+        int colour = 0;
+        for (const Quantity& its : quantities) {
+            if ((its.unit != "um") != tilts) continue;
+            GrowthChart::Line line{its.name, colour++, false, {}};
+            for (std::size_t i = 0; i < its.time.size(); i += its.time.size() / 400 + 1)
+                line.points.emplace_back(its.time[i] / seconds_per_hour, its.value[i]);
+            chart.lines.push_back(std::move(line));
+        }
+        if (!chart.lines.empty()) out << "<figure tabindex=\"0\">" << chart.svg(false) << "</figure>\n";
+    }
+    out << "<table><thead><tr><th scope=\"col\">Temperature</th><th scope=\"col\">range, "
+           "K</th></tr></thead><tbody>\n";
+    for (const auto& [name, range] : ranges)
+        out << "<tr><th scope=\"row\">" << escaped_xml(name) << "</th><td>" << number(range)
+            << "</td></tr>\n";
+    out << "</tbody></table>\n<p class=\"soft\">U: of a change, 95 of 100, by the scatter about a smooth "
+           "curve. Sensors that touch a turning "
+           "mandrel, its run-out, and the drift of their holder are not in it.</p>\n"
+        << page_end();
+    return out.str();
+}
+
+}  // namespace plumb::commissioning
