@@ -11,18 +11,19 @@ from panel import growth_test_state
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
 from panel.growth_logs import last_log
+from panel.growth_plan_card import PlanCard
 from panel.growth_test_state import LiveDrift, remaining
 from panel.texts import _, in_micrometres, number, seconds
 from panel.widgets import Figures, button, card, label, set_text
 
-RESUME = "resume.ngc"
+RESUME, PLANNED = "resume.ngc", "planned.ngc"
 CALL = re.compile(r"o<growth_test> call", re.I)
 
 
 def programs_of_tests(ini):
-    """[DISPLAY]OPEN_FILE and resume.ngc, if they are beside the INI file and call the test."""
+    """[DISPLAY]OPEN_FILE, planned.ngc and resume.ngc, if they are beside the INI file and call the test."""
     found = []
-    for name in (ini.get("DISPLAY", "OPEN_FILE"), RESUME):
+    for name in (ini.get("DISPLAY", "OPEN_FILE"), PLANNED, RESUME):
         with contextlib.suppress(OSError):
             with open(os.path.join(ini.folder, name), encoding="utf-8", errors="replace") as file:
                 if any(CALL.match(line.strip()) for line in file):
@@ -51,7 +52,7 @@ class GrowthTestPage(FunctionPage):
         self._moved = _drifts.setdefault(self.instance.name, LiveDrift())
         return [self._figures, card(label(_("Temperatures"), "value"), self._sensors), self._chart,
                 card(label(_("Drift of the bores without compensation, in X, Y and Z"), "value"), self._drift),
-                card(label(_("Last bore"), "value"), self._bore)]
+                card(label(_("Last bore"), "value"), self._bore), PlanCard(self.panel)]
 
     def buttons(self):
         starts = [button(_("Start {program}").format(program=name), lambda name=name: self._start(name)) for name in programs_of_tests(self.panel.ini)]

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How long a test of thermal growth still runs, and how far its bores have moved. Without a screen."""
 
+import itertools
 import math
+import os
+
+from panel.texts import _
 
 FEWEST = 6  # values for a line
 WIDTH = 3  # of the uncertainty, in sigmas: a few values scatter more than their sigma shows
@@ -71,3 +75,19 @@ def remaining(changes, threshold, elapsed, shortest, longest):
 
     low, likely, high = (min(most, max(least, crossing(slope + by * WIDTH * sigma))) for by in (-1, 0, 1))
     return low, likely, high
+
+
+def plan_in_words(plan):
+    """Lines of what `plumb growth plan --json` gives: the cycles, equal ones together, and the terms with their uncertainty in Z."""
+    def of(cycle):
+        words = "%.0f rpm" % cycle["rpm"] if cycle["rpm"] else _("rest")
+        return words + (", " + _("shop door open") if cycle["door"] else "")
+    cycles = ["%d \u00d7 %s" % (len(list(same)), words) for words, same in itertools.groupby(map(of, plan["cycles"]))]
+    lines = [_("{count} cycles of {work} min work and a pass:").format(count=len(plan["cycles"]), work="%g" % plan["work_min"]), "   ".join(cycles)]
+    names = {"spindle against structure": _("spindle against structure"), "all sensors together": _("all sensors together"),
+             "spindle speed": _("spindle speed"), "growth on another day": _("growth on another day")}
+    lines += [_("{term}: \u00b1{after} {unit}, after another hour \u00b1{more}").format(
+        term=names.get(term["name"], term["name"]), after="%.1f" % term["after"], unit=term["unit"].replace("u", "\u00b5", 1), more="%.1f" % term["hour_more"])
+        for term in plan["terms"]]
+    log = plan["machine"]["log"]
+    return [*lines, _("For the machine of {log}.").format(log=os.path.basename(log)) if log else _("For a usual machine: there is no log that shows this one.")]

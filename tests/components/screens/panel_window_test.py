@@ -139,6 +139,18 @@ class Window(unittest.TestCase):
         finger.await_text("4.0 h \u2013 12.0 h")
         self.host.command("setp test.temperature-valid-1 0")
         finger.await_text("\u2716 1: 20 \u00b0C")
+        finger.press("Write growth_plan.ngc")
+        finger.await_text("Choose how long the test may last.")
+        finger.press("Plan 4 h")
+        finger.await_text("growth on another day: \u00b1")
+        finger.await_text("For a usual machine")
+        finger.press("Write growth_plan.ngc")
+        finger.await_text("The next test of planned.ngc has these cycles.")
+        finger.press("Write the plan")
+        path = os.path.join(os.path.dirname(self.ini), "growth_plan.ngc")
+        finger.until(lambda: os.path.exists(path), "the file")
+        with open(path, encoding="ascii") as file, open(os.path.join(ROOT, "configs", "growth", "growth_plan.ngc"), encoding="ascii") as shipped:
+            self.assertEqual(file.read(), shipped.read())
 
     def test_a_shift_of_contacts_is_answered_by_the_finger(self):
         not_growth, growth = (self.host.expect("given == 0", given="growth.shift-is-" + answer) for answer in ("not-growth", "growth"))
