@@ -52,6 +52,43 @@ class Screen:
         self.display = (test.enterClassContext if isinstance(test, type) else test.enterContext)(virtual())
 
 
+class Pointer:
+    """The tip of a finger, by the screen's own extension for tests: xdotool needs a process for each press."""
+
+    HELD = 0.012  # s
+
+    def __init__(self, name):
+        from Xlib import X, display
+        from Xlib.ext import xtest
+
+        self._x, self._send = X, xtest.fake_input
+        self._display = display.Display(name)
+
+    def __del__(self):
+        with contextlib.suppress(Exception):  # the screen may have ended before
+            self._display.close()
+
+    def move(self, x, y):
+        self._send(self._display, self._x.MotionNotify, x=int(x), y=int(y))
+        self._display.sync()
+
+    def down(self, button=1):
+        self._send(self._display, self._x.ButtonPress, button)
+        self._display.sync()
+
+    def up(self, button=1):
+        self._send(self._display, self._x.ButtonRelease, button)
+        self._display.sync()
+
+    def click(self, button=1, times=1, pause=0.0):
+        for number in range(times):
+            if number:
+                time.sleep(pause)
+            self.down(button)
+            time.sleep(self.HELD)
+            self.up(button)
+
+
 class Finger:
     """Presses widgets of the panel by their accessible names.
 
@@ -60,6 +97,7 @@ class Finger:
 
     def __init__(self, display, widgets, between=lambda: time.sleep(0.05)):
         self._environment = {**os.environ, "DISPLAY": display}
+        self._pointer = Pointer(display)
         self._file, self._between = widgets, between
         self._pressed = ("", 0, 0, 0.0)  # the last widget, its place, and when
         self._presses = 0
@@ -126,10 +164,11 @@ class Finger:
         self.until(lambda: self.find(name), "the widget " + name)
         self.rest()
         place = self.find(name)
-        self._do("mousemove", place["x"] + place["width"] // 2, place["y"] + place["height"] // 2, "mousedown", "1")
+        self._pointer.move(place["x"] + place["width"] // 2, place["y"] + place["height"] // 2)
+        self._pointer.down()
 
     def let_go(self):
-        self._do("mouseup", "1")
+        self._pointer.up()
 
     def _scroll(self, place):
         """By as many steps of the wheel as bring the widget nearly into its view; GTK's step is the height of the view to the power of 2/3."""
@@ -137,8 +176,8 @@ class Finger:
         middle = place["y"] + place["height"] // 2
         away = middle - bottom if place["scrolled"] > 0 else top - middle
         steps = max(1, int(away / (bottom - top) ** (2 / 3)))
-        self._do("mousemove", place["x"] + place["width"] // 2, (top + bottom) // 2, "click", "--repeat", steps, "--delay", "10",
-                 "5" if place["scrolled"] > 0 else "4")
+        self._pointer.move(place["x"] + place["width"] // 2, (top + bottom) // 2)
+        self._pointer.click(5 if place["scrolled"] > 0 else 4, steps)
 
     def _press_place(self, name, place, times=1):
         x, y = place["x"] + place["width"] // 2, place["y"] + place["height"] // 2
@@ -214,7 +253,8 @@ class Finger:
     def press_at(self, x, y, times=1):
         """Several times, 0.05 s apart."""
         self._presses += times
-        self._do("mousemove", x, y, "click", "--repeat", times, "--delay", "50", "1")
+        self._pointer.move(x, y)
+        self._pointer.click(times=times, pause=0.05 - Pointer.HELD)
 
     @contextlib.contextmanager
     def story(self, name):
@@ -227,10 +267,10 @@ class Finger:
 
     def press_places(self, *places):
         """The middles of widgets that may not be there any more, one after the other as fast as the screen takes them."""
-        words = []
         for place in places:
-            words += ["mousemove", place["x"] + place["width"] // 2, place["y"] + place["height"] // 2, "click", "1", "sleep", "0.03"]
-        self._do(*words)
+            self._pointer.move(place["x"] + place["width"] // 2, place["y"] + place["height"] // 2)
+            self._pointer.click()
+            time.sleep(0.03)
 
     def _do(self, *words):
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True, timeout=PATIENCE)

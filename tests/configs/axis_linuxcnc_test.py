@@ -89,7 +89,7 @@ class Axis(unittest.TestCase):
         self.assertEqual(len(seen["log"]), 2)
         self.assertIn("At rest at point R.", seen["at rest"])
         self.assertIn("away from point R", seen["held"])
-        self.assertIn("away from point R. offset: \u2212", seen["away"])
+        self.assertIn("away from point R. Offset: \u2212", seen["away"])
         self.assertFalse(seen["ticks"])
         self.assertFalse(seen["moved unasked"])
         self.assertEqual(seen["old question"], "")

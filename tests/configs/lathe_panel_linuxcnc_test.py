@@ -55,6 +55,7 @@ class Lathe(unittest.TestCase):
 
     def test_an_accepted_diameter_is_taken_back(self):
         self.assertRegex(self.seen["undo"], r"M452 P\[10\.\d+.*\] Q1")
+        self.assertIn("M452 Q-1", self.seen["undo of the first"])
 
     def test_y_moves_by_a_step_a_touch(self):
         self.assertEqual(self.seen["stepped"], [0.1, 0.11, 0.01, 0])

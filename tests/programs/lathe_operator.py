@@ -155,6 +155,8 @@ class Operator:
                 finger.press("Enter all the same")
             self.until("centre.cut-number", land)
             self.machine.wait_until_idle()
+            if (land, lands) == (1, 2):
+                self.take_first_back(wrong)
             if land == lands:
                 with finger.story("wrong entry"):
                     self.correct(1, first, first + 0.1)
@@ -183,6 +185,23 @@ class Operator:
         self.machine.wait_until_idle()
         finger.press("Centre height")
         self.correct(1, wrong + 0.1, wrong + 0.1)
+
+    def take_first_back(self, diameter):
+        """Undo of a diameter that had none before it: the cut waits for it again."""
+        finger = self.finger
+        finger.press("Changes")
+        finger.press("Undo MDI")
+        seen["undo of the first"] = finger.await_text("Undo by M452")
+        finger.press("Undo")
+        self.until("centre.measure", True)
+        self.machine.wait_until_idle()
+        finger.press("Centre height")
+        finger.until(lambda: not finger.find("Correct cut 1"), "the list of diameters without it")
+        finger.press("Enter the diameter")
+        finger.type("%.4f" % diameter)
+        finger.press("Enter")
+        self.until("centre.cut-number", 1)
+        self.machine.wait_until_idle()
 
     def turn(self, z, y):
         for line in ("G0 X12", "G0 Y%g" % y, "G0 Z%g" % (z + 3), "G0 X5", "G1 Z%g F600" % z):

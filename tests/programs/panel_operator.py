@@ -125,7 +125,7 @@ class Operator:
         self.lean("Y EC0Y", "Y leans to +X", "0.048")
         finger.await_text("EC0Y  160 \u00b5m/m to +X")
         finger.press("Test move")
-        finger.await_text("before: +48.0 \u00b5m   after: +0.0 \u00b5m")
+        finger.await_text("before: +48.0 \u00b5m   after: 0.0 \u00b5m")
         finger.await_text("if EC0Y has the wrong sign: +96.0 \u00b5m")
         self.save()
         self.until("square.ec0y", -0.00016)

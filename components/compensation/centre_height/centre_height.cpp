@@ -59,6 +59,8 @@ struct CentreHeight final : hal::Component {
             take_position(now);
         else if (given.entry && given.corrected > 0)
             taken_ = procedure_.correct(now, entered(given), given.corrected);
+        else if (given.entry && given.corrected < 0)
+            taken_ = procedure_.take_back(-given.corrected);
         else if ((given.value || given.entry) && procedure_.state() == State::measure)
             take_diameter(now, given);
         else if (given.compute && keyed_cuts.keyed)

@@ -22,7 +22,7 @@ struct HeightOrders final : hal::Group {
     hal::In<bool> entered{this, "entered", false, "A rising edge: entered-diameter of the cut counts."};
     hal::In<double> entered_cut{this, "entered-cut", 0, "1",
                                 "Number of the cut whose diameter entered-diameter replaces, from 1; 0: the "
-                                "cut that waits."};
+                                "cut that waits; below 0: the last cut, whose diameter is taken back."};
     hal::In<double> program_method{this, "program-method", 0, "1",
                                    "Method by a word of a program, plus 1; 0: the pin method."};
     hal::In<double> program_cuts{this, "program-cuts", 0, "1",
@@ -37,7 +37,7 @@ struct HeightOrders final : hal::Group {
              entry = false, compute = false;
         bool cut_done = false, value_ready = false, entered = false;  // as they are
         double cuts = 0;                                              // by a program; 0 for none
-        double corrected = 0;  // number of the cut whose diameter is entered again; 0 for none
+        double corrected = 0;  // number of the cut whose diameter is replaced, or below 0 taken back; 0 for none
     };
 
     Given read() noexcept {

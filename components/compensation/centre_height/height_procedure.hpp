@@ -132,6 +132,16 @@ public:
         return true;
     }
 
+    // The last cut, of this number from 1, waits for its diameter again. Returns whether there is such a cut.
+    bool take_back(double number) noexcept {
+        const bool may = state_ == State::cut || state_ == State::known || state_ == State::refused;
+        if (!may || cuts_.count == 0 || number != static_cast<double>(cuts_.count)) return false;
+        forget();
+        cuts_.count -= 1;
+        state_ = State::measure;
+        return true;
+    }
+
     // From the cuts that there are, or from keyed ones.
     void compute(const Settings& now, double travel) noexcept {
         if (state_ == State::aborted) return;

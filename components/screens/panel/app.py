@@ -102,7 +102,7 @@ class Panel:
             self.function_pages.append(Sensors(self))
         commissioning = [Commissioning(self)] if is_required(machine, values) else []
         self.pages = [Overview(self), *self.function_pages, *commissioning, Components(self), Changes(self)]
-        self.window.show_navigation(self.pages, self.open, self.access.level)
+        self.window.show_navigation(self.pages, self.open)
         if kept is not None and kept not in self.pages and changed is not None and getattr(kept, "of", lambda: None)() not in {None, *changed}:
             return  # half entered
         if kept in self.pages:
@@ -237,7 +237,7 @@ class Panel:
         return page.verdict(values) if page is not None else state_of(instance, values)
 
     def open_component(self, instance):
-        self.open(Component(self, instance))
+        self.open(Component(self, instance, self.page))
 
     def edit(self, instance, short):
         self.open(Edit(self, instance, short, self.page))

@@ -144,7 +144,7 @@ class CentreHeightPage(FunctionPage):
             self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
             self.panel.pulse(self.instance.full("entered"))
         else:
-            undo = "M452 P[%s] Q%d" % (texts.for_program(former), cut) if former else ""
+            undo = "M452 P[%s] Q%d" % (texts.for_program(former), cut) if cut else "M452 Q-%d" % (self.get(self.panel.values, "cut-number") + 1)
             self.panel.mdi("M452 P[%s]" % texts.for_program(value) + (" Q%d" % cut if cut else ""), _("Enter the diameter"), undo=undo)
         if cut:
             self._sent[cut - 1] = value

@@ -29,15 +29,15 @@ class ChoppingPage(FunctionPage):
         """Those whose pins have no other writer. They set pins alone, so LinuxCNC's task and io may be dead."""
         own = self.instance.settings()
         its = []
+        if "stop" in own:
+            its.append(button(_("Stop"), self._stop, "stop"))
+        if "feed-hold" in own:
+            its.append(button(_("Hold / go on"), self._hold))
+        if "go-to-end" in own:
+            its.append(button(_("To point R"), self._withdraw))
         if chopping_orders.way(self.instance, self.panel.ini):
             its.append(button(_("Ends and start"), lambda: self.panel.open(StrokePage(self.panel, self)), "main"))
         its.append(button(_("Sections"), lambda: self.panel.open(SectionsPage(self.panel, self))))
-        if "stop" in own:
-            its.append(button(_("Stop"), self._stop))
-        if "go-to-end" in own:
-            its.append(button(_("To point R"), self._withdraw))
-        if "feed-hold" in own:
-            its.append(button(_("Hold / go on"), self._hold))
         if "override" in own:
             its += [button(_("Slower"), lambda: self._faster(-0.05)), button(_("Faster"), lambda: self._faster(0.05))]
         return its

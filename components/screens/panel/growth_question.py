@@ -13,29 +13,36 @@ NOT_GROWTH, GROWTH = "shift-is-not-growth", "shift-is-growth"  # pins
 ZERO, BY_HAND, DEPTH = "change-is-zero", "change-is-growth", "change-is-depth"
 
 
-class ShiftQuestion(Gtk.Box):
-    """Two buttons, each with its effect; seen while the question has no answer."""
+class Question(Gtk.Box):
+    """Buttons, each with its effect; seen while the question has no answer. `answers` are (name, what a press does, its effect as a label)."""
 
-    def __init__(self, page):
+    def __init__(self, page, *answers):
         super().__init__(orientation=Gtk.Orientation.VERTICAL)
-        self._page = page
-        self._words, self._effects = label("", "warn"), {pin: label("", "soft") for pin in (NOT_GROWTH, GROWTH)}
-        answers = [grow(column(button(text, answer, name=text), self._effects[pin], spacing=4)) for pin, text, answer in (
-            (NOT_GROWTH, _("It is not growth"), self._is_not_growth), (GROWTH, _("It is growth"), self._is_growth))]
-        its = row(*answers, spacing=16)
+        self._page, self._words = page, label("", "warn")
+        its = row(*[grow(column(button(name, answer, name=name), effect, spacing=4)) for name, answer, effect in answers], spacing=16)
         its.set_homogeneous(True)
         self._card = card(self._words, its)
         self.pack_start(self._card, True, True, 0)
         self.set_no_show_all(True)
 
+    def _ask(self, text):
+        """Without a text it has its answer."""
+        if text:
+            set_text(self._words, "\u25b2 " + text)
+            self._card.show_all()
+        self.set_visible(bool(text))
+
+
+class ShiftQuestion(Question):
+    def __init__(self, page):
+        self._effects = {pin: label("", "soft") for pin in (NOT_GROWTH, GROWTH)}
+        super().__init__(page, (_("It is not growth"), self._is_not_growth, self._effects[NOT_GROWTH]), (_("It is growth"), self._is_growth, self._effects[GROWTH]))
+
     def show_question(self, values):
         size = self._page.get(values, "shift-size", 0.0)
-        if size:
-            set_text(self._words, "\u25b2 " + _("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size)))
-            set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
-            set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)))
-            self._card.show_all()
-        self.set_visible(bool(size))
+        set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
+        set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)) if size else "")
+        self._ask(_("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size)) if size else "")
 
     def _moves(self, values):
         """Those that come at once."""
@@ -71,32 +78,20 @@ class ShiftQuestion(Gtk.Box):
             panel.pulse(pin)
 
 
-class OriginQuestion(Gtk.Box):
-    """Three buttons, each with its effect; seen while a change of the work offset or of a tool length has no reason."""
+class OriginQuestion(Question):
+    """Why a work offset or a tool length has changed."""
 
     def __init__(self, page):
-        super().__init__(orientation=Gtk.Orientation.VERTICAL)
-        self._page = page
-        self._words = label("", "warn")
-        texts = {
-            ZERO: (_("New zero, or tool measured"), _("The work or the tool has moved by as much. The reference follows.")),
-            BY_HAND: (_("Growth corrected by hand"), _("The offset becomes smaller by as much at the next cycle, so that it counts once.")),
-            DEPTH: (_("Another depth"), _("The parts keep the new depth, and the offset does not change.")),
-        }
-        answers = [grow(column(button(name, lambda pin=pin, name=name: self._give(pin, name), name=name), label(effect, "soft"), spacing=4))
-                   for pin, (name, effect) in texts.items()]
-        its = row(*answers, spacing=16)
-        its.set_homogeneous(True)
-        self._card = card(self._words, its)
-        self.pack_start(self._card, True, True, 0)
-        self.set_no_show_all(True)
+        texts = (
+            (ZERO, _("New zero, or tool measured"), _("The work or the tool has moved by as much. The reference follows.")),
+            (BY_HAND, _("Growth corrected by hand"), _("The offset becomes smaller by as much at the next cycle, so that it counts once.")),
+            (DEPTH, _("Another depth"), _("The parts keep the new depth, and the offset does not change.")),
+        )
+        super().__init__(page, *[(name, lambda pin=pin, name=name: self._give(pin, name), label(effect, "soft")) for pin, name, effect in texts])
 
     def show_question(self, values):
         size = self._page.get(values, "origin-change", 0.0)
-        if size:
-            set_text(self._words, "\u25b2 " + _("Work offset or tool length of Z has changed by {change}. Why?").format(change=in_micrometres(size)))
-            self._card.show_all()
-        self.set_visible(bool(size))
+        self._ask(_("Work offset or tool length of Z has changed by {change}. Why?").format(change=in_micrometres(size)) if size else "")
 
     def _give(self, pin, name):
         self._page.panel.guard.once_asked(_("{reason}: is that right?").format(reason=name), name,

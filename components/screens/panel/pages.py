@@ -54,6 +54,8 @@ class Overview(Page):
         self._waiting, self._faults = label("", "warn"), label("", "bad")
         box.pack_start(self._waiting, False, False, 0)
         box.pack_start(self._faults, False, False, 0)
+        access = label(_("Access: {level}").format(level=_(self.panel.access.level)), "soft")
+        box.pack_start(row(button(_("Light / dark"), self.panel.window.toggle_theme), access), False, False, 0)
         return scrolled(box)
 
     def refresh(self, values):
@@ -115,8 +117,8 @@ def state_of(instance, values):
 class Component(Page):
     """One instance: its faults in words, settings, inputs and outputs with units and sentences."""
 
-    def __init__(self, panel, instance):
-        self.instance = instance
+    def __init__(self, panel, instance, back):
+        self.instance, self.back = instance, back
         super().__init__(panel)
 
     @property
@@ -234,11 +236,12 @@ class Edit(Page):
                         button(_("Off"), lambda: self._save("0"), "key", name=_("Switch off"))]
             entry = column(*actions)
         else:
-            self._keypad = Keypad("" if self._seen is None else number(self._seen, 9), whole=pin.kind != "float")
+            self._keypad = Keypad("" if self._seen is None else number(self._seen, 9), whole=pin.kind != "float", exponent=pin.kind == "float")
             entry = column(row(grow(self._keypad.entry.get_parent()), label(unit_name(self._unit), "value", wrap=False)),
                            button(_("Save"), lambda: self._save(self._keypad.text), "main"))
         entry.set_size_request(300, -1)
         sides = flow(left, entry)  # one below the other where it is narrow
+        sides.set_homogeneous(False)
         sides.set_min_children_per_line(1)
         sides.set_max_children_per_line(2)
         others = [button(_("Undo the last change"), self._undo)]

@@ -4,14 +4,15 @@
 import collections
 import math
 
-from panel.texts import _, with_unit
+from panel.texts import _, in_micrometres, with_unit
 
 Status = collections.namedtuple("Status", "kind text remedy button", defaults=("", ""))
 Status.__doc__ = """kind is good, wait, off, warn or bad; remedy is a sentence, and button the name of the one that does it:
 switch, acknowledge, learn, dry-run, to-end, hold, stop, start, resume, enter, store."""
 
-# The quantity of a status, by its pin. For gettext: _("standard deviation"), _("contacts"), _("strokes"), _("offset")
-QUANTITIES = {"offset-sigma": "standard deviation", "contacts": "contacts", "rows": "contacts", "stroke-count": "strokes", "offset": "offset"}
+# The quantity of a status, by its pin. For gettext: _("Standard deviation"), _("Contacts"), _("Strokes"), _("Offset")
+QUANTITIES = {"offset-sigma": "Standard deviation", "contacts": "Contacts", "rows": "Contacts", "stroke-count": "Strokes", "offset": "Offset"}
+SMALL = ("offset-sigma",)  # shown in micrometres
 
 
 def of(instance, values):
@@ -37,7 +38,9 @@ def _detail(instance, values, short):
         return _(instance.sentence(values, short))
     if now is None or (isinstance(now, float) and not math.isfinite(now)):
         return ""
-    return "%s: %s." % (_(QUANTITIES.get(short, short)), with_unit(round(now, 4), instance.declared.pin(short).get("unit", "")))
+    unit = instance.declared.pin(short).get("unit", "")
+    shown = in_micrometres(float(now)).lstrip("+") if short in SMALL else with_unit(round(now, 4), unit)
+    return "%s: %s." % (_(QUANTITIES.get(short, short)), shown)
 
 
 def program_state(values):

@@ -23,6 +23,8 @@ CSS = """
 .plumb button.key {{ font-size: 24px; font-weight: bold; }}
 .plumb button.narrow {{ font-size: 15px; padding: 2px 3px; }}
 .plumb button.main {{ background: {pick}; border: 2px solid {good}; font-weight: bold; }}
+.plumb button.stop {{ border: 2px solid {bad}; font-weight: bold; }}
+.plumb button.stop label {{ color: {bad}; }}
 .plumb button.row {{ background: {card}; border: 0; border-bottom: 1px solid {line}; border-radius: 0; padding: 6px 10px; }}
 .plumb .good, .plumb .good label {{ color: {good}; }}
 .plumb .warn, .plumb .warn label {{ color: {warn}; }}

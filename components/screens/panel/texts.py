@@ -64,7 +64,8 @@ def in_micrometres(value, unit="mm"):
     if not isinstance(value, float) or not math.isfinite(value):
         return number(value)
     scale = 25400.0 if MACHINE_UNIT[0] in ("in", "inch") else 1000.0
-    return ("%+.1f" % (value * scale)).replace("-", "\u2212") + " \u00b5m"
+    text = "%+.1f" % (value * scale)
+    return (text[1:] if float(text) == 0 else text.replace("-", "\u2212")) + " \u00b5m"
 
 
 def seconds(value):

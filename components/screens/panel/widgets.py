@@ -197,25 +197,26 @@ class Figures(Gtk.FlowBox):
             named(self._values[name], name + ": " + text)
 
 
-KEYS = ("7", "8", "9", "\u232b", "4", "5", "6", "\u00b1", "1", "2", "3", "e", "0", ".")
+KEYS = ("789\u232b", "456\u00b1", "123.", "0e")
 
 
 class Keypad(Gtk.Grid):
-    """An entry and keys for fingers."""
+    """An entry and keys for fingers; only numbers that may be very small need an exponent."""
 
-    def __init__(self, text="", whole=False):
+    def __init__(self, text="", whole=False, exponent=False):
         super().__init__(column_spacing=6, row_spacing=6)
         self.entry = named(Gtk.Entry(text=text), _("Value"))
         self.entry.set_hexpand(True)
         self.attach(self.entry, 0, 0, 4, 1)
-        for place, key in enumerate(KEYS):
-            if whole and key in ("e", "."):
-                continue
-            its = button(key, lambda key=key: self.press(key), "key",
-                         name={"\u232b": _("Delete"), "\u00b1": _("Sign"), "e": _("Exponent")}.get(key, key))
-            its.set_hexpand(True)
-            its.set_size_request(64, 52)
-            self.attach(its, place % 4, 1 + place // 4, 1, 1)
+        for line, keys in enumerate(KEYS, start=1):
+            for place, key in enumerate(keys):
+                if (key == "." and whole) or (key == "e" and not exponent):
+                    continue
+                its = button(key, lambda key=key: self.press(key), "key",
+                             name={"\u232b": _("Delete"), "\u00b1": _("Sign"), "e": _("Exponent")}.get(key, key))
+                its.set_hexpand(True)
+                its.set_size_request(64, 52)
+                self.attach(its, place, line, 2 if key == "0" and not exponent else 1, 1)
         empty = button(_("Clear"), lambda: self.entry.set_text(""))
         self.attach(empty, 2, 4, 2, 1)
 

@@ -91,13 +91,12 @@ class Window:
         if by_number:
             print(self.gtk.get_window().get_xid(), flush=True)  # QtDragon reads this line, and never again
 
-    def show_navigation(self, pages, opened, level):
+    def show_navigation(self, pages, opened):
         self._clear_navigation()
         for page in pages:
             its = button(page.title, lambda page=page: opened(page))
             self._buttons[page] = its
             self._navigation.append(its)
-        self._navigation += [button(_("Light / dark"), self.toggle_theme), label(_(level), "soft")]
         self._place_names(self._sides[0].get_orientation() == Gtk.Orientation.VERTICAL)
 
     def _clear_navigation(self):
@@ -110,8 +109,11 @@ class Window:
         self._empty()
         page.widget.set_vexpand(True)
         self._stack.pack_start(page.widget, True, True, 0)
+        first = page
+        while getattr(first, "back", None) is not None:
+            first = first.back
         for each, its in self._buttons.items():
-            choose(its, each is page)
+            choose(its, each is first)
         page.widget.show_all()
 
     def show_sentence(self, text):

@@ -267,7 +267,7 @@ TEST_F(CentreHeight, AWrongDiameterIsCorrectedAtAnyStepAndTheHeightIsThatOfTheRi
     EXPECT_NEAR(get("height"), 0.035, 1e-9) << "a slip has changed nothing";
     pulse("abort");
     EXPECT_FALSE(again(1, 10));
-    for (const double number : {0.5, -1.0, 1e308, std::nan("")}) {
+    for (const double number : {0.5, -1.0, -3.0, -1.5, -1e308, 1e308, std::nan("")}) {
         SCOPED_TRACE(number);
         pulse("resume");
         set("entered-cut", number);
@@ -276,6 +276,44 @@ TEST_F(CentreHeight, AWrongDiameterIsCorrectedAtAnyStepAndTheHeightIsThatOfTheRi
         set("entered-cut", 0);
         EXPECT_NEAR(get("height"), 0.035, 1e-9);
     }
+}
+
+TEST_F(CentreHeight, TheDiameterOfTheLastCutIsTakenBackAndTheCutWaitsForItAgain) {
+    const Lathe lathe;
+    set("land-diameter", 10);
+    const auto take_back = [&](int number) {
+        set("entered-cut", -number);
+        set("entered", 1);
+        step();
+        const bool taken = get("value-taken") == 1;
+        set("entered", 0);
+        step();
+        set("entered-cut", 0);
+        return taken;
+    };
+    begin(2, two_lands);
+    EXPECT_FALSE(take_back(1)) << "there is none";
+    place(5, 1);
+    pulse("cut-done");
+    EXPECT_FALSE(take_back(1)) << "it has no diameter yet";
+    enter(2 * lathe.radius(5, 1) - 0.1);
+    place(7, -3);  // the tool has gone on: the cut keeps the place of its end
+    EXPECT_TRUE(take_back(1));
+    EXPECT_EQ(get("cut-number"), 0);
+    EXPECT_EQ(get("measure"), 1);
+    EXPECT_EQ(get("state-code"), 2);
+    enter(2 * lathe.radius(5, 1));
+    place(5, -1);
+    pulse("cut-done");
+    EXPECT_FALSE(take_back(1)) << "a later cut waits";
+    enter(2 * lathe.radius(5, -1) - 0.2);
+    EXPECT_FALSE(take_back(1)) << "it is not the last one";
+    EXPECT_TRUE(take_back(2)) << "the height was known";
+    EXPECT_EQ(get("value-valid"), 0);
+    enter(2 * lathe.radius(5, -1));
+    EXPECT_NEAR(get("height"), 0.035, 1e-9);
+    pulse("abort");
+    EXPECT_FALSE(take_back(2));
 }
 
 TEST_F(CentreHeight, ProgramChoosesMethodAndCutsAndEntersDiameters) {

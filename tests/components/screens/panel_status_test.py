@@ -359,7 +359,7 @@ class Growth(Machinery):
         self.assert_status("growth", "warn", "There is no reference: nothing is corrected.", "Learn from a part on the cold machine.")
         self.restore()
         self.do("setp interlock.motion-enabled 0", "setp interlock.all-homed 0")  # in the morning
-        self.assert_status("growth", "wait", "A reference is kept, and waits for its program. contacts: 1.", "Start the program. Do not learn again.")
+        self.assert_status("growth", "wait", "A reference is kept, and waits for its program. Contacts: 1.", "Start the program. Do not learn again.")
         self.assertEqual(self.status("growth").button, "")
         self.do("setp growth.program-id 8", "setp growth.tool-set-id 3", "setp growth.cycle-running 1")
         self.assertEqual(self.status("growth").kind, "bad")  # a reference of another program is refused as the cycle begins
@@ -416,11 +416,11 @@ class Chopping(Machinery):
         self.assertRegex(self.status("chop").text, "^A hold is ordered")
         self.do(time=1)
         self.assertEqual(self.status("chop").kind, "warn")
-        self.assertRegex(self.status("chop").text, "^Held: the axis stands away from point R.* offset: .*mm")
+        self.assertRegex(self.status("chop").text, "^Held: the axis stands away from point R.* Offset: .*mm")
         self.do("setp chop.feed-hold 0", "setp chop.stop-kind 2", "setp chop.run 0", time=2)
         self.assertFalse(self.host.get("chop.at-end"))
         offset = ("\u2212%.4f" % -self.host.get("chop.offset")).rstrip("0").rstrip(".")
-        self.assert_status("chop", "warn", "The axis stands away from point R. offset: %s mm." % offset, "Move the axis to point R.")
+        self.assert_status("chop", "warn", "The axis stands away from point R. Offset: %s mm." % offset, "Move the axis to point R.")
         self.assertEqual(self.status("chop").button, "to-end")
         self.do("setp chop.motion-enabled 0")
         self.assertIn("The machine is off, and the axis stands away from point R.", self.status("chop").text)
