@@ -6,7 +6,7 @@ configs/mill/bench.hal cuts parts while it grows as sim_artifact does. An error 
 last cut of the learning cycle, for each axis; thermal_displacement corrects Z only. One more column has the law of machine 1,
 which is another one of the same kind.
 
---days takes measured days of one machine instead, as CSV: a law is learnt on each day and used on every other one.
+--days takes measured days of one machine instead, as CSV: a law is learned on each day and used on every other one.
 """
 
 import os

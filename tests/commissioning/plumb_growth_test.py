@@ -209,7 +209,7 @@ class Report(unittest.TestCase):
         self.assertEqual(results["stop"], "not reached")
         self.assertNotEqual(results["verdict"], "pass")
         self.assertTrue(any("is not complete and was left out" in note for note in results["notes"]))
-        self.assertTrue(any("has not reached its end" in reason for reason in results["reasons"]))
+        self.assertTrue(any("has not reached its end" in reason and "then resume.ngc" in reason for reason in results["reasons"]))
 
     def test_broken_logs_are_refused_with_their_line_and_nothing_is_written(self):
         lines = self.text.split("\n")

@@ -238,11 +238,11 @@ class Shift(unittest.TestCase):
         self.assertLess(np.ptp(scene["axis.z.eoffset"]), STILL)
         status, output, contacts = self.report("first.txt")
         self.assertEqual(status, 1, output)
-        self.assertEqual([c["verdict"] for c in contacts], 5 * ["learnt"] + 5 * ["accepted"])
+        self.assertEqual([c["verdict"] for c in contacts], 5 * ["learned"] + 5 * ["accepted"])
         growth = [c["growth"] for c in contacts if c["growth"] is not None]
         np.testing.assert_allclose(growth, GROWTH, atol=TOLERANCE)
-        self.assertIn("taken as learnt by this report", output)
-        self.assertIn("No cycle asked to be learnt from", output)
+        self.assertIn("taken as learned by this report", output)
+        self.assertIn("No cycle asked to be learned from", output)
         self.assertNotIn("Nothing hinders compensation", output)
         with open(os.path.join(self.machine, "first.txt")) as file:
             asked = [line.split() for line in file]

@@ -87,7 +87,7 @@ class Day(Scenario):
         ]
 
     def keep(self):
-        """A setting of today, and a record that growth has learnt, as it were."""
+        """A setting of today, and a record that growth has learned, as it were."""
         self.host.set("growth.window", 0.125)
         for name, value in FIELDS.items():
             self.host.set("growth.restore-" + name, value)

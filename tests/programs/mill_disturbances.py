@@ -143,7 +143,7 @@ class Day(Scenario):
         machine.turn_off()
 
     def reject_a_contact(self):
-        """Cuts at another feed than was learnt; and touches off."""
+        """Cuts at another feed than was learned; and touches off."""
         machine = self.machine
         self.begin("rejected")
         machine.mode(linuxcnc.MODE_AUTO)

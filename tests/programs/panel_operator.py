@@ -116,7 +116,7 @@ class Operator:
         """AXIS may take the mode back as the program begins, and then no part is made."""
         self.machine.run("part.ngc")
         self.machine.wait(2)
-        return self.host.get("growth.reference-valid")
+        return self.host.get("growth.reference-valid") and not self.host.get("growth.learn")
 
     def square(self):
         """From the picture of the leaning machine to saved angles: one lean of Y, then the other, which remained."""

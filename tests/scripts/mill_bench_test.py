@@ -91,7 +91,7 @@ class Cycles(unittest.TestCase):
         self.assertGreater(verdicts["accepted"], 90)
         self.assertGreater(verdicts["rejected"], 100)
         self.assertGreater(len({approach.event for approach in approaches}), 11)
-        self.assertGreater(sum(outcome.learnt for outcome in outcomes), len(outcomes), "edited programs are learnt")
+        self.assertGreater(sum(outcome.learnt for outcome in outcomes), len(outcomes), "edited programs are learned")
 
 
 if __name__ == "__main__":

@@ -402,7 +402,7 @@ class Contact:
     def verdict(self):
         if self.code:
             return "rejected: " + self.rejection
-        return "learnt" if self.learnt else "accepted" if self.accepted else "seen"
+        return "learned" if self.learnt else "accepted" if self.accepted else "seen"
 
 
 def counted(number, thing):
@@ -472,9 +472,9 @@ def show_cycles(recording, replay):
         accepted = sum(c.accepted and not c.learnt for c in inside)
         kind = "" if cycle.complete else "not complete"
         if cycle.learn:
-            kind = "learnt from"
+            kind = "learned from"
         elif cycle is replay.chosen:
-            kind = "taken as learnt by this report"
+            kind = "taken as learned by this report"
         rows.append(
             [
                 str(cycle.number),
@@ -496,7 +496,7 @@ def show_summary(replay):
         if contact.code:
             refused[contact.code] = refused.get(contact.code, 0) + 1
     learnt = sum(c.learnt for c in replay.found)
-    print("\nContacts: %d learnt, %d accepted, %d missed" % (learnt, replay.accepted(), replay.contacts_missed[-1]))
+    print("\nContacts: %d learned, %d accepted, %d missed" % (learnt, replay.accepted(), replay.contacts_missed[-1]))
     for code in sorted(refused):
         print("  %d rejected: %s" % (refused[code], replay.rejection(code)))
     print("Largest offset %+.4f mm" % replay.z_offset[np.argmax(abs(replay.z_offset))])
@@ -518,7 +518,7 @@ def problems(recording, replay, load):
             ", ".join(map(str, open_cycles))
         )
     if replay.chosen and not recording.applied.any():
-        yield "No cycle asked to be learnt from: run learn.ngc, or press the button, before the first part. Cycle %d was taken." % (
+        yield "No cycle asked to be learned from: run learn.ngc, or press the button, before the first part. Cycle %d was taken." % (
             replay.chosen.number
         )
     threshold = replay.settings["threshold"]
@@ -528,9 +528,9 @@ def problems(recording, replay, load):
             load.largest,
         )
     elif not any(c.complete and (c.learn or c is replay.chosen) for c in recording.cycles):
-        yield "Nothing was learnt: a cycle that is complete, on a settled machine, must come first."
+        yield "Nothing was learned: a cycle that is complete, on a settled machine, must come first."
     elif not any(c.learnt for c in replay.found):
-        yield "Nothing was learnt: the rises of the load were no contacts. See debounce, smoothing and exclude-operation."
+        yield "Nothing was learned: the rises of the load were no contacts. See debounce, smoothing and exclude-operation."
     yield from load.warnings()
     codes = [c.code for c in replay.found]
     if codes.count(BLANKED):
@@ -580,7 +580,7 @@ def accepted_growth(replay):
 
 
 def growth_of(replay):
-    """How far the means of the cycles lie apart, and from what was learnt, in um."""
+    """How far the means of the cycles lie apart, and from what was learned, in um."""
     return np.ptp([0] + [np.mean(cycle) for cycle in accepted_growth(replay)])
 
 

@@ -69,9 +69,10 @@ void decide(GrowthAnalysis& analysis) {
         }
         all = all && verdict == GrowthVerdict::pass;
     }
-    const std::string status = growth_test::said_of_log(analysis.stop).sentence;
+    const hal::Said said = growth_test::said_of_log(analysis.stop);
+    const std::string status = said.sentence;
     if (analysis.stop == growth_test::Stop::none)
-        analysis.reasons.push_back(status + " Only a fail can be stated now.");
+        analysis.reasons.push_back(status + " Only a fail can be stated now. " + said.remedy);
     if (analysis.stop == growth_test::Stop::stable) say_stable(analysis, axes);
     if (analysis.stop == growth_test::Stop::maximum_time) analysis.reasons.push_back(status);
     const bool any =

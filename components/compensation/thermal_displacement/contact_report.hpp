@@ -47,7 +47,7 @@ struct ContactReport : hal::Group {
                                   "Time of the last contact; 0 when no clock ran."};
     hal::Out<double> contact_coordinate{this, "contact-coordinate", "mu",
                                         "Coordinate of the last contact, offset included."};
-    hal::Out<std::int32_t> contacts{this, "contacts", "Number of contacts found, learnt ones too."};
+    hal::Out<std::int32_t> contacts{this, "contacts", "Number of contacts found, learned ones too."};
     hal::Out<std::int32_t> accepted{this, "contacts-accepted", "Number of contacts that were accepted."};
     hal::Out<std::int32_t> rejected{this, "contacts-rejected", "Number of contacts that were rejected."};
     hal::Out<std::int32_t> unexpected{this, "contacts-unexpected",
@@ -59,12 +59,12 @@ struct ContactReport : hal::Group {
     hal::Out<double> gate{this, "gate", "mu", "Largest change that is accepted now."};
     hal::Out<double> load_noise{this, "load-noise", "%",
                                 "Standard deviation of the smoothed load about its baseline."};
-    hal::Out<bool> learning{this, "learning", "This cycle is learnt from."};
+    hal::Out<bool> learning{this, "learning", "This cycle is learned from."};
     hal::Codes<LearningFault> learning_failed{
         this, "learning-failed",
-        "Nothing was learnt from the last learning cycle; learning-failed-code gives the reason."};
+        "Nothing was learned from the last learning cycle; learning-failed-code gives the reason."};
     hal::Out<std::int32_t> cycles_learnt{this, "cycles-learnt",
-                                         "Cycles learnt from for the reference that is being made."};
+                                         "Cycles learned from for the reference that is being made."};
     hal::Out<bool> learnt{this, "learnt",
                           "The last cycle has given a reference; reference-sigma shows how good it is."};
     hal::Out<bool> reference_valid{this, "reference-valid",

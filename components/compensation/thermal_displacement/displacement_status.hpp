@@ -38,7 +38,7 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::will_learn:
             return {Kind::wait, "Learns from the next part.", "Run one part on the cold machine."};
         case S::learning_failed:
-            return {Kind::warn, "Nothing was learnt.", "Remove the cause, and learn again.", "learn",
+            return {Kind::warn, "Nothing was learned.", "Remove the cause, and learn again.", "learn",
                     "learning-failed-code"};
         case S::refused:
             return {Kind::bad, "The reference is refused: nothing is corrected.",
@@ -57,12 +57,13 @@ constexpr hal::Said said(DisplacementStatus status) {
                     "doubt-code"};
         case S::asks:
             return {Kind::warn, "Contacts moved at once: the offset leaves that out, and waits for your answer.",
-                    "Set shift-is-not-growth if work, zero, tool or drive have changed, else shift-is-growth.",
+                    "If work, zero, tool or drive have changed, it is not growth (shift-is-not-growth); else it is "
+                    "growth (shift-is-growth).",
                     "", "doubt-code"};
         case S::asks_origin:
             return {Kind::warn, "The work offset or a tool length has changed without a reason.",
-                    "Set change-is-zero after a new zero, change-is-growth if you corrected growth, else "
-                    "change-is-depth.",
+                    "Give the reason: a new zero (change-is-zero), growth corrected by hand (change-is-growth), or "
+                    "another depth (change-is-depth).",
                     "", "doubt-code"};
         case S::dry_run:
             return {Kind::off, "Dry run: the growth is measured, and Z is not moved.",

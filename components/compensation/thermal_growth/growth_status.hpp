@@ -51,7 +51,9 @@ constexpr hal::Said said_of_log(Stop stop) {
     switch (stop) {
         case Stop::stable: return said(Status::warm);
         case Stop::maximum_time: return said(Status::time_over);
-        default: return {hal::Kind::wait, "The test has not reached its end."};
+        default:
+            return {hal::Kind::wait, "The test has not reached its end.",
+                    "If its program does not run any more, start LinuxCNC again, then resume.ngc."};
     }
 }
 

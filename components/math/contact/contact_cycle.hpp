@@ -44,10 +44,10 @@ public:
         std::int32_t missed;  // contacts with a partner that did not come
     };
 
-    // The cycle has ended. Only a complete and unspoilt learning cycle with a contact is learnt from, and
+    // The cycle has ended. Only a complete and unspoilt learning cycle with a contact is learned from, and
     // the last of `wanted` such cycles gives a reference; until then the one before stays. The number of
-    // missed contacts is 0 for an incomplete cycle. Contacts that LearningCheck refuses are not learnt, and
-    // another cycle is asked for; if they disagree there too, the others are learnt alone.
+    // missed contacts is 0 for an incomplete cycle. Contacts that LearningCheck refuses are not learned, and
+    // another cycle is asked for; if they disagree there too, the others are learned alone.
     Ended end(bool complete, Method method, std::int32_t wanted, double largest_sigma) noexcept {
         Ended ended{learning() ? judge_draft(complete, largest_sigma) : LearningFault::none, 0};
         const bool learnt = learning() && ended.fault == LearningFault::none;
@@ -67,7 +67,7 @@ public:
     }
 
     // The key of the contact to which the approach that begins now may lead. If there are too many kinds,
-    // its occurrence is 0, which has no partner and cannot be learnt.
+    // its occurrence is 0, which has no partner and cannot be learned.
     ContactKey approach(std::int32_t operation, std::int32_t tool) noexcept {
         for (std::int32_t i = 0; i < kinds_; ++i) {
             if (last_[i].operation != operation || last_[i].tool != tool) continue;
@@ -97,8 +97,8 @@ public:
         spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
         if (!spoilt_) agrees_[draft().size() - 1] = agrees ? mean().find(reference.key) : -1;
     }
-    void spoil() noexcept { spoilt_ = true; }          // nothing can be learnt from this cycle
-    void lack_clock() noexcept { clockless_ = true; }  // a contact without a time is not learnt
+    void spoil() noexcept { spoilt_ = true; }          // nothing can be learned from this cycle
+    void lack_clock() noexcept { clockless_ = true; }  // a contact without a time is not learned
 
     // A reference was off by a distance, in mu: 0 ≤ i < references().size().
     void displace(std::int32_t i, double distance) noexcept {

@@ -12,7 +12,7 @@ namespace plumb {
 class CycleTally {
 public:
     struct Counts {
-        std::int32_t contacts = 0;  // learnt ones, and the next three
+        std::int32_t contacts = 0;  // learned ones, and the next three
         std::int32_t accepted = 0;
         std::int32_t rejected = 0;
         std::int32_t unexpected = 0;  // without a partner

@@ -73,7 +73,7 @@ public:
     }
     const CycleTally& tally() const noexcept { return tally_; }
 
-    // The growth may be applied: nothing is being learnt, and the reference is not refused.
+    // The growth may be applied: nothing is being learned, and the reference is not refused.
     bool applicable() const noexcept {
         return !cycle_.learning() && refusal_.reason() == Refusal::none &&
                (refusal_.compares() || !cycle_.running());

@@ -9,7 +9,7 @@
 
 namespace plumb {
 
-// Why nothing was learnt from a cycle.
+// Why nothing was learned from a cycle.
 enum class LearningFault : std::int32_t { none, aborted, disturbed, no_contact, poor, disagree, no_clock };
 
 constexpr const char* sentence(LearningFault fault) {
@@ -28,7 +28,7 @@ constexpr const char* sentence(LearningFault fault) {
     }
 }
 
-// Which contacts of a cycle are not learnt: those with a sigma beyond `largest`, and those whose sigma or
+// Which contacts of a cycle are not learned: those with a sigma beyond `largest`, and those whose sigma or
 // time constant is more than three times that of the others of their tool, or less than a third of it.
 // Contacts of one tool see the same drive, so one of them met something else, or noise.
 class LearningCheck {

@@ -23,7 +23,7 @@ constexpr const char* sentence(Refusal refusal) {
 
 // Whether a reference may be used at all. It is judged as a cycle begins; a cycle in which all contacts
 // came with another feed or override refuses it as well, for the next ones. A refusal stays until it is
-// acknowledged, a cycle is learnt from or there is no reference any more: a message to the operator must
+// acknowledged, a cycle is learned from or there is no reference any more: a message to the operator must
 // not vanish by itself.
 class ReferenceRefusal {
 public:

@@ -9,7 +9,7 @@
 
 namespace plumb {
 
-// Growth that a drive u explains through one lag, learnt from the contacts, and the growth that it does not
+// Growth that a drive u explains through one lag, learned from the contacts, and the growth that it does not
 // explain:
 //
 //     g = b + K x + A d + c T        x' = (u - x) / tau,  x(0) = 0        d' = -d / tau,  d(0) = 1

@@ -37,7 +37,7 @@ struct SimPartProgram final : hal::Component {
     hal::Out<bool> cycle_running{this, "cycle-running", "A part is being made."};
     hal::Out<bool> cycle_complete{this, "cycle-complete",
                                   "The last part was made to its end; false from the start of the next."};
-    hal::Out<bool> learn{this, "learn", "This cycle is learnt from."};
+    hal::Out<bool> learn{this, "learn", "This cycle is learned from."};
     hal::Out<std::int32_t> cycle{this, "cycle", "Number of the cycle, from 1."};
     hal::Out<double> z_position_cmd{this, "z-position-cmd", "mu", "Commanded position of Z."};
     hal::Out<double> z_velocity_cmd{this, "z-velocity-cmd", "mu/s",

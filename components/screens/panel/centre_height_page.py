@@ -7,8 +7,8 @@ from gi.repository import Gtk
 
 from panel import access, centre_height_state, status, style as styles, texts
 from panel.function_page import EntryPage, FunctionPage
-from panel.texts import _, in_micrometres, number, unit_name, with_unit
-from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, named, row, scrolled, set_text
+from panel.texts import _, in_micrometres, number, position, unit_name, with_unit
+from panel.widgets import Figures, Keypad, button, card, choose, clear, column, emphasize, flow, grow, label, named, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
@@ -210,15 +210,14 @@ class CentreHeightPage(FunctionPage):
     def refresh(self, values):
         super().refresh(values)
         set_text(self._step, self.guidance(values))
-        set_text(self._place, "Y %.4f %s" % (self.get(values, "y-position-%d" % self.get(values, "post"), 0.0), unit_name("mu")))
+        set_text(self._place, "Y " + position(self.get(values, "y-position-%d" % self.get(values, "post"), 0.0)))
         self._show_entered(values)
         state = self.get(values, "state-code")
         may_store = status.of(self.instance, values).button == "store"
         wanted = self._next.get(state, self._begin) if state != centre_height_state.KNOWN or may_store else self._begin
         for its in {each for step in self._next.values() for each in step} | set(self._begin):
             its.get_parent().set_visible(its in wanted)
-            context = its.get_style_context()
-            (context.add_class if its is wanted[0] and wanted is not self._begin else context.remove_class)("main")
+            emphasize(its, its is wanted[0] and wanted is not self._begin)
         valid = self.get(values, "value-valid")
         self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
         self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + centre_height_state.uncertainty(self.instance, values) if valid else "\u2013")

@@ -76,7 +76,7 @@ class Chart(Gtk.DrawingArea):
             cairo.stroke()
             cairo.set_source_rgb(*styles.colour(dark, "text"))
             cairo.move_to(6, y(value) + 5)
-            cairo.show_text("%g" % round(value, 6))
+            cairo.show_text(("%g" % round(value, 6)).replace("-", "\u2212"))
             value += step
         for part in range(5):
             at = left + (right - left) * part / 4

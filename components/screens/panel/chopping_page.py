@@ -8,7 +8,7 @@ from gi.repository import Gtk
 from panel import chopping_orders, style as styles
 from panel.chopping_stroke_page import SectionsPage, StrokePage
 from panel.function_page import FunctionPage
-from panel.texts import _, in_micrometres, number, with_unit
+from panel.texts import _, in_micrometres, number, position, with_unit
 from panel.widgets import Figures, button, card, label, named, set_text
 
 
@@ -32,11 +32,11 @@ class ChoppingPage(FunctionPage):
         if "stop" in own:
             its.append(button(_("Stop"), self._stop, "stop"))
         if "feed-hold" in own:
-            its.append(button(_("Hold / go on"), self._hold))
+            its.append(self.remedy("hold", button(_("Hold / go on"), self._hold)))
         if "go-to-end" in own:
-            its.append(button(_("To point R"), self._withdraw))
+            its.append(self.remedy("to-end", button(_("To point R"), self._withdraw)))
         if chopping_orders.way(self.instance, self.panel.ini):
-            its.append(button(_("Ends and start"), lambda: self.panel.open(StrokePage(self.panel, self)), "main"))
+            its.append(self.remedy("start", button(_("Ends and start"), lambda: self.panel.open(StrokePage(self.panel, self)))))
         its.append(button(_("Sections"), lambda: self.panel.open(SectionsPage(self.panel, self))))
         if "override" in own:
             its += [button(_("Slower"), lambda: self._faster(-0.05)), button(_("Faster"), lambda: self._faster(0.05))]
@@ -68,13 +68,13 @@ class ChoppingPage(FunctionPage):
         super().refresh(values)
         get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
         self._figures.show_value(_("Speed of the stroke"), "%.0f %%" % (100 * get("override", 1.0)))
-        self._figures.show_value(_("Upper dead point"), "%.4f" % get("measured-upper"))
-        self._figures.show_value(_("Lower dead point"), "%.4f" % get("measured-lower"))
+        self._figures.show_value(_("Upper dead point"), position(get("measured-upper")))
+        self._figures.show_value(_("Lower dead point"), position(get("measured-lower")))
         self._figures.show_value(_("Strokes"), number(get("stroke-count", 0)))
         self._figures.show_value(_("Cycle time"), "%.3f s" % get("actual-cycle-time"))
-        self._figures.show_value(_("Point R"), "%.4f" % get("end-position"))
-        self._figures.show_value(_("Command"), "%.4f" % get("command"))
-        self._figures.show_value(_("Measured"), "%.4f" % get("measured-position"))
+        self._figures.show_value(_("Point R"), position(get("end-position")))
+        self._figures.show_value(_("Command"), position(get("command")))
+        self._figures.show_value(_("Measured"), position(get("measured-position")))
         set_text(self._learned, _("above {upper}, below {lower}; errors {upper_error} and {lower_error}; {state}").format(
             upper=in_micrometres(get("upper-correction")), lower=in_micrometres(get("lower-correction")),
             upper_error=in_micrometres(get("upper-error")), lower_error=in_micrometres(get("lower-error")),
@@ -138,7 +138,7 @@ class StrokePicture(Gtk.DrawingArea):
         cairo.set_source_rgb(*styles.colour(dark, "text"))
         for place, words in ((upper, _("upper")), (lower, _("lower"))):
             cairo.move_to(10, y(place) + 6)
-            cairo.show_text("%s %.3f" % (words, place))
+            cairo.show_text("%s %s" % (words, with_unit(round(place, 4), "mu")))
         here = values["position"] + values["offset"]
         if math.isfinite(here):
             at = max(top - 8, min(bottom + 8, y(here)))

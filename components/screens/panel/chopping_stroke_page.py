@@ -5,7 +5,7 @@ from panel import chopping_orders as orders
 from panel.entry_form import EntryForm
 from panel.function_page import EntryPage
 from panel.settings import Write
-from panel.texts import _, number, unit_name, with_unit
+from panel.texts import _, number, position, unit_name, with_unit
 from panel.widgets import button, choose, column, flow, grow, label, row, scrolled, set_text
 
 EXACT = 9  # digits
@@ -50,7 +50,7 @@ class StrokePage(EntryPage):
         self._form.put(name, "%.4f" % (self._get("position") + self._get("offset")))
 
     def refresh(self, values):
-        set_text(self._here, _("The axis stands at {place}.").format(place="%.4f %s" % (self._get("position") + self._get("offset"), unit_name("mu"))))
+        set_text(self._here, _("The axis stands at {place}.").format(place=position(self._get("position") + self._get("offset"))))
         set_text(self._go.get_child(), _("Change the strokes") if self._strokes() else _("Start the strokes"))
 
     def _strokes(self):

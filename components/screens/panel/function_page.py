@@ -5,7 +5,7 @@ from panel import status
 from panel.inputs import LiveInputs
 from panel.pages import Page
 from panel.texts import _
-from panel.widgets import Verdict, button, column, flow, label, scrolled
+from panel.widgets import Verdict, button, column, emphasize, flow, label, scrolled
 
 
 class FunctionPage(Page):
@@ -17,6 +17,7 @@ class FunctionPage(Page):
     def __init__(self, panel, instance):
         self.instance = instance
         self.switch = panel.machine.switch_of(instance)
+        self._remedies = {}
         super().__init__(panel)
 
     @property
@@ -36,7 +37,7 @@ class FunctionPage(Page):
         content = self.content()
         buttons = self.buttons()
         if self.switch and self.switch in self.panel.machine.pins and not self.panel.machine.pins[self.switch].signal:
-            buttons += [button(_("Switch on / off"), self._toggle)]
+            buttons.append(self.remedy("switch", button(_("Switch on / off"), self._toggle)))
         buttons.append(button(_("All pins and settings"), lambda: self.panel.open_component(self.instance)))
         self._inputs = LiveInputs(self.panel, self.instance, self.live)
         return scrolled(column(label(self.title, "title"), self._verdict, flow(*buttons), *content, self._inputs))
@@ -47,12 +48,20 @@ class FunctionPage(Page):
     def buttons(self):
         return []
 
+    def remedy(self, name, its):
+        """A button that ends a status, by its name in the declaration: it stands out while the function has this status."""
+        self._remedies[name] = its
+        return its
+
     def get(self, values, short, otherwise=0):
         value = self.instance.value(values, short, otherwise)
         return otherwise if value is None else value
 
     def refresh(self, values):
         self._verdict.show_verdict(*self.verdict(values))
+        wanted = status.of(self.instance, values).button
+        for name, its in self._remedies.items():
+            emphasize(its, name == wanted)
         self._inputs.show_values(values)
 
     def _toggle(self):

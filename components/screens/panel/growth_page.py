@@ -41,12 +41,12 @@ class GrowthPage(FunctionPage):
                 card(label(_("Last contacts"), "value"), self._list)]
 
     def buttons(self):
-        its = [button(_("Learn from the next part"), self._learn)]
+        its = [self.remedy("learn", button(_("Learn from the next part"), self._learn))]
         if "dry-run" in self.instance.settings():
-            its.append(button(_("Dry run on / off"), self._dry_run))
+            its.append(self.remedy("dry-run", button(_("Dry run on / off"), self._dry_run)))
         its.append(button(_("Take the offset back"), self._take_back))
         if "acknowledge" in self.instance.settings():
-            its.append(button(_("Acknowledge"), self._acknowledge))
+            its.append(self.remedy("acknowledge", button(_("Acknowledge"), self._acknowledge)))
         return its
 
     def observe(self, values):
@@ -57,7 +57,7 @@ class GrowthPage(FunctionPage):
         if self._seen is not None and counted[0] > self._seen[0]:
             rejected = counted[1] > self._seen[1]
             why = self.instance.sentence(values, "rejection-code") if rejected else ""
-            kind = _("learnt") if get("learning") else _("accepted")
+            kind = _("learned") if get("learning") else _("accepted")
             self._contacts.appendleft((time.strftime("%H:%M:%S"), float(get("displacement")), float(get("displacement-sigma")), why, kind))
             self._history.mark(float(get("displacement")), float(get("displacement-sigma")), not rejected)
             added = True

@@ -13,7 +13,7 @@ from panel.function_page import FunctionPage
 from panel.growth_logs import last_log
 from panel.growth_plan_card import PlanCard
 from panel.growth_test_state import LiveDrift, remaining
-from panel.texts import _, in_micrometres, number, seconds
+from panel.texts import _, in_micrometres, number, position, seconds
 from panel.widgets import Figures, button, card, label, set_text
 
 RESUME, PLANNED = "resume.ngc", "planned.ngc"
@@ -55,7 +55,8 @@ class GrowthTestPage(FunctionPage):
                 card(label(_("Last bore"), "value"), self._bore), PlanCard(self.panel)]
 
     def buttons(self):
-        starts = [button(_("Start {program}").format(program=name), lambda name=name: self._start(name)) for name in programs_of_tests(self.panel.ini)]
+        starts = [self.remedy("resume" if name == RESUME else "start", button(_("Start {program}").format(program=name), lambda name=name: self._start(name)))
+                  for name in programs_of_tests(self.panel.ini)]
         return [button(_("Stop the test"), self._stop, "stop"), *starts, button(_("Make and open the report"), self._report)]
 
     def observe(self, values):
@@ -81,7 +82,7 @@ class GrowthTestPage(FunctionPage):
 
     def refresh(self, values):
         super().refresh(values)
-        runs = self.get(values, "state") and not self.get(values, "stop-reason")
+        runs = self.get(values, "state") and not self.get(values, "stop-reason") and self.get(values, "state-code") != growth_test_state.INTERRUPTED
         self._figures.show_value(_("Elapsed"), seconds(self.get(values, "elapsed", 0.0)))
         self._figures.show_value(_("Remaining"), self.remaining(values) if runs else "\u2013")
         self._figures.show_value(_("Pass"), number(self.get(values, "pass")))
@@ -97,8 +98,8 @@ class GrowthTestPage(FunctionPage):
         lines = [(_("Bore {number}, turned:") if turned else _("Bore {number}:")).format(number=bore) + "  " + "   ".join(map(in_micrometres, drift))
                  for (bore, turned), drift in sorted(self._moved.now.items())]
         set_text(self._drift, "\n".join(lines) or _("No bore has been probed since this screen began."))
-        set_text(self._bore, "X %.4f   Y %.4f   Z %.4f   \u2300 %.4f" % tuple(
-            self.get(values, short, 0.0) for short in ("bore-x", "bore-y", "bore-z", "bore-diameter")))
+        set_text(self._bore, "   ".join("%s %s" % (name, position(self.get(values, short, 0.0))) for name, short in (
+            ("X", "bore-x"), ("Y", "bore-y"), ("Z", "bore-z"), ("\u2300", "bore-diameter"))))
 
     def _start(self, name):
         action = _("Start {program}").format(program=name)

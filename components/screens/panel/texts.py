@@ -59,6 +59,11 @@ def for_program(value):
     return "%.6f%s" % (value, "*[1+24.4*#<_metric>]" if MACHINE_UNIT[0] == "in" else "/[1+24.4*#<_imperial>]")
 
 
+def position(value):
+    """A position of the machine, as a readout shows it."""
+    return ("%.4f %s" % (value, unit_name("mu"))).replace("-", "\u2212")
+
+
 def in_micrometres(value, unit="mm"):
     """A length of the machine as a text of a few digits."""
     if not isinstance(value, float) or not math.isfinite(value):

@@ -40,6 +40,7 @@ class WidgetList:
                      "width": widget.get_allocated_width(), "height": widget.get_allocated_height()}
             if isinstance(widget, Gtk.Button):
                 entry["new"] = is_new(widget)
+                entry["main"] = widget.get_style_context().has_class("main")
             if isinstance(widget, (Gtk.Label, Gtk.Entry)):
                 entry["text"] = widget.get_text()
             if isinstance(widget, Gtk.Label):

@@ -99,6 +99,12 @@ def choose(widget, chosen):
     (context.add_class if chosen else context.remove_class)("chosen")
 
 
+def emphasize(widget, wanted=True):
+    """Shows a button as the one that leads on."""
+    context = widget.get_style_context()
+    (context.add_class if wanted else context.remove_class)("main")
+
+
 def column(*children, spacing=8):
     return _boxed(Gtk.Orientation.VERTICAL, children, spacing)
 

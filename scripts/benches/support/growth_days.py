@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Measured days of one machine: a law learnt on one, used by axis_growth on another, beside least squares on one temperature."""
+"""Measured days of one machine: a law learned on one, used by axis_growth on another, beside least squares on one temperature."""
 
 import csv
 import os
@@ -133,7 +133,7 @@ def figures(paths, pairs):
     """`pairs`: what pair() found, by (learnt, used) as indices of `paths`."""
     names = [os.path.splitext(os.path.basename(path))[0] for path in paths]
     width = max(map(len, names)) + 2
-    head = "%-*s%-*s%5s%12s%12s%12s%12s%10s%10s" % (width, "learnt on", width, "used on", "axis", "none, um", "one T, um", "left, um", "one T, %", "left, %", "doubt, %")
+    head = "%-*s%-*s%5s%12s%12s%12s%12s%10s%10s" % (width, "learned on", width, "used on", "axis", "none, um", "one T, um", "left, um", "one T, %", "left, %", "doubt, %")
     lines, rows = [head + "%12s" % "<= 2 sigma"], []
     for (learnt, used), found in pairs.items():
         for axis, its in found.items():

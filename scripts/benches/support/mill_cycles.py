@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Thousands of cycles, each upset by something: is a contact accepted beyond the gate, and do all counts agree?
 
-Each drawn machine makes a part a minute; every cycle but those that are learnt from has an event, of any kind. Where
-an edited program makes thermal_displacement refuse the reference, the next cycle is learnt from, as an operator would
+Each drawn machine makes a part a minute; every cycle but those that are learned from has an event, of any kind. Where
+an edited program makes thermal_displacement refuse the reference, the next cycle is learned from, as an operator would
 have it. The truth pins of the mill and the program show for each approach whether the tool met the work; from that
 and the reference follow the right verdict on each contact, and the right value of every counter. Lengths are in um,
 times in s.
@@ -118,11 +118,11 @@ class Ledger:
         self._approaches = {}  # by cycle and key
         self._complaints = []
         self._growth = {}  # at the contacts of the reference, by key
-        self._draft = {}  # ... of the cycle that is being learnt from
+        self._draft = {}  # ... of the cycle that is being learned from
         self._program = None  # of the reference
         self._learnt = 0
         self._blanked = 0  # contacts before another one in their approach
-        self._dropped = 0  # contacts of the reference that were not learnt
+        self._dropped = 0  # contacts of the reference that were not learned
         self._speed_changed = -np.inf  # s
         self._meetings = 0  # of tools with the work
 
@@ -256,9 +256,9 @@ class Ledger:
         if not now["failed"]:
             self._learnt += 1
             self._growth, self._program = self._draft, now["program"]
-            self._dropped = len(self._draft) - now["rows"]  # too poor to be learnt, which the recording does not show
+            self._dropped = len(self._draft) - now["rows"]  # too poor to be learned, which the recording does not show
             if self._dropped < 0:
-                self._complain(now, f"{now['rows']:.0f} references of {len(self._draft)} contacts learnt")
+                self._complain(now, f"{now['rows']:.0f} references of {len(self._draft)} contacts learned")
 
 
 def simulate(seed, cycles, progress):
@@ -327,7 +327,7 @@ def report(cycles, place):
     """Runs so many cycles and prints their outcome; False if anything was wrong, lost or did not add up."""
     outcomes = run_cycles(cycles, place)
     print(f"{sum(o.cycles for o in outcomes)} cycles of {len(outcomes)} machines, each upset by something but those ", end="")
-    print(f"that were learnt from; references: {sum(o.learnt for o in outcomes)}\n")
+    print(f"that were learned from; references: {sum(o.learnt for o in outcomes)}\n")
     print("\n".join(table(outcomes)))
     complaints = [f"machine {seed}, {c}" for seed, o in enumerate(outcomes, 1) for c in o.complaints]
     unseen = collections.Counter(a.unseen for o in outcomes for a in o.approaches if a.unseen)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How thermal_displacement judges a chip, odd stock, a wrong tool, a feed hold and all else that upsets a program.
 
-Each program is drawn with its machine and runs three times: the first is learnt from, in the third something happens.
+Each program is drawn with its machine and runs three times: the first is learned from, in the third something happens.
 A correction is wrong when it leaves |offset - growth| larger than before by more than gate + 3 sigma; growth counts
 from that at the reference contact. Nothing distinguishes events that displace a contact by less than the gate from
 growth: their effect is shown in a table of its own. Lengths are in um here, times in s.

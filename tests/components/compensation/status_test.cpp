@@ -240,7 +240,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
           },
           S::learning, Kind::good},
          {"learning is requested", [](auto& its) { its.will_learn = true; }, S::will_learn, Kind::wait},
-         {"nothing was learnt", [](auto& its) { its.learning_failed = true; }, S::learning_failed,
+         {"nothing was learned", [](auto& its) { its.learning_failed = true; }, S::learning_failed,
           Kind::warn},
          {"a refused reference", [](auto& its) { its.refused = true; }, S::refused, Kind::bad},
          {"no reference", [](auto& its) { its.has_reference = its.has_rows = false; }, S::no_reference,

@@ -45,7 +45,7 @@ struct SimPartProgram : testing::Test {
         return table;
     }
 
-    // The second cycle, the first one that is not learnt from, with an event in operation 10.
+    // The second cycle, the first one that is not learned from, with an event in operation 10.
     Table upset_cycle(int event, const std::vector<std::string>& pins) {
         set("cycle-interval", 70);
         set("event", event);

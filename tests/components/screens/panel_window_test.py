@@ -104,6 +104,8 @@ class Window(unittest.TestCase):
     def test_a_button_that_moves_is_refused_with_the_reason_and_asks_once(self):
         finger = self.panel("--access", "operator")
         finger.press("Growth of Z")
+        finger.await_text("Switched off. Switch it on.")
+        self.assertEqual(self.leading(finger), ["Switch on / off"])
         finger.press("Switch on / off")
         finger.await_text("LinuxCNC's motion is not loaded.")
         finger.press("Learn from the next part")  # which moves nothing
@@ -112,6 +114,11 @@ class Window(unittest.TestCase):
         finger.press("Learn from the next part")
         finger.press("Learn")
         finger.until(lambda: self.host.get("growth.learn"), "growth.learn")
+
+    def leading(self, finger):
+        """The buttons that stand out: those which end the status of the function."""
+        finger.rest()
+        return [each["name"] for each in finger.widgets() if each.get("main")]
 
     def test_a_component_that_is_unloaded_and_a_value_that_is_not_a_number_are_said(self):
         finger = self.panel()
@@ -337,6 +344,8 @@ class Window(unittest.TestCase):
         finger.press("Stop")
         finger.until(lambda: not self.host.get("chop.active"), "the stop")
         self.assertNotEqual(self.host.get("chop.offset"), 0)
+        finger.await_text("The axis stands away from point R.")
+        self.assertEqual(self.leading(finger), ["To point R"])
         finger.until(lambda: not self.host.get("chop.stop"), "the end of the pulse")
         self.host.command("setp chop.go-to-end 1")  # and it stays, as a screen leaves it that ends meanwhile
         finger.until(lambda: self.host.get("chop.at-end"), "the axis at R")
@@ -347,6 +356,7 @@ class Window(unittest.TestCase):
         finger.press("To point R")
         finger.press("Move the axis")
         finger.await_text("At rest at point R.")
+        self.assertEqual(self.leading(finger), ["Ends and start"])
         self.assertEqual(self.host.get("chop.offset"), 0)
         self.assertTrue(self.host.get("chop.run"))
 
@@ -457,7 +467,7 @@ class Window(unittest.TestCase):
         finger.await_text("It replaces the kept reference of 1 contacts.")
         finger.press("Learn")
         finger.until(lambda: self.host.get("growth.learn"), "the request")
-        self.restore(0.5)  # the part has been learnt
+        self.restore(0.5)  # the part has been learned
         finger.press("Changes")
         finger.press("Undo growth reference")
         finger.await_text("Put the former reference in force again (contacts: 1)?")

@@ -104,7 +104,7 @@ TEST(ContactCycle, AContactThatWasNotLearntHasNoPartner) {
     EXPECT_FALSE(cycle.partner(cycle.approach(10, 3))) << "another tool";
     EXPECT_FALSE(cycle.partner(cycle.approach(40, 1))) << "another operation";
     EXPECT_TRUE(cycle.partner(cycle.approach(10, 1)));
-    EXPECT_FALSE(cycle.partner(cycle.approach(10, 1))) << "once more than learnt";
+    EXPECT_FALSE(cycle.partner(cycle.approach(10, 1))) << "once more than learned";
 }
 
 // Trap: the source tests for the end of the program only after a contact.

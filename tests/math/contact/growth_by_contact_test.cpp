@@ -607,7 +607,7 @@ TEST(GrowthByContact, ByTimeNothingIsLearntWithoutAClock) {
     }
 }
 
-// As a program does that learnt before its start height was netted.
+// As a program does that learned before its start height was netted.
 TEST(GrowthByContact, AReferenceWithoutATimeIsNotComparedByTime) {
     Shop shop;
     const std::function<void(Milling::Sample&)> clocked = shop.tamper;
@@ -1030,7 +1030,7 @@ TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
         }
 }
 
-// Learnt from, one contact at 5 um, then ten minutes at a speed of which much growth is to be expected.
+// Learned from, one contact at 5 um, then ten minutes at a speed of which much growth is to be expected.
 Shop predicting(bool by_speed = true) {
     Shop shop;
     shop.used.growth.between.by_speed = by_speed;

@@ -198,7 +198,7 @@ TEST(GrowthEstimator, ALongerToolIsAskedAboutAndMovesNothing) {
     EXPECT_NEAR(machine.estimator.shift_size(), 30 * um, 1 * um);
     EXPECT_NEAR(machine.estimator.growth(), 0, 1 * um);
     machine.estimator.renew_gauges();
-    EXPECT_EQ(machine.estimator.shift(), Shift::none) << "it was learnt again";
+    EXPECT_EQ(machine.estimator.shift(), Shift::none) << "it was learned again";
 }
 
 TEST(GrowthEstimator, BothGaugesOfALongerToolShiftAlike) {
