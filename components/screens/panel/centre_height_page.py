@@ -133,6 +133,16 @@ class CentreHeightPage(FunctionPage):
 
         self.panel.guard.at_once(action, do)
 
+    def off(self, values):
+        """Why no M-code runs now; '' if it does, or if pins give the orders."""
+        return "" if "start" in self.instance.settings() else access.unsafe(values)
+
+    def takes_none(self, values, cut):
+        """Why no diameter is taken now: of the cut that waits, or of one that has its diameter; '' if it is."""
+        state = self.get(values, "state-code")
+        takes = state not in (0, centre_height_state.INTERRUPTED) if cut else state == centre_height_state.WAITS
+        return "" if takes else " ".join(status.kind_and_words(self.instance, values)[1:])
+
     def enter(self, text, cut=0):
         """The diameter of the last cut, or of one that was entered before. Raises ValueError."""
         value = float(text.replace(",", "."))
@@ -261,10 +271,11 @@ class BeginPage(EntryPage):
             choose(its, each == cuts)
 
     def _begin(self):
-        refusal = self.panel.access.refusal("operator")
+        refusal = self.panel.access.refusal("operator") or self.page.off(self.panel.guard.values())
+        if refusal:
+            self.panel.say(_("{action}: refused. {why}").format(action=_("Begin"), why=refusal), "warn")
+            return
         try:
-            if refusal:
-                raise ValueError(refusal)
             self.page.begin(self._method, self._cuts, self._keypad.text)
         except ValueError as error:
             self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
@@ -315,11 +326,13 @@ class DiameterPage(EntryPage):
             self._send()
 
     def _send(self):
-        refusal = self.panel.access.refusal("operator")
+        refusal = self.panel.access.refusal("operator") or self.page.takes_none(self.panel.guard.values(), self._corrects)
+        if refusal:
+            action = _("Enter the radius") if self.page.by_radius else _("Enter the diameter")
+            self.panel.say(_("{action}: refused. {why}").format(action=action, why=refusal), "warn")
+            return
         kind, words = self._plausible()
         try:
-            if refusal:
-                raise ValueError(refusal)
             if kind == "warn":
                 raise ValueError(words[2:])
             self.page.enter(self._keypad.text, self._corrects)

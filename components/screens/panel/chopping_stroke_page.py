@@ -137,7 +137,8 @@ class SectionPage(EntryPage):
         return _("Section {number}").format(number=self._place + 1)
 
     def build(self):
-        kind, first, last, ratio = self._now()
+        self.look_again()
+        kind, first, last, ratio = self._seen.values()
         is_height = kind in (orders.BOTH, orders.UPWARD, orders.DOWNWARD)
         self._first, self._last = (_("From, {unit}").format(unit=unit_name("mu")), _("To, {unit}").format(unit=unit_name("mu")))
         self._ratio = _("Speed, %")
@@ -152,9 +153,9 @@ class SectionPage(EntryPage):
                                flow(button(_("Save"), self._save, "main"), button(_("Remove"), self._remove),
                                     button(_("Back"), lambda: self.panel.open(self.back)))))
 
-    def _now(self):
-        values = self.panel.values
-        return [self.page.get(values, self._name(part), otherwise) for part, otherwise in (("kind", 0), ("from", 0.0), ("to", 0.0), ("ratio", 1.0))]
+    def look_again(self):
+        """The section as it is now."""
+        self._seen = {part: self.panel.hal.get(self.page.instance.full(self._name(part))) for part in ("kind", "from", "to", "ratio")}
 
     def _name(self, part):
         return "section-%d-%s" % (self._place, part)
@@ -186,6 +187,6 @@ class SectionPage(EntryPage):
             self.panel.say(_("{pin} has a signal: change it where the signal comes from.").format(pin=instance.full(missing)), "warn")
             return
         question = _("{action}? The strokes change from the next one on.").format(action=action) if self.page.get(self.panel.values, "stroking") else ""
-        self.panel.guard.change([Write(instance, self._name(part), text) for part, text in parts], action,
+        self.panel.guard.change([Write(instance, self._name(part), text, self._seen[part]) for part, text in parts], action,
                                 _("{name} is saved.").format(name=self.title), why="section", needed="operator", question=question,
                                 then=lambda: self.panel.open(self.back))

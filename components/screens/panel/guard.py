@@ -105,8 +105,8 @@ class Guard:
         try:
             values = settings.change_all(writes, why, chain)
         except Conflict as conflict:
+            self._panel.conflict()  # which may open a page
             self._panel.say(str(conflict), "warn")
-            self._panel.conflict()
             return
         except (Refused, OSError) as refused:
             self._panel.say(str(refused), "bad")

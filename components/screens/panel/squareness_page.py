@@ -51,6 +51,7 @@ class Work:
         self.former_chain = panel.guard.loaded_chain()
         self.chain = self.former_chain or program.CHAINS[0][0]
         self.document = self.result = None
+        self.seen = {}  # the angles that the document adds to
 
     @property
     def new_chain(self):
@@ -59,11 +60,17 @@ class Work:
     def begin(self, chain):
         """Returns whether plumb squareness knows the chain."""
         values = self.panel.hal.values()
-        self.chain = chain
+        self.chain, self.seen = chain, squareness_state.angles(self.instance, values)
         given = program.document(chain, self.instance, values)
         acts = status.of(self.instance, values).kind in ("good", "warn")
         given["correction"] = "on" if acts else "off"
         return self.compute(given)
+
+    def renew(self):
+        """Adds what was measured to the angles of now. Returns whether plumb squareness accepts it."""
+        values = self.panel.hal.values()
+        self.seen = squareness_state.angles(self.instance, values)
+        return self.compute({**self.document, "in_force": program.document(self.chain, self.instance, values)["in_force"]})
 
     def compute(self, document):
         """Takes a document over, if plumb squareness accepts it; else its reason is said. Returns whether it does."""
@@ -421,9 +428,14 @@ class TestStep(Step):
     def further(self):
         return [button(_("Save"), self._save, "main")]
 
+    def look_again(self):
+        """Another screen has changed an angle: what it will do is another thing now."""
+        if self.work.renew():
+            self.back.back.go(ResultStep)
+
     def _save(self):
         work, instance = self.work, self.work.instance
-        writes = [Write(instance, short, value) for short, value in program.settings(work.result) if short in instance.settings()]
+        writes = [Write(instance, short, value, work.seen.get(short)) for short, value in program.settings(work.result) if short in instance.settings()]
         if not writes:
             self.panel.say(_("Nothing to save: no angle was found that this machine can set."), "warn")
             return

@@ -254,6 +254,24 @@ class Squareness(Machinery):
         for short, text in (("max-rate", "0.5"), ("ec0y", "-0.00016")):
             self.assertEqual(effects.effect(self.machine, [Write(square, short, text)], self.values(), (CHAIN, PROGRAM)), [])
 
+    def test_settings_that_are_said_to_move_nothing_move_nothing(self):
+        """Each in turn, while the axes have a correction."""
+        self.ready()
+        for name in ("square", "x-stage"):
+            instance = self.machine.named(name)
+            for short in sorted(effects.STILL[instance.module] & set(instance.settings())):
+                pin = instance.pins[short]
+                former = self.host.get(pin.name)
+                other = int(not former) if pin.kind == "bit" else former + 1 if pin.kind != "float" else former * 0.5 + 0.25
+                with self.subTest(pin.name, value=other):
+                    before = self.applied()
+                    self.do("setp %s %s" % (pin.name, other), time=0.5)
+                    for after, then in zip(self.applied(), before):
+                        self.assertAlmostEqual(after, then, delta=0.01 * um)
+                self.do("setp %s %s" % (pin.name, int(former) if pin.kind == "bit" else former), time=0.5)
+        self.do("setp square.ec0y 0", time=3)  # which is none of them
+        self.assertLess(abs(self.applied()[0]), 2 * um)
+
     def test_a_function_that_the_panel_does_not_know_moves_within_its_declared_bounds(self):
         declared = Declared({"name": "new_function", "role": "compensation", "moves": {"z-offset": {"bound": "max-offset"}}})
         shorts = {"enable": "bit", "gain": "float", "max-offset": "float", "z-offset": "float"}

@@ -236,6 +236,13 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.host.get("chop.section-0-kind") == 2, "the section")
         finger.await_text("\u221220 mm to \u22125 mm, 50 % of the speed, both ways")
         self.assertEqual(self.host.get(["chop.section-0-from", "chop.section-0-to", "chop.section-0-ratio"]), [-20, -5, 0.5])
+        finger.press("Section 1")
+        finger.await_text("Heights in the frame of the joint")
+        self.host.command("setp chop.section-0-kind 3")  # by another screen
+        finger.press("Remove")
+        finger.await_text("chop.section-0-kind was changed meanwhile: it was 2 and is 3.")
+        self.host.command("setp chop.section-0-kind 2")
+        finger.press("Back")
         finger.press("Back")
         finger.press("Ends and start")
         finger.press("Upper dead point here")
@@ -305,6 +312,37 @@ class Window(unittest.TestCase):
         self.assertEqual(self.host.get("square.ea0y"), -0.0001)
         finger.press_answer("Save")
         finger.until(lambda: self.host.get("square.ea0y") == 0, "the angle")
+
+    def test_a_setting_in_a_motion_and_a_question_under_an_emergency_stop_write_nothing(self):
+        self.set_square("setp square.axis-direction 0", "setp square.ea0y -0.0001", "setp square.z-position 100", "setp square.all-homed 1",
+                        "setp square.enable 1", "setp square.max-rate 5")
+        self.host.run(2)
+        on = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "task.alive": True, "task.program": "idle"}
+        finger = self.panel_with({**on, "motion.motion-type": 2})
+        for name in ("Squareness", "All pins and settings", "Other settings, at their defaults", "ea0y", "Clear"):
+            finger.press(name)
+        finger.type("0")
+        finger.press("Save")
+        finger.await_text("Save: refused. An axis moves.")
+        self.show(on)
+        finger.rest()
+        finger.press("Save")
+        finger.await_text("It moves: ")
+        self.show({**on, "task.program": "running"})
+        finger.rest()
+        finger.press_answer("Save")
+        finger.await_text("Save: refused. A program runs.")
+        self.assertEqual(self.host.get("square.ea0y"), -0.0001)
+        self.host.command("setp square.enable 0")
+        self.show(on)
+        finger.press("Squareness")
+        finger.press("Switch on / off")
+        finger.await_text("Switch Squareness on?")
+        self.show({**on, "motion.motion-enabled": False})
+        finger.rest()
+        finger.press_answer("Switch on")
+        finger.await_text("Switch on: refused. The machine is off.")
+        self.assertFalse(self.host.get("square.enable"))
 
     def test_two_panels_at_once_and_the_second_one_sees_what_the_first_one_did(self):
         first = self.panel(name="first")
@@ -380,6 +418,18 @@ class Window(unittest.TestCase):
     def test_a_saved_lean_changes_that_lean_and_undo_takes_the_whole_save_back(self):
         self.set_square()
         finger = self.panel()
+        self.open_chain(finger, "w-X-Y.b-Z-C-t")
+        self.enter_lean(finger, "Y EA0Y", "Y leans to +Z", "0.03")
+        finger.press("What it will do")
+        finger.press("Test move")
+        finger.await_text("4. Test move, and save")
+        self.host.command("setp square.ea0y 0.00002")  # by another screen
+        finger.press("Save")
+        finger.press("Save the angles")
+        finger.await_text("square.ea0y was changed meanwhile: it was 0 rad and is 0.00002 rad.")
+        finger.await_text("over 1 m before: +80.0 \u00b5m")  # what it will do now
+        self.assertEqual(self.angles(), [0.00002, 0])
+        self.host.command("setp square.ea0y 0")
         self.open_chain(finger, "w-X-Y.b-Z-C-t")
         self.enter_lean(finger, "Y EA0Y", "Y leans to +Z", "0.03")
         self.enter_lean(finger, "X EC0X", "X leans to +Y", "0.015")
@@ -533,6 +583,14 @@ class Window(unittest.TestCase):
         finger.press("Enter the radius")
         finger.type("10")
         finger.await_text("That is the diameter: enter the radius.")
+        finger.press("Clear")
+        finger.type("5.1")
+        self.host.command("setp centre.abort 1")  # by an emergency stop
+        self.host.run(0.05)
+        finger.press("Enter")
+        finger.await_text("Enter the radius: refused. The measurement is interrupted.")
+        self.host.run(0.5)
+        self.assertEqual(self.host.get(["centre.entered", "centre.cut-number", "centre.state-code"]), [False, 0, 5])
 
     def test_buttons_are_in_the_list_of_changes(self):
         for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
