@@ -51,12 +51,19 @@ class Machine:
 
     def __init__(self):
         self.lines, self.values, self.number, self.kept, self.required = ["enable < interlock.function-enable-0"], {"ec0y": -1e-4}, 7, 7, True
+        self.drives, self.words = {"step.0.scale": 200.0}, ["chain=w-X-Y.b-Z-C-t"]
 
     def wiring(self, _place):
         return self.lines
 
     def settings(self, _place):
         return self.values
+
+    def scales(self, _place):
+        return self.drives
+
+    def options(self, _place):
+        return self.words
 
     def identity(self, _place):
         return self.number
@@ -100,6 +107,33 @@ class Sheets(unittest.TestCase):
         self.assertIn("changed since", sentence)
         changed = changes(self.machine, Place, self.records.all()[Place.key])
         self.assertEqual(changed, ["new: enable < other.out", "gone: enable < interlock.function-enable-0", "ec0y was \u22120.0001 and is 0.0001"])
+
+    def test_scales_options_and_the_unit_are_compared(self):
+        self.assertEqual(changes(self.machine, Place, self.records.all()[Place.key]), [])
+        self.machine.drives, self.machine.words, self.machine.unit = {"step.0.scale": -200.0, "step.0.position-scale": 5.0}, [], 1 / 25.4
+        self.assertEqual(changes(self.machine, Place, self.records.all()[Place.key]), [
+            "step.0.position-scale was its default and is 5", "step.0.scale was 200 and is \u2212200",
+            "The loadrt line was chain=w-X-Y.b-Z-C-t and is empty", "LINEAR_UNITS was mm and is in"])
+
+    def test_a_lent_setting_is_known_after_a_kill_and_not_in_another_linuxcnc(self):
+        for value in (True, False):
+            self.records.lend(5, "growth.dry-run", value)
+        self.records.lend(5, "growth.verify-step", 0.0)
+        again = Records(self.records.folder, "mill")
+        self.assertEqual(again.lent(5), {"growth.dry-run": True, "growth.verify-step": 0.0})
+        self.assertEqual(again.lent(6), {})
+        with open(os.path.join(self.records.folder, "lent.json"), "w") as file:
+            file.write('{"memory": 5, "pi')
+        self.assertEqual(again.lent(5), {})
+        again.lend_nothing()
+        again.lend_nothing()
+
+    def test_a_damaged_file_of_records_is_refused(self):
+        for text in ("", "{", "[]", '{"places": {"function square": 1}}'):
+            with open(self.records.path, "w") as file:
+                file.write(text)
+            with self.assertRaises(ValueError, msg=text):
+                self.records.all()
 
     def test_a_bit_set_by_hand_says_so(self):
         self.records.note(self.machine, Place, "K. Braun", [], 0, {}, by_hand=True)

@@ -4,6 +4,8 @@
 import contextlib
 import os
 import sys
+import threading
+import time
 
 BUILD = os.environ["PLUMB_BUILD"] if "PLUMB_BUILD" in os.environ else os.environ["BUILD"]
 SHARE = os.path.join(BUILD, "share", "plumb")
@@ -17,6 +19,7 @@ from panel import declared, hal_files  # noqa: E402
 from panel.hal_access import Hal  # noqa: E402
 
 MOST_STEPS = 60
+LET_GO = "Let go."
 SHIM = 0.1  # mm
 
 
@@ -71,28 +74,49 @@ class Robot:
 
     def work(self, session):
         step = session.step
-        start = getattr(step, "start", None)
-        if start is not None:
-            self.stroke_zero = self.place("Z")
-            verdict = start()
-            if verdict is not None:
-                return verdict
         for kind, act in ACTS.items():
             if isinstance(step, kind):
                 return session.answer(act(self, session, step))
-        return session.answer({})
+        return session.answer(self.press(step, lambda _turn: None) if step.holds else {})
+
+    def press(self, step, look, turns=20, wait=0.1):
+        """Presses, looks at each beat, and lets go. Returns {}."""
+        refused = step.begin_press()
+        if refused is not None:
+            step.end_press()
+            raise RuntimeError(refused.sentence)
+        for turn in range(turns):
+            step.beat()
+            self.machine.wait(wait)
+            look(turn)
+            if step.hint == LET_GO:
+                break
+        step.end_press()
+        self.machine.wait(1)
+        return {}
 
     def hold(self, step, letter):
         """Presses for two seconds. Returns the readings of an indicator at an axis."""
-        zero = self.place(letter)
-        step.begin_press()
-        for _turn in range(20):
-            step.beat()
-            self.machine.wait(0.1)
-        pressed = self.place(letter) - zero
-        step.end_press()
-        self.machine.wait(1)
-        return {"pressed": pressed, "released": self.place(letter) - zero}
+        zero, reading = self.place(letter), {}
+        self.press(step, lambda _turn: reading.update(pressed=self.place(letter) - zero))
+        return {"released": self.place(letter) - zero, **reading}
+
+    @contextlib.contextmanager
+    def watching(self, step):
+        """Beats as the programs do while they wait for an answer."""
+        ended = threading.Event()
+
+        def beat():
+            while not ended.wait(0.05):
+                step.beat()
+
+        thread = threading.Thread(target=beat)
+        thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join()
 
 
 def _stage(robot, session, step):
@@ -118,12 +142,44 @@ def _other_end(robot, session, step):
     return {}
 
 
-def _along_the_square(robot, session, step):
-    pin = "portal.truth-%s-error" % step.move.direction.lower()
-    zero = robot.host.get(pin)
-    there = step.move.start if isinstance(step, squareness.WithoutIt) else step.move.end
-    _go(robot, "G53 G1 F2000 %s%.4f" % (step.move.letter, there[0]))
-    return {"read": robot.host.get(pin) - zero}
+def _square(robot, step):
+    return robot.scenario.square(step.move.direction) - getattr(robot, "square_zero", 0.0)
+
+
+def _without(robot, session, step):
+    robot.square_zero = 0.0
+    robot.square_zero = _square(robot, step)
+    _go(robot, "G53 G1 F%g %s%.4f" % (2000 * session.rig.unit, step.move.letter, step.move.start[0]))
+    return {"read": _square(robot, step)}
+
+
+def _with_it(robot, session, step):
+    reading = {}
+    if type(step) is squareness.WithIt:
+        _go(robot, "G53 G1 F%g %s%.4f" % (2000 * session.rig.unit, step.move.letter, step.move.end[0]))
+    robot.press(step, lambda _turn: reading.update(read=_square(robot, step)))
+    return reading
+
+
+def _in_air(robot, session, step):
+    robot.machine.command.feedrate(0.1)
+    robot.machine.command.rapidrate(0.1)
+    robot.machine.wait(0.5)
+
+    def move(turn):
+        if turn == 3:
+            robot.machine.mdi("G91 G0 X%g" % (8 * session.rig.unit), wait=False)
+
+    robot.press(step, move, 80)
+    robot.machine.mdi("G90")
+    robot.machine.command.feedrate(1)
+    robot.machine.command.rapidrate(1)
+    robot.machine.wait(0.5)
+    return {}
+
+
+def _off_and_on(robot, session, step):
+    return robot.press(step, lambda _turn: None, 300)
 
 
 def _load(robot, session, step):
@@ -138,7 +194,8 @@ def _place_of_z(robot, session, step):
 
 
 def _touch(robot, session, step):
-    robot.scenario.touch()
+    with robot.watching(step):
+        robot.scenario.touch()
     return {}
 
 
@@ -149,19 +206,25 @@ def _rise(robot, session, step):
 
 
 def _stroke(robot, session, step):
-    zero = robot.stroke_zero
+    robot.stroke_zero = robot.place("Z")
     places = []
-    for _turn in range(500):
-        places.append(robot.place("Z") - zero)
-        robot.machine.wait(0.02)
+    robot.press(step, lambda _turn: places.append(robot.place("Z") - robot.stroke_zero), 500, 0.02)
+    robot.machine.wait(5)
     return {"upper": max(places), "lower": min(places)}
 
 
-def _stop(robot, session, step):
-    robot.machine.wait(1)
-    robot.machine.emergency_stop()
-    robot.machine.wait(0.5)
+def _hold_the_stroke(robot, session, step):
+    robot.press(step, lambda _turn: None, 300)
+    robot.machine.wait(5)
     return {}
+
+
+def _stop(robot, session, step):
+    def stop(turn):
+        if turn == 20:
+            robot.machine.emergency_stop()
+
+    return robot.press(step, stop, 30)
 
 
 def _on(robot, session, step):
@@ -198,8 +261,8 @@ def _shim(robot, session, step):
 
 
 ACTS = {
-    steps.OtherJoint: _other, steps.StageMoves: _stage, squareness.Begin: _one_end, squareness.End: _other_end, squareness.WithoutIt: _along_the_square,
-    squareness.WithIt: _along_the_square, thermal_displacement.Load: _load, thermal_displacement.Place: _place_of_z, thermal_displacement.Touch: _touch,
+    steps.OtherJoint: _other, steps.StageMoves: _stage, squareness.Begin: _one_end, squareness.End: _other_end, squareness.WithoutIt: _without,
+    squareness.WithItHere: _with_it, steps.InAir: _in_air, steps.OffAndOn: _off_and_on, chopping.Hold: _hold_the_stroke, thermal_displacement.Load: _load, thermal_displacement.Place: _place_of_z, thermal_displacement.Touch: _touch,
     thermal_displacement.VerifyStep: _rise, chopping.Stroke: _stroke, chopping.Stop: _stop, chopping.AgainAtRest: _on, steps.EmergencyStop: _stop,
     chopping.Return: _at_r, thermal_growth_test.Here: _here, thermal_growth_test.There: _there, steps.OnAgain: _on, centre_height.First: _first, centre_height.WithShim: _shim, thermal_growth_test.First: _first, thermal_growth_test.Moved: _shim,
 }

@@ -22,6 +22,7 @@ from panel.texts import _, number  # noqa: E402
 
 SUMMARY = "tries a function on a live machine, step by step, before it may act"
 FIRST_KEY, NEXT_KEY = 1.2, 0.6  # s: a keyboard repeats a key that is held
+BEAT = 0.1  # s between two beats
 FUNCTIONS = os.path.join(SHARE, "functions")
 
 
@@ -185,7 +186,7 @@ class Terminal:
 
     def __init__(self, machine, function, options):
         self.machine, self.function, self.options = machine, function, options
-        self.is_terminal = sys.stdin.isatty()
+        self.is_terminal, self.typed = sys.stdin.isatty(), ""
 
     def run(self):
         from commissioning.session import Session
@@ -213,22 +214,17 @@ class Terminal:
         for words in (step.look, _("Way back: {way}").format(way=step.back), self.picture(session)):
             if words:
                 print(texts_wrapped(words))
-        start = getattr(step, "start", None)
-        if start is not None and self.confirm(_("Enter starts it, q gives up")):
-            verdict = start()
-            if verdict is not None:
-                return self.tell(verdict)
-        elif start is not None:
-            return False
         if step.holds:
-            self.hold(step)
+            refused = self.hold(step)
+            if refused is not None:
+                return self.tell(refused)
         values = {}
         for field in step.fields:
-            value = self.number("%s [%s]" % (field.label, texts.unit_name(field.unit)))
+            value = self.number("%s [%s]" % (field.label, texts.unit_name(field.unit)), step)
             if value is None:
                 return False
             values[field.key] = value
-        if not step.fields and start is None and not self.confirm(_("Enter goes on, q gives up")):
+        if not step.fields and not step.holds and not self.confirm(_("Enter goes on, q gives up"), step):
             return False
         return self.tell(session.answer(values))
 
@@ -253,20 +249,34 @@ class Terminal:
 
     # --- questions ---
 
-    def ask(self, question):
+    def ask(self, question, step=None):
         sys.stdout.write("  %s: " % question)
         sys.stdout.flush()
-        line = sys.stdin.readline()
-        if not line:
-            raise EOFError
-        return line.strip()
+        return self.line(step).strip()
 
-    def confirm(self, question):
-        return self.ask(question).lower() != "q"
+    def line(self, step=None):
+        """The next line; a step that watches gets its beats meanwhile."""
+        while "\n" not in self.typed:
+            if self.has_input(step is not None and step.watches):
+                some = os.read(sys.stdin.fileno(), 4096).decode(errors="replace")
+                if not some:
+                    raise EOFError
+                self.typed += some
+            else:
+                step.beat()
+        line, _end, self.typed = self.typed.partition("\n")
+        return line
 
-    def number(self, question):
+    @staticmethod
+    def has_input(waits_briefly=True):
+        return bool(select.select([sys.stdin], [], [], BEAT if waits_briefly else None)[0])
+
+    def confirm(self, question, step=None):
+        return self.ask(question, step).lower() != "q"
+
+    def number(self, question, step):
         while True:
-            text = self.ask(question)
+            text = self.ask(question, step)
             if text.lower() == "q":
                 return None
             try:
@@ -275,24 +285,31 @@ class Terminal:
                 print("  " + _("Give a number, or q to give up."))
 
     def hold(self, step):
-        """The space bar, held; from a pipe "press" until the next line."""
+        """The space bar, held; from a pipe "press" until the next line. Returns a Verdict where it may not begin, or None."""
         if self.is_terminal:
             print("  " + _("Hold the space bar. Letting go ends it."))
         self.await_press()
-        step.begin_press()
         try:
-            while self.goes_on():
+            refused = step.begin_press()
+            shown = ""
+            while refused is None and self.goes_on():
                 step.beat()
+                if step.hint != shown:
+                    shown = step.hint
+                    print("  " + shown)
         finally:
             step.end_press()
-        print("  " + _("Let go."))
+        if self.is_terminal:
+            termios.tcflush(sys.stdin, termios.TCIFLUSH)  # spaces
+        print("  " + _("You let go."))
+        return refused
 
     def await_press(self):
         if not self.is_terminal:
-            sys.stdin.readline()
+            self.line()
             return
         with _Keys():
-            while sys.stdin.read(1) != " ":
+            while os.read(sys.stdin.fileno(), 1) != b" ":
                 pass
         self._patience = FIRST_KEY
         self._last = time.monotonic()
@@ -300,9 +317,9 @@ class Terminal:
     def goes_on(self):
         """Called again and again while it is held."""
         if not self.is_terminal:
-            return not select.select([sys.stdin], [], [], 0.1)[0] or (sys.stdin.readline() and False)
+            return "\n" not in self.typed and not self.has_input() or (self.line() and False)
         with _Keys():
-            if select.select([sys.stdin], [], [], 0.1)[0] and sys.stdin.read(1) == " ":
+            if self.has_input() and b" " in os.read(sys.stdin.fileno(), 64):
                 self._patience, self._last = NEXT_KEY, time.monotonic()
         return time.monotonic() - self._last < self._patience
 

@@ -11,7 +11,7 @@ import time
 from commissioning import pictures
 from panel.texts import _, number
 
-FILE = "commissioned.json"
+FILE, LENT = "commissioned.json", "lent.json"
 MOST_SHOWN = 6
 
 
@@ -39,7 +39,7 @@ class Records:
         places[place.key] = {
             "kind": place.kind, "name": place.name, "module": place.module, "when": time.strftime("%Y-%m-%d %H:%M:%S"), "who": who,
             "user": getpass.getuser(), "by_hand": by_hand, "identity": rig.identity(place), "log": list(log), "tolerance": tolerance,
-            "versions": versions, "wiring": rig.wiring(place), "settings": rig.settings(place), "unit": "mm" if rig.unit == 1 else "in", "minutes": minutes,
+            "versions": versions, "wiring": rig.wiring(place), "settings": rig.settings(place), "scales": rig.scales(place), "options": rig.options(place), "unit": _unit(rig), "minutes": minutes,
         }
         self._write(places)
 
@@ -51,6 +51,29 @@ class Records:
     def _write(self, places):
         os.makedirs(self.folder, exist_ok=True)
         _write(self.path, json.dumps({"machine": self.machine, "places": places}, indent=1, ensure_ascii=False) + "\n")
+
+    # --- settings that a step has changed for a while ---
+
+    def lend(self, memory, pin, value):
+        """Notes the value of a pin before its change, in the HAL of this memory; the first one counts."""
+        self._write_lent({"memory": memory, "pins": {pin: value, **self.lent(memory)}})
+
+    def lent(self, memory):
+        """Values by pins; none where another LinuxCNC noted them."""
+        try:
+            with open(os.path.join(self.folder, LENT), encoding="utf-8") as file:
+                found = json.load(file)
+            return found["pins"] if found["memory"] == memory else {}
+        except (FileNotFoundError, ValueError, KeyError, TypeError):
+            return {}
+
+    def lend_nothing(self):
+        if os.path.exists(os.path.join(self.folder, LENT)):
+            os.unlink(os.path.join(self.folder, LENT))
+
+    def _write_lent(self, found):
+        os.makedirs(self.folder, exist_ok=True)
+        _write(os.path.join(self.folder, LENT), json.dumps(found) + "\n")
 
     def sheets(self, rig, function):
         """Writes the page of a function to sign, as HTML and as text. Returns both paths."""
@@ -112,11 +135,19 @@ def changes(rig, place, its):
         return []
     now, then = set(rig.wiring(place)), set(its["wiring"])
     found = [_("new: {line}").format(line=line) for line in sorted(now - then)] + [_("gone: {line}").format(line=line) for line in sorted(then - now)]
-    values, before = rig.settings(place), its["settings"]
-    for short in sorted(values.keys() | before.keys()):
-        if values.get(short) != before.get(short):
-            found.append(_("{setting} was {then} and is {now}").format(setting=short, then=_value(before.get(short)), now=_value(values.get(short))))
+    for values, before in ((rig.settings(place), its["settings"]), (rig.scales(place), its.get("scales", {}))):
+        for name in sorted(values.keys() | before.keys()):
+            if values.get(name) != before.get(name):
+                found.append(_("{setting} was {then} and is {now}").format(setting=name, then=_value(before.get(name)), now=_value(values.get(name))))
+    for title, value, before in ((_("The loadrt line"), " ".join(rig.options(place)), " ".join(its.get("options", []))),
+                                 ("LINEAR_UNITS", _unit(rig), its["unit"])):
+        if value != before:
+            found.append(_("{setting} was {then} and is {now}").format(setting=title, then=before or _("empty"), now=value or _("empty")))
     return found
+
+
+def _unit(rig):
+    return "mm" if rig.unit == 1 else "in"
 
 
 def _value(value):

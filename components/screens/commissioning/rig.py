@@ -4,15 +4,15 @@
 import glob
 import os
 import re
-import threading
 import time
 
 from commissioning.judging import Verdict
 from panel.machine import Machine
 from panel.texts import _
 
-BEAT = 0.1  # s between two changes of trial-beat
+LOOK = 0.02  # s between two looks
 RETURN = 10  # s for an offset to come or to go
+SLOW = 0.1  # override of the feed in air
 MOST_SHOWN = 4
 ORDER = 4  # fault-code of interlock
 JOINT_INPUTS = ("position", "homed", "motion-enabled", "heartbeat", "joint-command", "drive-feedback")
@@ -44,8 +44,7 @@ class Rig:
         self.hal, self.declared, self.ini, self.mdi = hal, declared, ini, mdi
         self.sleep, self.clock = sleep, clock
         self.folder = functions_folder
-        self._trial = None  # the thread that permits a function
-        self._beat = False
+        self._tries = self._beat = False
         self.look()
 
     def look(self):
@@ -150,13 +149,27 @@ class Rig:
             found.append(_("A program runs: end it."))
         return found
 
+    def too_fast(self):
+        """A sentence about an override that is above 10 %; "" without one, and where nothing shows it."""
+        for pin, words in (("halui.feed-override.value", _("The feed override is at {percent} %.")),
+                           ("halui.rapid-override.value", _("The rapid override is at {percent} %."))):
+            if self.has(pin) and float(self.hal.get(pin)) > SLOW + 0.001:
+                return words.format(percent=round(100 * float(self.hal.get(pin))))
+        return ""
+
+    def places(self):
+        """Where the joints are measured."""
+        return [float(self.hal.get(pin)) for pin in self.machine.pins if re.fullmatch(r"joint\.\d+\.pos-fb", pin)]
+
     def await_condition(self, condition, seconds=RETURN):
-        """Whether it came in time."""
+        """Whether it came in time. A trial goes on meanwhile."""
         ends = self.clock() + seconds
         while not condition():
             if self.clock() > ends:
                 return False
-            self.sleep(0.02)
+            if self._tries:
+                self.beat()
+            self.sleep(LOOK)
         return True
 
     # --- wiring that can be seen without a move ---
@@ -270,9 +283,30 @@ class Rig:
     # --- trials ---
 
     def begin_press(self, stage, offset):
-        """A trial of a stage; beat() must follow at least five times a second, as long as somebody presses."""
+        """A trial of a stage; beat() must follow at least five times a second, as long as somebody presses. interlock ends it otherwise."""
+        self._begin()
         self.set(self.lock, "trial-offset", repr(float(offset)))
-        self.set(self.lock, "trial-stage", stage.number)
+        self._try("trial-stage", stage)
+
+    def begin_trial(self, function):
+        """Permits a function, likewise."""
+        self._begin()
+        self._try("trial-function", function)
+
+    def _begin(self):
+        """interlock does not go on with the trial of a program that was killed: its number must have gone."""
+        if max(int(self.get(self.lock, short)) for short in ("trial-stage", "trial-function")) < 0:
+            return
+        beat = self.get(self.lock, "trial-beat")
+        self.sleep(0.3)
+        if self.get(self.lock, "trial-beat") != beat:
+            raise NotReady(_("Another program has a trial under way: end it."))
+        self.end_press()
+        self.sleep(0.05)
+
+    def _try(self, short, place):
+        self.set(self.lock, short, place.number)
+        self._tries = True
         self.beat()
 
     def beat(self):
@@ -280,39 +314,37 @@ class Rig:
         self.set(self.lock, "trial-beat", int(self._beat))
 
     def end_press(self):
-        """interlock has ended it by itself if this is never called."""
+        """Ends both kinds of trial at once."""
+        self._tries = False
         self.set(self.lock, "trial-stage", -1)
+        self.set(self.lock, "trial-function", -1)
         self.set(self.lock, "trial-offset", 0)
 
     def applied(self, stage):
         return float(self.get(stage.instance, "applied-offset"))
 
-    def begin_trial(self, function):
-        """Permits a function until end_trial(), or until this program ends."""
-        self.end_trial()
-        self.set(self.lock, "trial-function", function.number)
-        self._trial = _Beating(self)
-        self._trial.start()
+    def back_at_0(self, function, within):
+        """Whether the stages at the joints have no offset; that of an axis returns with the next cycle."""
+        return all(abs(self.applied(stage)) < within for stage in self.stages_of(function) if stage.module == "joint_offset")
 
-    def end_trial(self):
-        if self._trial is not None:
-            self._trial.end()
-            self._trial = None
-        self.set(self.lock, "trial-function", -1)
-
-    @property
-    def on_trial(self):
-        return self._trial is not None
+    def has_switch(self, function):
+        """Whether the operator has a switch of his own, with a signal."""
+        return bool(self.machine.pins[self.lock.full("function-switch-%d" % function.number)].signal)
 
     def switch(self, function, on):
-        self.set(self.lock, "function-switch-%d" % function.number, int(on))
+        if not self.has_switch(function):
+            self.set(self.lock, "function-switch-%d" % function.number, int(on))
+
+    def end_cycle(self):
+        """A program that was killed may have left the cycle running."""
+        if self.get(self.lock, "cycle-running") and not self.get(self.lock, "program-running") and self.get(self.lock, "motion-enabled"):
+            self.mdi("M65 P0")
 
     def is_on(self, function):
         return bool(self.get(self.lock, "function-switch-%d" % function.number))
 
     def close(self):
         self.end_press()
-        self.end_trial()
 
     # --- for the records ---
 
@@ -336,23 +368,18 @@ class Rig:
                 values[short] = value
         return values
 
+    def scales(self, place):
+        """Pins and parameters named scale, by their names, of the drives and sensors at the other ends of the signals."""
+        others = {self.machine.pins[other].name.rpartition(".")[0] for pin in place.instance.pins.values() if pin.kind == "float" for other in self.ends(pin.signal)}
+        others.discard(place.name)
+        values = {name: pin.value for name, pin in self.machine.pins.items() if not pin.output and not pin.signal}
+        values.update(self.hal.parameters())
+        return {name: value for name, value in sorted(values.items())
+                if name.rpartition(".")[0] in others and "scale" in name.rpartition(".")[2] and self.machine.owner_of(name)[0] is None}
 
-class _Beating(threading.Thread):
-    def __init__(self, rig):
-        super().__init__(daemon=True)
-        self._rig, self._goes_on = rig, True
-
-    def run(self):
-        while self._goes_on:
-            try:
-                self._rig.beat()
-            except (KeyError, ValueError, RuntimeError):
-                return  # HAL has gone
-            time.sleep(BEAT)
-
-    def end(self):
-        self._goes_on = False
-        self.join(5 * BEAT)
+    def options(self, place):
+        """The options of its loadrt line, but for the names."""
+        return [word for word in self.hal.load_line(place.module).split()[2:] if not word.startswith("names=")]
 
 
 def function_names(folder):

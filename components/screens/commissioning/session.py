@@ -25,6 +25,7 @@ class Session:
         self.versions = versions or {}
         self.log = []  # a dictionary for each answer
         self.began = time.time()
+        self.give_back()
         self._left = self._plan()
         self.step = self._left.pop(0)
         self.done = False
@@ -35,8 +36,8 @@ class Session:
         todo = [stage for stage in self.rig.stages_of(self.function) if not self.rig.is_commissioned(stage)]
         plan = [steps.Wiring(self), steps.AtRest(self), *(steps.StageMoves(self, stage) for stage in todo), *its.steps(self)]
         if not its.MOVES_NOTHING:
-            plan += [steps.InAir(self), steps.OffAndOn(self), steps.EmergencyStop(self), steps.OnAgain(self)]
-        return [*plan, steps.Undo(self)]
+            return [*plan, steps.InAir(self), steps.OffAndOn(self), steps.EmergencyStop(self), steps.OnAgain(self), steps.Undo(self)]
+        return [*plan, steps.Off(self)]
 
     @property
     def count(self):
@@ -79,9 +80,23 @@ class Session:
         self.rig.let_pass(stage)
         self.records.note(self.rig, stage, self.who, self.log, self.tolerance, self.versions)
 
+    def lend(self, instance, short, value):
+        """A setting for one step: it is as before after give_back(), and after a kill when the next session begins."""
+        pin = instance.full(short)
+        if not self.rig.machine.pins[pin].signal:
+            self.records.lend(self.rig.hal.memory, pin, self.rig.hal.get(pin))
+            self.rig.set(instance, short, value)
+
+    def give_back(self):
+        for pin, value in self.records.lent(self.rig.hal.memory).items():
+            if self.rig.has(pin):
+                self.rig.hal.set(pin, str(int(value) if isinstance(value, bool) else value))
+        self.records.lend_nothing()
+
     def close(self):
         """Takes back what is not finished."""
         self.rig.close()
+        self.give_back()
         if not self.done:
             self.rig.switch(self.function, False)
 

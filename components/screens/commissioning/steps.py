@@ -7,7 +7,8 @@ from commissioning.judging import Verdict, good, judge_press
 from panel.texts import _, number
 
 PRESS = 0.010  # mm
-LARGER = 0.050  # mm, where nothing was seen to move
+LARGER = (0.050, 0.250)  # mm, one after the other where nothing was seen to move
+TRAVEL = 5.0  # mm, of an axis in air
 
 
 class Field(typing.NamedTuple):
@@ -26,13 +27,15 @@ class Step:
     back      the way back
     picture   (name, letter) of a drawing in pictures.py; None without one
     fields    Fields
-    holds     whether the user presses: begin_press(), beat() and end_press() are called then
+    holds     whether the user presses: begin_press(), beat() at least five times a second, and end_press() are called then
+    watches   whether beat() is called as long as the step is shown
+    hint      a sentence to show while the user presses
     """
 
-    title = look = back = ""
+    title = look = back = hint = ""
     picture = None
     fields = ()
-    holds = False
+    holds = watches = False
     minutes = 1
 
     def __init__(self, session):
@@ -46,7 +49,7 @@ class Step:
         """Called when the step is shown."""
 
     def begin_press(self):
-        pass
+        """None, or a Verdict where it may not begin."""
 
     def beat(self):
         self.rig.beat()
@@ -76,8 +79,10 @@ class Wiring(Step):
         fault = self.rig.wiring_verdict(self.function)
         if fault:
             return fault
-        if self.rig.is_on(self.function):
-            self.rig.switch(self.function, False)
+        self.rig.switch(self.function, False)
+        if not self.rig.await_condition(lambda: not self.rig.is_on(self.function), 1):
+            return Verdict("state", _("The function is switched on."), _("Turn its switch off."))
+        self.rig.end_cycle()
         stages = self.rig.stages_of(self.function)
         if not self.rig.await_condition(lambda: all(abs(self.rig.applied(stage)) < 1e-6 for stage in stages)):
             return Verdict("state", _("A stage still applies an offset, with the function off."), _("Switch off all functions, and take their offsets back."))
@@ -93,8 +98,13 @@ class AtRest(Step):
         self.picture = ("rest", "")
 
     def finish(self, values):
-        found = self.rig.unready()
-        return Verdict("state", " ".join(found), found[-1]) if found else good(_("The machine is on, homed and at rest."))
+        return unready(self.rig) or good(_("The machine is on, homed and at rest."))
+
+
+def unready(rig):
+    """None, or a Verdict."""
+    found = rig.unready()
+    return Verdict("state", " ".join(found), found[-1]) if found else None
 
 
 def where_to_put_it(letter):
@@ -135,9 +145,9 @@ class StageMoves(Step):
         self.most = max(self.most, abs(self.rig.applied(self.stage)))
 
     def finish(self, values):
-        found = self.rig.unready()
-        if found:
-            return Verdict("state", " ".join(found), found[-1])
+        refused = unready(self.rig)
+        if refused is not None:
+            return refused
         if self.most < 0.9 * self.asked:
             why = _("The stage itself applied {applied} of {asked}.").format(applied=number(self.most, 4), asked=number(self.asked, 4))
             return Verdict("nothing", why, _("Hold longer, and look at the faults of {stage}.").format(stage=self.stage.name))
@@ -149,8 +159,9 @@ class StageMoves(Step):
     def following(self, verdict):
         if verdict.fault != "nothing" or self.most < 0.9 * self.asked:
             return []
-        if self.size < LARGER:
-            return [StageMoves(self.session, self.stage, LARGER)]
+        larger = [size for size in LARGER if size > self.size]
+        if larger:
+            return [StageMoves(self.session, self.stage, larger[0])]
         letters = [letter for letter in self.rig.axes if letter in "XYZ" and letter != self.rig.letter_of(self.stage)]
         return [OtherJoint(self.session, self.stage, letter) for letter in letters]
 
@@ -159,7 +170,7 @@ class OtherJoint(StageMoves):
     """The indicator at another axis, which moves perhaps in the place of the one that should."""
 
     def __init__(self, session, stage, letter):
-        super().__init__(session, stage, LARGER)
+        super().__init__(session, stage, LARGER[0])
         self.letter = letter
         its = session.rig.letter_of(stage)
         self.title = _("Does {other} move in the place of {axis}?").format(other=letter, axis=its)
@@ -179,124 +190,229 @@ class OtherJoint(StageMoves):
         return []
 
 
-class InAir(Step):
-    """The function acts on trial while the axes move in air at 10 % feed."""
+class OnTrial(Step):
+    """The function acts while somebody presses: letting go, a dead program and the emergency stop end it in interlock."""
+
+    holds = True
+    minutes = 1
+    status = 0
+    fault = None
+    acted = False
+
+    def begin_press(self):
+        refused = unready(self.rig)
+        if refused is not None:
+            return refused
+        self.fault, self.acted = None, False
+        self.rig.switch(self.function, True)
+        self.rig.begin_trial(self.function)
+        self.rig.await_condition(self._acts, 1)
+        return None
+
+    def beat(self):
+        self.rig.beat()
+        self.watch()
+
+    def watch(self):
+        self.acted = self._acts() or self.acted
+        self.fault = self.fault or self._fault()
+
+    def _acts(self):
+        self.status = int(self.rig.get(self.rig.lock, "function-status-%d" % self.function.number))
+        return self.status == 0
+
+    def _fault(self):
+        for instance in [self.function.instance, *(stage.instance for stage in self.rig.stages_of(self.function))]:
+            if "fault" in instance.pins and self.rig.get(instance, "fault"):
+                return "%s: %s" % (instance.name, _(instance.sentence(self.rig.hal.values(), "fault-code")))
+        return None
+
+    def end_press(self):
+        self.rig.end_press()
+        self.rig.switch(self.function, False)
+
+    def acting(self):
+        """None, or a Verdict that it did not act, or had a fault."""
+        if not self.acted:
+            return Verdict("state", _("The function does not act: {why}").format(why=_(self.function.instance.declared.sentence("status-code", self.status))),
+                           _("Remove this cause, and repeat the step."))
+        if self.fault:
+            return Verdict("state", self.fault, _("Remove the fault, and repeat the step."))
+        return None
+
+    def applied(self):
+        """By the stages at the joints."""
+        return {stage.name: self.rig.applied(stage) for stage in self.rig.stages_of(self.function) if stage.module == "joint_offset"}
+
+
+class InAir(OnTrial):
+    """The axes move in air at 10 % feed."""
 
     minutes = 3
 
     def __init__(self, session):
         super().__init__(session)
         self.title = _("In air at 10 % feed")
-        self.look = _("The function acts now, on trial. Set the feed to 10 %, and move all its axes through their work area in air, by hand or by a program. "
-                      "Watch the axes; there must be no jerk and no message.")
-        self.back = _("Press the emergency stop, or end this program: the function goes off.")
+        self.look = _("Set the feed override and the rapid override to 10 %. Press and hold: the function acts. With the other hand, start a program in air, or "
+                      "jog all its axes through their work area. Watch the axes; there must be no jerk and no message. Let go at the end.")
+        self.back = _("Letting go turns the function off. The emergency stop does it, too.")
         self.picture = ("air", "")
 
-    def begin(self):
-        self.rig.switch(self.function, True)
-        self.rig.begin_trial(self.function)
+    def begin_press(self):
+        self.fast = self.rig.too_fast()
+        self.least = self.most = self.rig.places()
+        return self._slower() if self.fast else super().begin_press()
+
+    def watch(self):
+        super().watch()
+        self.fast = self.fast or self.rig.too_fast()
+        places = self.rig.places()
+        self.least, self.most = list(map(min, self.least, places)), list(map(max, self.most, places))
+
+    def _slower(self):
+        return Verdict("state", self.fast, _("Set it to 10 % or less, and repeat the step."))
 
     def finish(self, values):
-        return _acts_without_fault(self)
+        if self.acting() is not None:
+            return self.acting()
+        if self.fast:
+            return self._slower()
+        if max(most - least for least, most in zip(self.least, self.most)) < TRAVEL * self.unit:
+            return Verdict("state", _("No axis moved by {travel} mm while you pressed.").format(travel=number(TRAVEL)), _("Move the axes while you press."))
+        return good(_("It acts, without a fault."))
 
 
-def _acts_without_fault(step):
-    rig, function = step.rig, step.function
-    if not rig.on_trial:
-        step.begin()
-    rig.await_condition(lambda: not rig.get(rig.lock, "function-status-%d" % function.number), 2)
-    status = rig.get(rig.lock, "function-status-%d" % function.number)
-    if status:
-        return Verdict("state", _("The function does not act: {why}").format(why=_(function.instance.declared.sentence("status-code", status))),
-                       _("Remove this cause, and repeat the step."))
-    for instance in [function.instance, *(stage.instance for stage in rig.stages_of(function))]:
-        if "fault" in instance.pins and rig.get(instance, "fault"):
-            return Verdict("state", "%s: %s" % (instance.name, _(instance.sentence(rig.hal.values(), "fault-code"))), _("Remove the fault, and repeat the step."))
-    return good(_("It acts, without a fault."))
-
-
-class OffAndOn(Step):
+class OffAndOn(OnTrial):
     """Off takes the offset back, and on brings it again: by the switch of the operator."""
+
+    STEADY = 10  # beats
 
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Off and on")
-        self.look = _("The tool is clear. The program turns the switch of the function off and on, and watches its stages: off, each offset returns to 0.")
-        self.back = _("The switch stays off if the step fails.")
+        if session.rig.has_switch(session.function):
+            self.look = _("The tool is clear. Press and hold. With the other hand, turn the switch of the function on, off and on again, as you are told.")
+        else:
+            self.look = _("The tool is clear. Press and hold until you are told to let go: the program turns the switch of the function off and on, and watches "
+                          "its stages.")
+        self.back = _("Letting go turns the function off.")
+        self.phase, self.beats = "acts", 0
+
+    def begin_press(self):
+        self.phase, self.beats, self.last = "acts", 0, {}
+        return super().begin_press()
+
+    def watch(self):
+        super().watch()
+        rig, tolerance, now = self.rig, self.session.tolerance, self.applied()
+        if self.phase == "acts":
+            steady = all(abs(now[name] - self.last.get(name, now[name] + tolerance)) < tolerance / 10 for name in now)
+            self.beats, self.last = self.beats + 1 if self.acted and steady else 0, now
+            if self.beats >= self.STEADY:
+                self.phase, self.hint = "off", _("Off.")
+                rig.switch(self.function, False)
+        elif self.phase == "off":
+            if not rig.is_on(self.function) and rig.back_at_0(self.function, tolerance / 10):
+                self.phase, self.hint = "on", _("On.")
+                rig.switch(self.function, True)
+        elif self.phase == "on":
+            if rig.is_on(self.function) and self._acts() and all(abs(now[name] - self.last[name]) < tolerance for name in now):
+                self.phase, self.hint = "done", _("Let go.")
 
     def finish(self, values):
-        rig, function = self.rig, self.function
-        stages = rig.stages_of(function)
-        before = {stage.name: rig.applied(stage) for stage in stages}
-        rig.switch(function, False)
-        if not rig.await_condition(lambda: all(abs(rig.applied(stage)) < self.session.tolerance / 10 for stage in stages if stage.module == "joint_offset")):
+        if self.acting() is not None:
+            return self.acting()
+        if self.phase == "off":
             return Verdict("stayed", _("With the switch off, an offset stays."), _("Look at the faults of the stages."))
-        rig.switch(function, True)
-        rig.await_condition(lambda: all(abs(rig.applied(stage) - before[stage.name]) < self.session.tolerance for stage in stages), 3)
+        if self.phase != "done":
+            return Verdict("state", _("The offset did not come again."), _("Hold longer, and look at the faults of the stages."))
         return good(_("Off returned to 0, and on acts again."))
 
 
-class EmergencyStop(Step):
+class EmergencyStop(OnTrial):
     """The offset holds, and nothing moves."""
 
-    fields = ()
     minutes = 2
+    stopped, moved = False, ""
 
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Emergency stop")
-        self.look = _("Press the emergency stop now. Then go on here. Nothing may move, and the drives must be without power.")
+        self.look = _("Press and hold: the function acts. With the other hand, press the emergency stop. Then let go. Nothing may move, and the drives must be "
+                      "without power.")
         self.back = _("Release the emergency stop, turn the machine on, and go on.")
         self.picture = ("stop", "")
 
-    def begin(self):
-        self.before = {stage.name: self.rig.applied(stage) for stage in self.rig.stages_of(self.function)}
+    def begin_press(self):
+        self.stopped, self.moved, self.before = False, "", self.applied()
+        return super().begin_press()
+
+    def watch(self):
+        now = self.applied()
+        if self.rig.get(self.rig.lock, "motion-enabled"):
+            super().watch()
+            self.before = now
+        else:
+            self.stopped = True
+            self.moved = self.moved or next((name for name in now if abs(now[name] - self.before[name]) > self.session.tolerance), "")
 
     def finish(self, values):
-        rig = self.rig
-        if rig.get(rig.lock, "motion-enabled"):
-            return Verdict("state", _("The machine is still on: the emergency stop does not reach LinuxCNC."),
-                           _("Net the chain to iocontrol.0.emc-enable-in and motion.enable."))
-        for stage in rig.stages_of(self.function):
-            if stage.module == "joint_offset" and abs(rig.applied(stage) - self.before[stage.name]) > self.session.tolerance and not self.strokes:
-                return Verdict("state", _("{stage} moved at the emergency stop.").format(stage=stage.name), _("Report this: an offset must hold."))
+        if self.acting() is not None:
+            return self.acting()
+        if self.rig.get(self.rig.lock, "motion-enabled") or not self.stopped:
+            return Verdict("state", _("The machine stayed on as long as you pressed."),
+                           _("Press the emergency stop meanwhile. If you did, net the chain to iocontrol.0.emc-enable-in and motion.enable."))
+        if self.moved:
+            return Verdict("state", _("{stage} moved at the emergency stop.").format(stage=self.moved), _("Report this: an offset must hold."))
         return good(_("It stopped, and the offsets held."))
 
-    @property
-    def strokes(self):
-        return self.function.module == "chopping"
 
-
-class OnAgain(Step):
+class OnAgain(AtRest):
     def __init__(self, session):
         super().__init__(session)
         self.title = _("On again")
-        self.look = _("Release the emergency stop, and turn the machine on. Home it if LinuxCNC asks for it.")
+        self.look = _("Release the emergency stop, and turn the machine on. Home it if LinuxCNC asks for it. The offsets return to 0.")
         self.back = _("Press the emergency stop.")
+        self.picture = None
 
     def finish(self, values):
-        found = self.rig.unready()
-        if found:
-            return Verdict("state", " ".join(found), found[-1])
-        return _acts_without_fault(self)
+        verdict = super().finish(values)
+        if verdict.passed and not self.rig.await_condition(lambda: self.rig.back_at_0(self.function, self.session.tolerance / 10)):
+            return Verdict("stayed", _("An offset stays without the function."), _("Look at the faults of the stages."))
+        return verdict
 
 
-class Undo(Step):
-    """Without a trial everything is back at 0."""
+class Off(Step):
+    """Without a trial nothing is applied."""
+
+    def __init__(self, session):
+        super().__init__(session)
+        self.title = _("Undo")
+        self.look = _("The program looks whether interlock holds the function, and whether each offset is 0.")
+        self.back = _("plumb commission NAME --undo takes the function back at any time.")
+
+    def finish(self, values):
+        return self.is_off() or good(_("All is back at 0, and the function is off."))
+
+    def is_off(self):
+        """None, or a Verdict."""
+        rig, function = self.rig, self.function
+        rig.end_press()
+        if not rig.await_condition(lambda: not rig.get(rig.lock, "function-enable-%d" % function.number), 3):
+            return Verdict("stayed", _("interlock does not switch the function off."), _("Run plumb doctor --running."))
+        if not rig.await_condition(lambda: rig.back_at_0(function, self.session.tolerance / 10)):
+            return Verdict("stayed", _("An offset stays without the function."), _("Look at the faults of the stages."))
+        rig.switch(function, False)
+        return None
+
+
+class Undo(OnTrial, Off):
+    """The same after it has acted."""
 
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Bypass and undo")
-        self.look = _("The program ends the trial, as interlock does when somebody takes commissioning back. Each offset returns to 0.")
-        self.back = _("plumb commission NAME --undo takes the function back at any time.")
+        self.look = _("Press and hold: the function acts. Let go: interlock holds it, as when somebody takes it back. Each offset returns to 0.")
 
     def finish(self, values):
-        rig, function = self.rig, self.function
-        rig.end_trial()
-        stages = rig.stages_of(function)
-        if not rig.await_condition(lambda: not rig.get(rig.lock, "function-enable-%d" % function.number), 3):
-            return Verdict("stayed", _("interlock does not switch the function off."), _("Run plumb doctor --running."))
-        if not rig.await_condition(lambda: all(abs(rig.applied(stage)) < self.session.tolerance / 10 for stage in stages if stage.module == "joint_offset")):
-            return Verdict("stayed", _("An offset stays without the function."), _("Look at the faults of the stages."))
-        rig.switch(function, False)
-        return good(_("All is back at 0, and the function is off."))
+        return self.acting() or Off.finish(self, values)

@@ -36,7 +36,7 @@ class Commissioning(Page):
         return _("Commissioning")
 
     def build(self):
-        self._session, self._shown, self._press = None, None, None
+        self._session, self._watched, self._press, self._hint = None, None, None, ""
         self._box = column()
         return scrolled(self._box)
 
@@ -111,11 +111,12 @@ class Commissioning(Page):
         actions = []
         if step.holds:
             actions.append(self._hold_button(step))
-        if getattr(step, "start", None) is not None:
-            actions.append(button(_("Start"), self._start))
         self._values, self._fields = {}, list(step.fields)
         go_on = [] if step.fields else [button(_("Go on"), self._answer)]
         self._box.pack_start(flow(*actions, *go_on, button(_("Give up"), self._give_up)), False, False, 0)
+        if step.watches and step is not self._watched:
+            self._watched = step
+            GLib.timeout_add(BEATS, self._watch, step)
         self._asked = column()
         self._box.pack_start(self._asked, False, False, 0)
         self._ask_next()
@@ -171,9 +172,24 @@ class Commissioning(Page):
 
     def _begin_press(self, step):
         if self._press is None:
-            self._try(step.begin_press)
-            self._press = GLib.timeout_add(BEATS, lambda: self._try(step.beat))
+            try:
+                refused = step.begin_press()
+            except (KeyError, ValueError, RuntimeError) as error:
+                refused = Judged("state", str(error))
+            if refused is not None:
+                self._try(step.end_press)
+                self._show_step(refused)
+                return False
+            self._hint = ""
+            self._press = GLib.timeout_add(BEATS, self._beat, step)
         return False
+
+    def _beat(self, step):
+        self._try(step.beat)
+        if step.hint != self._hint:
+            self._hint = step.hint
+            self.panel.say(step.hint)
+        return True
 
     def _end_press(self, step):
         if self._press is not None:
@@ -182,20 +198,18 @@ class Commissioning(Page):
             self._try(step.end_press)
         return False
 
+    def _watch(self, step):
+        """Beats for a step that watches, as long as it is the present one."""
+        if self._session is None or self._session.step is not step:
+            return False
+        return self._try(step.beat)
+
     def _try(self, work):
         try:
             work()
         except (KeyError, ValueError, RuntimeError) as error:
             self.panel.say(str(error), "bad")
         return True
-
-    def _start(self):
-        try:
-            verdict = self._session.step.start()
-        except (KeyError, ValueError, RuntimeError) as error:
-            verdict = Judged("state", str(error))
-        if verdict is not None:
-            self._show_step(verdict)
 
     def _answer(self):
         try:

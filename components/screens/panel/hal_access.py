@@ -9,7 +9,7 @@ import sys
 
 import hal
 
-from panel.pin_lines import parse_pins
+from panel.pin_lines import parse_parameters, parse_pins
 
 OWN_REFERENCES = 2  # to an element of a list: that of the list, and that of the call which counts them
 _release = ctypes.pythonapi.Py_DecRef
@@ -53,11 +53,15 @@ class Hal:
 
     def pins(self):
         """All pins, by halcmd, which knows owners and signals."""
-        try:
-            shown = subprocess.run(["halcmd", "-s", "show", "pin"], capture_output=True, text=True, timeout=20, check=False).stdout
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise HalGone("halcmd does not answer: %s" % error) from None
-        return parse_pins(shown)
+        return parse_pins(_halcmd("-s", "show", "pin"))
+
+    def parameters(self):
+        """All parameters' values by name."""
+        return parse_parameters(_halcmd("-s", "show", "param"))
+
+    def load_line(self, module):
+        """The loadrt line of a module, "" without one."""
+        return next((line for line in _halcmd("save", "comp").splitlines() if line.split()[:2] == ["loadrt", module]), "")
 
     def get(self, name):
         try:
@@ -75,6 +79,13 @@ class Hal:
     def close(self):
         if not self.is_gone():
             self._component.exit()
+
+
+def _halcmd(*words):
+    try:
+        return subprocess.run(["halcmd", *words], capture_output=True, text=True, timeout=20, check=False).stdout
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise HalGone("halcmd does not answer: %s" % error) from None
 
 
 def is_gone(memory):

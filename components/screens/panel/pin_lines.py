@@ -21,6 +21,12 @@ def parse_pins(shown):
     return found
 
 
+def parse_parameters(shown):
+    """Values by names in the output of `halcmd -s show param`: owner, kind, direction, value, name."""
+    lines = [line.split() for line in shown.splitlines()]
+    return {words[4]: parse_value(words[1], words[3]) for words in lines if len(words) == 5}
+
+
 def parse_value(kind, text):
     if kind == "bit":
         return text == "TRUE"

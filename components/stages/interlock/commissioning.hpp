@@ -49,7 +49,8 @@ struct Commissioning : hal::Group {
     hal::In<double> trial_limit{this, "trial-limit", 0, "mu",
                                 "Largest offset of a trial, either way; 0: no stage can be tried."};
     hal::In<bool> trial_beat{this, "trial-beat", false,
-                             "Changes at least twice a second while somebody presses; else the trial ends."};
+                             "Changes at least twice a second while somebody presses. Without a change, and "
+                             "when the machine goes off, the trial is over: set both numbers to -1 first."};
 
     hal::Row<hal::Out<std::int32_t>, functions> function_identity{
         this, "function-identity",
@@ -71,9 +72,13 @@ struct Commissioning : hal::Group {
         const bool beat = trial_beat;
         silence_ = beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
         beat_ = beat;
-        const bool pressed = silence_ < longest_pause, on = required;
+        const bool heard = silence_ < longest_pause, on = required;
         if (on) asked_.store(true, std::memory_order_relaxed);
         const std::int32_t its_stage = trial_stage, its_function = trial_function;
+        const bool chosen = its_stage >= 0 || its_function >= 0;
+        begun_ = chosen && (begun_ || heard);
+        over_ = chosen && (over_ || (begun_ && (!heard || !now.machine_on)));
+        const bool pressed = chosen && heard && !over_;
         const double most = std::abs(trial_limit), given = trial_offset;
         const bool moves = on && pressed && now.machine_on && now.homed && !now.program_running &&
                            possible(its_stage, stages) && std::abs(given) <= most;
@@ -169,7 +174,7 @@ private:
     std::array<std::atomic<std::int32_t>, stages> stage_identities_{};
     std::atomic<bool> asked_{false};
     int wait_ = 0;
-    bool beat_ = false, arms_ = false;
+    bool beat_ = false, arms_ = false, begun_ = false, over_ = false;  // of a trial
     double silence_ = longest_pause, resting_ = longest_return;  // s
     std::int32_t held_functions_ = 0, on_trial_ = 0, held_stages_ = 0, tried_ = 0;
 };

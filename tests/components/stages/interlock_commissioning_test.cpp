@@ -186,6 +186,48 @@ TEST(InterlockCommissioning, AStageMovesWhileSomebodyPresses) {
     EXPECT_EQ(machine.applied("y"), 0);
 }
 
+TEST(InterlockCommissioning, ATrialOfAKilledProgramEndsAndAnotherBeatDoesNotReviveIt) {
+    for (const int beats : {1, 2, 7}) {  // before the kill
+        Machine machine;
+        machine.bench.set("interlock.trial-offset", 0.01);
+        machine.bench.set("interlock.trial-stage", 1);
+        machine.press(0.1 * beats);
+        machine.bench.run(0.7);
+        EXPECT_EQ(machine.applied("y"), 0) << beats;
+        machine.press(1);  // the next program, which has set no number yet
+        EXPECT_EQ(machine.applied("y"), 0) << beats;
+        machine.bench.set("interlock.trial-stage", -1);
+        machine.bench.run(0.05);
+        machine.bench.set("interlock.trial-stage", 1);
+        machine.press(1);
+        EXPECT_NEAR(machine.applied("y"), 0.01, 1e-6) << beats;
+    }
+}
+
+TEST(InterlockCommissioning, TheEmergencyStopEndsATrialForGood) {
+    Machine machine;
+    machine.pass("stage", 0);
+    machine.pass("stage", 1);
+    machine.bench.set("interlock.trial-offset", 0.01);
+    const auto power = [&](bool on) {
+        for (const char* pin : {"interlock.motion-enabled", "x-stage.motion-enabled", "y-stage.motion-enabled"})
+            machine.bench.set(pin, on);
+    };
+    for (const char* trial : {"stage", "function"}) {
+        machine.bench.set(std::string("interlock.trial-") + trial, 0);
+        machine.press(1);
+        EXPECT_NEAR(machine.applied("x"), 0.01, 1e-6) << trial;
+        power(false);
+        machine.press(1);
+        EXPECT_NEAR(machine.applied("x"), 0.01, 1e-6) << trial;  // nothing moves
+        power(true);
+        machine.press(1);  // still pressed
+        EXPECT_EQ(machine.applied("x"), 0) << trial;
+        machine.bench.set(std::string("interlock.trial-") + trial, -1);
+        machine.bench.run(0.1);
+    }
+}
+
 TEST(InterlockCommissioning, NoTrialBeyondTheLimitNorWhileAProgramRunsNorOff) {
     Machine machine;
     machine.bench.set("interlock.trial-stage", 0);
@@ -206,6 +248,8 @@ TEST(InterlockCommissioning, NoTrialBeyondTheLimitNorWhileAProgramRunsNorOff) {
     machine.bench.set("interlock.trial-stage", 17);
     machine.press(1);
     EXPECT_EQ(machine.applied("x"), 0);
+    machine.bench.set("interlock.trial-stage", -1);
+    machine.press(0.1);
     machine.bench.set("interlock.trial-stage", 0);
     machine.press(1);
     EXPECT_NEAR(machine.applied("x"), 0.01, 1e-6);

@@ -1,61 +1,73 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chopping: one slow stroke in air, its dead points against the indicator, hold, emergency stop, and the way back to point R."""
+"""chopping: one slow stroke in air, its dead points against the indicator, hold, the way back to point R, and emergency stop."""
 
 from commissioning.judging import Verdict, good, judge
-from commissioning.steps import AtRest, Field, OffAndOn, Step
+from commissioning.steps import Field, OnAgain, OnTrial, Step
 from panel.texts import _, number
 
 MOVES_NOTHING = True  # the steps here take the place of those in air
 STROKE = 1.0  # mm
 SPEED = 30.0  # mm a minute
 MARGIN = 10.0  # mm, from each limit
+HELD = 2.0  # s, for which the axis must stand
 
 
 def steps(session):
     return [Stroke(session), Hold(session), Return(session), Stop(session), AgainAtRest(session)]
 
 
-def _start(step):
-    """Starts the stroke. Returns a Verdict where it may not."""
-    rig, function, instance = step.rig, step.function, step.function.instance
-    place, lowest, highest = (float(rig.get(instance, short)) for short in ("position", "min-limit", "max-limit"))
-    if place - STROKE * step.unit - lowest < MARGIN * step.unit or highest - place < MARGIN * step.unit:
-        return Verdict("state", _("The axis is nearer than {margin} mm to a soft limit.").format(margin=number(MARGIN)), _("Move it to the middle of its travel."))
-    if not rig.machine.pins[instance.full("learn")].signal and rig.get(instance, "learn"):
-        step.session.learns = True
-        rig.set(instance, "learn", 0)  # learning begins inside the dead points
-    rig.switch(function, True)
-    rig.begin_trial(function)
-    if not rig.await_condition(lambda: rig.get(instance, "enable"), 3):
-        return Verdict("state", _("The function is not permitted: {why}").format(
-            why=_(instance.declared.sentence("status-code", rig.get(rig.lock, "function-status-%d" % function.number)))), _("Remove this cause, and repeat the step."))
-    # The words of G81.1 are in the unit of the program: G20 and G21 choose it.
-    rig.mdi("G21")
-    rig.mdi("G81.1 Z[#5422] Q%g R0 P%g" % (-STROKE, SPEED), stays=True)
-    return None
+class Strokes(OnTrial):
+    """The axis strokes while somebody presses. Letting go ends the stroke: the axis goes on to a dead point, and returns to point R."""
+
+    def __init__(self, session):
+        super().__init__(session)
+        self.back = _("Letting go ends the stroke: the axis returns to point R. The emergency stop stops it at once.")
+        self.picture = ("stroke", "Z")
+        self.stroked = False
+
+    def begin_press(self):
+        rig, instance = self.rig, self.function.instance
+        self.stroked = False
+        place, lowest, highest = (float(rig.get(instance, short)) for short in ("position", "min-limit", "max-limit"))
+        if place - STROKE * self.unit - lowest < MARGIN * self.unit or highest - place < MARGIN * self.unit:
+            return Verdict("state", _("The axis is nearer than {margin} mm to a soft limit.").format(margin=number(MARGIN)), _("Move it to the middle of its travel."))
+        if rig.get(instance, "learn"):
+            self.session.lend(instance, "learn", 0)  # learning begins inside the dead points
+        rig.mdi("G21")  # the words of G81.1 are in the unit of the program
+        refused = super().begin_press()
+        if refused is None and self._acts():
+            rig.mdi("G81.1 Z[#5422] Q%g R0 P%g" % (-STROKE, SPEED), stays=True)
+        return refused
+
+    def watch(self):
+        super().watch()
+        self.stroked = self.stroked or bool(self.rig.get(self.function.instance, "stroking"))
+
+    def end_press(self):
+        super().end_press()
+        self.session.give_back()
+
+    def acting(self):
+        if super().acting() is not None or self.stroked:
+            return super().acting()
+        why = _(self.function.instance.sentence(self.rig.hal.values(), "fault-code")) or _("no fault.")
+        return Verdict("state", _("The axis does not stroke: {why}").format(why=why), _("Repeat the step."))
 
 
-class Stroke(Step):
+class Stroke(Strokes):
     minutes = 5
 
     def __init__(self, session):
         super().__init__(session)
         self.title = _("One slow stroke in air")
         self.look = _("Move the axis to the middle of its travel, in air. Set up the indicator so that it reads more when the axis moves to +, with its plunger "
-                      "in by 2 mm, and set it to 0. Go on: the axis strokes from here by {stroke} mm to - and back, at {speed} mm/min. Enter the largest "
-                      "and the smallest reading.").format(stroke=number(STROKE), speed=number(SPEED))
-        self.back = _("Press the emergency stop, or end this program: the axis returns to point R.")
-        self.picture = ("stroke", "Z")
+                      "in by 2 mm, and set it to 0. Press and hold: the axis strokes from here by {stroke} mm to - and back, at {speed} mm/min. Note the "
+                      "largest and the smallest reading; let go.").format(stroke=number(STROKE), speed=number(SPEED))
         self.fields = (Field("upper", _("Largest reading")), Field("lower", _("Smallest reading")))
 
-    def start(self):
-        return _start(self)
-
     def finish(self, values):
-        rig, instance = self.rig, self.function.instance
-        if not rig.get(instance, "stroking"):
-            return Verdict("state", _("The axis does not stroke: {why}").format(why=_(instance.sentence(rig.hal.values(), "fault-code")) or _("no fault.")),
-                           _("Repeat the step."))
+        if self.acting() is not None:
+            return self.acting()
         verdict = judge(STROKE * self.unit, values["upper"] - values["lower"], 3 * self.session.tolerance, _("Stroke"))
         if verdict.passed and abs(values["upper"]) > 3 * self.session.tolerance:
             if abs(values["lower"]) <= 3 * self.session.tolerance:
@@ -66,69 +78,58 @@ class Stroke(Step):
         return verdict
 
 
-class Hold(Step):
+class Hold(Strokes):
+    """At an override of 0 the axis stands at the next dead point."""
+
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Hold")
-        self.look = _("The program sets the override of the stroke to 0, watches whether the axis stands, and lets it go on.")
-        self.back = _("Press the emergency stop.")
+        self.look = _("Press and hold until you are told to let go: the axis strokes, and the program sets the override of the stroke to 0 and watches whether "
+                      "the axis stands.")
+        if self._has_override():
+            self.look = _("Press and hold: the axis strokes. Hold the stroke by your own control of its override until you are told to let go.")
+
+    def _has_override(self):
+        return bool(self.rig.machine.pins[self.function.instance.full("override")].signal)
+
+    def begin_press(self):
+        self.began = self.stood = None
+        self.places, self.held = [], False
+        return super().begin_press()
+
+    def watch(self):
+        super().watch()
+        if not self.stroked or self.held:
+            return
+        now, override = self.rig.clock(), float(self.rig.get(self.function.instance, "override"))
+        if self.began is None:
+            self.began = now
+            self.session.lend(self.function.instance, "override", 0)
+        if override == 0 and now - self.began > 4 * STROKE / SPEED * 60:
+            place = float(self.rig.get(self.function.instance, "offset"))
+            self.places = [(when, where) for when, where in self.places if now - when < HELD] + [(now, place)]
+            self.held = self.places[-1][0] - self.places[0][0] > 0.8 * HELD and self._stands()
+            self.hint = _("Let go.") if self.held else ""
+
+    def _stands(self):
+        where = [place for _when, place in self.places]
+        return max(where) - min(where) <= self.session.tolerance
 
     def finish(self, values):
-        rig, instance = self.rig, self.function.instance
-        if rig.machine.pins[instance.full("override")].signal:
-            return good(_("The override has a signal: hold by your own control and watch the axis."))
-        rig.set(instance, "override", 0)
-        rig.sleep(4 * STROKE / SPEED * 60)  # at the next dead point
-        places = []
-        for _turn in range(10):
-            places.append(float(rig.get(instance, "offset")))
-            rig.sleep(0.1)
-        rig.set(instance, "override", 1)
-        if max(places) - min(places) > self.session.tolerance:
-            return Verdict("state", _("The axis goes on at an override of 0."), _("Report this."))
-        return good(_("It held, and goes on."))
-
-
-class Stop(Step):
-    minutes = 2
-
-    def __init__(self, session):
-        super().__init__(session)
-        self.title = _("Emergency stop")
-        self.look = _("Go on: the axis strokes again. While it does, press the emergency stop. The axis must stand at once.")
-        self.back = _("Release the emergency stop, and turn the machine on.")
-        self.picture = ("stop", "")
-
-    def start(self):
-        return _start(self)
-
-    def finish(self, values):
-        rig, instance = self.rig, self.function.instance
-        if getattr(self.session, "learns", False):
-            rig.set(instance, "learn", 1)
-        if rig.get(rig.lock, "motion-enabled"):
-            return Verdict("state", _("The machine is still on: the emergency stop does not reach LinuxCNC."),
-                           _("Net the chain to iocontrol.0.emc-enable-in and motion.enable."))
-        if rig.get(instance, "stroking"):
-            return Verdict("state", _("The stroke goes on without the machine."), _("Press the emergency stop again; report this."))
-        return good(_("It stopped."))
-
-
-class AgainAtRest(AtRest):
-    def __init__(self, session):
-        super().__init__(session)
-        self.title = _("On again")
-        self.look = _("Release the emergency stop, and turn the machine on. The axis must stand where it stopped.")
+        if self.acting() is not None:
+            return self.acting()
+        if not self.held:
+            return Verdict("state", _("The axis did not stand at an override of 0."), _("Hold for 20 s. If it still strokes, report this."))
+        return good(_("It held."))
 
 
 class Return(Step):
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Back to point R")
-        self.look = _("The program ends the stroke by G80.1: the axis returns to point R. Enter the reading.")
+        self.look = _("The axis is back at point R. Enter the reading.")
         self.back = _("Press the emergency stop.")
         self.picture = ("stroke", "Z")
-
         self.fields = (Field("read", _("Reading at point R")),)
 
     def begin(self):
@@ -138,6 +139,45 @@ class Return(Step):
         rig = self.rig
         if abs(values["read"]) > 3 * self.session.tolerance:
             return Verdict("stayed", _("The axis is {read} from point R.").format(read=number(values["read"], 4)), _("Look for stick and backlash."))
-        if not rig.await_condition(lambda: all(abs(rig.applied(stage)) < self.session.tolerance for stage in rig.stages_of(self.function)), 10):
+        if not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance)):
             return Verdict("stayed", _("The stroke leaves an offset behind."), _("Turn the machine off and on, and home the axis."))
         return good(_("The stroke has ended, and its offset is 0."))
+
+
+class Stop(Strokes):
+    minutes = 2
+
+    def __init__(self, session):
+        super().__init__(session)
+        self.title = _("Emergency stop")
+        self.look = _("Press and hold: the axis strokes again. With the other hand, press the emergency stop. The axis must stand at once. Let go.")
+        self.back = _("Release the emergency stop, and turn the machine on.")
+        self.picture = ("stop", "")
+
+    def begin_press(self):
+        self.stopped = False
+        return super().begin_press()
+
+    def watch(self):
+        if self.rig.get(self.rig.lock, "motion-enabled"):
+            super().watch()
+        else:
+            self.stopped = True
+
+    def finish(self, values):
+        rig, instance = self.rig, self.function.instance
+        if self.acting() is not None:
+            return self.acting()
+        if rig.get(rig.lock, "motion-enabled") or not self.stopped:
+            return Verdict("state", _("The machine stayed on as long as you pressed."),
+                           _("Press the emergency stop meanwhile. If you did, net the chain to iocontrol.0.emc-enable-in and motion.enable."))
+        if rig.get(instance, "stroking"):
+            return Verdict("state", _("The stroke goes on without the machine."), _("Press the emergency stop again; report this."))
+        return good(_("It stopped."))
+
+
+class AgainAtRest(OnAgain):
+    def __init__(self, session):
+        super().__init__(session)
+        self.title = _("On again")
+        self.look = _("Release the emergency stop, and turn the machine on. The axis returns to point R, slowly.")

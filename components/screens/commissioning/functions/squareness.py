@@ -4,7 +4,7 @@
 import re
 
 from commissioning.judging import Verdict, good, judge
-from commissioning.steps import Field, Step
+from commissioning.steps import Field, OnTrial, Step
 from panel.texts import _, number
 
 MOVES_NOTHING = False
@@ -24,7 +24,7 @@ class Move:
 
     def __init__(self, letter):
         self.letter = letter
-        self.start = self.end = None
+        self.start = self.end = self.here = None
 
     def look(self, session):
         """Place and errors now."""
@@ -109,7 +109,7 @@ class End(Step):
         if abs(self.move.expected) < 2 * self.session.tolerance:
             return []  # nothing to see along this axis
         self.session.tilted = True
-        return [WithoutIt(self.session, self.move), WithIt(self.session, self.move)]
+        return [WithoutIt(self.session, self.move), WithItHere(self.session, self.move), WithIt(self.session, self.move)]
 
 
 class WithoutIt(Step):
@@ -147,46 +147,62 @@ class WithoutIt(Step):
         return verdict
 
 
-class WithIt(Step):
-    """The corrected move."""
+class WithItHere(OnTrial):
+    """The corrected place at one end."""
 
-    minutes = 4
+    minutes = 1
 
     def __init__(self, session, move):
         super().__init__(session)
         self.move = move
-        self.title = _("{axis} with the correction").format(axis=move.letter)
-        parts = ", ".join(_("{name} wrong: {reading}").format(name=short, reading=number(2 * part, 4)) for short, part in move.tilts(session).items())
-        self.look = _("The function acts now, on trial. Set the indicator to 0 here, move {axis} to {end}, and read it. Right: 0. All signs wrong: {wrong}. "
-                      "Not applied: {none}.").format(axis=move.letter, end=number(move.end[0]), wrong=number(2 * move.expected, 4),
-                                                     none=number(move.expected, 4)) + (" " + parts + "." if parts else "")
-        self.back = _("Ending this program returns the correction to 0.")
+        self.title = _("{axis} with the correction, here").format(axis=move.letter)
+        self.look = _("Leave {axis} and the indicator as they are. Press and hold: the function acts. Read the indicator; let go.").format(axis=move.letter)
+        self.back = _("Letting go returns the correction to 0.")
         self.picture = ("square", move.letter)
-        self.fields = (Field("read", _("Reading at the other end")),)
-
-    def begin(self):
-        self.rig.switch(self.function, True)
-        self.rig.begin_trial(self.function)
-        self.rig.await_condition(lambda: self.rig.get(self.function.instance, "enable") and not self.rig.get(self.lock, "ramping"), 5)
+        self.fields = (Field("read", _("Reading while pressed")),)
 
     @property
-    def lock(self):
-        return self.rig.lock
+    def place(self):
+        return self.move.start[0]
+
+    def watch(self):
+        super().watch()
+        self.acted = self.acted and bool(self.rig.get(self.function.instance, "enable"))
 
     def finish(self, values):
-        rig, move = self.rig, self.move
-        if abs(move.look(self.session)[0] - move.end[0]) > 0.05 * abs(move.travel):
-            return Verdict("state", _("{axis} is not at the other end.").format(axis=move.letter), _("Move it there, and read again."))
-        if not rig.get(self.function.instance, "enable"):
-            return Verdict("state", _("The function is not permitted: {why}").format(
-                why=_(self.function.instance.declared.sentence("status-code", rig.get(rig.lock, "function-status-%d" % self.function.number)))),
-                _("Remove this cause, and repeat the step."))
-        # What was corrected, of what should be.
-        verdict = judge(move.expected, move.expected - values["read"], max(self.session.tolerance, 0.15 * abs(move.expected)), _("Correction"), self.session.tolerance)
-        if verdict.passed:
-            rig.end_trial()
-            rig.switch(self.function, False)
-        return verdict
+        if self.acting() is not None:
+            return self.acting()
+        if abs(self.move.look(self.session)[0] - self.place) > 0.05 * abs(self.move.travel):
+            return Verdict("state", _("{axis} is not at {place}.").format(axis=self.move.letter, place=number(self.place)), _("Move it there, and read again."))
+        return self.judge(values["read"])
+
+    def judge(self, read):
+        self.move.here = read
+        return good(_("Corrected, the indicator reads {reading} here.").format(reading=number(read, 4)))
+
+
+class WithIt(WithItHere):
+    """The corrected place at the other end: the reading stays."""
+
+    minutes = 3
+
+    def __init__(self, session, move):
+        super().__init__(session, move)
+        parts = ", ".join(_("{name} wrong: {reading} more").format(name=short, reading=number(2 * part, 4)) for short, part in move.tilts(session).items())
+        self.title = _("{axis} with the correction").format(axis=move.letter)
+        self.look = _("Leave the indicator as it is, and move {axis} to {end}. Press and hold; read the indicator; let go. Right: the reading of the step "
+                      "before. All signs wrong: {wrong} more. Not applied: {none} more.").format(
+                          axis=move.letter, end=number(move.end[0]), wrong=number(2 * move.expected, 4), none=number(move.expected, 4)) + (
+                              " " + parts + "." if parts else "")
+
+    @property
+    def place(self):
+        return self.move.end[0]
+
+    def judge(self, read):
+        """The part that was corrected, of all that should be."""
+        asked = self.move.expected
+        return judge(asked, asked - (read - self.move.here), max(self.session.tolerance, 0.15 * abs(asked)), _("Correction"), self.session.tolerance)
 
 
 class AnyTilt(Step):

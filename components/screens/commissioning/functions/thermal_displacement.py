@@ -2,7 +2,7 @@
 """thermal_displacement: the load, a touch of a block by hand feed, and a step of +0.020 mm by verify-step."""
 
 from commissioning.judging import Verdict, good, judge, judge_press
-from commissioning.steps import Field, Step, where_to_put_it
+from commissioning.steps import Field, OnTrial, Step, where_to_put_it
 from panel.texts import _, number
 
 MOVES_NOTHING = False
@@ -63,7 +63,10 @@ class Place(Step):
         return judge(values["shown"], place, 0.1 * self.unit, instance.full("z-position"))
 
 
-class Touch(Step):
+class Touch(OnTrial):
+    """A dry run, for which nobody needs to press: the function compares, and moves nothing."""
+
+    holds, watches = False, True
     minutes = 4
 
     def __init__(self, session):
@@ -71,38 +74,34 @@ class Touch(Step):
         self.title = _("Touch of a block")
         self.look = _("Clamp a block of soft material. With the spindle turning, lower the tool onto it by hand feed or slowly in MDI, until it just cuts, and "
                       "retract. The function counts this contact, and moves nothing.")
-        self.back = _("Retract Z. Nothing is applied: the function is off.")
+        self.back = _("Retract Z. Nothing is applied: the function is in its dry run.")
         self.picture = ("touch", "Z")
 
     def begin(self):
-        """A dry run: the function compares, and moves nothing."""
-        rig, instance = self.rig, self.function.instance
-        self.dry = rig.get(instance, "dry-run")
-        rig.set(instance, "dry-run", 1)
-        rig.switch(self.function, True)
-        rig.begin_trial(self.function)
-        rig.await_condition(lambda: rig.get(instance, "enable"), 3)
-        rig.mdi("M64 P0")
-        rig.mdi("M68 E0 Q%d" % OPERATION)
-        self.before = int(rig.get(instance, "contacts"))
+        self.session.lend(self.function.instance, "dry-run", 1)
+        self.rig.mdi("M68 E0 Q%d" % OPERATION)
+        self.begin_press()
+        self.rig.mdi("M64 P0")
+        self.before = int(self.rig.get(self.function.instance, "contacts"))
 
     def finish(self, values):
         rig, instance = self.rig, self.function.instance
         count = int(rig.get(instance, "contacts")) - self.before
-        if count < 1:
-            return Verdict("nothing", _("No contact was seen."), _("Check threshold and release against the rise of the load, {pin}.").format(pin=instance.full("load")))
-        rig.mdi("M68 E0 Q0")
+        self.end_press()
         rig.mdi("M65 P0")
-        rig.end_trial()
-        rig.switch(self.function, False)
-        rig.set(instance, "dry-run", int(self.dry))
+        if count < 1:
+            refused = self.acting()
+            self.begin()
+            return refused or Verdict("nothing", _("No contact was seen."),
+                                      _("Check threshold and release against the rise of the load, {pin}.").format(pin=instance.full("load")))
+        rig.mdi("M68 E0 Q0")
+        self.session.give_back()
         return good(_("Contacts: {count}, the last one at {place}.").format(count=count, place=number(float(rig.get(instance, "contact-coordinate")))))
 
 
-class VerifyStep(Step):
+class VerifyStep(OnTrial):
     """The function itself moves Z, through its stage, and takes it back."""
 
-    holds = True
     minutes = 4
 
     def __init__(self, session):
@@ -110,10 +109,10 @@ class VerifyStep(Step):
         self.title = _("Z rises by {size} mm").format(size="+%.3f" % STEP)
         self.look = " ".join((_("The spindle stands."), where_to_put_it("Z"), _("Set it to 0. Press and hold: Z rises by verify-step."),
                               _("Read it; let go; read it again.")))
-        self.back = _("Letting go takes the offset back.")
+        self.back = _("Letting go returns the offset to 0.")
         self.picture = ("stage", "Z")
         self.fields = (Field("pressed", _("Reading while pressed")), Field("released", _("Reading after letting go")))
-        self.most, self.kept = 0.0, {}
+        self.most = 0.0
 
     @property
     def asked(self):
@@ -121,38 +120,34 @@ class VerifyStep(Step):
 
     def begin_press(self):
         rig, instance = self.rig, self.function.instance
+        self.most = 0.0
         if rig.get(instance, "spindle-speed-cmd"):
-            return
-        for short, value in (("verify-step", self.asked), ("verify", 1), ("dry-run", 0)):
-            if not self.rig.machine.pins[instance.full(short)].signal:
-                self.kept.setdefault(short, rig.get(instance, short))
-                rig.set(instance, short, value)
-        rig.switch(self.function, True)
-        rig.begin_trial(self.function)
-        rig.await_condition(lambda: rig.get(rig.lock, "function-enable-%d" % self.function.number), 2)
-        rig.mdi("M64 P0")
+            return Verdict("state", _("The spindle turns."), _("Stop it, and repeat the step."))
+        for short, value in (("verify-step", repr(self.asked)), ("verify", 1), ("dry-run", 0)):
+            self.session.lend(instance, short, value)
+        refused = super().begin_press()
+        if refused is None:
+            rig.mdi("M64 P0")  # verify-step begins with a cycle
+        return refused
 
-    def beat(self):
+    def watch(self):
+        super().watch()
         for stage in self.rig.stages_of(self.function):
             self.most = max(self.most, abs(self.rig.applied(stage)))
 
     def end_press(self):
-        rig, instance = self.rig, self.function.instance
-        if not self.kept:
-            return
-        rig.mdi("M65 P0")
-        rig.mdi("M64 P3")
-        rig.await_condition(lambda: all(abs(rig.applied(stage)) < self.asked / 20 for stage in rig.stages_of(self.function)), 5)
-        rig.mdi("M65 P3")
-        rig.end_trial()
-        rig.switch(self.function, False)
-        for short, value in self.kept.items():
-            rig.set(instance, short, int(value) if isinstance(value, bool) else value)
-        self.kept = {}
+        """interlock ends the trial, and the offset returns; then the cycle ends."""
+        super().end_press()
+        rig = self.rig
+        back = rig.await_condition(lambda: all(abs(rig.applied(stage)) < self.asked / 20 for stage in rig.stages_of(self.function)), 5)
+        if rig.get(rig.lock, "motion-enabled"):
+            for line in ("M65 P0",) if back else ("M65 P0", "M64 P3", "G4 P3", "M65 P3"):
+                rig.mdi(line)
+        self.session.give_back()
 
     def finish(self, values):
-        if self.rig.get(self.function.instance, "spindle-speed-cmd"):
-            return Verdict("state", _("The spindle turns."), _("Stop it, and repeat the step."))
+        if self.acting() is not None:
+            return self.acting()
         if self.most < 0.9 * self.asked:
             return Verdict("nothing", _("The function applied {applied} of {asked}.").format(applied=number(self.most, 4), asked=number(self.asked, 4)),
                            _("Hold longer. Look at the status of the function: it needs plumb-retain, the cycle and its stage."))
