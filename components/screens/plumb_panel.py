@@ -53,6 +53,7 @@ def main():
 
     from panel import declared, hal_files, texts
 
+    texts.VERSION[0] = "@PROJECT_VERSION@"
     texts.choose(os.path.join(PREFIX, "share", "locale"), options.language)
     ini = hal_files.Ini(ini_path if ini_path and os.path.isfile(ini_path) else "")
     known, damaged = declared.read_all(SHARE)

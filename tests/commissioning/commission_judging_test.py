@@ -11,6 +11,7 @@ sys.path.insert(0, os.path.join(BUILD, "share", "plumb"))
 from commissioning import pictures  # noqa: E402
 from commissioning.judging import judge, judge_press  # noqa: E402
 from commissioning.records import Records, changes, findings  # noqa: E402
+from panel.texts import VERSION  # noqa: E402
 
 TOLERANCE = 0.003
 
@@ -83,9 +84,10 @@ class Machine:
 
 class Sheets(unittest.TestCase):
     def setUp(self):
+        VERSION[0] = "1.2"
         self.machine, self.records = Machine(), Records(own_folder(self), "mill 3 <new>")
         log = [{"title": "A step", "read": {"pressed": 0.0101}, "fault": "", "sentence": "Asked 0.01, read 0.0101.", "remedy": "", "when": "2026-01-01 10:00:00"}]
-        self.records.note(self.machine, Place, "H. Meier", log, TOLERANCE, {"plumb": "1"}, minutes=12)
+        self.records.note(self.machine, Place, "H. Meier", log, TOLERANCE, minutes=12)
 
     def read(self, path):
         with open(path, encoding="utf-8") as file:
@@ -94,7 +96,7 @@ class Sheets(unittest.TestCase):
     def test_sheet_has_all_that_is_signed(self):
         for path in self.records.sheets(self.machine, Place):
             text = self.read(path)
-            for words in ("H. Meier", "0.0101", "0.003 mm", "plumb 1", "square.ec0y", "enable &lt; " if path.endswith("html") else "enable < ", "Signature"):
+            for words in ("H. Meier", "0.0101", "0.003 mm", "Plumb 1.2", "square.ec0y", "enable &lt; " if path.endswith("html") else "enable < ", "Signature"):
                 self.assertIn(words, text, path)
         self.assertNotIn("<new>", self.read(self.records.sheets(self.machine, Place)[0]))
 
@@ -136,7 +138,7 @@ class Sheets(unittest.TestCase):
                 self.records.all()
 
     def test_a_bit_set_by_hand_says_so(self):
-        self.records.note(self.machine, Place, "K. Braun", [], 0, {}, by_hand=True)
+        self.records.note(self.machine, Place, "K. Braun", [], 0, by_hand=True)
         self.assertIn("set by hand by K. Braun", findings(self.machine, self.records)[0][1])
         self.assertIn("nothing was measured", self.read(self.records.sheets(self.machine, Place)[1]))
         self.records.forget(Place)

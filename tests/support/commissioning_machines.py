@@ -46,7 +46,7 @@ def prepared(folder, function):
     for pin, signal in its.inputs:
         name = "fault-" + pin.replace(".", "-")
         lines += ["unlinkp " + pin, "net %s => %s.in0" % (signal, name), "net %s %s.out => %s" % (name, name, pin), "addf %s servo-thread 1" % name]
-    lines += ["addf fault-echo servo-thread", "setp interlock.commissioning true", "setp interlock.trial-limit 0.05"]
+    lines += ["addf fault-echo servo-thread", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25"]
     for number, stage in enumerate(its.stages):
         lines += ["net %s-enable interlock.stage-enable-%d => %s.enable" % (stage, number, stage),
                   "net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage)]

@@ -41,6 +41,10 @@ class Robot:
     def mdi(self, line, stays=False):
         self.machine.mdi(line, wait=not line.startswith("G81.1"))
 
+    def ends(self, letter):
+        """Of a travel along a square, in mm."""
+        return getattr(self.scenario, "ends", {}).get(letter, (-60, 20))
+
     def place(self, letter):
         return self.host.get(self.plant[letter]) if letter in self.plant else 0.0
 
@@ -48,7 +52,7 @@ class Robot:
         """Works through all steps until one names a fault twice. Returns fault, sentence, title of the last step, and whether it passed."""
         rig = self.rig()
         function = rig.function(name)
-        session = Session(rig, function, self.records, who, versions={"plumb": "test"})
+        session = Session(rig, function, self.records, who)
         verdict, title = None, ""
         try:
             for _turn in range(MOST_STEPS):
@@ -133,12 +137,12 @@ def _go(robot, line):
 
 
 def _one_end(robot, session, step):
-    _go(robot, "G53 G0 %s-60" % step.move.letter)
+    _go(robot, "G53 G0 %s%g" % (step.move.letter, robot.ends(step.move.letter)[0] * session.rig.unit))
     return {}
 
 
 def _other_end(robot, session, step):
-    _go(robot, "G53 G0 %s20" % step.move.letter)
+    _go(robot, "G53 G0 %s%g" % (step.move.letter, robot.ends(step.move.letter)[1] * session.rig.unit))
     return {}
 
 

@@ -46,6 +46,7 @@ def main():
     if options.summary:
         print(SUMMARY)
         return 0
+    texts.VERSION[0] = "@PROJECT_VERSION@"
     texts.choose(os.path.join(PREFIX, "share", "locale"), options.language)
     if options.pictures:
         return write_pictures(options.pictures)
@@ -132,7 +133,7 @@ class Running:
                 if not self.rig.await_condition(lambda place=place: self.rig.identity(place) != 0, 5):
                     return refuse(_("interlock does not know the wiring of {name}").format(name=place.name), 1)
                 self.rig.let_pass(place)
-                self.records.note(self.rig, place, who, [], 0, versions(), by_hand=True)
+                self.records.note(self.rig, place, who, [], 0, by_hand=True)
         self.told(function)
         return 0
 
@@ -170,17 +171,6 @@ def mdi(line, stays=False):
     run(line, stays)
 
 
-def versions():
-    found = {"plumb": "@PROJECT_VERSION@"}
-    try:
-        import linuxcnc
-
-        found["LinuxCNC"] = linuxcnc.version
-    except Exception:  # noqa: BLE001 - as above
-        pass
-    return found
-
-
 class Terminal:
     """Asks in the terminal; from a pipe, a line for each question."""
 
@@ -192,7 +182,7 @@ class Terminal:
         from commissioning.session import Session
 
         who = self.options.who or self.ask(_("Your name, for the sheet [{user}]").format(user=getpass.getuser())) or getpass.getuser()
-        session = Session(self.machine.rig, self.function, self.machine.records, who, self.options.tolerance, versions())
+        session = Session(self.machine.rig, self.function, self.machine.records, who, self.options.tolerance)
         try:
             while not session.done:
                 if not self.work(session):

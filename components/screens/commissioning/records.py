@@ -9,7 +9,7 @@ import secrets
 import time
 
 from commissioning import pictures
-from panel.texts import _, number
+from panel.texts import VERSION, _, number
 
 FILE, LENT = "commissioned.json", "lent.json"
 MOST_SHOWN = 6
@@ -33,13 +33,13 @@ class Records:
             raise ValueError("%s is damaged" % self.path)
         return found.get("places", {})
 
-    def note(self, rig, place, who, log, tolerance, versions, by_hand=False, minutes=None):
+    def note(self, rig, place, who, log, tolerance, by_hand=False, minutes=None):
         """Notes that a function or a stage has passed."""
         places = self.all()
         places[place.key] = {
             "kind": place.kind, "name": place.name, "module": place.module, "when": time.strftime("%Y-%m-%d %H:%M:%S"), "who": who,
             "user": getpass.getuser(), "by_hand": by_hand, "identity": rig.identity(place), "log": list(log), "tolerance": tolerance,
-            "versions": versions, "wiring": rig.wiring(place), "settings": rig.settings(place), "scales": rig.scales(place), "options": rig.options(place), "unit": _unit(rig), "minutes": minutes,
+            "versions": versions(), "wiring": rig.wiring(place), "settings": rig.settings(place), "scales": rig.scales(place), "options": rig.options(place), "unit": _unit(rig), "minutes": minutes,
         }
         self._write(places)
 
@@ -143,6 +143,17 @@ def changes(rig, place, its):
                                  ("LINEAR_UNITS", _unit(rig), its["unit"])):
         if value != before:
             found.append(_("{setting} was {then} and is {now}").format(setting=title, then=before or _("empty"), now=value or _("empty")))
+    return found
+
+
+def versions():
+    found = {"Plumb": VERSION[0]}
+    try:
+        import linuxcnc
+
+        found["LinuxCNC"] = linuxcnc.version
+    except (ImportError, AttributeError):  # HAL may run without LinuxCNC
+        pass
     return found
 
 

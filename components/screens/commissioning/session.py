@@ -15,14 +15,13 @@ TOLERANCE = 0.003  # mm, of a reading
 class Session:
     """`records` is Records; `who` signs; `tolerance` is that of a reading, in machine units."""
 
-    def __init__(self, rig, function, records, who, tolerance=None, versions=None):
+    def __init__(self, rig, function, records, who, tolerance=None):
         if rig.identity(function) == 0 and rig.is_required():
             rig.await_condition(lambda: rig.identity(function) != 0)
         if not rig.is_required():
             raise NotReady(" ".join(rig.unready()[:1]))
         self.rig, self.function, self.records, self.who = rig, function, records, who
         self.tolerance = TOLERANCE * rig.unit if tolerance is None else tolerance
-        self.versions = versions or {}
         self.log = []  # a dictionary for each answer
         self.began = time.time()
         self.give_back()
@@ -38,6 +37,10 @@ class Session:
         if not its.MOVES_NOTHING:
             return [*plan, steps.InAir(self), steps.OffAndOn(self), steps.EmergencyStop(self), steps.OnAgain(self), steps.Undo(self)]
         return [*plan, steps.Off(self)]
+
+    def in_inches(self, size):
+        """A length in mm for the user of an inch machine."""
+        return "" if self.rig.unit == 1 else " (%.5f in)" % (size * self.rig.unit)
 
     @property
     def count(self):
@@ -73,12 +76,12 @@ class Session:
 
     def _pass(self):
         self.rig.let_pass(self.function)
-        self.records.note(self.rig, self.function, self.who, self.log, self.tolerance, self.versions, minutes=(time.time() - self.began) / 60)
+        self.records.note(self.rig, self.function, self.who, self.log, self.tolerance, minutes=(time.time() - self.began) / 60)
         self.done = True
 
     def pass_stage(self, stage):
         self.rig.let_pass(stage)
-        self.records.note(self.rig, stage, self.who, self.log, self.tolerance, self.versions)
+        self.records.note(self.rig, stage, self.who, self.log, self.tolerance)
 
     def lend(self, instance, short, value):
         """A setting for one step: it is as before after give_back(), and after a kill when the next session begins."""

@@ -126,7 +126,7 @@ class StageMoves(Step):
         super().__init__(session)
         self.stage, self.size = stage, size
         letter = session.rig.letter_of(stage)
-        self.title = _("{stage} moves {axis} by {size} mm").format(stage=stage.name, axis=letter or stage.name, size="+%.3f" % size)
+        self.title = _("{stage} moves {axis} by {size} mm").format(stage=stage.name, axis=letter or stage.name, size="+%.3f" % size) + session.in_inches(size)
         self.look = where_to_put_it(letter) + " " + _("Set it to 0. Press and hold; read it; let go; read it again.")
         self.back = _("Letting go returns to 0. So does the end of this program. The emergency stop holds the offset.")
         self.picture = ("stage", letter)

@@ -90,7 +90,7 @@ class Commissioning(Page):
         try:
             rig = self._rig()
             user = self.panel.settings.who
-            self._session = Session(rig, rig.function(name), self._records(), user, versions={})
+            self._session = Session(rig, rig.function(name), self._records(), user)
         except (NotReady, KeyError, ValueError, OSError, RuntimeError) as error:
             self.panel.say(str(error), "bad")
             return

@@ -52,6 +52,7 @@ def unit_name(unit):
 
 
 MACHINE_UNIT = ["mm"]
+VERSION = [""]  # of Plumb
 
 
 def for_program(value):

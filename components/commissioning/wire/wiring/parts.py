@@ -10,7 +10,7 @@ from machine import prefixes
 from stages import Part
 
 
-TRIAL = 0.05  # mm, the largest offset of a trial
+TRIAL = 0.25  # mm, the largest offset of a trial
 
 
 class Parts:

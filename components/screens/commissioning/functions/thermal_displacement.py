@@ -106,7 +106,7 @@ class VerifyStep(OnTrial):
 
     def __init__(self, session):
         super().__init__(session)
-        self.title = _("Z rises by {size} mm").format(size="+%.3f" % STEP)
+        self.title = _("Z rises by {size} mm").format(size="+%.3f" % STEP) + session.in_inches(STEP)
         self.look = " ".join((_("The spindle stands."), where_to_put_it("Z"), _("Set it to 0. Press and hold: Z rises by verify-step."),
                               _("Read it; let go; read it again.")))
         self.back = _("Letting go returns the offset to 0.")
