@@ -51,6 +51,7 @@ inline constexpr Offset size = 2 * 256 * 4096;
 struct RecursiveLock {
     unsigned long go_on;  // its lowest bit lets one that waits go on
     int takers, depth, thread;
+    std::int32_t bytes_left;  // of HAL's memory: it stands where the structure would end in padding
 
     bool try_take() {
         int none = 0;
@@ -79,6 +80,7 @@ inline constexpr Offset size = 256 * 4096;
 
 struct BitLock {
     unsigned long taken;
+    std::int32_t bytes_left;
 
     bool try_take() { return rtapi_mutex_try(&taken) == 0; }
     void give() { rtapi_mutex_give(&taken); }
@@ -92,12 +94,15 @@ using Flag = bool;
 struct Head {
     int version;
     Lock lock;
-    std::int32_t bytes_left;
     void* constructor;
     Name prefix, argument;
     int bottom, top;
     Offset components, pins, signals, parameters, functions, threads;  // and more
 };
+
+#ifdef PLUMB_LINUXCNC_2_10
+static_assert(offsetof(Head, components) == 160 && offsetof(Head, threads) == 200);  // as in its hal_priv.h
+#endif
 
 struct Function {
     Offset next;

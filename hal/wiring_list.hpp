@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The pins and parameters of HAL with their signals and values, as a realtime module of LinuxCNC 2.9 sees
-// them.
+// The pins and parameters of HAL with their signals and values, as a realtime module sees them. LinuxCNC 2.10
+// has calls that list them, but not for realtime modules: so their layouts stand here, as in thread_list.hpp.
 #pragma once
 
 #include "hal/any_value.hpp"
@@ -29,9 +29,27 @@ struct WiringList {
     std::vector<WiredParameter> parameters;
 };
 
-#ifndef PLUMB_LINUXCNC_2_10
 namespace layout {
 
+#ifdef PLUMB_LINUXCNC_2_10
+struct Pin {
+    Offset next, cell, owner, former_name;
+    hal_data_u own;
+    Offset signal;
+    hal_type_t type;
+    hal_pin_dir_t direction;
+    Name name;
+};
+
+struct Parameter {
+    Offset next, data, owner, former_name;
+    hal_data_u own;
+    Offset reserved;
+    hal_type_t type;
+    hal_param_dir_t direction;
+    Name name;
+};
+#else
 struct Pin {
     Offset next, cell, owner, signal;
     hal_data_u own;
@@ -41,17 +59,18 @@ struct Pin {
     Name name;
 };
 
-struct Signal {
-    Offset next, data;
-    hal_type_t type;
-    int readers, writers, both;
-    Name name;
-};
-
 struct Parameter {
     Offset next, data, owner, former_name;
     hal_type_t type;
     hal_param_dir_t direction;
+    Name name;
+};
+#endif
+
+struct Signal {
+    Offset next, data;
+    hal_type_t type;
+    int readers, writers, both;
     Name name;
 };
 
@@ -85,10 +104,5 @@ inline WiringList read_wiring(const Head& head) {
 inline std::optional<WiringList> list_wiring() {
     return list_of_hal(layout::read_wiring);
 }
-#else
-inline std::optional<WiringList> list_wiring() {
-    return std::nullopt;  // its lists are others
-}
-#endif
 
 }  // namespace plumb::hal

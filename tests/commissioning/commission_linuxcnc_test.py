@@ -64,6 +64,16 @@ class Commission(unittest.TestCase):
         for words in ("x-stage moves X by +0.010 mm", "Picture: ", "Asked 0.01, read", "The sign is wrong.", "The function is off."):
             self.assertIn(words, text)
 
+    def test_kill_ends_a_trial_and_another_beat_does_not_begin_it_again(self):
+        for took, applied, stage in self.facts["killed"]:
+            self.assertLess(took, 5)  # half a second, beside other load
+            self.assertEqual((applied, stage), (0, 0))  # the number of a killed program stays
+
+    def test_emergency_stop_in_the_step_of_10_um_holds_and_then_returns_for_good(self):
+        before, off, again = self.facts["stopped"]
+        self.assertAlmostEqual(before, 0.01, delta=1e-7)
+        self.assertEqual((off, again), (before, 0))
+
 
 # By function; the words of put_... in commission_scenario.py.
 FAULTS = {

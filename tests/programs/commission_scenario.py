@@ -9,6 +9,7 @@ import contextlib
 import os
 import subprocess
 import sys
+import time
 import traceback
 
 import linuxcnc
@@ -215,6 +216,46 @@ class Column(Machine):
         process.stdin.write("-0.0100\n0\nq\n")
         process.stdin.flush()
         self.facts["terminal"] = process.communicate()[0], process.returncode
+        self.facts["killed"] = [self.killed(words, delay) for delay in (0, 0.3)]
+        self.facts["stopped"] = self.stopped()
+
+    def killed(self, words, delay):
+        """The program is killed when the joint begins to move, or a moment later: offset and stage of the trial then, and after another beat."""
+        process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True)
+        process.stdin.write("\n\npress\n")
+        process.stdin.flush()
+        self.await_condition(lambda: self.host.get("x-stage.applied-offset") > 0, "the press")
+        time.sleep(delay)
+        process.kill()
+        process.wait()
+        began = time.monotonic()
+        while self.host.get("x-stage.applied-offset") != 0 and time.monotonic() < began + 10:
+            time.sleep(0.01)
+        took = time.monotonic() - began
+        for turn in range(5):
+            self.host.set("interlock.trial-beat", turn % 2)
+            self.machine.wait(0.1)
+        return took, self.host.get("x-stage.applied-offset"), self.host.get("interlock.trial-stage")
+
+    def stopped(self):
+        """The emergency stop in the step of +0.010 mm: the offset before, while the machine is off, and on again with the button still pressed."""
+        rig = self.robot.rig()
+        stage, seen = rig.stages[0], []
+
+        def press(seconds):
+            for _turn in range(int(seconds / 0.1)):
+                rig.beat()
+                self.machine.wait(0.1)
+            seen.append(rig.applied(stage))
+
+        rig.begin_press(stage, 0.01)
+        press(2)
+        self.patiently(self.machine.emergency_stop)
+        press(1)
+        self.patiently(self.machine.turn_on)
+        press(2)
+        rig.end_press()
+        return seen
 
     @staticmethod
     def plumb(*words):
