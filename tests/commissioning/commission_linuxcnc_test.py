@@ -66,7 +66,7 @@ class Commission(unittest.TestCase):
 
     def test_kill_ends_a_trial_and_another_beat_does_not_begin_it_again(self):
         for took, applied, stage in self.facts["killed"]:
-            self.assertLess(took, 5)  # half a second, beside other load
+            self.assertLess(took, 0.5 * linuxcnc_runs.speed + 1)  # half a second of the computer's clock, and the ramp
             self.assertEqual((applied, stage), (0, 0))  # the number of a killed program stays
 
     def test_emergency_stop_in_the_step_of_10_um_holds_and_then_returns_for_good(self):

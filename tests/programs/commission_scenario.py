@@ -228,10 +228,9 @@ class Column(Machine):
         time.sleep(delay)
         process.kill()
         process.wait()
-        began = time.monotonic()
-        while self.host.get("x-stage.applied-offset") != 0 and time.monotonic() < began + 10:
-            time.sleep(0.01)
-        took = time.monotonic() - began
+        began = self.host.time
+        self.await_condition(lambda: self.host.get("x-stage.applied-offset") == 0, "the return")
+        took = self.host.time - began
         for turn in range(5):
             self.host.set("interlock.trial-beat", turn % 2)
             self.machine.wait(0.1)

@@ -300,7 +300,7 @@ class Rig:
         beat = self.get(self.lock, "trial-beat")
         self.sleep(0.3)
         if self.get(self.lock, "trial-beat") != beat:
-            raise NotReady(_("Another program has a trial under way: end it."))
+            raise NotReady(_("Another program runs a trial: end it first."))
         self.end_press()
         self.sleep(0.05)
 

@@ -325,7 +325,7 @@ class OffAndOn(OnTrial):
         if self.phase == "off":
             return Verdict("stayed", _("With the switch off, an offset stays."), _("Look at the faults of the stages."))
         if self.phase != "done":
-            return Verdict("state", _("The offset did not come again."), _("Hold longer, and look at the faults of the stages."))
+            return Verdict("state", _("Switched on again, the function did not reach its offset."), _("Hold longer, and look at the faults of the stages."))
         return good(_("Off returned to 0, and on acts again."))
 
 
@@ -361,7 +361,7 @@ class EmergencyStop(OnTrial):
             return self.acting()
         if self.rig.get(self.rig.lock, "motion-enabled") or not self.stopped:
             return Verdict("state", _("The machine stayed on as long as you pressed."),
-                           _("Press the emergency stop meanwhile. If you did, net the chain to iocontrol.0.emc-enable-in and motion.enable."))
+                           _("Press the emergency stop while you hold the button. If you did, net the chain to iocontrol.0.emc-enable-in and motion.enable."))
         if self.moved:
             return Verdict("state", _("{stage} moved at the emergency stop.").format(stage=self.moved), _("Report this: an offset must hold."))
         return good(_("It stopped, and the offsets held."))
@@ -388,7 +388,7 @@ class Off(Step):
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Undo")
-        self.look = _("The program looks whether interlock holds the function, and whether each offset is 0.")
+        self.look = _("The program checks that interlock holds the function, and that each offset is 0.")
         self.back = _("plumb commission NAME --undo takes the function back at any time.")
 
     def finish(self, values):
@@ -412,7 +412,7 @@ class Undo(OnTrial, Off):
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Bypass and undo")
-        self.look = _("Press and hold: the function acts. Let go: interlock holds it, as when somebody takes it back. Each offset returns to 0.")
+        self.look = _("Press and hold: the function acts. Let go: interlock holds it again. Each offset returns to 0.")
 
     def finish(self, values):
         return self.acting() or Off.finish(self, values)

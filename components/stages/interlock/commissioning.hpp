@@ -49,8 +49,8 @@ struct Commissioning : hal::Group {
     hal::In<double> trial_limit{this, "trial-limit", 0, "mu",
                                 "Largest offset of a trial, either way; 0: no stage can be tried."};
     hal::In<bool> trial_beat{this, "trial-beat", false,
-                             "Changes at least twice a second while somebody presses. Without a change, and "
-                             "when the machine goes off, the trial is over: set both numbers to -1 first."};
+                             "Changes at least twice a second while somebody presses. If it stops or the machine "
+                             "goes off, the trial is over: set both trial numbers to -1 before the next one."};
 
     hal::Row<hal::Out<std::int32_t>, functions> function_identity{
         this, "function-identity",

@@ -170,7 +170,7 @@ class Stop(Strokes):
             return self.acting()
         if rig.get(rig.lock, "motion-enabled") or not self.stopped:
             return Verdict("state", _("The machine stayed on as long as you pressed."),
-                           _("Press the emergency stop meanwhile. If you did, net the chain to iocontrol.0.emc-enable-in and motion.enable."))
+                           _("Press the emergency stop while you hold the button. If you did, net the chain to iocontrol.0.emc-enable-in and motion.enable."))
         if rig.get(instance, "stroking"):
             return Verdict("state", _("The stroke goes on without the machine."), _("Press the emergency stop again; report this."))
         return good(_("It stopped."))
