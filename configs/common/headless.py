@@ -52,6 +52,8 @@ def main():
 def run(machine, programs):
     for program in programs:
         machine.run(program)
+        if machine.was_aborted():
+            raise OperatorError("%s was aborted before its end, and LinuxCNC gave no reason" % program)
         print("%s is done" % program, flush=True)
 
 

@@ -199,6 +199,10 @@ class Machine:
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self._await_receipt()
 
+    def was_aborted(self):
+        """Whether the last program was aborted: LinuxCNC then shows no block of it. Version 2.10 is not judged."""
+        return not hasattr(self.status, "taskbeat") and self.poll().command == ""
+
     def pause(self):
         """Holds the program, and waits until the axes stand."""
         self.command.auto(linuxcnc.AUTO_PAUSE)

@@ -177,6 +177,19 @@ class Trunnion(unittest.TestCase):
 
 
 class Single(unittest.TestCase):
+    def test_a_program_that_is_aborted_without_a_message_is_not_called_done(self):
+        folder = own_folder(type(self))
+        machine = copy_configuration("growth", folder)
+        with open(os.path.join(machine, "aborts.ngc"), "w", encoding="ascii") as file:
+            file.write("M64 P0\nG4 P30\nM2\n")
+        with open(os.path.join(machine, "abort.hal"), "w", encoding="ascii") as file:
+            file.write("net own-abort motion.digital-out-00 => halui.abort\n")
+        ini = own_ini(os.path.join(machine, "growth.ini"), HAL=at_the_end("HALFILE = abort.hal"))
+        status, output = run(folder, machine, ini, "aborts.ngc")
+        self.assertEqual(status, 1, output)
+        self.assertNotIn("aborts.ngc is done", output)
+        self.assertIn("aborts.ngc was aborted before its end, and LinuxCNC gave no reason", output)
+
     def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):
         folder = own_folder(type(self))
         machine = copy_configuration("growth", folder)
