@@ -411,6 +411,24 @@ class Practice(unittest.TestCase):
         self.assertAlmostEqual(changed["axes"]["Z"]["budget"]["probe_mm"], 2 * UM / math.sqrt(3), delta=0.3 * UM)
         self.assertEqual(changed["axes"]["X"]["budget"]["probe_mm"], 0)
 
+    def test_a_slip_of_the_whole_artifact_is_no_growth_and_no_verdict(self):
+        def slipped(text):
+            lines = []
+            for line in text.split("\n"):
+                fields = line.split(",")
+                if fields[0] == "touch" and int(fields[3]) >= 5:
+                    fields[11] = repr(float(fields[11]) + 0.04)
+                lines.append(",".join(fields))
+            return "\n".join(lines)
+        plain, changed = self.result_of("plain")[0], self.result_of("slipped", change=slipped)[0]
+        self.assertEqual([plain["axes"][axis]["slip"] for axis in "XYZ"], [None] * 3)
+        its = changed["axes"]["Y"]
+        self.assertEqual(its["slip"]["before_pass"], 5)
+        self.assertAlmostEqual(its["slip"]["size_mm"], 0.04, delta=4 * UM)
+        self.assertEqual((its["verdict"], changed["axes"]["X"]["slip"]), ("not determined", None))
+        self.assertIn("in Y at once before pass 5, which no growth does", " ".join(changed["reasons"]))
+        self.assertNotEqual(changed["verdict"], "pass")
+
     def test_a_machine_that_stands_shows_its_environment(self):
         results, log = self.result_of("environment", {"artifact.work-speed": 0, "growth-test.least-rise": 0},
                                     change=lambda text: text.replace("warming,spindle", "warming,none"))

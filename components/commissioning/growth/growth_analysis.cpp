@@ -144,6 +144,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     make_budgets(analysis, visits);
     judge_compensation(analysis, visits);
     split_places(analysis);
+    find_slips(analysis);
     decide(analysis);
     analysis.practice = growth_practice(analysis);
     if (!log.torn.empty()) analysis.notes.push_back("The log is not complete: " + log.torn + ".");

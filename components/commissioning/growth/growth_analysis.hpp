@@ -72,6 +72,12 @@ struct GrowthBudget {
     double expanded() const { return coverage_factor(freedom) * standard(); }  // U, 95 %
 };
 
+// All bores moved at once along an axis, before a pass: the artifact has slipped, or the probe has changed.
+struct GrowthSlip {
+    int pass = 0;
+    double size = 0;  // mm
+};
+
 struct GrowthAnalysis {
     const GrowthLog* log = nullptr;
     std::vector<GrowthSeries> series;
@@ -84,6 +90,7 @@ struct GrowthAnalysis {
     std::array<GrowthBudget, 3> budgets;  // of a deviation of each axis
     std::array<double, 3> of_mean{};      // standard uncertainty of a deviation in the mean of all bores
     double uncertainty = 0;               // standard, of a deviation of the worst axis
+    std::array<std::optional<GrowthSlip>, 3> slips;
     ArtifactExpansion expansion;
     ProbeDrift probe;
     GrowthPractice practice;

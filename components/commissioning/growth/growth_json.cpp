@@ -59,6 +59,11 @@ nlohmann::json gain_json(const CompensationGain& gain) {
             {"effectiveness", gain.determined ? real(gain.effectiveness) : nullptr}};
 }
 
+nlohmann::json slip_json(const std::optional<GrowthSlip>& slip) {
+    if (!slip) return nullptr;
+    return {{"before_pass", slip->pass}, {"size_mm", slip->size}};
+}
+
 nlohmann::json axes_json(const GrowthAnalysis& test) {
     nlohmann::json j;
     for (std::size_t i = 0; i < 3; ++i)
@@ -68,7 +73,8 @@ nlohmann::json axes_json(const GrowthAnalysis& test) {
                                          {"budget", budget_json(test.budgets[i])},
                                          {"off", test.has_off ? axis_json(test.off[i]) : nullptr},
                                          {"on", test.has_on ? axis_json(test.on[i]) : nullptr},
-                                         {"gain", gain_json(test.gain[i])}};
+                                         {"gain", gain_json(test.gain[i])},
+                                         {"slip", slip_json(test.slips[i])}};
     return j;
 }
 

@@ -25,6 +25,9 @@ void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>
 // The rigid part, and the two orientations.
 void split_places(GrowthAnalysis& analysis);
 
+// Steps of all bores between two passes that are no growth.
+void find_slips(GrowthAnalysis& analysis);
+
 // The verdict, with its reasons.
 void decide(GrowthAnalysis& analysis);
 

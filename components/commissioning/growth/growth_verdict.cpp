@@ -54,7 +54,12 @@ void decide(GrowthAnalysis& analysis) {
         const double most = axes[axis].largest, room = analysis.budgets[axis].expanded(),
                      tolerance = analysis.log->tolerance[axis];
         GrowthVerdict& verdict = analysis.verdicts[axis];
-        if (most - room > tolerance) {
+        if (const auto& slip = analysis.slips[axis]) {
+            analysis.reasons.push_back(
+                "All bores moved by " + micrometres(slip->size) + " in " + letter + " at once before pass " +
+                std::to_string(slip->pass) +
+                ", which no growth does: the artifact has slipped, or the probe has changed.");
+        } else if (most - room > tolerance) {
             verdict = GrowthVerdict::fail;
             analysis.reasons.push_back(letter + " drifts " + micrometres(most) + " " + state +
                                        ", U = " + micrometres(room) + "; the tolerance is " +
