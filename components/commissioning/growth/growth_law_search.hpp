@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The laws that a course may have, and the one of each axis that predicts best what it did not see.
+#pragma once
+
+#include "components/commissioning/growth/growth_observations.hpp"
+#include "components/math/growth/growth_identification.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace plumb::commissioning {
+
+constexpr double value_sigma = 0.001;  // mm, of a value
+constexpr double determined = 2;       // a coefficient by its sigma
+
+// The terms of the law of one axis.
+struct LawForm {
+    std::vector<std::size_t> sensors;
+    bool slope = false, speed = false;
+    double turning = 600, stopped = 2400;
+
+    int terms() const { return static_cast<int>(sensors.size()) * (slope ? 2 : 1); }
+};
+
+struct AxisLaw {
+    IdentifiedGrowth found;
+    LawForm form;
+    double score = std::numeric_limits<double>::infinity();
+    double pivot = 0, travel = 0;
+    // By sensor of the form, and last of the structure if there is one.
+    Eigen::VectorXd growth, growth_sigma, slope;
+    double by_speed = 0, speed_sigma = 0;
+};
+
+using AxisLaws = std::array<std::optional<AxisLaw>, 3>;
+
+// Chooses the laws of the axes, beginning with the axis of the largest drift. All axes together use at most
+// as many sensors as axis_growth has. The time constants of the spindle are common to them.
+AxisLaws best_laws(const GrowthObservations& data, double power);
+
+}  // namespace plumb::commissioning
