@@ -122,7 +122,10 @@ command line.)"},
   plumb growth fit gauge.csv --time minutes --time-unit 60)"},
          {"LIMITS",
           R"(A compensation that is absent looks like one whose sensor is frozen, unless that sensor is logged. Swapped sensors
-that change the compensation by less than a fifth of the drift may be called good.)"}},
+that change the compensation by less than a fifth of the drift may be called good.
+
+Gauges were tested on computed records, not on sensors at a turning mandrel. A record of gauges is of one place: for both ends of a
+travel take bores in a growth test.)"}},
         ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9),\n.BR axis_growth (9)"};
 }
 
