@@ -20,8 +20,11 @@ namespace {
 // nothing. A parser that meets its value first blames this.
 std::string unknown_option(const CLI::App& app, int argc, char** argv) {
     std::vector<std::string> names;
-    for (const CLI::Option* option : app.get_options())
-        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    std::vector<const CLI::App*> all = app.get_subcommands([](const CLI::App*) { return true; });
+    all.push_back(&app);
+    for (const CLI::App* one : all)
+        for (const CLI::Option* option : one->get_options())
+            for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
         if (word == "--") break;

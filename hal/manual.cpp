@@ -72,6 +72,9 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
             out << escaped(offset.acceleration);
         }
         out << ". ";
+        if (!offset.turning_rate.empty())
+            out << "Where motion turns, it changes besides by at most " << escaped(offset.turning_rate)
+                << ", its speed by at most " << escaped(offset.turning_acceleration) << ". ";
         if (!offset.accelerated_by.empty()) out << escaped(offset.accelerated_by) << ' ';
         out << "While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
     }
@@ -266,6 +269,8 @@ std::string declarations(const Model& model) {
             entry["acceleration"] = offset.acceleration;
             entry["times"] = offset.times;
         }
+        if (!offset.turning_rate.empty())
+            entry["turning"] = {{"rate", offset.turning_rate}, {"acceleration", offset.turning_acceleration}};
     }
     for (const auto& pin : declared.turning) result["pins"][pin]["turns"] = true;
     for (const auto& option : declared.options) result["options"][option.name] = option.doc;

@@ -52,6 +52,14 @@ public:
         return *this;
     }
 
+    // Where motion turns, the offset may change besides: by at most the first setting per second, and its rate
+    // by at most the second one. Optional.
+    MovingPin& turning(const In<double>& rate, const In<double>& acceleration) {
+        info_.turning_rate = rate.name();
+        info_.turning_acceleration = acceleration.name();
+        return *this;
+    }
+
     // This output shows the part of the offset that is another user's of the axis: bound and rate hold for
     // the rest. Optional.
     MovingPin& guest(const Out<double>& part) { return set(info_.guest, part.name()); }

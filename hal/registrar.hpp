@@ -53,6 +53,7 @@ struct OffsetInfo {
     std::string guest;                // the part of it for which bound and rate do not hold
     std::vector<std::string> motion;  // positions that it depends on,
     double slope = 0;                 // by so much at most
+    std::string turning_rate, turning_acceleration;  // where a turn of motion changes it besides
 };
 
 // ... and about a pin that holds a code: its sentences, by number.

@@ -320,6 +320,9 @@ TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
         EXPECT_EQ(moves.at("bound"), offset.bound);
         EXPECT_EQ(moves.at(own ? "acceleration" : "accelerated_by"),
                   own ? offset.acceleration : offset.accelerated_by);
+        EXPECT_EQ(moves.contains("turning"), !offset.turning_rate.empty());
+        EXPECT_EQ(text.find("Where motion turns, it changes") != std::string::npos,
+                  !offset.turning_rate.empty());
     }
 }
 

@@ -516,6 +516,46 @@ class Tables(unittest.TestCase):
         self.assertIn("run: plumb squareness --table %s/one.csv --seal" % home, sentences[1])
         self.assertTrue(error_tables.lacks_seal(os.path.join(home, "two words.csv")))
 
+    def machine(self, joints, columns):
+        """A machine with a table of Y, and these lines of its joints; limits of a stage as in configs/portal."""
+        home = own_folder(self)
+        write(os.path.join(home, "y.csv"), "Y,%s\n0,%s\n10,%s\n# end, 2 rows\n" % (columns, *[",".join("0" for _ in columns.split(","))] * 2))
+        write(os.path.join(home, "my.hal"), "loadrt squareness names=a table=$(CONFIG_DIR)/y.csv\n")
+        write(os.path.join(home, "my.ini"), "[TRAJ]\nLINEAR_UNITS = mm\n" + joints)
+        ini = IniFile(os.path.join(home, "my.ini"))
+        reserves = {0: 500, 1: 400, "VELOCITY": 50}
+
+        class Its:
+            files, unit, inch = [os.path.join(home, "my.hal")], 1, False
+
+            def reserve(self, joint, name):
+                return reserves["VELOCITY" if name == "VELOCITY" else joint]
+
+        its = Its()
+        its.ini, its.joints = ini, {"X": [0], "Y": [1]}
+        return its, home
+
+    def test_a_table_of_an_axis_that_linuxcnc_compensates_is_refused(self):
+        for line, refused in (("BACKLASH = 0.01", 1), ("BACKLASH = 0.0", 0), ("COMP_FILE = y.comp", 1), ("BACKLASH = -0", 0), ("COMP_FILE_TYPE = 1", 0)):
+            for columns, scale in (("EYY", True), ("EYY+,EYY-", True), ("EXY", False), ("EXY+,EXY-", False)):
+                machine, home = self.machine("[JOINT_1]\n%s\n" % line, columns)
+                found = list(error_tables.compensated(machine, home))
+                self.assertEqual(len(found), refused if scale else 0, (line, columns))
+                for sentence in found:
+                    self.assertIn("LinuxCNC compensates joint 1 by %s of [JOINT_1], and the error table %s/y.csv has %s" % (line, home, columns.replace(",", " and ")), sentence)
+                self.assertEqual(len(list(error_tables.own_compensation(machine, home))), refused if not scale else 0)
+        machine, home = self.machine("[JOINT_0]\nCOMP_FILE = x y.comp\nCOMP_FILE_TYPE = 1\n", "EYY")
+        self.assertEqual(list(error_tables.compensated(machine, home)), [])
+        note = list(error_tables.own_compensation(machine, home))[0]
+        self.assertIn("plumb volume import --from linuxcnc 'x y.comp' --axis X --type 1 --output x.csv", note)
+
+    def test_a_stage_that_is_slower_than_a_turn_is_named_with_the_settings(self):
+        machine, home = self.machine("", "EYY+,EYY-")
+        note = list(error_tables.slow_turns(machine, home))
+        self.assertEqual(len(note), 1)
+        self.assertIn("reversal-acceleration to at most 100 and reversal-rate to at most 0.9", note[0])
+        self.assertEqual(list(error_tables.slow_turns(*self.machine("", "EYY"))), [])
+
 
 class Copies(unittest.TestCase):
     def setUp(self):

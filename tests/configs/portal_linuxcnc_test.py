@@ -133,7 +133,7 @@ class Shift:
     def test_correction_makes_no_step_beyond_its_ramp_and_what_motion_causes(self):
         steps = np.linalg.norm(self.beyond_motion(), axis=0)
         judged = np.ones(len(steps), bool)
-        for scene in ("on_again", "unhome", "home_again", "home_too_early", "home_once_more", "contour_stopped"):
+        for scene in ("on_again", "unhome", "home_again", "home_too_early", "home_once_more", "contour_stopped", "circles"):
             judged[self.rows.get(scene, [])] = False  # where each stage has a ramp of its own
         judged &= (self.of_each("%s-stage.limited").sum(axis=0) == 0) & (np.arange(len(steps)) > 0)
         judged[self.rows["soft_limit"]] = False
@@ -185,7 +185,7 @@ class Shift:
         homed_where_the_machine_is_measured = self.scenes[: self.scenes.index("unhome")]
         for scene in homed_where_the_machine_is_measured:
             error = np.linalg.norm(self.tip_error[:, self.rows[scene][-1]])
-            if scene in ("disable", "uncorrected_path", "suspend", "uncorrected_cube", "uncorrected_box"):
+            if scene in ("disable", "uncorrected_path", "suspend", "uncorrected_cube", "uncorrected_box", "circles_without"):
                 self.assertGreater(error, 10 * um, scene)
             else:
                 self.assertLess(error, EXACT, scene)
@@ -407,6 +407,22 @@ class Column(Shift, unittest.TestCase):
         radius, plane = (self.shift["square.compensation-" + word][rows] for word in ("radius", "plane"))
         self.assertEqual({(round(r, 6), p) for r, p in zip(radius, plane) if r}, {(-25.4, 17), (12.7, 18)})
         self.assertGreater(np.count_nonzero(radius == 0), 100)
+
+    def test_circles_in_both_directions_keep_the_lost_motion_without_direction_columns_and_lose_it_with_them(self):
+        peaks = []
+        for scene in ("circles_without", "circles"):
+            rows = self.rows[scene]
+            rows = rows[(self.shift["motion.digital-out-01"][rows] == 1) & (self.moved()[rows] > 0)]
+            self.assertGreater(len(rows), 10000)
+            middle = (self.position[:2, rows].max(axis=1) + self.position[:2, rows].min(axis=1)) / 2
+            outwards = self.position[:2, rows] - middle[:, None]
+            radial = (self.tip_error[:2, rows] * outwards).sum(axis=0) / np.linalg.norm(outwards, axis=0)
+            peaks.append(abs(radial).max())
+        self.assertGreater(peaks[0], 9 * um)
+        self.assertLess(peaks[1], 5.7 * um)  # 4.5 um by the law of the turn, for 125 mm/s2
+        without, corrected = (np.array(its) for its in self.facts["both sides"])
+        np.testing.assert_allclose(abs(without[0] - without[1]), [20 * um, 10 * um], rtol=0, atol=0.1 * um)
+        np.testing.assert_allclose(corrected, 0, rtol=0, atol=0.05 * um)
 
     def test_side_that_the_program_contradicts_is_said_and_not_corrected(self):
         rows = self.rows["contour_forgotten"]

@@ -23,6 +23,7 @@ RAIL += ["square.e%s0%s-in-use" % (rotation, letter) for letter in "wz" for rota
 
 STRAIGHT = "# machine: a lathe\nX,EYX\n-260,0\n260,0\n# end, 2 rows\n"
 CROOKED = "X,EYX\n-260,-0.026\n0,0\n260,0.026\n"
+LOST_MOTION = "X,EXX+,EXX-\n-260,-0.01,0.01\n260,-0.01,0.01\nY,EYY+,EYY-\n-260,-0.005,0.005\n260,-0.005,0.005\n# end, 4 rows\n"
 SHORT = "W,EZW\n-200,0.1\n0,0\n10,-0.005\n"  # a scale that shows 0.5 mm/m too much
 
 MOVES = (
@@ -65,6 +66,7 @@ class Shift(Scenario):
             self.corrected_cube,
             self.corrected_box,
             *(() if self.has_rail else (self.contour_without, self.contour, self.contour_aborted, self.contour_stopped, self.contour_forgotten, self.contour_refused, self.contour_by_hand)),
+            *(() if self.has_rail else (self.circles_without, self.circles)),
             self.unhome,
             self.home_again,
             self.home_too_early,
@@ -299,6 +301,46 @@ class Shift(Scenario):
         self.machine.mdi("G21 G17")
         self.await_ramp()
         self.host.set("square.tip-on-contour", False)
+
+    def circles_without(self):
+        """In both directions, by a machine that loses 20 and 10 um; then to a place from both sides."""
+        self.host.set("portal.x-play", 0.02)
+        self.host.set("portal.y-play", 0.01)
+        self.cut_circles()
+
+    def circles(self):
+        self.read_table(LOST_MOTION)
+        self.cut_circles()
+        self.host.set("portal.x-play", 0)
+        self.host.set("portal.y-play", 0)
+        self.read_table(STRAIGHT)
+
+    def cut_circles(self):
+        self.machine.mdi("T2 M6 G43 G54")
+        self.machine.mdi("G17 G0 X0 Y0 Z0")
+        self.machine.mdi("G1 X20 F1000")
+        self.await_ramp()
+        self.machine.mdi("M64 P1")
+        for circle in ("G3 I-20 F1000", "G2 I-20 F1000"):
+            self.machine.mdi(circle)
+        self.rest()
+        self.machine.mdi("M65 P1")
+        found = []
+        for place in (-5, 5):
+            for words in ("G1 X%d Y%d F1000" % (place, place), "G1 X0 Y0"):
+                self.machine.mdi(words)
+            self.rest()
+            found.append(self.host.get(["portal.truth-x-error", "portal.truth-y-error"]))
+        self.facts.setdefault("both sides", []).append(found)
+
+    def read_table(self, text):
+        with open("errors.csv", "w") as file:
+            file.write(text)
+        serial = self.host.get("square.serial") + 1
+        self.host.set("square.reload", True)
+        self.await_pin("square.serial", serial)
+        self.await_ramp()
+        self.host.set("square.reload", False)
 
     def unhome(self):
         self.to_a_far_place()

@@ -12,7 +12,7 @@ namespace {
 // Whether the last line of a file has to count its rows.
 constexpr bool truncation_is_refused = true;
 
-using Tables = std::map<char, ErrorTable>;
+using Tables = std::map<char, DirectedErrorTable>;
 
 Tables tables_of(std::string_view text) {
     error_table_file::Reader reader;
@@ -20,7 +20,7 @@ Tables tables_of(std::string_view text) {
     return std::move(reader).tables();
 }
 
-void demand_numbers(const ErrorTable& table) {
+void demand_numbers(const DirectedErrorTable& table) {
     constexpr int parts = 64;
     demand(std::isfinite(table.first()) && table.first() < table.last(), "the positions of a table rise");
     for (int i = -1; i <= parts + 1; ++i) {

@@ -244,6 +244,7 @@ COMMANDS = {
         "scripts/bench axis_growth --contacts ...": LONG,
         "scripts/bench pairs": bench("pairs"),
         "scripts/bench portal": bench("portal"),
+        "scripts/bench circle": bench("circle"),
         "scripts/bench grinder": bench("grinder"),
         "scripts/bench part": bench("part"),
         "scripts/bench lathe": bench("lathe"),

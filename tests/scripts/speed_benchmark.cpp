@@ -364,18 +364,23 @@ void contouring_squareness_beside_pid(benchmark::State& state) {
     beside_pid(state, contouring(squareness()));
 }
 
-// All six errors of all four axes, each at 101 places, beside the tilts.
-void with_tables_beside_pid(benchmark::State& state, Subject subject) {
+// All six errors of all four axes, each at 101 places, beside the tilts; with `directed` each in both
+// directions.
+void with_tables_beside_pid(benchmark::State& state, Subject subject, bool directed = false) {
     const auto path = std::filesystem::temp_directory_path() / "plumb_speed_benchmark_tables.csv";
     {
         std::ofstream file(path);
         for (const char axis : {'X', 'Y', 'Z', 'W'}) {
             file << axis;
-            for (const char* error : {"EX", "EY", "EZ", "EA", "EB", "EC"}) file << ',' << error << axis;
+            for (const char* error : {"EX", "EY", "EZ", "EA", "EB", "EC"}) {
+                file << ',' << error << axis;
+                if (directed) file << "+," << error << axis << '-';
+            }
             for (int i = -50; i <= 50; ++i) {
                 file << '\n' << 10 * i;
-                for (int k = 0; k < 6; ++k)
-                    file << ',' << (k < 3 ? 0.01 : 5e-5) * std::sin(0.1 * i + axis + k);
+                for (int k = 0; k < 12; ++k)
+                    if (directed || k % 2 == 0)
+                        file << ',' << (k < 6 ? 0.01 : 5e-5) * std::sin(0.1 * i + axis + k / 2 + 0.2 * (k % 2));
             }
             file << '\n';
         }
@@ -388,6 +393,10 @@ void with_tables_beside_pid(benchmark::State& state, Subject subject) {
 
 void squareness_with_tables_beside_pid(benchmark::State& state) {
     with_tables_beside_pid(state, squareness());
+}
+
+void squareness_with_directions_beside_pid(benchmark::State& state) {
+    with_tables_beside_pid(state, squareness(), true);
 }
 
 void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
@@ -484,6 +493,7 @@ BENCHMARK(squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(contouring_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(squareness_with_directions_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(contouring_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(chopping_beside_pid)->UseManualTime()->Iterations(40);

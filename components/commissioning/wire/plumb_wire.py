@@ -17,7 +17,7 @@ PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
 sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
 from applying import COPY, Applied, changes  # noqa: E402
-from error_tables import unsealed  # noqa: E402
+from error_tables import compensated, own_compensation, slow_turns, unsealed  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from later_files import LaterFiles  # noqa: E402
@@ -197,8 +197,9 @@ class Wire:
 
     def joined(self, trials, joints):
         wiring = self.read(trials, joints)
-        if wiring.problems:
-            raise Impossible("\n".join(wrapped(problem, "- ") for problem in dict.fromkeys(wiring.problems)))
+        problems = [*wiring.problems, *compensated(wiring.machine, self.home)]
+        if problems:
+            raise Impossible("\n".join(wrapped(problem, "- ") for problem in dict.fromkeys(problems)))
         return wiring
 
     # --- what --apply, --undo and --check do ---
@@ -529,7 +530,9 @@ class Wire:
                 print(wrapped("%s lies outside this folder, and ini.patch leaves it alone: add its lines by hand." % path, "  "))
         else:
             print("\n%s has the lines that put them in." % ini_name)
-        for note in wiring.notes + unsealed(wiring.machine.ini, wiring.machine.files, self.home):
+        machine = wiring.machine
+        notes = wiring.notes + unsealed(machine.ini, machine.files, self.home)
+        for note in [*notes, *own_compensation(machine, self.home), *slow_turns(machine, self.home)]:
             print(wrapped(note, "  "))
         missing = self.missing(wiring)
         if missing:

@@ -3,7 +3,7 @@
 
 #include "components/io/files/error_table_file.hpp"
 #include "components/math/geometry/axis_chain.hpp"
-#include "components/math/geometry/error_table.hpp"
+#include "components/math/geometry/directed_error_table.hpp"
 #include "components/math/geometry/rigid_body_error.hpp"
 #include "components/math/geometry/tilted_branch.hpp"
 #include "hal/option.hpp"
@@ -29,7 +29,7 @@ namespace plumb {
 // them: one set is in use; the other one is free for reading until the function takes it over.
 class ErrorTables {
 public:
-    using Set = PerAxis<std::optional<ErrorTable>>;
+    using Set = PerAxis<std::optional<DirectedErrorTable>>;
 
     // At load, `paths` separated by colons. Throws with file, line and reason.
     void load(const std::string& paths, const AxisChain& chain) {

@@ -2,6 +2,7 @@
 #include "components/compensation/squareness/compensated_tip.hpp"
 #include "components/compensation/squareness/error_tables.hpp"
 #include "components/compensation/squareness/motion_reader.hpp"
+#include "components/compensation/squareness/reversal.hpp"
 #include "components/compensation/squareness/settling.hpp"
 #include "components/compensation/squareness/squareness_model.hpp"
 #include "components/compensation/squareness/squareness_settings.hpp"
@@ -47,6 +48,7 @@ struct Squareness final : hal::Component {
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "Kind of motion: motion.motion-type."};
     hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
                                   "Speed along the path: motion.current-vel."};
+    Reversal reversal{this};
     hal::In<bool> reload{this, "reload", false, "A rising edge reads the tables again."};
 
     hal::Axes<hal::Out<double>, 6> correction{this, "%-correction", "mu", "Correction of %, for its stage."};
@@ -99,8 +101,9 @@ struct Squareness final : hal::Component {
         reader_.read_tool(tool_offset);
         const bool by_program = coordinated;
         compensated.step(model_.velocity(reader_.motion()), by_program);
-        const bool edited = settings.judge(axes_);
+        const bool edited = settings.judge(axes_) | reversal.watch_compensation(axes_, tables_.in_use());
         const bool reloaded = take_over_tables();
+        reversal.move(settings.values(), edited || reloaded, dt);
         const bool homed = all_homed, was_active = model_.active();
 
         const bool enabled = enable;
@@ -118,6 +121,10 @@ struct Squareness final : hal::Component {
             corrected_position[i] = reader_.motion().position[3] + parallel_ramp_.offset()[0];
             corrected_velocity[i] = reader_.motion().velocity[3] + parallel_ramp_.velocity()[0];
         }
+        AxisPosition wanted = reader_.motion().position - result_.reversal;
+        wanted.head<3>() += ramp_.offset();
+        wanted[3] += parallel_ramp_.offset()[0];
+        reversal.watch(axes_, wanted, jumped, settings.values().reversal_distance, result_);
         ramping = is_ramping();
         report(jumped && was_active);
         settle(by_program, dt);
@@ -131,6 +138,7 @@ private:
     hal::MovingPin moving(const hal::Out<double>& its) {
         hal::MovingPin pin(its);
         pin.bound(settings.max_correction).rate(settings.max_rate).limited(limited.active());
+        pin.turning(settings.reversal_rate, settings.reversal_acceleration);
         pin.accelerated_by("The stage limits its acceleration, joint_offset(9) by offset-acceleration.");
         for (const SquarenessAxis& axis : settings.axes) pin.motion(axis.position, 0.02);
         return pin;
@@ -153,15 +161,15 @@ private:
         mounted_ = mounted;
         const SquarenessModel::Result last = result_;
         SquarenessModel::Result before =
-            model_.at(reader_.motion(), reloaded ? tables_.before() : tables_.in_use());
+            model_.at(reader_.motion(), reversal.now(), reloaded ? tables_.before() : tables_.in_use());
         result_ = before;
         const bool set_anew = edited || reloaded || active != model_.active();
         if (set_anew || tool != model_.tool()) {
             if (set_anew)
-                model_.set(settings.values(), tool, active);
+                model_.set(settings.values(), tool, active), model_.leave_out(reversal.twice());
             else
                 model_.set_tool(tool);
-            result_ = model_.at(reader_.motion(), tables_.in_use());
+            result_ = model_.at(reader_.motion(), reversal.now(), tables_.in_use());
         }
         if (jumped || before.steady != last.steady) before = last;
         ramp_.step(result_.wanted, before.wanted, settings.values().max_rate, dt);
@@ -184,7 +192,8 @@ private:
                                               {settings.fault() != Fault::none, settings.fault()},
                                               {tables_.refused(), Fault::tables},
                                               {!result_.steady, Fault::steep},
-                                              {compensated.fault() != Fault::none, compensated.fault()}});
+                                              {compensated.fault() != Fault::none, compensated.fault()},
+                                              {reversal.any_twice(), Fault::twice}});
         fault = code;
         has_fault_ = code != Fault::none;
         table_fault = tables_.refused();

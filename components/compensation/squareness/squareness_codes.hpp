@@ -18,7 +18,8 @@ enum class Fault : std::int32_t {
     steep,
     speed,
     contour,
-    side
+    side,
+    twice
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -30,9 +31,9 @@ constexpr const char* sentence(Fault fault) {
             return "An angle (below 0.1), a pivot (to 1e6), or a radial or reference offset (to 1e4) is "
                    "invalid; its last good value is used.";
         case Fault::limit:
-            return "A limit is not above 0 or is too large: max-angle (to 0.1), max-correction (to 100), "
-                   "max-rate (to 10), max-speed (to 1e5) or settling-time (to 3600); the last good set of "
-                   "settings stays in force.";
+            return "A limit is out of its range: max-angle, max-correction, max-rate, max-speed, settling-time or a "
+                   "setting of reversals; the manual page has the ranges; the last good set of settings stays in "
+                   "force.";
         case Fault::axis:
             return "An angle, a pivot or parallel-axis-corrects is set for an axis that the chain does not "
                    "have; "
@@ -56,6 +57,9 @@ constexpr const char* sentence(Fault fault) {
             return "G40 or the other side is in force, not the side of compensation-radius; the radius is "
                    "not "
                    "corrected.";
+        case Fault::twice:
+            return "LinuxCNC compensates an axis by BACKLASH or COMP_FILE, and a table has the scale of this "
+                   "axis, too; the table of the scale is not used.";
         default: return nullptr;
     }
 }

@@ -3,11 +3,13 @@
 
 #include "components/compensation/squareness/error_tables.hpp"
 #include "components/compensation/squareness/squareness_settings.hpp"
+#include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/ramped_correction.hpp"
 #include "components/math/geometry/tip_correction.hpp"
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -20,11 +22,17 @@ public:
     struct Motion {
         AxisPosition position = AxisPosition::Zero(), velocity = AxisPosition::Zero();  // mu, mu/s
     };
+    // Of each axis: its direction of motion d, -1 to 1, and its change.
+    struct Directions {
+        AxisPosition values = AxisPosition::Zero(), rates = AxisPosition::Zero();  // 1, 1/s
+    };
     struct Result {
         RampedCorrection::Wanted wanted;
         RampedCorrectionOf<1>::Wanted wanted_parallel;    // of U, V or W
         Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, tip error without correction
         bool beyond_table = false;                        // a table does not reach here
+        Eigen::Matrix4d by_direction = Eigen::Matrix4d::Zero();  // mu, dc/dd of X, Y, Z and U, V or W
+        AxisPosition reversal = AxisPosition::Zero();            // mu, part of the wanted offsets by d
         bool steady = true;  // false: it changes with the position as on no machine, and is invalid
     };
 
@@ -42,6 +50,9 @@ public:
     Eigen::Vector3d velocity(const Motion& motion) const noexcept {
         return correction_.chain().ideal_slopes() * motion.velocity;
     }
+
+    // Axes whose scale LinuxCNC compensates: their tables of it do not count.
+    void leave_out(const std::array<bool, 4>& scales) noexcept { left_out_ = scales; }
 
     void set_tool(const Eigen::Vector3d& tool) noexcept { tool_ = tool; }
 
@@ -63,12 +74,12 @@ public:
     }
 
     // Call it each period: it begins at the last result, and so needs few steps.
-    Result at(const Motion& motion, const ErrorTables::Set& tables) noexcept {
+    Result at(const Motion& motion, const Directions& d, const ErrorTables::Set& tables) noexcept {
         Result result;
         const AxisPosition q = motion.position - pivot_;
         TipCorrection::Correction c;
         for (int step = 0; step < 3; ++step) {
-            result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_, share_.offset), tables);
+            result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_, share_.offset), d, tables);
             const TipCorrection::Share last = share_;
             share_ = shares_ ? correction_.share(*parallel_, q, last.offset) : TipCorrection::Share{};
             c = correction_.at(q, tool_, led_to_, share_);
@@ -93,6 +104,7 @@ public:
             result.wanted_parallel.offset[0] = share_.offset;
             result.wanted_parallel.velocity[0] = share_.slope * motion.velocity[3];
         }
+        if (correction_.chain().directed()) take_direction(c, d, result);
         return result;
     }
 
@@ -100,14 +112,32 @@ private:
     // mm; where errors of the axes bend by 0.002 per mm, 1e-9 of it remains.
     static constexpr double near = 1e-3;
 
+    void take_direction(const TipCorrection::Correction& c, const Directions& d, Result& result) const noexcept {
+        result.by_direction.topRows<3>() = c.by_direction;
+        result.by_direction(3, 3) = share_.by_direction;
+        if (!active_) return;
+        const AxisPosition rates = result.by_direction * d.rates, part = result.by_direction * d.values;
+        result.wanted.velocity += rates.head<3>();
+        result.wanted_parallel.velocity[0] += rates[3];
+        for (Eigen::Index i = 0; i < 4; ++i) {
+            const double offset = i < 3 ? result.wanted.offset[i] : result.wanted_parallel.offset[0];
+            result.reversal[i] = bounded(offset, most_) - bounded(offset - part[i], most_);
+        }
+    }
+
     // Reads the errors of the axes from the tables. Returns whether a table does not reach `there`.
-    bool take_errors(const AxisPosition& there, const ErrorTables::Set& tables) noexcept {
+    bool take_errors(const AxisPosition& there, const Directions& d, const ErrorTables::Set& tables) noexcept {
         bool beyond = false;
         for_each_axis([&](Axis axis, std::size_t i) {
             if (!tables[i]) return;
             const auto k = static_cast<Eigen::Index>(i);
             const double place = (there[k] + pivot_[k]) * millimetres_;
-            correction_.chain().set_error(axis, error(there[k], tables[i]->at(place)));
+            DirectedErrorTable::Reading reading = tables[i]->at(place, d.values[k]);
+            if (left_out_[i]) {
+                const auto own = static_cast<std::size_t>(direction(axis));
+                reading.at.errors[own] = reading.at.slopes[own] = reading.halves[own] = 0;
+            }
+            correction_.chain().set_error(axis, error(there[k], reading));
             beyond |= !(place >= tables[i]->first() && place <= tables[i]->last());
         });
         return beyond;
@@ -119,15 +149,17 @@ private:
             for (const Axis axis : *branch) call(axis, static_cast<std::size_t>(coordinate(axis)));
     }
 
-    AxisError error(double position, const ErrorTable::Reading& reading) const noexcept {
+    AxisError error(double position, const DirectedErrorTable::Reading& reading) const noexcept {
         AxisError result;
         result.position = position;
         for (int i = 0; i < 3; ++i) {
             const auto translation = static_cast<std::size_t>(i), angle = translation + 3;
-            result.value.translation[i] = reading.errors[translation] / millimetres_;
-            result.slope.translation[i] = reading.slopes[translation];
-            result.value.angles[i] = reading.errors[angle];
-            result.slope.angles[i] = reading.slopes[angle] * millimetres_;
+            result.value.translation[i] = reading.at.errors[translation] / millimetres_;
+            result.slope.translation[i] = reading.at.slopes[translation];
+            result.half.translation[i] = reading.halves[translation] / millimetres_;
+            result.value.angles[i] = reading.at.errors[angle];
+            result.slope.angles[i] = reading.at.slopes[angle] * millimetres_;
+            result.half.angles[i] = reading.halves[angle];
         }
         return result;
     }
@@ -139,6 +171,7 @@ private:
     TipCorrection correction_;
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
     bool active_ = false;
+    std::array<bool, 4> left_out_{};
     double most_ = 0;                                   // mu
     bool shares_ = false;                               // U, V or W corrects its own travel
     Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the last correction

@@ -47,7 +47,7 @@ struct SquarenessSettings final : hal::Group {
         this, "%-reference-tool-offset", 0, "mu",
         "Offset in % of the tool with which the origin of the work was set."};
     static constexpr hal::Range tilts{1e-9, 0.1}, corrections{1e-6, 100}, rates{1e-6, 10}, speeds{0, 1e5},
-        settling_times{1e-3, 3600};
+        settling_times{1e-3, 3600}, distances{1e-7, 0.1}, reversal_rates{1e-6, 100}, accelerations{1e-3, 1e5};
     hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Maximum tilt, in either direction.", tilts};
     hal::In<double> max_correction{
         this, "max-correction", 1, "mu", "Maximum correction of an axis, in either direction.", corrections};
@@ -60,6 +60,16 @@ struct SquarenessSettings final : hal::Group {
     hal::In<double> settling_time{
         this, "settling-time", 10, "s", "Maximum time for which settling is true.", settling_times};
 
+    hal::In<double> reversal_distance{
+        this, "reversal-distance", 0.0005, "mu",
+        "Distance that an axis goes back until its direction of motion is the other one.", distances};
+    hal::In<double> reversal_rate{this, "reversal-rate", 0.9, "mu/s",
+                                  "Maximum rate of change of the correction where an axis turns.",
+                                  reversal_rates};
+    hal::In<double> reversal_acceleration{this, "reversal-acceleration", 125, "mu/s^2",
+                                          "Maximum acceleration of the correction where an axis turns.",
+                                          accelerations};
+
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;
         bool axis_direction = false, to_bed = false, parallel_axis_corrects = false,
@@ -67,13 +77,15 @@ struct SquarenessSettings final : hal::Group {
         double radial_offset = 0, radial_direction = 0;                   // mu, deg
         Eigen::Vector3d reference_tool_offset = Eigen::Vector3d::Zero();  // mu
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
+        double reversal_distance = 0.0005, reversal_rate = 0.9, reversal_acceleration = 125;
 
         bool operator==(const Values& other) const noexcept {
             const auto all = [](const Values& v) {
                 return std::tie(v.axes, v.axis_direction, v.to_bed, v.parallel_axis_corrects,
                                 v.radial_is_diameter, v.radial_offset, v.radial_direction,
                                 v.reference_tool_offset, v.max_angle, v.max_correction, v.max_rate,
-                                v.max_speed, v.settling_time);
+                                v.max_speed, v.settling_time, v.reversal_distance, v.reversal_rate,
+                                v.reversal_acceleration);
             };
             return all(*this) == all(other);
         }
@@ -130,6 +142,9 @@ private:
         given.max_rate = max_rate;
         given.max_speed = max_speed;
         given.settling_time = settling_time;
+        given.reversal_distance = reversal_distance;
+        given.reversal_rate = reversal_rate;
+        given.reversal_acceleration = reversal_acceleration;
         return given;
     }
 
@@ -174,7 +189,10 @@ private:
         if (usable.max_speed == 0) return Fault::speed;
         if (!(tilts.contains(usable.max_angle) && corrections.contains(usable.max_correction) &&
               rates.contains(usable.max_rate) && speeds.contains(usable.max_speed) && usable.max_speed > 0 &&
-              settling_times.contains(usable.settling_time)))
+              settling_times.contains(usable.settling_time) &&
+              distances.contains(usable.reversal_distance) &&
+              reversal_rates.contains(usable.reversal_rate) &&
+              accelerations.contains(usable.reversal_acceleration)))
             return Fault::limit;
         for (const Axis axis : all_axes)
             if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;

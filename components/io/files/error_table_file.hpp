@@ -3,6 +3,7 @@
 
 #include "components/io/files/crc_32.hpp"
 #include "components/io/files/csv.hpp"
+#include "components/math/geometry/directed_error_table.hpp"
 #include "components/math/geometry/error_table.hpp"
 
 #include <algorithm>
@@ -33,7 +34,8 @@ namespace plumb {
 //     # end, seal 3fd7b136, 2 rows
 //
 // Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.
-// Columns come in any order; an error without a column is 0. A file may hold several tables, one after the
+// An error that differs by the direction of motion has two columns, as EXX+ and EXX-: after motion to the + end
+// and to the - end. Columns come in any order; an error without a column is 0. A file may hold several tables, one after the
 // other, each with its header. The last line of a file counts the rows of all its tables: a truncated file
 // has no such line, or another count. A number has a decimal point in every locale.
 //
@@ -57,6 +59,7 @@ constexpr double longest = 1e5;                                      // mm, a po
 constexpr double nearest = 1e-3;                                     // mm, between two positions
 constexpr double largest[] = {10, 10, 10, 0.1, 0.1, 0.1};            // mm, rad
 constexpr double steepest[] = {1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4};  // mm/mm, rad/mm
+constexpr double most_half[] = {0.1, 0.1, 0.1, 1e-3, 1e-3, 1e-3};    // mm, rad; of a difference by direction
 constexpr std::size_t most_rows = 4096;
 
 inline std::vector<std::string> error_names(char axis) {
@@ -145,10 +148,17 @@ public:
         return result.append(end_line(reader.facts_.rows, sum_of(content))).append(ending);
     }
 
-    std::map<char, ErrorTable> tables() && { return std::move(tables_); }
+    std::map<char, DirectedErrorTable> tables() && { return std::move(tables_); }
     const std::vector<Facts>& files() const { return files_; }
 
 private:
+    struct Column {
+        std::string name;
+        bool is_position;
+        std::size_t error;  // in ErrorMotions
+        int direction = 0;  // 1 after motion to the + end, -1 to the - end, 0 in both
+    };
+
     void take_lines(const std::string& name, std::string_view text) {
         name_ = name;
         line_ = 0;
@@ -309,21 +319,39 @@ private:
         rows_.clear();
         const std::vector<std::string> names = error_names(axis_);
         for (const std::string_view field : fields) {
-            const auto name = std::find(names.begin(), names.end(), field);
             const bool position = field == std::string_view(&axis_, 1);
+            const char last = field.empty() || position ? ' ' : field.back();
+            const int direction = last == '+' ? 1 : last == '-' ? -1 : 0;
+            const auto name =
+                std::find(names.begin(), names.end(), field.substr(0, field.size() - (direction != 0)));
             if (field.empty()) refuse("column " + std::to_string(columns_.size() + 1) + " has no name");
             if (!position && name == names.end()) refuse_name(field, names);
             if (std::any_of(columns_.begin(), columns_.end(),
                             [&](const Column& c) { return c.name == field; }))
                 refuse(quoted(field) + " is there twice");
             columns_.push_back(
-                {std::string(field), position, static_cast<std::size_t>(name - names.begin())});
+                {std::string(field), position, static_cast<std::size_t>(name - names.begin()), direction});
         }
+        for (const Column& column : columns_) check_direction(column);
         if (columns_.size() == 1) refuse("there is no error beside " + std::string(1, axis_));
         const auto there = places_.find(axis_);
         if (there != places_.end())
             refuse(std::string(1, axis_) + " has a table already, in " + there->second);
         places_[axis_] = name_ + ", line " + std::to_string(line_);
+    }
+
+    // An error has one column, or one for each direction.
+    void check_direction(const Column& column) const {
+        if (column.direction == 0) return;
+        bool paired = false;
+        for (const Column& other : columns_) {
+            if (other.is_position || other.error != column.error) continue;
+            if (other.direction == 0) refuse(csv::quoted(column.name) + " stands beside " + csv::quoted(other.name));
+            paired |= other.direction == -column.direction;
+        }
+        if (!paired)
+            refuse(csv::quoted(column.name) + " stands without " +
+                   csv::quoted(column.name.substr(0, 3) + (column.direction > 0 ? '-' : '+')));
     }
 
     [[noreturn]] void refuse_name(std::string_view field, const std::vector<std::string>& names) const {
@@ -337,32 +365,43 @@ private:
             refuse(counted(fields.size(), "value") + ", but the header has " +
                    std::to_string(columns_.size()));
         if (rows_.size() == most_rows) refuse("more than " + counted(most_rows, "row"));
-        ErrorTable::Row row;
+        std::vector<double> row;
         for (std::size_t i = 0; i < fields.size(); ++i) {
             const Column& column = columns_[i];
             const double value = number(i, fields[i]);
-            if (column.is_position)
-                row.position = value;
-            else
-                row.errors[column.error] = value;
+            row.push_back(value);
             const double limit = column.is_position ? longest : largest[column.error];
             if (!(std::abs(value) <= limit))
                 refuse(i, quoted(fields[i]) + " is beyond " + decimal(limit) + unit(column) + "; is it in" +
                               unit(column) + '?');
         }
         if (!rows_.empty()) check_step(rows_.back(), row);
+        check_halves(row);
         rows_.push_back(row);
     }
 
-    void check_step(const ErrorTable::Row& last, const ErrorTable::Row& row) const {
-        const double step = row.position - last.position;
-        for (std::size_t i = 0; i < columns_.size(); ++i)
-            if (columns_[i].is_position && !(step >= nearest))
-                refuse(i, decimal(row.position) + " is not beyond " + decimal(last.position) +
-                              " by at least " + decimal(nearest) + " mm");
+    void check_halves(const std::vector<double>& row) const {
+        for (std::size_t up = 0; up < columns_.size(); ++up)
+            for (std::size_t down = 0; down < columns_.size() && columns_[up].direction > 0; ++down)
+                if (columns_[down].direction < 0 && columns_[down].error == columns_[up].error &&
+                    !(std::abs(row[up] - row[down]) <= 2 * most_half[columns_[up].error]))
+                    refuse(up, decimal(row[up]) + " and " + decimal(row[down]) + " in " +
+                                   columns_[down].name + " differ by more than " +
+                                   decimal(2 * most_half[columns_[up].error]) + unit(columns_[up]));
+    }
+
+    void check_step(const std::vector<double>& before, const std::vector<double>& row) const {
+        double step = 0;
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            if (!columns_[i].is_position) continue;
+            step = row[i] - before[i];
+            if (!(step >= nearest))
+                refuse(i, decimal(row[i]) + " is not beyond " + decimal(before[i]) + " by at least " +
+                              decimal(nearest) + " mm");
+        }
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             if (columns_[i].is_position) continue;
-            const double from = last.errors[columns_[i].error], to = row.errors[columns_[i].error];
+            const double from = before[i], to = row[i];
             if (std::abs(to - from) > steepest[columns_[i].error] * step)
                 refuse(i, "from " + decimal(from) + " to " + decimal(to) + " within " + decimal(step) +
                               " mm is too steep; is it in" + unit(columns_[i]) + '?');
@@ -380,16 +419,29 @@ private:
         if (rows_.size() < 2)
             refuse_at(header_line_,
                       std::string(1, axis_) + " has " + counted(rows_.size(), "row") + ", and needs 2");
-        tables_.emplace(axis_, ErrorTable(rows_));
+        std::vector<ErrorTable::Row> mean(rows_.size()), half(rows_.size());
+        bool directed = false, scale = false;
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            const Column& column = columns_[i];
+            directed |= column.direction != 0;
+            scale |= !column.is_position && column.error == axes.find(axis_) % 3;
+            for (std::size_t k = 0; k < rows_.size(); ++k) {
+                const double value = rows_[k][i];
+                if (column.is_position) {
+                    mean[k].position = half[k].position = value;
+                } else {
+                    mean[k].errors[column.error] += column.direction == 0 ? value : value / 2;
+                    half[k].errors[column.error] += column.direction * value / 2;
+                }
+            }
+        }
+        tables_.emplace(axis_, DirectedErrorTable(ErrorTable(mean),
+                                                  directed ? std::optional(ErrorTable(half)) : std::nullopt,
+                                                  scale));
         facts_.rows += rows_.size();
         facts_.axes += (facts_.axes.empty() ? "" : ", ") + std::string(1, axis_);
     }
 
-    struct Column {
-        std::string name;
-        bool is_position;
-        std::size_t error;  // in ErrorMotions
-    };
     static std::string unit(const Column& column) {
         return column.is_position || column.error < 3 ? " mm" : " rad";
     }
@@ -398,9 +450,9 @@ private:
     std::size_t line_ = 0, header_line_ = 0;
     char axis_ = 0;  // of the table that is being read
     std::vector<Column> columns_;
-    std::vector<ErrorTable::Row> rows_;
+    std::vector<std::vector<double>> rows_;  // by column
     std::map<char, std::string> places_;
-    std::map<char, ErrorTable> tables_;
+    std::map<char, DirectedErrorTable> tables_;
 
     struct Line {
         std::size_t line = 0;  // 0: none
@@ -417,7 +469,7 @@ private:
 }  // namespace error_table_file
 
 struct ErrorTableFiles {
-    std::map<char, ErrorTable> tables;  // by axis
+    std::map<char, DirectedErrorTable> tables;  // by axis
     std::vector<error_table_file::Facts> files;
 };
 

@@ -40,6 +40,7 @@ public:
     struct Tip {
         Eigen::Vector3d place;  // mu, in the work
         PositionSlopes slopes;
+        PositionSlopes by_direction = PositionSlopes::Zero();  // its change with the directions of motion, mu
     };
 
     explicit KinematicChain(const Settings& s) noexcept
@@ -54,10 +55,13 @@ public:
     void set_error(Axis axis, const AxisError& error) noexcept {
         errors_[static_cast<std::size_t>(coordinate(axis))] = {true, error};
         linear_ = false;
+        directed_ = directed_ || !error.half.translation.isZero(0) || !error.half.angles.isZero(0);
     }
 
     // Tilts alone: the tip is linear in the position.
     bool linear() const noexcept { return linear_; }
+    // An error differs by the direction of motion.
+    bool directed() const noexcept { return directed_; }
 
     const PositionSlopes& ideal_slopes() const noexcept { return ideal_slopes_; }
 
@@ -74,6 +78,7 @@ public:
     struct Travel {
         double distance;  // mu, from its pivot
         double slope;     // its change with the position
+        double by_direction;
     };
     Travel own_travel(Axis axis, double position) const noexcept {
         AxisPosition q = AxisPosition::Zero();
@@ -82,7 +87,8 @@ public:
         for (const TiltedBranch* branch : {&tool_, &work_})
             for (int i = 0; i < branch->size(); ++i)
                 if (branch->axis(i) == axis) turn(branch->tilt(i), travel);
-        return {travel.place[direction(axis)], travel.slopes(direction(axis), coordinate(axis))};
+        return {travel.place[direction(axis)], travel.slopes(direction(axis), coordinate(axis)),
+                travel.by_direction(direction(axis), coordinate(axis))};
     }
 
     // (R - 1) T: by how much the tilts alone displace the tip of a tool. In mu.
@@ -102,6 +108,8 @@ private:
         Eigen::Vector3d translation_slope = Eigen::Vector3d::Zero();
         Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
         Eigen::Vector3d rotation_slope = Eigen::Vector3d::Zero();  // rad/mu, ω
+        Eigen::Vector3d translation_half = Eigen::Vector3d::Zero();
+        Eigen::Vector3d rotation_half = Eigen::Vector3d::Zero();  // rad, ω
     };
 
     Tip by_all_members(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
@@ -114,6 +122,7 @@ private:
                 turn_to_bed(*branch, i, errors, travel);
                 sum.place += travel.place;
                 sum.slopes += travel.slopes;
+                if (directed_) sum.by_direction += travel.by_direction;
             }
         }
         turn_from_bed(work_, errors, sum);
@@ -132,6 +141,9 @@ private:
             const RigidBodyError& slope = errors_[i].error.slope;
             result[i] = {true, now.translation, slope.translation, rotation(now.angles),
                          angular_rate(now.angles, slope.angles)};
+            if (!directed_) continue;
+            result[i].translation_half = errors_[i].error.half.translation;
+            result[i].rotation_half = angular_rate(now.angles, errors_[i].error.half.angles);
         }
         return result;
     }
@@ -141,42 +153,47 @@ private:
         const Eigen::Vector3d e = Eigen::Vector3d::Unit(direction(axis));
         Tip travel = {q[coordinate(axis)] * e + of(errors, axis).translation, PositionSlopes::Zero()};
         travel.slopes.col(coordinate(axis)) = e + of(errors, axis).translation_slope;
+        travel.by_direction.col(coordinate(axis)) = of(errors, axis).translation_half;
         return travel;
     }
 
-    static void turn(const Eigen::Matrix3d& rotation, Tip& tip) noexcept {
+    void turn(const Eigen::Matrix3d& rotation, Tip& tip) const noexcept {
         tip.place = (rotation * tip.place).eval();
         tip.slopes = (rotation * tip.slopes).eval();
+        if (directed_) tip.by_direction = (rotation * tip.by_direction).eval();
     }
 
     // A vector that goes with member k, or with the end as k = size: turned as the members before it turn it.
-    static void turn_to_bed(const TiltedBranch& branch, int k, const PerAxis<Error>& errors,
-                            Tip& v) noexcept {
+    void turn_to_bed(const TiltedBranch& branch, int k, const PerAxis<Error>& errors, Tip& v) const noexcept {
         for (int i = k; i >= 0; --i) {
             if (i == branch.size()) continue;
             const Error& error = of(errors, branch.axis(i));
             if (i < k && error.given) {
                 turn(error.rotation, v);
                 v.slopes.col(coordinate(branch.axis(i))) += error.rotation_slope.cross(v.place);
+                if (directed_)
+                    v.by_direction.col(coordinate(branch.axis(i))) += error.rotation_half.cross(v.place);
             }
             if (branch.turns(i, k)) turn(branch.tilt(i), v);
         }
     }
 
     // A vector as the end of the branch sees it.
-    static void turn_from_bed(const TiltedBranch& branch, const PerAxis<Error>& errors, Tip& v) noexcept {
+    void turn_from_bed(const TiltedBranch& branch, const PerAxis<Error>& errors, Tip& v) const noexcept {
         for (int i = 0; i < branch.size(); ++i) {
             if (branch.turns(i, branch.size())) turn(branch.tilt(i).transpose(), v);
             const Error& error = of(errors, branch.axis(i));
             if (!error.given) continue;
             v.slopes.col(coordinate(branch.axis(i))) -= error.rotation_slope.cross(v.place);
+            if (directed_)
+                v.by_direction.col(coordinate(branch.axis(i))) -= error.rotation_half.cross(v.place);
             turn(error.rotation.transpose(), v);
         }
     }
 
     TiltedBranch work_, tool_;
     PerAxis<Source> errors_;
-    bool linear_ = true;
+    bool linear_ = true, directed_ = false;
     PositionSlopes ideal_slopes_ = PositionSlopes::Zero();
     PositionSlopes tilted_slopes_;  // of tilts alone
     Eigen::Matrix3d end_rotation_;  // of the tool as the work sees it, of tilts alone

@@ -39,6 +39,7 @@ struct AxisError {
     double position = 0;   // mu
     RigidBodyError value;  // there
     RigidBodyError slope;  // its change per mu
+    RigidBodyError half{};  // its change with the direction of motion, from 0 to 1
 
     RigidBodyError at(double coordinate) const noexcept {
         const double distance = coordinate - position;

@@ -31,19 +31,22 @@ public:
     struct Share {
         double offset;  // mu
         double slope;   // its change with w
+        double by_direction = 0;  // its change with the direction of motion, mu
     };
 
     // A step of Newton from a guess: exact for a tilt alone.
     Share share(Axis axis, const AxisPosition& q, double guess = 0) const noexcept {
         const double w = q[coordinate(axis)];
         const KinematicChain::Travel travel = chain_.own_travel(axis, w + guess);
-        return {guess - (travel.distance - w) / travel.slope, 1 / travel.slope - 1};
+        return {guess - (travel.distance - w) / travel.slope, 1 / travel.slope - 1,
+                -travel.by_direction / travel.slope};
     }
 
     struct Correction {
         Eigen::Vector3d offset;  // mu, c of X, Y and Z
         PositionSlopes slopes;   // dc/dt = slopes · dq/dt
         Eigen::Vector3d error;   // mu, of the tip without correction
+        PositionSlopes by_direction = PositionSlopes::Zero();  // mu, dc/dd of the directions of motion d
     };
 
     // A step of Newton from a guess; for tilts it is exact from any guess. With errors of the axes a term
@@ -51,14 +54,17 @@ public:
     // it is short enough.
     Correction at(const AxisPosition& q, const Eigen::Vector3d& tool,
                   const Eigen::Vector3d& guess = Eigen::Vector3d::Zero(),
-                  const Share& share = {0, 0}) const noexcept {
+                  const Share& share = {0, 0, 0}) const noexcept {
         KinematicChain::Tip tip = chain_.tip(corrected(q, guess, share.offset), tool);
         const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
         const Eigen::Matrix3d inverse = by_offset.inverse();
         const Eigen::Vector3d rest = tip.place - chain_.ideal_tip(q, tool) - origin_;
         const Eigen::Vector3d error = rest - by_offset * guess - tip.slopes.col(3) * share.offset;
+        if (chain_.directed()) tip.by_direction.col(3) += tip.slopes.col(3) * share.by_direction;
         tip.slopes.col(3) *= 1 + share.slope;
-        return {guess - inverse * rest, inverse * (chain_.ideal_slopes() - tip.slopes), error};
+        Correction c{guess - inverse * rest, inverse * (chain_.ideal_slopes() - tip.slopes), error};
+        if (chain_.directed()) c.by_direction = -inverse * tip.by_direction;
+        return c;
     }
 
     // The position q whose correction leads to this one.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/pi.hpp"
+#include "components/math/blocks/random.hpp"
 #include "components/plants/sim_portal/box_artifact.hpp"
 #include "components/plants/sim_portal/portal_axis.hpp"
 #include "pages/sim_portal.page.hpp"
@@ -33,6 +34,9 @@ struct SimPortal final : hal::Component {
                                 "Time since the tilts were measured, when the machine starts."};
     hal::In<std::int32_t> gauge_axis{this, "gauge-axis", 0, "Axis under the instrument: 0 X, 1 Y, 2 Z, 3 W."};
     hal::In<double> gauge_position{this, "gauge-position", 0, "mu", "Position of that axis."};
+    hal::In<double> gauge_noise{this, "gauge-noise", 0, "mu", "Noise of the indicators on the tip, rms."};
+    hal::In<double> gauge_scale{this, "gauge-scale", 0, "1", "Scale error that the indicators share."};
+    hal::In<double> gauge_drift{this, "gauge-drift", 0, "mu/s", "Drift of the zeros of the indicators."};
 
     Drawn servo_gain{this, "servo-gain", 30, 17, 60, "1/s", "Gain of the position loops"};
     Drawn ram_sag{
@@ -46,6 +50,8 @@ struct SimPortal final : hal::Component {
     hal::Axes<hal::Out<double>, 3> truth_beyond{
         this, "truth-%-beyond-tilts", "mu",
         "The part of the error that the tilts of the start do not cause."};
+    hal::Axes<hal::Out<double>, 3> indicator{
+        this, "%-indicator", "mu", "Tip error in % as an indicator reads it, with noise, scale and drift."};
     hal::Out<double> gauge_ex{this, "truth-gauge-ex", "mu", "EX of the gauged axis there."};
     hal::Out<double> gauge_ey{this, "truth-gauge-ey", "mu", "EY of the gauged axis there."};
     hal::Out<double> gauge_ez{this, "truth-gauge-ez", "mu", "EZ of the gauged axis there."};
@@ -81,6 +87,7 @@ struct SimPortal final : hal::Component {
         const Eigen::Vector3d tip = tip_of(mounted, as_is, is_) + pivot;
         show(tip, ideal + mounted, tip_of(mounted, by_tilts, tilted_) + pivot);
         measure();
+        indicate();
         artifact.meet(tip);
     }
 
@@ -92,6 +99,7 @@ private:
         for (PortalAxis* const axis : {&x, &y, &z, &w}) axis->start(number, !started_);
         started_ = true;
         seed_ = number;
+        random_ = Random(static_cast<std::uint32_t>(number), 'i');
     }
 
     Eigen::Vector3d tool() noexcept {
@@ -135,7 +143,7 @@ private:
         for (int i = 0; i < 3; ++i) {
             truth_tip[i] = tip[i];
             truth_nominal[i] = nominal[i];
-            truth_error[i] = tip[i] - nominal[i];
+            truth_error[i] = error_[i] = tip[i] - nominal[i];
             truth_beyond[i] = tip[i] - tilted[i];
         }
     }
@@ -155,8 +163,18 @@ private:
         gauge_ec = motion.turn.z();
     }
 
+    void indicate() noexcept {
+        noise_ = usable(gauge_noise, 1, noise_);
+        scale_ = usable(gauge_scale, 0.1, scale_);
+        drift_ = usable(gauge_drift, 1, drift_);
+        for (int i = 0; i < 3; ++i)
+            indicator[i] = error_[i] * (1 + scale_) + drift_ * time_ + noise_ * random_.gaussian();
+    }
+
     double length_ = 0, radius_ = 0, direction_ = 0, drift_began_ = 0, gauged_ = 0;  // last good inputs
-    double time_ = 0;
+    double time_ = 0, noise_ = 0, scale_ = 0, drift_ = 0;
+    Eigen::Vector3d error_ = Eigen::Vector3d::Zero();  // mu, of the tip
+    Random random_{0, 'i'};
     bool started_ = false, is_portal_ = false, whole_ = true, against_bed_ = false;
     std::int32_t seed_ = 0;
     Chains is_, tilted_;  // the real machine, and the one that its tilts describe

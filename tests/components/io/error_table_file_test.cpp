@@ -28,7 +28,7 @@ using testing::ElementsAre;
 
 using Texts = std::vector<std::pair<std::string, std::string>>;  // by name
 
-std::map<char, ErrorTable> tables_of(const Texts& texts) {
+std::map<char, DirectedErrorTable> tables_of(const Texts& texts) {
     error_table_file::Reader reader;
     for (const auto& [name, text] : texts) reader.read(name, text);
     return std::move(reader).tables();
@@ -76,7 +76,7 @@ TEST(ErrorTableFile, CommentsBlanksMarksAndLineEndsAreIgnored) {
 TEST(ErrorTableFile, TablesOfSeveralAxesComeInOneFileOrInSeveral) {
     const std::string x = "X,EXX\n0,0.001\n10,0\n", z = "Z,EZZ\n0,0.002\n20,0\n";
     for (const Texts& texts : {Texts{{"a", closed(x + z)}}, Texts{{"a", closed(x)}, {"b", closed(z)}}}) {
-        const std::map<char, ErrorTable> tables = tables_of(texts);
+        const std::map<char, DirectedErrorTable> tables = tables_of(texts);
         ASSERT_EQ(tables.size(), 2u);
         EXPECT_EQ(tables.at('X').at(0).errors[0], 0.001);
         EXPECT_EQ(tables.at('Z').at(0).errors[2], 0.002);
@@ -121,6 +121,37 @@ TEST(ErrorTableFile, RefusesAHeaderWithItsReason) {
         {"X,EXX\n0,0\n9,0\nX,EYX\n", "/a.csv: line 4: X has a table already, in /a.csv, line 1"},
     };
     for (const auto& [text, sentence] : cases) EXPECT_EQ(refusal(text), sentence) << text;
+}
+
+TEST(ErrorTableFile, AnErrorMayHaveAColumnForEachDirection) {
+    const auto tables =
+        tables_of({{"a.csv", closed("X,EXX-,EYX,EXX+\n0,5e-3,1e-3,-5e-3\n50,4e-3,2e-3,-2e-3\n")}});
+    const DirectedErrorTable& table = tables.at('X');
+    EXPECT_TRUE(table.directed());
+    EXPECT_TRUE(table.scale_measured());
+    EXPECT_DOUBLE_EQ(table.at(50, 1).at.errors[0], -2e-3);
+    EXPECT_DOUBLE_EQ(table.at(50, -1).at.errors[0], 4e-3);
+    EXPECT_DOUBLE_EQ(table.at(50, 0).at.errors[0], 1e-3);
+    EXPECT_DOUBLE_EQ(table.at(50, -1).at.errors[1], 2e-3);
+    EXPECT_DOUBLE_EQ(table.at(50, 1).halves[0], -3e-3);
+    EXPECT_DOUBLE_EQ(table.at(25, 1).at.slopes[0], 3e-3 / 50);
+    EXPECT_FALSE(tables_of({{"a.csv", closed("X,EYX\n0,1\n2000,1\n")}}).at('X').directed());
+}
+
+TEST(ErrorTableFile, RefusesColumnsOfDirectionWithTheirReason) {
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"X,EXX+\n0,0\n9,0\n", "line 1: 'EXX+' stands without 'EXX-'"},
+        {"X,EXX-,EYX+\n0,0,0\n9,0,0\n", "line 1: 'EXX-' stands without 'EXX+'"},
+        {"X,EXX,EXX+,EXX-\n0,0,0,0\n9,0,0,0\n", "line 1: 'EXX+' stands beside 'EXX'"},
+        {"X,EXX+,EXX-,EXX+\n0,0,0,0\n9,0,0,0\n", "line 1: 'EXX+' is there twice"},
+        {"X+,EXX+,EXX-\n0,0,0\n9,0,0\n",
+         "line 1: 'X+,EXX+,EXX-' names no axis: a header comes first, such as X,EXX,EYX"},
+        {"X,EXX+,EXX-\n0,0.11,-0.1\n900,0,0\n",
+         "line 2: column EXX+: 0.11 and -0.1 in EXX- differ by more than 0.2 mm"},
+        {"X,EXX+,EXX-\n0,0,0\n9,0,0.05\n",
+         "line 3: column EXX-: from 0 to 0.05 within 9 mm is too steep; is it in mm?"},
+    };
+    for (const auto& [text, sentence] : cases) EXPECT_EQ(refusal(text), "/a.csv: " + sentence) << text;
 }
 
 TEST(ErrorTableFile, RefusesARowWithItsReason) {

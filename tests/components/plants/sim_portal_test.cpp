@@ -478,5 +478,88 @@ TEST(SimPortalPeriod, DoesNotMatter) {
     expect_near(errors("500000"), errors("4000000"), 0.01 * um);
 }
 
+// A cycle of X between two places, and the load behind the motor at the end of each way.
+TEST_F(SimPortal, TheLoadLagsByHalfThePlayInEitherDirection) {
+    set("x-play", 0.02);
+    set("x-stick", 0.001);
+    go(0, 0, 0);
+    go(100, 0, 0);
+    EXPECT_NEAR(get("truth-x-load") - get("x-position"), -0.01, rounding);
+    EXPECT_NEAR(get("truth-x-error"), -0.01, rounding);
+    go(90, 0, 0);
+    EXPECT_NEAR(get("truth-x-load") - get("x-position"), 0.01, rounding);
+    EXPECT_NEAR(get("truth-x-error"), 0.01, rounding);
+    EXPECT_NEAR(get("truth-x-beyond-tilts"), 0.01, rounding);
+}
+
+TEST_F(SimPortal, ALoadAtRestBreaksAwayWhenTheMotorHasWoundUpFurther) {
+    set("x-play", 0.02);
+    set("x-stick", 0.003);
+    go(0, 0, 0);
+    go(100, 0, 0);  // the load at 99.99
+    go(99.979, 0, 0);
+    EXPECT_NEAR(get("truth-x-load"), 99.99, rounding);  // wound up by 11 um, held until 13
+    go(99.976, 0, 0);
+    EXPECT_NEAR(get("truth-x-load"), 99.986, rounding);
+}
+
+TEST_F(SimPortal, PlayVariesAlongTheTravel) {
+    set("seed", 3);
+    for (const char* error : {"x-straightness", "x-pitch-yaw"}) set(error, 0);
+    set("x-play", 0.02);
+    set("x-play-variation", 0.3);
+    double least = 1, most = 0;
+    go(-5, 0, 0);
+    for (double x = 0; x <= 1000; x += 50) {
+        go(x + 5, 0, 0);
+        const double low = get("truth-x-load") - get("x-position");
+        least = std::min(least, -2 * low);
+        most = std::max(most, -2 * low);
+    }
+    EXPECT_LT(least, 0.018);
+    EXPECT_GT(least, 0.0139);
+    EXPECT_GT(most, 0.021);
+    EXPECT_LT(most, 0.0261);
+}
+
+TEST_F(SimPortal, ADriveWithAScaleAtTheLoadLosesNoMotion) {
+    set("x-play", 0.02);
+    set("x-scale-at-load", 1);
+    go(0, 0, 0);
+    go(100, 0, 0);
+    EXPECT_NEAR(get("truth-x-error"), 0, 1e-6);
+    go(90, 0, 0);
+    EXPECT_NEAR(get("truth-x-error"), 0, 1e-6);
+}
+
+TEST_F(SimPortal, GuidesShiftAndTurnWithTheSideToWhichTheyArePushed) {
+    set("x-play", 0.02);
+    set("x-straightness-reversal", 0.002);
+    set("x-yaw-reversal", 10 * urad);
+    mount(0, 100, 0);
+    go(0, 0, 0);
+    go(100, 0, 0);
+    EXPECT_NEAR(get("truth-y-error"), 0.002 + 0.001, 1e-8);
+    go(90, 0, 0);
+    EXPECT_NEAR(get("truth-y-error"), -0.002 - 0.001, 1e-8);
+}
+
+TEST_F(SimPortal, AnIndicatorReadsTheErrorWithItsNoise) {
+    set("x-play", 0.02);
+    set("gauge-noise", 0.001);
+    go(0, 0, 0);
+    go(100, 0, 0);
+    double sum = 0, squares = 0;
+    constexpr int count = 400;
+    for (int i = 0; i < count; ++i) {
+        bench.run(0.001);
+        const double rest = get("x-indicator") + 0.01;
+        sum += rest;
+        squares += rest * rest;
+    }
+    EXPECT_NEAR(sum / count, 0, 0.0002);
+    EXPECT_NEAR(std::sqrt(squares / count), 0.001, 0.0001);
+}
+
 }  // namespace
 }  // namespace plumb

@@ -315,6 +315,53 @@ TEST(TipCorrection, ParallelAxisTakesTheErrorsOfItsTravelByTables) {
     EXPECT_GT(most, 5 * um);
 }
 
+// Errors of the axes that differ by direction; d is that of each axis.
+struct WornBothWays {
+    WornBothWays(const KinematicChain::Settings& settings, const AxisPosition& q, const AxisPosition& d)
+        : chain(settings) {
+        for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::W}) {
+            const double phase = static_cast<double>(direction(axis)) + 1;
+            AxisError error = {q[coordinate(axis)],
+                               {Vector3d(0.004, -0.003, 0.002) * phase, Vector3d(3e-5, 2e-5, -4e-5)},
+                               {Vector3d(1e-5, 2e-5, -1e-5), Vector3d(1e-7, -2e-7, 1e-7)},
+                               {Vector3d(-0.005, 0.002, 0.001) * phase, Vector3d(1e-5, -2e-5, 3e-5)}};
+            error.value.translation += d[coordinate(axis)] * error.half.translation;
+            error.value.angles += d[coordinate(axis)] * error.half.angles;
+            chain.set_error(axis, error);
+        }
+    }
+    KinematicChain chain;
+};
+
+TEST(TipCorrection, ChangesWithTheDirectionsOfMotionAsItSays) {
+    KinematicChain::Settings settings;
+    settings.axes = AxisChainReader::read("w-X.b-W-Y-Z-C-t");
+    settings.tilts[3] = {Vector3d(1e-4, -2e-4, 3e-4), true};
+    const AxisPosition q(300, -200, 150, 80), d(0.2, -0.4, 1, 0.3);
+    const auto corrected = [&](const AxisPosition& directions) {
+        Vector3d c = Vector3d::Zero();
+        TipCorrection::Share share{};
+        PositionSlopes by_direction;
+        for (int i = 0; i < 4; ++i) {
+            const TipCorrection correction(WornBothWays(settings, q, directions).chain);
+            share = correction.share(Axis::W, q, share.offset);
+            const auto next = correction.at(q, long_tool, c, share);
+            c = next.offset;
+            by_direction = next.by_direction;
+        }
+        return std::tuple(c, share, by_direction);
+    };
+    const auto [c, share, by_direction] = corrected(d);
+    for (int i = 0; i < 4; ++i) {
+        const AxisPosition step = 0.1 * AxisPosition::Unit(i);
+        const auto [up, share_up, slopes_up] = corrected(d + step);
+        const auto [down, share_down, slopes_down] = corrected(d - step);
+        EXPECT_LT((by_direction.col(i) - (up - down) / 0.2).norm(), 1e-9) << i;
+        EXPECT_GT(by_direction.col(i).norm(), 1e-3);
+        EXPECT_NEAR(i == 3 ? share.by_direction : 0, (share_up.offset - share_down.offset) / 0.2, 1e-9);
+    }
+}
+
 TEST(TipCorrection, VelocityOnACircleIsThatOfTheCorrection) {
     Worn machine;
     const double radius = 200, rate = 0.5;  // mm, rad/s: 100 mm/s

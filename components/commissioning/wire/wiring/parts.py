@@ -123,6 +123,7 @@ class Parts:
         part = Part("From the joints")
         pins = {"position": "pos-cmd", "velocity": "vel-cmd", "homed": "homed", "joint-fb": "motor-pos-fb"}
         pins["motor-offset"] = "motor-offset"
+        pins["backlash-corr"] = "backlash-corr"
         for letter, joints in self.machine.joints.items():
             for prefix, joint in prefixes(letter, joints):
                 for name, pin in pins.items():

@@ -45,7 +45,7 @@ SCREENS = ("pyvcp", "gladevcp", "qtvcp", "halui_screen", "hal_manualtoolchange",
 
 FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
 KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits the whole name
-    (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|free-.*)", FLOAT, "OUT"),
+    (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|backlash-corr|free-.*)", FLOAT, "OUT"),
     (r"joint\.\d+\.(motor-pos-fb|jog-scale)", FLOAT, "IN"),
     (r"(joint|spindle)\.\d+\.index-enable", BIT, "IO"),
     (r"joint\.\d+\.jog-counts", S32, "IN"),

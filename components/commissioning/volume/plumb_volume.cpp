@@ -1,0 +1,529 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// plumb-volume: measures errors of axes, and states how sure their correction is.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "components/commissioning/picture_file.hpp"
+#include "components/commissioning/quantity_text.hpp"
+#include "components/commissioning/volume/volume_files.hpp"
+#include "components/commissioning/volume/volume_manual.hpp"
+#include "components/commissioning/volume/volume_of.hpp"
+#include "components/io/files/comp_file.hpp"
+#include "components/io/files/ini_compensation.hpp"
+#include "components/io/files/rtl_file.hpp"
+#include "components/math/geometry/box_diagonals.hpp"
+#include "components/math/geometry/circle_test.hpp"
+#include "components/math/geometry/straightedge.hpp"
+#include "hal/command_line.hpp"
+#include "hal/markup.hpp"
+#include "hal/program_end.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+    char text[400];
+    std::snprintf(text, sizeof text, format, values...);
+    return text;
+}
+
+std::string um(double mm) {
+    return formatted("%.2f um", mm * 1000);
+}
+std::string with_u(double value, double standard) {
+    return formatted("%.2f um +- %.2f um", value * 1000, 2 * standard * 1000);
+}
+
+void say(const std::string& text) {
+    std::cout << hal::wrapped(text) << '\n';
+}
+
+void check_axis(const std::string& axis) {
+    if (axis.size() != 1 || error_table_file::axes.find(axis[0]) == std::string_view::npos)
+        throw std::invalid_argument("--axis: " + csv::quoted(axis) + " is none of X Y Z U V W");
+}
+std::string scale_error(const std::string& axis) {
+    return std::string("E") + "XYZ"[error_table_file::axes.find(axis[0]) % 3] + axis;
+}
+
+void put(const std::string& file, const std::string& text) {
+    if (file.empty()) {
+        std::cout << text;
+        return;
+    }
+    write_file(file, text);
+    std::cout << "Written: " << file << '\n';
+}
+
+// --- reversal ---
+
+struct ReversalOptions {
+    std::string file, axis, own, reading, output, into, ini;
+    bool scale = false, recording = false, json = false;
+    int places = 7;
+};
+
+double length(const std::string& option, const std::string& text, double none = 0) {
+    if (text.empty()) return none;
+    try {
+        return length_of(text);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(option + ": " + error.what());
+    }
+}
+
+// The table of a result, in the place of what the file has of it.
+std::string reversal_table(const ReversalOptions& its, const ReversalResult& result) {
+    DirectionRows rows;
+    double u = 0;
+    for (const ReversalRow& row : result.rows) {
+        const double mean = its.scale ? row.mean : 0;
+        rows.push_back({row.position, mean + row.half, mean - row.half});
+        u = std::max(u, row.uncertainty);
+    }
+    if (rows.size() == 1) {
+        const DirectionRow one = rows.front();
+        rows = {{one.position - 1, one.up, one.down}, {one.position + 1, one.up, one.down}};
+    }
+    const std::string error = scale_error(its.axis);
+    std::string head = "# u: " + error + "+ " + csv::decimal(u) + '\n';
+    if (its.scale) head += "# u: " + error + ' ' + csv::decimal(u) + '\n';
+    return its.into.empty() ? direction_rows::table_text(its.axis[0], error, rows, head)
+                            : table_with_reversal(its.into, its.axis[0], error, rows, head);
+}
+
+int reversal(const ReversalOptions& its) {
+    check_axis(its.axis);
+    if (!its.ini.empty()) refuse_compensated(its.ini, its.axis[0]);
+    const std::vector<BothWays> places =
+        its.recording ? read_recording(its.file, its.places, 0.002) : read_readings(its.file);
+    ReversalResult result;
+    try {
+        result = reversal_of(places, length("--reading-u", its.reading), length("--own-u", its.own));
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(its.file + ": " + error.what());
+    }
+    const std::string table = its.output.empty() ? "" : reversal_table(its, result);
+    double most = 0, least = 1e9;
+    for (const ReversalRow& row : result.rows) {
+        most = std::max(most, -2 * row.half);
+        least = std::min(least, -2 * row.half);
+    }
+    if (its.json) {
+        nlohmann::ordered_json json = {{"axis", its.axis},
+                                       {"lost_motion", result.lost_motion},
+                                       {"U", 2 * result.uncertainty},
+                                       {"repeatability", result.repeatability}};
+        for (const ReversalRow& row : result.rows)
+            json["rows"].push_back({{"position", row.position},
+                                    {"lost_motion", -2 * row.half},
+                                    {"U", 4 * row.uncertainty}});
+        std::cout << json.dump(1) << '\n';
+    } else {
+        std::cout << "Lost motion of " << its.axis << ": " << with_u(result.lost_motion, result.uncertainty)
+                  << " (k = 2), from " << um(least) << " to " << um(most) << " along the travel\n"
+                  << "Repeatability: " << um(result.repeatability) << ", one standard deviation\n\n"
+                  << "  position mm   lost motion um    U um\n";
+        for (const ReversalRow& row : result.rows)
+            std::cout << formatted("%13.3f%17.2f%8.2f\n", row.position, -2000 * row.half, 4000 * row.uncertainty);
+        std::cout << '\n';
+        if (result.lost_motion < -2 * result.uncertainty)
+            say("The lost motion is negative: the table leads. Check that the indicator counts up as " + its.axis +
+                " moves to its + end, and that up is the reading after motion to the + end.");
+        say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
+            "errors beside the line that was measured, and lost motion under cutting force.");
+        say("Test move: with the table in force, move " + its.axis +
+            " to a place from either side. The indicator reads the same within U.");
+    }
+    if (!table.empty()) put(its.output, table);
+    return 0;
+}
+
+// --- circle ---
+
+struct CircleOptions {
+    std::vector<std::string> files;
+    bool json = false;
+};
+
+int circle(const CircleOptions& its) {
+    std::vector<CircularPath> paths;
+    BallbarFile first;
+    for (const std::string& file : its.files) {
+        const BallbarFile one = read_ballbar(file);
+        if (!paths.empty() && (one.plane != first.plane || one.radius != first.radius || one.feed != first.feed))
+            throw std::runtime_error(file + ": plane, radius or feed differs from " + its.files.front());
+        if (paths.empty()) first = one;
+        paths.push_back(one.path);
+    }
+    CircleResult r;
+    try {
+        r = circle_result({first.radius, first.feed / 60}, paths);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(its.files.front() + ": " + error.what());
+    }
+    const std::string a(1, first.plane[0]), b(1, first.plane[1]);
+    if (its.json) {
+        const auto estimate = [](const Estimate& e) {
+            return nlohmann::ordered_json{{"value", e.value}, {"U", 2 * e.uncertainty}};
+        };
+        nlohmann::ordered_json json = {{"plane", first.plane},
+                                       {"both_directions", r.both_directions},
+                                       {"opening", estimate(r.opening)},
+                                       {"scale_difference", estimate(r.scale_difference)},
+                                       {"lost_motion_" + a, estimate(r.lost_motion_a)},
+                                       {"lost_motion_" + b, estimate(r.lost_motion_b)}};
+        if (r.both_directions) {
+            json["across_" + a] = estimate(r.across_a);
+            json["lag"] = estimate(r.lag);
+        }
+        json.update({{"radius_deviation", r.radius_deviation}, {"noise", r.noise}, {"G_cw", r.g_clockwise},
+                     {"G_ccw", r.g_counter}, {"G_b", r.g_both}, {"F_most", r.f_most}, {"F_least", r.f_least}});
+        std::cout << json.dump(1) << '\n';
+        return 0;
+    }
+    const auto line = [](const std::string& name, const Estimate& e, double unit, const char* of) {
+        std::cout << formatted("  %-34s%10.3f +- %.3f %s\n", name.c_str(), e.value * unit, 2 * e.uncertainty * unit, of);
+    };
+    std::cout << "Plane " << first.plane << ", R " << csv::decimal(first.radius) << " mm, F "
+              << csv::decimal(first.feed) << " mm/min\n";
+    if (r.g_counter > 0) std::cout << "  G, counter-clockwise              " << um(r.g_counter) << '\n';
+    if (r.g_clockwise > 0) std::cout << "  G, clockwise                      " << um(r.g_clockwise) << '\n';
+    if (r.both_directions) std::cout << "  G(b), both directions             " << um(r.g_both) << '\n';
+    std::cout << "  F                                 " << um(r.f_least) << " to " << um(r.f_most) << '\n';
+    line("opening of the corner" + std::string(r.both_directions ? "" : ", with lag"), r.opening, 1e6, "urad");
+    line("scale of " + a + " less scale of " + b, r.scale_difference, 1e6, "um/m");
+    line("lost motion of " + a, r.lost_motion_a, 1000, "um");
+    line("lost motion of " + b, r.lost_motion_b, 1000, "um");
+    if (r.both_directions) {
+        line("play of " + a + " across, E" + b + a + "+", r.across_a, 1000, "um");
+        line("servo lag of " + a + " less " + b, r.lag, 1000, "ms");
+    }
+    std::cout << "  noise                             " << um(r.noise) << '\n';
+    say(std::string("Not seen: equal scales of both axes (the length of the bar is in the mean radius), pitch and yaw at "
+                    "this height apart from scale, and all errors along the third axis.") +
+        (r.both_directions ? "" : " One direction only: opening and servo lag are one sum; 0.4 ms at F2000 and R150 "
+                                  "look like 89 urad."));
+    say("The opening is that of a part: plumb squareness takes its sign with object=part.");
+    return 0;
+}
+
+// --- diagonals ---
+
+struct DiagonalOptions {
+    std::vector<double> box;
+    std::vector<std::string> deviations;
+    std::string u;
+};
+
+int diagonals(const DiagonalOptions& its) {
+    BoxDiagonals box{its.box[0], its.box[1], its.box[2], {}, length("--u", its.u)};
+    for (std::size_t i = 0; i < 4; ++i) box.deviations[i] = length("--deviations", its.deviations[i]);
+    const BoxResult r = box_from_diagonals(box);
+    const auto line = [](const char* name, double value, double u, const char* unit) {
+        std::cout << formatted("  %-22s%10.2f +- %.2f %s\n", name, value * 1e6, 2 * u * 1e6, unit);
+    };
+    std::cout << "Openings of the corners (+: more than 90 deg)\n";
+    line("X to Y", r.xy, r.u_xy, "urad");
+    line("X to Z", r.xz, r.u_xz, "urad");
+    line("Y to Z", r.yz, r.u_yz, "urad");
+    line("mean scale", r.scale, r.u_scale, "um/m");
+    say("Not seen: the scale of each axis, only their sum, weighted by the squares of the sides; straightness, pitch and yaw. "
+        "Equal diagonals do not prove a good volume. Steps along a diagonal check a table and never fill one.");
+    return 0;
+}
+
+// --- straightedge, block ---
+
+struct StraightedgeOptions {
+    std::string file, error, u, output;
+};
+
+int straightedge(const StraightedgeOptions& its) {
+    const std::string& e = its.error;
+    if (e.size() != 3 || e[0] != 'E' || std::string("XYZ").find(e[1]) == std::string::npos ||
+        error_table_file::axes.find(e[2]) == std::string_view::npos ||
+        error_table_file::axes.find(e[2]) % 3 == error_table_file::axes.find(e[1]))
+        throw std::invalid_argument("--error: " + csv::quoted(e) + " is no straightness, as EYX");
+    const double u = length("--u", its.u);
+    std::vector<double> positions, before, turned;
+    for (const StraightedgeRow& row : read_straightedge(its.file)) {
+        positions.push_back(row.position);
+        before.push_back(row.before);
+        turned.push_back(row.turned);
+    }
+    const Straightness r = straightness_of(positions, before, turned);
+    std::cout << "Straightness " << e << ": " << um(r.range) << ", U of each value " << um(2 * u / std::sqrt(2))
+              << " (k = 2)\nThe straightedge itself: " << um(r.range_of_edge) << '\n';
+    say("Not seen: the slope of the axis (its squareness), and twist of the edge between both readings.");
+    if (its.output.empty()) return 0;
+    DirectionRows rows;
+    for (std::size_t i = 0; i < positions.size(); ++i) rows.push_back({positions[i], r.errors[i], r.errors[i]});
+    put(its.output, direction_rows::table_text(e[2], e, rows, u > 0 ? "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n' : ""));
+    return 0;
+}
+
+struct BlockOptions {
+    double bore = 0, boss = 0, measured = 0, ball = 0;
+    std::string pre_travel, u_pre_travel, u_size, u;
+};
+
+int block(const BlockOptions& its) {
+    if ((its.bore > 0) == (its.boss > 0)) throw std::invalid_argument("give either --bore or --boss");
+    if (!(its.measured > 0 && its.ball > 0)) throw std::invalid_argument("--measured and --ball are above 0");
+    const double p = length("--pre-travel", its.pre_travel);
+    const double lost = its.bore > 0 ? its.measured - (its.bore - its.ball) - 2 * p
+                                     : its.boss + its.ball - 2 * p - its.measured;
+    if (!(std::abs(lost) <= 0.2))
+        throw std::invalid_argument("a lost motion of " + um(lost) + " is beyond 200 um: check the sizes");
+    const double up = length("--pre-travel-u", its.u_pre_travel), us = length("--size-u", its.u_size), u = length("--u", its.u);
+    std::cout << "Lost motion: " << um(lost);
+    if (up > 0 && u > 0)
+        std::cout << " +- " << um(2 * std::sqrt(4 * up * up + us * us + 2 * u * u)) << " (k = 2)\n";
+    else
+        std::cout << " +- unknown: " << (u > 0 ? "the pre-travel" : "a reading") << " has no uncertainty\n";
+    say("Not seen: lost motion apart from the pre-travel of the probe, which an axis with a scale at the load shows; the "
+        "scale of the axis over the block.");
+    return 0;
+}
+
+// --- files of others ---
+
+struct FileOptions {
+    std::string kind, file, axis, output, unit = "mm";
+    int type = 1;
+    std::optional<double> zero;
+    bool negate = false;
+};
+
+double millimetres(const FileOptions& its) {
+    return its.unit == "inch" ? 25.4 : 1;
+}
+
+int import(const FileOptions& its) {
+    check_axis(its.axis);
+    const std::string text = csv::text_of(its.file), error = scale_error(its.axis);
+    DirectionRows rows;
+    std::string head = "# imported from " + its.kind + '\n';
+    if (its.kind == "linuxcnc") {
+        rows = comp_file::read(its.file, text, its.type, millimetres(its));
+    } else {
+        const ReversalResult r = [&] {
+            std::vector<BothWays> places = rtl_file::read(its.file, text);
+            bool one_way = true;
+            for (const BothWays& place : places) one_way &= place.down.empty();
+            if (one_way)  // the same in both directions, as far as is known
+                for (BothWays& place : places) place.down = place.up;
+            return reversal_of(places, 1e-9);
+        }();
+        double u = 0;
+        for (const ReversalRow& row : r.rows) {
+            rows.push_back({row.position, row.mean + row.half, row.mean - row.half});
+            u = std::max(u, row.uncertainty);
+        }
+        if (r.freedom > 0 && r.repeatability > 0)
+            head += "# u: " + error + ' ' + csv::decimal(u) + ", " + error + "+ " + csv::decimal(u) + '\n';
+    }
+    if (its.negate)
+        for (DirectionRow& row : rows) row = {row.position, -row.up, -row.down};
+    if (its.zero) rows = direction_rows::zeroed(rows, *its.zero);
+    const std::string table = direction_rows::table_text(its.axis[0], error, rows, head);
+    const DirectionRow& last = *std::max_element(rows.begin(), rows.end(), [](const auto& a, const auto& b) {
+        return std::abs(a.up) < std::abs(b.up);
+    });
+    put(its.output, table);
+    std::ostream& out = its.output.empty() ? std::cerr : std::cout;
+    out << hal::wrapped("Sign: " + error + " is actual less nominal. At " + csv::decimal(last.position) +
+                        " mm, reached in + direction, " + its.axis + " stands " + um(std::abs(last.up)) +
+                        (last.up < 0 ? " short of" : " beyond") + " its nominal place, towards its " +
+                        (last.up < 0 ? "-" : "+") + " end. Check it with a laser or a gauge block: move there without "
+                        "correction; if the error has the other sign, import with --negate.")
+        << '\n';
+    if (its.kind == "linuxcnc")
+        out << hal::wrapped("Delete COMP_FILE and BACKLASH of this joint from the INI file before the table is in "
+                            "force. LinuxCNC is linear between the lines; squareness is smooth.")
+            << '\n';
+    return 0;
+}
+
+int export_to(const FileOptions& its) {
+    check_axis(its.axis);
+    TableError error = read_table_error(its.file, scale_error(its.axis));
+    if (its.zero) error.rows = direction_rows::zeroed(error.rows, *its.zero);
+    if (its.negate)
+        for (DirectionRow& row : error.rows) row = {row.position, -row.up, -row.down};
+    put(its.output, its.kind == "linuxcnc" ? comp_file::text(error.rows, its.type, millimetres(its))
+                                           : rtl_file::text(error.rows));
+    const std::vector<UncertainTable> tables = read_uncertain_tables({its.file});
+    std::string lost;
+    for (const UncertainTable& table : tables)
+        for (const std::string& name : table.columns)
+            if (name.substr(0, 3) != scale_error(its.axis)) lost += ' ' + name;
+    if (!lost.empty()) std::cerr << "Not in the file, which holds the scale of one axis:" << lost << '\n';
+    return 0;
+}
+
+// --- uncertainty ---
+
+int uncertainty(const VolumeOptions& its) {
+    const VolumeQuestion question = question_of(its);
+    const VolumeUncertainty r = uncertainty_of(question.measured, question.reference, question.places, its.draws,
+                                               static_cast<std::uint64_t>(its.seed));
+    const PlaceUncertainty& worst = r.places[r.worst];
+    const VolumePlace& place = question.places[r.worst];
+    double rest = 0;
+    for (const PlaceUncertainty& one : r.places) rest = std::max(rest, one.rest.norm());
+    const bool known = question.without.empty();
+    if (its.json) {
+        nlohmann::ordered_json json = {{"draws", its.draws}, {"seed", its.seed}, {"rest", rest}, {"U", known ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
+                                       {"over", worst.distance}, {"tool", place.name}, {"without_u", question.without}};
+        for (std::size_t i = 0; i < r.places.size(); ++i) {
+            const auto& q = question.places[i].position;
+            const auto& b = r.places[i].by_axis;
+            json["places"].push_back({{"at", {q[0], q[1], q[2]}}, {"tool", question.places[i].name},
+                                      {"U", r.places[i].U}, {"U_axis", {b[0], b[1], b[2]}}, {"rest", r.places[i].rest.norm()}});
+        }
+        for (const Share& share : r.shares) json["shares"].push_back({{"of", share.name}, {"part", share.part}});
+        std::cout << json.dump(1) << '\n';
+        return 0;
+    }
+    std::cout << "      X       Y       Z  tool        rest um    U um    U X    U Y    U Z\n";
+    for (std::size_t i = 0; i < r.places.size(); ++i) {
+        const auto& q = question.places[i].position;
+        const PlaceUncertainty& one = r.places[i];
+        std::cout << formatted("%7.0f %7.0f %7.0f  %-10s%9.2f %7.2f%7.2f%7.2f%7.2f\n", q[0], q[1], q[2],
+                               question.places[i].name.c_str(), one.rest.norm() * 1000, one.U * 1000,
+                               one.by_axis[0] * 1000, one.by_axis[1] * 1000, one.by_axis[2] * 1000);
+    }
+    std::cout << "\nShares of the worst place\n";
+    for (const Share& share : r.shares)
+        if (share.part >= 0.005) std::cout << formatted("  %-28s%4.0f %%\n", share.name.c_str(), 100 * share.part);
+    std::cout << '\n';
+    const std::string at = formatted("worst at X %.0f Y %.0f Z %.0f with %s", place.position[0], place.position[1],
+                                     place.position[2], place.name.c_str());
+    if (known)
+        say("After correction: " + formatted("%.1f um +- %.1f um (k = 2) over %.2g m, ", rest * 1000, worst.U * 1000,
+                                             worst.distance / 1000) +
+            at + "." + (r.shares.empty() ? "" : formatted(" Largest share: %s, %.0f %%.", r.shares[0].name.c_str(), 100 * r.shares[0].part)));
+    else
+        say("After correction: " + formatted("%.1f um +- unknown: ", rest * 1000) + question.without.front() +
+            " has no uncertainty. The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at + '.');
+    for (const std::string& note : question.notes) say(note);
+    say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of the work, contour "
+        "error.");
+    return 0;
+}
+
+}  // namespace
+}  // namespace plumb::commissioning
+
+static int carry_out(int argc, char** argv) {
+    using namespace plumb::commissioning;
+    CLI::App app("measures errors of axes, and states how sure their correction is", "plumb volume");
+    app.require_subcommand(1);
+
+    ReversalOptions r;
+    CLI::App* const reversing = app.add_subcommand("reversal", "Makes a table of lost motion from readings.");
+    reversing->add_option("READINGS", r.file, "Readings, as CSV.")->required();
+    reversing->add_option("--axis", r.axis, "Axis, as X.")->required();
+    reversing->add_option("--own-u", r.own, "Standard uncertainty of the indicator's hysteresis, as 0.2um.");
+    reversing->add_option("--reading-u", r.reading, "Standard uncertainty of a reading, if each was taken once.");
+    reversing->add_flag("--scale", r.scale, "Keeps the mean of both directions, too.");
+    reversing->add_flag("--recording", r.recording, "The file has the columns motor,load over any motion.");
+    reversing->add_option("--places", r.places, "Parts of the travel of a recording.")->check(CLI::Range(1, 200));
+    reversing->add_option("--output", r.output, "Writes the table into this file.");
+    reversing->add_option("--into", r.into, "A table of the axis that the result is put into.");
+    reversing->add_option("--ini", r.ini, "Refuses an axis that this INI file of LinuxCNC compensates.");
+    reversing->add_flag("--json", r.json, "Prints JSON.");
+
+    CircleOptions c;
+    CLI::App* const circling = app.add_subcommand("circle", "Separates the errors that a ballbar shows.");
+    circling->add_option("PATHS", c.files, "One file, or one for each direction.")->required()->expected(1, 2);
+    circling->add_flag("--json", c.json, "Prints JSON.");
+
+    DiagonalOptions d;
+    CLI::App* const diagonal = app.add_subcommand("diagonals", "Gives the corners that four body diagonals show.");
+    diagonal->add_option("--box", d.box, "Sides along X, Y and Z in mm, as 800,600,500.")->required()->delimiter(',')->expected(3);
+    diagonal->add_option("--deviations", d.deviations, "Of PPP,NPP,PNP,NNP, as 3um,-5um,2um,1um.")->required()->delimiter(',')->expected(4);
+    diagonal->add_option("--u", d.u, "Standard uncertainty of a deviation, as 1um.")->required();
+
+    StraightedgeOptions s;
+    CLI::App* const edge = app.add_subcommand("straightedge", "Makes a table of straightness from an edge that is turned over.");
+    edge->add_option("READINGS", s.file, "Readings, as CSV.")->required();
+    edge->add_option("--error", s.error, "The error, as EYX.")->required();
+    edge->add_option("--u", s.u, "Standard uncertainty of a reading, as 0.5um.")->required();
+    edge->add_option("--output", s.output, "Writes the table into this file.");
+
+    BlockOptions b;
+    CLI::App* const blocking = app.add_subcommand("block", "Gives lost motion from a probe and a block or bore.");
+    blocking->add_option("--bore", b.bore, "Diameter of the gauge bore, mm.");
+    blocking->add_option("--boss", b.boss, "Width of the block, mm.");
+    blocking->add_option("--measured", b.measured, "Distance between the touches, mm.")->required();
+    blocking->add_option("--ball", b.ball, "Diameter of the ball, mm.")->required();
+    blocking->add_option("--pre-travel", b.pre_travel, "Pre-travel of the probe, as 4um.")->required();
+    blocking->add_option("--pre-travel-u", b.u_pre_travel, "Its standard uncertainty.");
+    blocking->add_option("--size-u", b.u_size, "Standard uncertainty of bore or block.");
+    blocking->add_option("--u", b.u, "Standard uncertainty of a touch.");
+
+    FileOptions f;
+    const auto file_options = [&f](CLI::App* command) {
+        command->add_option("--axis", f.axis, "Axis, as X.")->required();
+        command->add_option("--type", f.type, "COMP_FILE_TYPE: 0 places, 1 trims.")->check(CLI::Range(0, 1));
+        command->add_option("--unit", f.unit, "Unit of a COMP_FILE.")->check(CLI::IsMember({"mm", "inch"}));
+        command->add_option("--zero", f.zero, "The error is 0 at this position.");
+        command->add_flag("--negate", f.negate, "Turns the sign of the errors.");
+        command->add_option("--output", f.output, "Writes into this file.");
+    };
+    CLI::App* const importing = app.add_subcommand("import", "Makes a table from a file of another control.");
+    importing->add_option("FILE", f.file, "The file.")->required();
+    importing->add_option("--from", f.kind, "linuxcnc or rtl.")->required()->check(CLI::IsMember({"linuxcnc", "rtl"}));
+    file_options(importing);
+    CLI::App* const exporting = app.add_subcommand("export", "Writes a table for another control.");
+    exporting->add_option("TABLE", f.file, "The table.")->required();
+    exporting->add_option("--to", f.kind, "linuxcnc or rtl.")->required()->check(CLI::IsMember({"linuxcnc", "rtl"}));
+    file_options(exporting);
+
+    VolumeOptions v;
+    CLI::App* const sure = app.add_subcommand("uncertainty", "States how sure the corrected volume is.");
+    sure->add_option("--chain", v.chain, "Chain of axes, as w-X.b-Y-Z-t.")->required();
+    sure->add_option("--box", v.box, "Work space, as X=0:800,Y=0:600,Z=-500:0.")->required();
+    sure->add_option("--reference", v.reference, "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
+    sure->add_option("--tool", v.tools, "Tool from the gauge point to the tip, mm, as T3=0,0,-200. May be given many times.");
+    sure->add_option("--tilt", v.tilts, "A tilt in force, as EC0Y=-80urad,u=4urad. May be given many times.");
+    sure->add_option("--common", v.commons, "One cause of several angles, as NAME,EC0Y=1,EC0X=0.5,u=3urad.");
+    sure->add_option("--table", v.tables, "A table in force. May be given many times.");
+    sure->add_option("--repeatability", v.repeatability, "Of an axis, as X=0.5um. May be given many times.");
+    sure->add_option("--tool-u", v.tool_u, "Standard uncertainty of the length of the tool.");
+    sure->add_option("--max-correction", v.max_correction, "Bound of the correction in force, mm.");
+    sure->add_option("--draws", v.draws, "Machines that are drawn.")->check(CLI::Range(100, 100000));
+    sure->add_option("--seed", v.seed, "Seed of the draws.")->check(CLI::Range(0, 2147483647));
+    sure->add_flag("--json", v.json, "Prints JSON.");
+
+    plumb::hal::begin_command_line(app, volume_page);
+    return plumb::hal::carry_out(app, argc, argv, [&] {
+        if (*reversing) return reversal(r);
+        if (*circling) return circle(c);
+        if (*diagonal) return diagonals(d);
+        if (*edge) return straightedge(s);
+        if (*blocking) return block(b);
+        if (*importing) return import(f);
+        if (*exporting) return export_to(f);
+        return uncertainty(v);
+    });
+}
+
+int main(int argc, char** argv) {
+    return plumb::ended("plumb volume", [&] { return carry_out(argc, argv); });
+}

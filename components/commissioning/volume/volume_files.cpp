@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/commissioning/volume/volume_files.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "components/io/files/csv.hpp"
+#include "components/io/files/error_table_file.hpp"
+#include "components/math/blocks/pi.hpp"
+#include "components/math/geometry/direction_of_motion.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+constexpr double farthest = 1e5;  // mm
+
+// A CSV file with a header of names. Lines that begin with # may state NAME: VALUE.
+struct Columns {
+    explicit Columns(const std::string& path) : file(path), text(csv::text_of(path)) {
+        const direction_rows::Lines all(file, text);
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            if (all[i].empty()) continue;
+            if (all[i][0] == '#') {
+                const std::string_view words = csv::trimmed(all[i].substr(1));
+                const std::size_t colon = words.find(':');
+                if (colon != std::string_view::npos)
+                    head[std::string(csv::trimmed(words.substr(0, colon)))] = {
+                        i, std::string(csv::trimmed(words.substr(colon + 1)))};
+                continue;
+            }
+            const auto fields = csv::split_at_commas(all[i]);
+            if (names.empty()) {
+                names.assign(fields.begin(), fields.end());
+                continue;
+            }
+            if (fields.size() != names.size())
+                all.refuse(i, error_table_file::counted(fields.size(), "value") + ", but the header has " +
+                                  std::to_string(names.size()));
+            std::vector<std::optional<double>> row;
+            for (std::size_t k = 0; k < fields.size(); ++k) {
+                const auto value = csv::number(fields[k]);
+                if (!value && !fields[k].empty())
+                    all.refuse(i, "column " + names[k] + ": " + csv::quoted(fields[k]) + " is no number");
+                if (value && !(std::abs(*value) <= farthest))
+                    all.refuse(i, "column " + names[k] + ": " + csv::quoted(fields[k]) +
+                                      " is beyond 1e5; is it in mm?");
+                row.push_back(value);
+            }
+            lines.push_back(i);
+            rows.push_back(row);
+        }
+        if (rows.empty()) all.refuse("there are no rows in it");
+    }
+
+    [[noreturn]] void refuse(std::size_t line, const std::string& why) const {
+        direction_rows::Lines(file, text).refuse(line, why);
+    }
+    std::size_t column(const std::string& name) const {
+        const auto at = std::find(names.begin(), names.end(), name);
+        if (at == names.end()) throw std::runtime_error(file + ": there is no column " + name);
+        return static_cast<std::size_t>(at - names.begin());
+    }
+    double value(std::size_t row, std::size_t column) const {
+        if (!rows[row][column]) refuse(lines[row], "column " + names[column] + ": there is no value");
+        return *rows[row][column];
+    }
+    std::string stated(const std::string& name) const {
+        const auto at = head.find(name);
+        if (at == head.end())
+            throw std::runtime_error(file + ": the head does not state " + name + ": write # " + name + ": ...");
+        return at->second.second;
+    }
+    double number(const std::string& name) const {
+        const std::string text_of_it = stated(name);
+        const auto value = csv::number(text_of_it);
+        if (!value) refuse(head.at(name).first, name + ": " + csv::quoted(text_of_it) + " is no number");
+        return *value;
+    }
+
+    std::string file, text;
+    std::map<std::string, std::pair<std::size_t, std::string>> head;  // line and value, by name
+    std::vector<std::string> names;
+    std::vector<std::size_t> lines;  // of the rows
+    std::vector<std::vector<std::optional<double>>> rows;
+};
+
+}  // namespace
+
+std::vector<BothWays> read_readings(const std::string& file) {
+    const Columns columns(file);
+    const std::size_t position = columns.column("position");
+    std::vector<BothWays> places;
+    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+        BothWays place;
+        place.position = columns.value(i, position);
+        for (std::size_t k = 0; k < columns.names.size(); ++k) {
+            if (k == position) continue;
+            const std::string& name = columns.names[k];
+            const bool up = name.rfind("up", 0) == 0;
+            if (!up && name.rfind("down", 0) != 0)
+                columns.refuse(0, "column " + csv::quoted(name) + " is none of position, up1, up2, ..., down1, down2, ...");
+            if (!columns.rows[i][k]) continue;
+            if (!(std::abs(*columns.rows[i][k]) <= 10))
+                columns.refuse(columns.lines[i], "column " + name + ": " + csv::decimal(*columns.rows[i][k]) +
+                                                     " is beyond 10 mm; is it in mm?");
+            (up ? place.up : place.down).push_back(*columns.rows[i][k]);
+        }
+        places.push_back(place);
+    }
+    return places;
+}
+
+std::vector<BothWays> read_recording(const std::string& file, int places, double distance) {
+    const Columns columns(file);
+    const std::size_t motor = columns.column("motor"), load = columns.column("load");
+    double low = farthest, high = -farthest;
+    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+        low = std::min(low, columns.value(i, motor));
+        high = std::max(high, columns.value(i, motor));
+    }
+    if (!(high - low > 100 * distance))
+        throw std::runtime_error(file + ": the axis moves by " + csv::decimal(high - low) + " mm only");
+    std::vector<BothWays> result(static_cast<std::size_t>(places));
+    const double part = (high - low) / places;
+    for (int i = 0; i < places; ++i) result[static_cast<std::size_t>(i)].position = low + (i + 0.5) * part;
+    // A passage of a part gives one reading: its samples are not independent.
+    DirectionOfMotion watch;
+    double turned_at = 0, sum = 0;
+    int direction = 0, count = 0;
+    std::size_t here = result.size();
+    const auto close = [&] {
+        if (count > 0 && here < result.size())
+            (direction > 0 ? result[here].up : result[here].down).push_back(sum / count);
+        sum = 0, count = 0;
+    };
+    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+        const double at = columns.value(i, motor);
+        watch.step(at, distance);
+        if (watch.direction() != direction) {
+            close();
+            turned_at = at;
+            direction = watch.direction();
+        }
+        const auto now = std::min(static_cast<std::size_t>((at - low) / part), result.size() - 1);
+        if (now != here) close();
+        here = now;
+        if (direction == 0 || std::abs(at - turned_at) < 10 * distance) continue;  // the play is taken up
+        sum += columns.value(i, load) - at;
+        ++count;
+    }
+    close();
+    result.erase(std::remove_if(result.begin(), result.end(),
+                                [](const BothWays& its) { return its.up.empty() || its.down.empty(); }),
+                 result.end());
+    if (result.empty()) throw std::runtime_error(file + ": no part of the travel is passed in both directions");
+    return result;
+}
+
+BallbarFile read_ballbar(const std::string& file) {
+    const Columns columns(file);
+    BallbarFile result;
+    result.plane = columns.stated("plane");
+    if (result.plane.size() != 2 || std::string("XYZUVW").find(result.plane[0]) == std::string::npos ||
+        std::string("XYZUVW").find(result.plane[1]) == std::string::npos || result.plane[0] == result.plane[1])
+        columns.refuse(columns.head.at("plane").first, "plane: " + csv::quoted(result.plane) + " is none as XY, ZX or YZ");
+    result.radius = columns.number("radius");
+    result.feed = columns.number("feed");
+    const std::string direction = columns.stated("direction"), object = columns.stated("object");
+    if (direction != "CW" && direction != "CCW")
+        columns.refuse(columns.head.at("direction").first, "direction: " + csv::quoted(direction) + " is not CW or CCW");
+    if (object != "part")
+        columns.refuse(columns.head.at("object").first,
+                       "object: " + csv::quoted(object) +
+                           " is not part; for a ring or ball that a probe measured: plumb squareness --points");
+    result.path.clockwise = direction == "CW";
+    const std::size_t angle = columns.column("angle"), radius = columns.column("radius");
+    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+        result.path.angles.push_back(columns.value(i, angle) * pi / 180);
+        result.path.radii.push_back(columns.value(i, radius));
+    }
+    return result;
+}
+
+std::vector<StraightedgeRow> read_straightedge(const std::string& file) {
+    const Columns columns(file);
+    const std::size_t position = columns.column("position"), before = columns.column("before"),
+                      turned = columns.column("turned");
+    std::vector<StraightedgeRow> rows;
+    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+        rows.push_back({columns.value(i, position), columns.value(i, before), columns.value(i, turned)});
+        if (i > 0 && !(rows[i].position > rows[i - 1].position))
+            columns.refuse(columns.lines[i], csv::decimal(rows[i].position) + " is not beyond " +
+                                                 csv::decimal(rows[i - 1].position));
+    }
+    if (rows.size() < 3) throw std::runtime_error(file + ": fewer than 3 rows show no straightness");
+    return rows;
+}
+
+namespace {
+
+constexpr std::string_view axes = "XYZUVW";
+
+// NAME VALUE [per AXIS], ...
+void read_u(UncertainTable& table, const std::string& file, const std::string& name, std::string_view text) {
+    const auto refuse = [&](std::string_view what) {
+        throw std::runtime_error(file + ": " + name + ": " + csv::quoted(what) +
+                                 " is none as EXX 0.3e-3" + (name == "u-common" ? " or EXX 1e-6 per X" : ""));
+    };
+    for (const std::string_view entry : csv::split_at_commas(text)) {
+        const std::size_t blank = entry.find(' ');
+        if (blank == std::string_view::npos) refuse(entry);
+        const std::string error(entry.substr(0, blank));
+        std::string_view rest = csv::trimmed(entry.substr(blank));
+        bool per = false;
+        const std::size_t word = rest.find(" per ");
+        if (word != std::string_view::npos && name == "u-common") {
+            if (rest.substr(word + 5) != std::string_view(&error[2], 1)) refuse(entry);
+            per = true;
+            rest = csv::trimmed(rest.substr(0, word));
+        }
+        const auto value = csv::number(rest);
+        if (!value || !(*value >= 0 && *value < 1) || error.size() < 3 || error[0] != 'E') refuse(entry);
+        if (error[2] != table.axis) continue;
+        if (name == "u")
+            table.u[error] = *value;
+        else
+            table.common[error] = {*value, per};
+    }
+}
+
+}  // namespace
+
+std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>& files) {
+    read_error_tables({files.begin(), files.end()});  // which judges all of them
+    std::vector<UncertainTable> tables;
+    for (const std::string& file : files) {
+        const std::string text = csv::text_of(file);
+        const direction_rows::Lines lines(file, text);
+        std::vector<std::pair<std::string, std::string>> heads;
+        std::string date;
+        std::vector<std::string> names;
+        const std::size_t first = tables.size();
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            if (lines[i].empty()) continue;
+            if (lines[i][0] == '#') {
+                const std::string_view words = csv::trimmed(lines[i].substr(1));
+                const std::size_t colon = words.find(':');
+                const std::string name(words.substr(0, std::min(colon, words.size())));
+                if (name == "u" || name == "u-common") heads.emplace_back(name, csv::trimmed(words.substr(colon + 1)));
+                if (name == "date") date = csv::trimmed(words.substr(colon + 1));
+                continue;
+            }
+            const auto fields = csv::split_at_commas(lines[i]);
+            const auto is_axis = [](std::string_view field) {
+                return field.size() == 1 && axes.find(field[0]) != std::string_view::npos;
+            };
+            const auto axis = std::find_if(fields.begin(), fields.end(), is_axis);
+            if (axis != fields.end()) {
+                names.assign(fields.begin(), fields.end());
+                tables.push_back({});
+                tables.back().axis = (*axis)[0];
+                for (const std::string& name : names)
+                    if (name.size() > 1) tables.back().columns.push_back(name);
+                continue;
+            }
+            ErrorTable::Row mean, half;
+            bool directed = false;
+            for (std::size_t k = 0; k < names.size(); ++k) {
+                const double value = *csv::number(fields[k]);
+                if (names[k].size() == 1) {
+                    mean.position = half.position = value;
+                    continue;
+                }
+                const auto error = std::string("XYZ").find(names[k][1]) != std::string::npos
+                                       ? static_cast<std::size_t>(names[k][1] - 'X')
+                                       : static_cast<std::size_t>(names[k][1] - 'A') + 3;
+                const char last = names[k].back();
+                const bool its = names[k].size() == 4;
+                directed |= its;
+                mean.errors[error] += its ? value / 2 : value;
+                if (its) half.errors[error] += last == '+' ? value / 2 : -value / 2;
+            }
+            tables.back().mean.push_back(mean);
+            if (directed) tables.back().half.push_back(half);
+        }
+        for (std::size_t i = first; i < tables.size(); ++i) {
+            tables[i].date = date;
+            for (const auto& [name, value] : heads) read_u(tables[i], file, name, value);
+        }
+    }
+    return tables;
+}
+
+TableError read_table_error(const std::string& file, const std::string& error) {
+    const std::vector<UncertainTable> tables = read_uncertain_tables({file});
+    for (const UncertainTable& table : tables) {
+        if (table.axis != error[2]) continue;
+        const bool given = std::any_of(table.columns.begin(), table.columns.end(), [&](const std::string& name) {
+            return name.substr(0, 3) == error;
+        });
+        if (!given) break;
+        const auto k = std::string("XYZ").find(error[1]) != std::string::npos
+                           ? static_cast<std::size_t>(error[1] - 'X')
+                           : static_cast<std::size_t>(error[1] - 'A') + 3;
+        TableError result{table.axis, {}};
+        for (std::size_t i = 0; i < table.mean.size(); ++i) {
+            const double mean = table.mean[i].errors[k], half = table.half.empty() ? 0 : table.half[i].errors[k];
+            result.rows.push_back({table.mean[i].position, mean + half, mean - half});
+        }
+        return result;
+    }
+    throw std::runtime_error(file + ": there is no " + error + " in it");
+}
+
+}  // namespace plumb::commissioning

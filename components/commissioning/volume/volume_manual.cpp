@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/commissioning/volume/volume_manual.hpp"
+
+namespace plumb::commissioning {
+
+hal::CommandPage volume_page() {
+    return {
+        "plumb-volume",
+        "reversal|circle|diagonals|straightedge|block|import|export|uncertainty [FILES] [options]",
+        {{"DESCRIPTION",
+          R"(plumb volume measures the errors of axes that squareness(9) corrects by tables, reads and writes tables of other
+controls, and states how sure the whole is. Errors are actual minus nominal, in mm and rad, never corrections. Each command states
+the uncertainty of its result, k = 2, and the errors that the measurement cannot see.
+
+plumb volume COMMAND --help prints the options of a command.)"},
+         {"REVERSAL",
+          R"(plumb volume reversal READINGS.csv --axis X --output x.csv makes the direction columns EXX+ and EXX- of lost motion.
+Approach each position from both sides, each time from at least five times the lost motion away, five times at three places or
+more. READINGS.csv has the columns position,up1,up2,...,down1,down2,... in mm: up after motion to the + end. An indicator
+counts up as the axis moves to its + end.
+
+  position,up1,up2,up3,down1,down2,down3
+  100,0.0001,-0.0002,0.0001,0.0102,0.0099,0.0101
+  300,0.0002,0.0001,-0.0001,0.0098,0.0101,0.0100
+
+--scale keeps the mean of both directions, too: for a laser or a scale. An indicator at each place has its own zero, and shows no
+scale. --own-u is the standard uncertainty of the indicator's own hysteresis; repeating does not reduce it. --into TABLE
+puts the result into a table that the axis has already.
+
+--recording reads the columns motor,load instead: the encoder of the motor and a scale at the load, over any program.
+
+BACKLASH and COMP_FILE of LinuxCNC correct the same error. Delete their lines before you use the table. --ini refuses a table
+beside them.)"},
+         {"CIRCLE",
+          R"(plumb volume circle CCW.csv CW.csv reads paths of a ballbar after ISO 230-4: lines angle,radius in deg and mm, below a
+head:
+
+  # plane: XY
+  # radius: 150
+  # feed: 2000
+  # direction: CCW
+  # object: part
+  angle,radius
+
+The unit of feed is mm/min. It prints G of each direction, G(b) and F, and the opening of the corner, the difference of the
+scales, lost motion, play across and the difference of the servo lags. One direction alone gives opening and lag as one sum.)"},
+         {"DIAGONALS",
+          R"(plumb volume diagonals --box 800,600,500 --deviations 3um,-5um,2um,1um --u 1um reads the four body diagonals after
+ISO 230-6, measured minus nominal length, in the order PPP, NPP, PNP, NNP. N marks an axis that goes to its - end. It prints the
+openings of the three corners for plumb squareness, and the mean scale. Equal diagonals do not prove a good volume: 10 um/m in X
+and 17.8 um/m in Y read alike on 800 x 600.)"},
+         {"STRAIGHTEDGE AND BLOCK",
+          R"(plumb volume straightedge EDGE.csv --error EYX makes a table of straightness from a straightedge that you turn over
+about its length. Columns: position,before,turned in mm. Before, the plunger points to the + end of the axis across; then the edge
+is turned over, and the plunger points to the - end, on the same line of its face. Both readings count up as the plunger is
+pressed in. The edge's own error drops out.
+
+plumb volume block --bore 30 --measured 27.012 --ball 3 --pre-travel 4um gives the lost motion of an axis from a gauge bore or
+block and a probe: measured bore = D - ball + 2 pre-travel + B; --boss W = W + ball - 2 pre-travel - B. A probe cannot separate
+B from its own pre-travel, which an axis with a scale at the load shows.)"},
+         {"FILES OF OTHERS",
+          R"(plumb volume import --from linuxcnc FILE --axis X --type 1 prints the table that a COMP_FILE of LinuxCNC describes, and the
+sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target, odd runs rising. --zero POS
+shifts the table to 0 there, --negate turns its sign. --unit inch is for a COMP_FILE of an inch machine. --output writes the
+table. A bad line is refused with file, line and reason, and nothing is written.
+
+plumb volume export --to linuxcnc TABLE --axis X --type 1 writes a COMP_FILE, --to rtl an .rtl file. They hold the scale
+EXX of one axis only, in both directions.)"},
+         {"UNCERTAINTY",
+          R"(plumb volume uncertainty --chain w-X.b-Y-Z-t --box X=0:800,Y=0:600,Z=-500:0 --tool T3=0,0,-200 --tilt
+EC0Y=-80urad,u=4urad --table y.csv states how far two places of the work may be off each other after correction: U is twice the
+standard uncertainty in the worst direction. One measurement that set several angles is --common NAME,EC0Y=1,EC0X=0.5,u=3urad.
+Other causes: --repeatability X=0.5um, --tool-u 2um for its length. Tables state theirs in their head, for each value, and for
+all rows together, per mm of the position or constant:
+
+  # u: EXX 0.5e-3, EXX+ 0.2e-3
+  # u-common: EXX 0.8e-6 per X
+
+EXX+ in the head is half of the difference by direction. A cause without u gives "+- unknown", never 0. 2,000 machines are drawn;
+--seed and --draws change that.)"},
+         {"EXIT STATUS", R"(0 after success; 1 if a file or value is refused; 2 for a wrong command line.)"},
+         {"LIMITS",
+          R"(Uncorrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of the work, contour
+error.)"}},
+        ".BR plumb (1),\n.BR plumb-squareness (1),\n.BR squareness (9)"};
+}
+
+}  // namespace plumb::commissioning

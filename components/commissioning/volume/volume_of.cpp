@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/commissioning/volume/volume_of.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+
+#include "components/commissioning/quantity_text.hpp"
+#include "components/commissioning/volume/volume_files.hpp"
+#include "components/io/files/csv.hpp"
+#include "components/math/geometry/axis_chain.hpp"
+
+namespace plumb::commissioning {
+namespace {
+
+[[noreturn]] void refuse(const std::string& option, std::string_view text, const std::string& why) {
+    throw std::invalid_argument(option + ": " + csv::quoted(text) + ' ' + why);
+}
+
+std::size_t error_index(const std::string& error) {
+    return error[1] >= 'X' ? static_cast<std::size_t>(error[1] - 'X') : static_cast<std::size_t>(error[1] - 'A') + 3;
+}
+
+// The coordinate of an axis of the chain.
+std::size_t place_of(char letter, const AxisChain& chain, const std::string& option, std::string_view text) {
+    for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W})
+        if (plumb::letter(axis) == letter && chain.has(axis)) return static_cast<std::size_t>(coordinate(axis));
+    refuse(option, text, "names an axis that the chain does not have");
+}
+
+double angle(const std::string& option, const std::string& text) {
+    try {
+        return angle_of(text);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(option + ": " + error.what());
+    }
+}
+
+double u_length(const std::string& option, const std::string& text) {
+    try {
+        const double u = length_of(text);
+        if (u >= 0 && u < 10) return u;
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(option + ": " + error.what());
+    }
+    refuse(option, text, "is not from 0 to 10 mm");
+}
+
+// NAME=VALUE
+std::pair<std::string, std::string> halves(const std::string& option, std::string_view text) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string_view::npos || equals == 0) refuse(option, text, "has no form as NAME=VALUE");
+    return {std::string(csv::trimmed(text.substr(0, equals))), std::string(csv::trimmed(text.substr(equals + 1)))};
+}
+
+// EC0Y
+UncertaintySource::Angle tilt_of(const std::string& option, const std::string& name, const AxisChain& chain) {
+    if (name.size() != 4 || name[0] != 'E' || name[1] < 'A' || name[1] > 'C' || name[2] != '0')
+        refuse(option, name, "is no tilt, as EC0Y");
+    return {place_of(name[3], chain, option, name), name[1] - 'A', 1};
+}
+
+void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
+    MeasuredVolume& m = q.measured;
+    for (const UncertainTable& table : read_uncertain_tables(options.tables)) {
+        const std::size_t axis = place_of(table.axis, m.chain.axes, "--table", std::string(1, table.axis));
+        m.means[axis] = table.mean;
+        m.halves[axis] = table.half;
+        for (const std::string& column : table.columns) {
+            if (column.back() == '-') continue;
+            const bool directed = column.back() == '+';
+            const std::string error = column.substr(0, 3);
+            const std::size_t e = error_index(error);
+            // Of a column for each direction the mean may be unknown: an indicator shows no scale.
+            std::vector<std::pair<std::string, bool>> parts{{error, false}};
+            if (directed) parts.emplace_back(error + '+', true);
+            for (const auto& [name, half] : parts) {
+                const auto u = table.u.find(name);
+                const auto common = table.common.find(name);
+                if (u == table.u.end() && common == table.common.end()) {
+                    q.without.push_back(half ? error + ", by direction" : error);
+                    continue;
+                }
+                const std::size_t rows = table.mean.size();
+                for (std::size_t row = 0; u != table.u.end() && u->second > 0 && row < rows; ++row)
+                    m.sources.push_back({error, {}, {{axis, row, e, u->second, half}}});
+                if (common == table.common.end() || common->second.value == 0) continue;
+                UncertaintySource together{error + ", all rows together", {}, {}};
+                for (std::size_t row = 0; row < rows; ++row)
+                    together.rows.push_back({axis, row, e,
+                                             common->second.value *
+                                                 (common->second.per_position ? table.mean[row].position : 1),
+                                             half});
+                m.sources.push_back(together);
+            }
+        }
+    }
+}
+
+}  // namespace
+
+VolumeQuestion question_of(const VolumeOptions& options) {
+    VolumeQuestion q;
+    MeasuredVolume& m = q.measured;
+    m.chain.axes = AxisChainReader::read(options.chain);
+    m.max_correction = options.max_correction;
+    if (!(m.max_correction > 0 && m.max_correction <= 100))
+        refuse("--max-correction", csv::decimal(options.max_correction), "is not from 0 to 100 mm");
+    for (const std::string& text : options.tilts) {
+        std::optional<UncertaintySource::Angle> its;
+        std::optional<double> u;
+        std::string name;
+        for (const std::string_view field : csv::split_at_commas(text)) {
+            const auto [key, value] = halves("--tilt", field);
+            if (key == "u") {
+                u = std::abs(angle("--tilt", value));
+            } else {
+                its = tilt_of("--tilt", key, m.chain.axes);
+                name = key;
+                m.chain.tilts[its->axis].angles[its->rotation] = angle("--tilt", value);
+            }
+        }
+        if (!its) refuse("--tilt", text, "has no angle, as EC0Y=-80urad");
+        if (!u)
+            q.without.push_back(name);
+        else if (*u > 0)
+            m.sources.push_back({name, {{its->axis, its->rotation, *u}}, {}});
+    }
+    for (const std::string& text : options.commons) {
+        UncertaintySource source;
+        std::optional<double> u;
+        for (const std::string_view field : csv::split_at_commas(text)) {
+            if (field.find('=') == std::string_view::npos) {
+                source.name = field;
+                continue;
+            }
+            const auto [key, value] = halves("--common", field);
+            if (key == "u") {
+                u = angle("--common", value);
+                continue;
+            }
+            UncertaintySource::Angle its = tilt_of("--common", key, m.chain.axes);
+            const auto factor = csv::number(value);
+            if (!factor || !(std::abs(*factor) <= 100)) refuse("--common", field, "has no factor, as EC0X=0.5");
+            its.factor = *factor;
+            source.angles.push_back(its);
+        }
+        if (source.name.empty() || source.angles.empty() || !u)
+            refuse("--common", text, "has no form as NAME,EC0Y=1,EC0X=0.5,u=3urad");
+        for (UncertaintySource::Angle& its : source.angles) its.factor *= *u;
+        m.sources.push_back(source);
+    }
+    add_tables(options, q);
+    for (const std::string& text : options.repeatability) {
+        const auto [key, value] = halves("--repeatability", text);
+        if (key.size() != 1) refuse("--repeatability", text, "has no form as X=0.5um");
+        place_of(key[0], m.chain.axes, "--repeatability", text);
+        UncertaintySource source{"repeatability", {}, {}};
+        source.tip[static_cast<Eigen::Index>(std::string("XYZUVW").find(key[0]) % 3)] =
+            u_length("--repeatability", value);
+        m.sources.push_back(source);
+    }
+    if (!options.tool_u.empty()) {
+        UncertaintySource source{"tool length", {}, {}};
+        source.tool.z() = u_length("--tool-u", options.tool_u);
+        m.sources.push_back(source);
+    }
+
+    double low[3] = {}, high[3] = {};
+    bool given[3] = {};
+    for (const std::string_view field : csv::split_at_commas(options.box)) {
+        const auto [key, value] = halves("--box", field);
+        const std::size_t k = key.size() == 1 ? std::string("XYZ").find(key) : std::string::npos;
+        const std::size_t colon = value.find(':');
+        const auto from = csv::number(value.substr(0, std::min(colon, value.size())));
+        const auto to = csv::number(colon == std::string::npos ? "" : value.substr(colon + 1));
+        if (k > 2 || !from || !to || !(*to - *from >= 1) || !(std::abs(*from) <= 1e5 && std::abs(*to) <= 1e5))
+            refuse("--box", field, "has no form as X=0:800");
+        low[k] = *from, high[k] = *to, given[k] = true;
+    }
+    if (!(given[0] && given[1] && given[2])) refuse("--box", options.box, "does not name X, Y and Z");
+    std::vector<std::string> tools = options.tools;
+    if (tools.empty()) tools = {"no tool=0,0,0"};
+    for (const std::string& text : tools) {
+        VolumePlace place;
+        const std::size_t equals = text.rfind('=');
+        const auto fields = csv::split_at_commas(std::string_view(text).substr(equals + 1));
+        if (equals == std::string::npos || fields.size() != 3) refuse("--tool", text, "has no form as T3=0,0,-200");
+        place.name = text.substr(0, equals);
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            const auto value = csv::number(fields[static_cast<std::size_t>(i)]);
+            if (!value || !(std::abs(*value) <= 1e4)) refuse("--tool", text, "has no lengths below 1e4 mm");
+            place.tool[i] = *value;
+        }
+        for (int x = 0; x < 3; ++x)
+            for (int y = 0; y < 3; ++y)
+                for (int z = 0; z < 3; ++z) {
+                    place.position.head<3>() << low[0] + x * (high[0] - low[0]) / 2, low[1] + y * (high[1] - low[1]) / 2,
+                        low[2] + z * (high[2] - low[2]) / 2;
+                    q.places.push_back(place);
+                }
+    }
+    q.reference = q.places.front();
+    if (!options.reference.empty())
+        for (const std::string_view field : csv::split_at_commas(options.reference)) {
+            const auto [key, value] = halves("--reference", field);
+            const std::size_t k = key.size() == 1 ? std::string("XYZ").find(key) : std::string::npos;
+            const auto number = csv::number(value);
+            if (k > 2 || !number || !(std::abs(*number) <= 1e5)) refuse("--reference", field, "has no form as X=0");
+            q.reference.position[static_cast<Eigen::Index>(k)] = *number;
+        }
+    if (m.sources.empty() && q.without.empty()) q.without.push_back("the machine");
+    for (std::size_t i = 1; i < q.without.size(); ++i) q.notes.push_back("No uncertainty either: " + q.without[i] + '.');
+    return q;
+}
+
+std::string table_with_reversal(const std::string& file, char axis, const std::string& error, const DirectionRows& rows,
+                                const std::string& head) {
+    std::vector<ErrorTable::Row> half;
+    for (const DirectionRow& row : rows) {
+        half.push_back({row.position, {}});
+        half.back().errors[0] = (row.up - row.down) / 2;
+    }
+    const ErrorTable reversal(half);
+    std::string text;
+    std::size_t count = 0;
+    bool found = false;
+    const std::size_t e = error_index(error);
+    for (const UncertainTable& table : read_uncertain_tables({file})) {
+        if (table.axis != axis) throw std::runtime_error(file + ": holds a table of another axis");
+        found = true;
+        std::vector<std::string> names;
+        for (const std::string& name : table.columns)
+            if (name.substr(0, 3) != error) names.push_back(name);
+        text += std::string(1, axis) + ',' + error + "+," + error + '-';
+        for (const std::string& name : names) text += ',' + name;
+        text += '\n';
+        for (std::size_t i = 0; i < table.mean.size(); ++i, ++count) {
+            const ErrorTable::Row& mean = table.mean[i];
+            const double h = reversal.at(mean.position).errors[0];
+            text += csv::decimal(mean.position) + ',' + csv::decimal(mean.errors[e] + h) + ',' +
+                    csv::decimal(mean.errors[e] - h);
+            for (const std::string& name : names) {
+                const double its = name.size() == 4 ? table.half[i].errors[error_index(name)] : 0;
+                text += ',' + csv::decimal(mean.errors[error_index(name)] + (name.back() == '-' ? -its : its));
+            }
+            text += '\n';
+        }
+        for (const auto& [name, value] : table.u)
+            if (name != error + '+') text = "# u: " + name + ' ' + csv::decimal(value) + '\n' + text;
+    }
+    if (!found) throw std::runtime_error(file + ": there is no table of " + std::string(1, axis));
+    return error_table_file::Reader::sealed(file, head + text + error_table_file::end_line(count) + '\n');
+}
+
+}  // namespace plumb::commissioning

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include "components/math/geometry/error_table.hpp"
+
+#include <array>
+#include <optional>
+#include <utility>
+
+namespace plumb {
+
+// The error motions of an axis in both directions of motion:
+//
+//     E(q, d) = M(q) + d H(q)      M = (E+ + E-)/2    H = (E+ - E-)/2
+//
+// d is 1 after motion to the + end, -1 to the - end, and between them while it turns.
+class DirectedErrorTable {
+public:
+    struct Reading {
+        ErrorTable::Reading at;  // with d
+        ErrorMotions halves{};   // H
+    };
+
+    // `half` has the first and last position of `mean`. `scale_measured`: the table has the scale of the
+    // axis, its error along its own travel.
+    explicit DirectedErrorTable(ErrorTable mean, std::optional<ErrorTable> half = std::nullopt,
+                                bool scale_measured = false)
+        : mean_(std::move(mean)), half_(std::move(half)), scale_measured_(scale_measured) {}
+
+    double first() const noexcept { return mean_.first(); }  // mm
+    double last() const noexcept { return mean_.last(); }    // mm
+    bool directed() const noexcept { return half_.has_value(); }
+    bool scale_measured() const noexcept { return scale_measured_; }
+
+    // The mean of both directions.
+    ErrorTable::Reading at(double position) const noexcept { return mean_.at(position); }
+
+    Reading at(double position, double d) const noexcept {
+        Reading reading{mean_.at(position)};
+        if (!half_) return reading;
+        const ErrorTable::Reading half = half_->at(position);
+        reading.halves = half.errors;
+        for (std::size_t i = 0; i < half.errors.size(); ++i) {
+            reading.at.errors[i] += d * half.errors[i];
+            reading.at.slopes[i] += d * half.slopes[i];
+        }
+        return reading;
+    }
+
+private:
+    ErrorTable mean_;
+    std::optional<ErrorTable> half_;
+    bool scale_measured_;
+};
+
+}  // namespace plumb

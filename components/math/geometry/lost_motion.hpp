@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+// Readings of an axis at one of its positions, after motion to its + end (up) and to its - end (down), in
+// mm: the actual position less the nominal one, or the reading of an indicator that counts up as the axis
+// moves to its + end.
+struct BothWays {
+    double position = 0;  // mm
+    std::vector<double> up, down;
+};
+
+// The result at one position: E+ = mean + half, E- = mean - half. The lost motion is -2 half.
+struct ReversalRow {
+    double position = 0;        // mm
+    double mean = 0, half = 0;  // mm
+    double uncertainty = 0;     // mm, standard, of half
+};
+
+struct ReversalResult {
+    std::vector<ReversalRow> rows;
+    double repeatability = 0;  // mm, standard deviation of a reading, from all positions
+    int freedom = 0;           // degrees of freedom of the repeatability
+    double lost_motion = 0;    // mm, mean over the positions
+    double uncertainty = 0;    // mm, standard, of the lost motion
+};
+
+// By how much twice the standard uncertainty is widened if few readings show the repeatability: Student's t
+// of 95.45 % over 2.
+inline double widening(int freedom) noexcept {
+    constexpr double t[] = {13.97, 4.53, 3.31, 2.87, 2.65, 2.52, 2.43, 2.37, 2.32, 2.28};
+    if (freedom <= 0) return 1;
+    if (freedom <= 10) return t[freedom - 1] / 2;
+    return 1 + 1.4 / freedom;
+}
+
+// `reading` is the standard uncertainty of a reading if no position was read twice, `own` the standard
+// uncertainty of a difference up - down that repeating does not show, as the hysteresis of the indicator.
+// Throws std::invalid_argument with the position and the reason.
+inline ReversalResult reversal_of(std::vector<BothWays> places, double reading = 0, double own = 0) {
+    const auto number = [](double value) {
+        std::string text = std::to_string(value);
+        text.erase(text.find_last_not_of('0') + 1);
+        return text.back() == '.' ? text.substr(0, text.size() - 1) : text;
+    };
+    if (places.empty()) throw std::invalid_argument("there are no readings");
+    std::sort(places.begin(), places.end(),
+              [](const BothWays& a, const BothWays& b) { return a.position < b.position; });
+    ReversalResult result;
+    double squares = 0;
+    const auto mean = [](const std::vector<double>& all) {
+        double sum = 0;
+        for (const double one : all) sum += one;
+        return sum / static_cast<double>(all.size());
+    };
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const BothWays& place = places[i];
+        if (place.up.empty() || place.down.empty())
+            throw std::invalid_argument("position " + number(place.position) + " was not reached " +
+                                        (place.up.empty() ? "from the - side" : "from the + side"));
+        if (i > 0 && !(place.position - places[i - 1].position >= 1e-3))
+            throw std::invalid_argument("position " + number(place.position) + " is there twice");
+        for (const std::vector<double>* side : {&place.up, &place.down}) {
+            const double middle = mean(*side);
+            for (const double one : *side) squares += (one - middle) * (one - middle);
+            result.freedom += static_cast<int>(side->size()) - 1;
+        }
+    }
+    if (result.freedom == 0 && !(reading > 0))
+        throw std::invalid_argument("each position was read once in each direction, so the scatter is "
+                                    "unknown: read again, or give the uncertainty of a reading");
+    result.repeatability = result.freedom > 0 ? std::sqrt(squares / result.freedom) : reading;
+    if (!(result.repeatability >= 1e-8 || reading > 0))
+        throw std::invalid_argument("the readings do not scatter at all: give the uncertainty of a reading, "
+                                    "such as a third of a division of the indicator");
+    const double one = std::max(result.repeatability * widening(result.freedom), reading);
+    double variance = 0;
+    for (const BothWays& place : places) {
+        const double up = mean(place.up), down = mean(place.down);
+        const double of_difference = one * one * (1 / static_cast<double>(place.up.size()) +
+                                                  1 / static_cast<double>(place.down.size()));
+        result.rows.push_back({place.position, (up + down) / 2, (up - down) / 2,
+                               std::sqrt(of_difference + own * own) / 2});
+        result.lost_motion -= (up - down) / static_cast<double>(places.size());
+        variance += of_difference / static_cast<double>(places.size() * places.size());
+    }
+    result.uncertainty = std::sqrt(variance + own * own);
+    return result;
+}
+
+}  // namespace plumb

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb volume: from readings to tables that squareness takes, with their uncertainty, and files of other controls."""
+
+import json
+import math
+import os
+import random
+import subprocess
+import tempfile
+import unittest
+
+import plumb
+from tree import BUILD
+
+PLUMB_VOLUME = os.path.join(BUILD, "bin", "plumb-volume")
+
+
+def volume(*arguments, cwd=None):
+    done = subprocess.run([PLUMB_VOLUME, *arguments], capture_output=True, text=True, check=False, cwd=cwd)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Volume(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="plumb-volume-")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def write(self, name, text):
+        with open(os.path.join(self.folder, name), "w", encoding="ascii") as file:
+            file.write(text)
+        return name
+
+    def read(self, name):
+        with open(os.path.join(self.folder, name), encoding="ascii") as file:
+            return file.read()
+
+    def run_volume(self, *arguments):
+        status, output, errors = volume(*arguments, cwd=self.folder)
+        self.assertEqual((status, errors), (0, ""), arguments)
+        return output
+
+    def refused(self, *arguments):
+        status, output, errors = volume(*arguments, cwd=self.folder)
+        self.assertEqual((status, output), (1, ""), arguments)
+        return errors.strip()
+
+    def readings(self, noise=0.0):
+        drawn = random.Random(4)
+        rows = ["position,up1,up2,up3,down1,down2,down3"]
+        for place, lost in ((100, 0.008), (300, 0.010), (500, 0.012)):
+            rows.append(",".join(["%g" % place] + ["%.5f" % (sign * lost / 2 + drawn.gauss(0, noise)) for sign in (-1, -1, -1, 1, 1, 1)]))
+        return self.write("readings.csv", "\n".join(rows) + "\n")
+
+    def test_readings_become_direction_columns_that_squareness_corrects(self):
+        output = self.run_volume("reversal", self.readings(), "--axis", "X", "--output", "x.csv", "--reading-u", "0.1um")
+        self.assertIn("Lost motion of X: 10.00 um +- 0.09 um (k = 2), from 8.00 um to 12.00 um along the travel", output)
+        self.assertIn("Not seen: the scale of the axis,", output)
+        with plumb.Host(options={"squareness.table": os.path.join(self.folder, "x.csv"), "squareness.chain": "w-X-Y.b-Z-C-t"}) as host:
+            for line in ("loadrt threads name1=t period1=1000000", "loadrt squareness names=square", "addf square.update t", "start"):
+                host.command(line)
+            for name, value in (("max-speed", 1e5), ("enable", True), ("all-homed", True)):
+                host.set("square." + name, value)
+            for place, direction, lost in ((300, 1, 0.010), (100, -1, 0.008), (500, 1, 0.012)):
+                host.set("square.x-position", place - direction)
+                host.run(0.2)
+                host.set("square.x-position", place)
+                host.run(0.3)
+                self.assertAlmostEqual(host.get("square.x-correction"), direction * lost / 2, 6)
+
+    def test_one_reading_each_needs_an_uncertainty_and_the_hysteresis_stays(self):
+        self.write("once.csv", "position,up1,down1\n5,0,0.01\n")
+        self.assertIn("once.csv: each position was read once in each direction", self.refused("reversal", "once.csv", "--axis", "X"))
+        self.assertIn("the readings do not scatter at all", self.refused("reversal", self.readings(), "--axis", "Y"))
+        found = json.loads(self.run_volume("reversal", self.readings(), "--axis", "Y", "--json", "--own-u", "0.5um", "--reading-u", "0.01um"))
+        self.assertAlmostEqual(found["U"], 0.001, 5)
+        self.assertAlmostEqual(found["lost_motion"], 0.010)
+
+    def test_a_table_that_is_there_takes_the_lost_motion_in(self):
+        self.write("y.csv", "# u: EYY 0.0003\nY,EXY,EYY\n0,0.001,0.002\n300,0.003,0.004\n600,0,0\n# end, 3 rows\n")
+        self.run_volume("reversal", self.readings(), "--axis", "Y", "--output", "new.csv", "--into", "y.csv", "--reading-u", "0.1um")
+        lines = self.read("new.csv").splitlines()
+        self.assertEqual([lines[1], lines[2]], ["# u: EYY 0.0003", "Y,EYY+,EYY-,EXY"])
+        self.assertTrue(lines[0].startswith("# u: EYY+ "), lines[0])
+        self.assertEqual(lines[4], "300,-0.001,0.009,0.003")
+        self.assertIn("y.csv: holds a table of another axis", self.refused("reversal", self.readings(), "--axis", "X", "--output", "z.csv", "--into", "y.csv", "--reading-u", "1um").splitlines()[-1])
+
+    def test_an_axis_that_linuxcnc_compensates_is_refused(self):
+        self.write("my.ini", "[TRAJ]\nCOORDINATES = X Y Z\n[JOINT_0]\nBACKLASH = 0.01\n")
+        self.assertIn("my.ini: line 4: 'BACKLASH = 0.01': LinuxCNC compensates X already", self.refused("reversal", self.readings(), "--axis", "X", "--ini", "my.ini"))
+        self.run_volume("reversal", self.readings(), "--axis", "Y", "--ini", "my.ini", "--reading-u", "0.1um")
+
+    def test_motor_encoder_against_a_scale_at_the_load(self):
+        rows, load, at = ["motor,load"], 0, 0
+        drawn = random.Random(5)
+        for _ in range(60):
+            to = drawn.uniform(0, 400)
+            for step in range(100):
+                motor = at + (to - at) * step / 100
+                load = min(max(load, motor - 0.006), motor + 0.006)
+                rows.append("%.5f,%.5f" % (motor, load))
+            at = to
+        self.write("log.csv", "\n".join(rows) + "\n")
+        found = json.loads(self.run_volume("reversal", "log.csv", "--axis", "X", "--recording", "--json", "--reading-u", "0.1um"))
+        self.assertEqual(len(found["rows"]), 7)
+        for row in found["rows"]:
+            self.assertAlmostEqual(row["lost_motion"], 0.012, 4)
+
+    def ballbar(self, direction, opening=0.0, lost=0.0, name=None, head=""):
+        rows = ["# plane: XY", "# radius: 100", "# feed: 3000", "# direction: " + direction, "# object: part" + head, "angle,radius"]
+        turn = 1 if direction == "CCW" else -1
+        for n in range(720):
+            t = math.radians(n / 2)
+            x, y = 100 * math.cos(t), 100 * math.sin(t)
+            x -= opening * y + math.copysign(lost / 2, -turn * math.sin(t))
+            rows.append("%g,%.6f" % (n / 2, math.hypot(x, y)))
+        return self.write(name or direction + ".csv", "\n".join(rows) + "\n")
+
+    def test_a_ballbar_gives_the_corner_and_the_lost_motion_with_their_signs(self):
+        found = json.loads(self.run_volume("circle", self.ballbar("CCW", 50e-6, 0.01), self.ballbar("CW", 50e-6, 0.01), "--json"))
+        self.assertAlmostEqual(found["opening"]["value"], 50e-6, 7)
+        self.assertAlmostEqual(found["lost_motion_X"]["value"], 0.01, 4)
+        self.assertAlmostEqual(found["lost_motion_Y"]["value"], 0, 4)
+        self.assertAlmostEqual(found["G_b"], 0.01 + 0.005, 2)
+        text = self.run_volume("circle", "CCW.csv")
+        self.assertIn("opening of the corner, with lag", text)
+        self.assertIn("Not seen: equal scales of both axes", text)
+        # The same corner by the same part's diagonals.
+        corner = subprocess.run([os.path.join(BUILD, "bin", "plumb-squareness"), "--json", "--chain", "w-X.b-Y-Z-C-t", "--diagonals",
+                                 "plane=XY,object=part,rising=%.6fmm,falling=%.6fmm,u=1um" % (100 * math.sqrt(2) * (1 - 25e-6), 100 * math.sqrt(2) * (1 + 25e-6))],
+                                capture_output=True, text=True, check=True)
+        angle = [its for its in json.loads(corner.stdout)["settings"] if its["pin"] == "ec0y"][0]
+        self.assertAlmostEqual(float(angle["value"]), 50e-6, 7)
+
+    def test_wrong_ballbar_files_are_refused_with_line_and_value(self):
+        self.assertIn("ring.csv: line 5: object: 'part of a ring' is not part; for a ring or ball", self.refused("circle", self.ballbar("CCW", name="ring.csv", head=" of a ring")))
+        self.write("turn.csv", self.read(self.ballbar("CCW")).replace("CCW", "left"))
+        self.assertIn("turn.csv: line 4: direction: 'left' is not CW or CCW", self.refused("circle", "turn.csv"))
+        self.write("comma.csv", self.read("CCW.csv").replace("0.5,100.000000", "0.5,100,000"))
+        self.assertIn("comma.csv: line 8: 3 values, but the header has 2", self.refused("circle", "comma.csv"))
+        self.write("half.csv", "\n".join(self.read("CCW.csv").splitlines()[:400]) + "\n")
+        self.assertIn("half.csv: the counter-clockwise path covers 197 deg, and needs 330 deg", self.refused("circle", "half.csv"))
+        self.assertIn("CCW.csv: both paths go in the same direction", self.refused("circle", "CCW.csv", "CCW.csv"))
+        self.write("bare.csv", "angle,radius\n0,100\n")
+        self.assertIn("bare.csv: the head does not state plane: write # plane: ...", self.refused("circle", "bare.csv"))
+
+    def test_body_diagonals(self):
+        output = self.run_volume("diagonals", "--box", "1000,1000,1000", "--deviations", "-10um,10um,10um,-10um", "--u", "1um")
+        self.assertRegex(output, r"X to Y +17\.32 \+- 1\.73 urad")
+        self.assertIn("Equal diagonals do not prove a good volume", " ".join(output.split()))
+
+    def test_a_straightedge_that_is_turned_over(self):
+        rows = ["position,before,turned"] + ["%d,%.6f,%.6f" % (x, 1e-7 * x * x + 0.002 * math.sin(x), -1e-7 * x * x + 0.002 * math.sin(x)) for x in range(0, 601, 50)]
+        self.write("edge.csv", "\n".join(rows) + "\n")
+        output = self.run_volume("straightedge", "edge.csv", "--error", "EYX", "--u", "0.5um", "--output", "x.csv")
+        self.assertIn("Straightness EYX: 9.00 um, U of each value 0.71 um", output)
+        self.assertTrue(self.read("x.csv").startswith("# u: EYX 0.000353553391\nX,EYX\n0,0.0055\n"))
+        self.assertIn("'EXX' is no straightness", self.refused("straightedge", "edge.csv", "--error", "EXX", "--u", "1um"))
+
+    def test_a_bore_and_a_boss_need_the_pre_travel(self):
+        output = self.run_volume("block", "--bore", "30", "--measured", "27.018", "--ball", "3", "--pre-travel", "4um", "--pre-travel-u", "1um", "--u", "0.5um")
+        self.assertIn("Lost motion: 10.00 um +- 4.24 um (k = 2)", output)
+        self.assertIn("+- unknown: the pre-travel has no uncertainty", self.run_volume("block", "--boss", "30", "--measured", "32.982", "--ball", "3", "--pre-travel", "4um", "--u", "1um"))
+        self.assertIn("give either --bore or --boss", self.refused("block", "--measured", "3", "--ball", "3", "--pre-travel", "4um"))
+
+    def test_a_comp_file_becomes_a_table_and_comes_back(self):
+        self.write("x.comp", "0 0 0.01\n100 -0.002 0.008\n200 -0.004 0.006\n")
+        output = self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--type", "1", "--output", "x.csv")
+        self.assertIn("At 200 mm, reached in + direction, X stands 4.00 um beyond its nominal place, towards its + end.", " ".join(output.split()))
+        self.assertTrue(self.read("x.csv").startswith("# imported from linuxcnc\nX,EXX+,EXX-\n0,0,-0.01\n100,0.002,-0.008\n"))
+        self.run_volume("export", "--to", "linuxcnc", "x.csv", "--axis", "X", "--type", "1", "--output", "back.comp")
+        self.assertEqual([[float(word) for word in line.split()] for line in self.read("back.comp").splitlines()], [[0, 0, 0.01], [100, -0.002, 0.008], [200, -0.004, 0.006]])
+        self.run_volume("export", "--to", "rtl", "x.csv", "--axis", "X", "--output", "x.rtl")
+        self.run_volume("import", "--from", "rtl", "x.rtl", "--axis", "X", "--output", "again.csv")
+        self.assertEqual(self.read("again.csv").splitlines()[1:5], self.read("x.csv").splitlines()[1:5])
+        zeroed = self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--output", "zero.csv", "--zero", "0", "--negate")
+        self.assertIn("Written: zero.csv", zeroed)
+        self.assertEqual(self.read("zero.csv").splitlines()[2], "0,-0.005,0.005")
+
+    def test_wrong_files_write_nothing(self):
+        self.write("bad.comp", "0 0 0\n100 0\n")
+        self.assertIn("bad.comp: line 2: 2 values, not nominal, forward and reverse", self.refused("import", "--from", "linuxcnc", "bad.comp", "--axis", "X", "--output", "x.csv"))
+        self.assertEqual(os.listdir(self.folder), ["bad.comp"])
+        self.write("steep.comp", "0 0 0\n1 0.5 0.5\n")
+        self.assertIn("is too steep", self.refused("import", "--from", "linuxcnc", "steep.comp", "--axis", "X"))
+        self.assertIn("--axis: 'A' is none of X Y Z U V W", self.refused("import", "--from", "linuxcnc", "bad.comp", "--axis", "A"))
+        self.assertEqual(volume("import", "--from", "heidenhain", "bad.comp", "--axis", "X", cwd=self.folder)[0], 2)
+        self.assertIn("there is no option --axes", volume("import", "--from", "rtl", "bad.comp", "--axes", "X", cwd=self.folder)[2])
+
+    COLUMN = ("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:800,Y=0:600,Z=-500:0", "--tool", "T3=0,0,-200")
+
+    def test_the_whole_is_stated_in_one_line(self):
+        self.write("x.csv", "# u: EXX 0.0005\n# u-common: EXX 2e-6 per X\nX,EXX\n0,0\n400,0.003\n800,0\n# end, 3 rows\n")
+        arguments = (*self.COLUMN, "--tilt", "EC0Y=-80urad,u=4urad", "--table", "x.csv", "--repeatability", "X=0.3um")
+        output = " ".join(self.run_volume(*arguments).split())
+        self.assertRegex(output, r"After correction: 0\.0 um \+- \d\.\d um \(k = 2\) over [\d.]+ m, worst at X 800 Y 600 Z (-500|-250|0) with T3\. Largest share: EC0Y, \d\d %\.")
+        self.assertIn("Not corrected, and not in U: the orientation of the tool", output)
+        found = json.loads(self.run_volume(*arguments, "--json"))
+        self.assertEqual(len(found["places"]), 27)
+        self.assertAlmostEqual(sum(share["part"] for share in found["shares"]), 1)
+        # X 800, Y 600: 4 urad of 600 mm, rows of 0.5 um at both ends, 2 um/m of 800 mm, twice the repeatability.
+        expected = 2 * math.sqrt(0.0024**2 + 2 * 0.0005**2 + 0.0016**2 + 2 * 0.0003**2)
+        self.assertAlmostEqual(found["U"], expected, delta=0.05 * expected)
+        self.assertEqual(json.loads(self.run_volume(*arguments, "--json"))["U"], found["U"])
+
+    def test_what_has_no_uncertainty_makes_the_whole_unknown(self):
+        output = " ".join(self.run_volume(*self.COLUMN, "--tilt", "EC0Y=-80urad").split())
+        self.assertIn("+- unknown: EC0Y has no uncertainty", output)
+        self.write("x.csv", "X,EXX+,EXX-\n0,0,0\n800,0,0.001\n# end, 2 rows\n")
+        output = " ".join(self.run_volume(*self.COLUMN, "--tilt", "EC0Y=1urad,u=1urad", "--table", "x.csv").split())
+        self.assertIn("+- unknown: EXX has no uncertainty", output)
+        self.assertIn("No uncertainty either: EXX, by direction.", output)
+        self.assertIsNone(json.loads(self.run_volume(*self.COLUMN, "--table", "x.csv", "--json"))["U"])
+
+    def test_wrong_questions_are_refused(self):
+        for option, value, reason in (
+            ("--tilt", "EC0W=1urad,u=1urad", "--tilt: 'EC0W' names an axis that the chain does not have"),
+            ("--tilt", "EC0Y=1", "--tilt: '1'"),
+            ("--common", "square,EC0Y=1", "--common: 'square,EC0Y=1' has no form"),
+            ("--repeatability", "X=20mm", "is not from 0 to 10 mm"),
+            ("--reference", "X=nan", "--reference: 'X=nan' has no form"),
+        ):
+            self.assertIn(reason, self.refused(*self.COLUMN, option, value))
+        self.assertIn("--box: 'X=0:0' has no form", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:0,Y=0:1,Z=0:1"))
+
+
+if __name__ == "__main__":
+    unittest.main()
