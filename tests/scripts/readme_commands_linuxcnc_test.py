@@ -245,6 +245,7 @@ COMMANDS = {
         "scripts/bench pairs": bench("pairs"),
         "scripts/bench portal": bench("portal"),
         "scripts/bench circle": bench("circle"),
+        "scripts/bench volume": bench("volume"),
         "scripts/bench grinder": bench("grinder"),
         "scripts/bench part": bench("part"),
         "scripts/bench lathe": bench("lathe"),

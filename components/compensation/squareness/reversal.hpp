@@ -31,8 +31,11 @@ struct Reversal final : hal::Group {
                             "Errors differ by direction, and that of an axis is not certain."};
 
     // Each period, first: d goes on, at the acceleration and rate that the joints can share. `fresh`: the
-    // tables or settings are new, and a d on its way starts again at its value.
+    // tables are new. Then, and with another acceleration, a d on its way starts again at its value: it could
+    // not brake.
     void move(const SquarenessSettings::Values& settings, bool fresh, double dt) noexcept {
+        fresh |= settings.reversal_acceleration != acceleration_;
+        acceleration_ = settings.reversal_acceleration;
         for (Eigen::Index i = 0; i < 4; ++i) {
             TrapezoidalMove& d = turns_[static_cast<std::size_t>(i)];
             const double to = watches_[static_cast<std::size_t>(i)].direction();
@@ -102,6 +105,7 @@ private:
     std::array<TrapezoidalMove, 4> turns_;
     std::array<bool, 4> twice_{}, pushed_{};  // compensated twice; perhaps pushed while off
     bool any_twice_ = false, was_on_ = true;
+    double acceleration_ = 0;  // mu/s2, the last one
     SquarenessModel::Directions now_;
     AxisPosition last_ = AxisPosition::Zero(), wanted_ = AxisPosition::Zero(),
                  turned_on_at_ = AxisPosition::Zero();

@@ -101,9 +101,10 @@ struct Squareness final : hal::Component {
         reader_.read_tool(tool_offset);
         const bool by_program = coordinated;
         compensated.step(model_.velocity(reader_.motion()), by_program);
-        const bool edited = settings.judge(axes_) | reversal.watch_compensation(axes_, tables_.in_use());
+        const bool left_out = reversal.watch_compensation(axes_, tables_.in_use());
+        const bool edited = settings.judge(axes_) || left_out;
         const bool reloaded = take_over_tables();
-        reversal.move(settings.values(), edited || reloaded, dt);
+        reversal.move(settings.values(), reloaded || left_out, dt);
         const bool homed = all_homed, was_active = model_.active();
 
         const bool enabled = enable;

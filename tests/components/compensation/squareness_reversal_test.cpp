@@ -79,6 +79,22 @@ TEST(SquarenessReversal, TheTurnTakesTheShortestTimeOfItsAccelerationAndIsInTheV
     EXPECT_FALSE(square.get("ramping"));
 }
 
+// As a signal of the temperature drives it.
+TEST(SquarenessReversal, AnAngleThatChangesInEachPeriodDelaysNoTurn) {
+    WithTable machine(lost_motion);
+    Square& square = machine.square;
+    square.go({0, 0, 0, 0});
+    square.go({1, 0, 0, 0});
+    square.run(0.05);
+    square.set("x-position", 0.9);
+    for (int i = 0; i < 16; ++i) {
+        square.set("ea0y", 1e-9 * i);
+        square.run(0.001);
+    }
+    EXPECT_EQ(square.get("x-direction"), -1);
+    EXPECT_NEAR(square.get("x-correction"), -5 * um, nm);
+}
+
 TEST(SquarenessReversal, TheRateIsNotExceededAndAxesThatMoveOneJointShareIt) {
     WithTable machine(std::string(lost_motion) +
                                 "Y,EXY+,EXY-,EYY+,EYY-\n-600,0.005,-0.005,0,0\n600,0.005,-0.005,0,0\n");

@@ -169,7 +169,7 @@ TEST(IniCompensation, AnAxisThatLinuxCNCCompensatesIsRefusedWithItsLine) {
     EXPECT_EQ(refused(kins + "[JOINT_2]\nBACKLASH = 0.01\n", 'Y'), "line 4: 'BACKLASH = 0.01': Li");
     EXPECT_EQ(refused(kins + "[JOINT_2]\nBACKLASH = 0.01\n", 'Z'), "accepted");
     EXPECT_EQ(refused(kins + "[JOINT_3]\nBACKLASH = 0.000 # none\n", 'Z'), "accepted");
-    EXPECT_EQ(refused("[TRAJ]\nCOORDINATES = X Z\n[JOINT_1]\n COMP_FILE = z.comp\n", 'Z'), "line 4: 'COMP_FILE = z.comp'");
+    EXPECT_EQ(refused("[TRAJ]\nCOORDINATES = X Z\n[JOINT_1]\n COMP_FILE = z.comp\n", 'Z'), "line 4: 'COMP_FILE = z.comp':");
     EXPECT_EQ(refused("[TRAJ]\nCOORDINATES = X Z\n[JOINT_1]\n# COMP_FILE = z.comp\n", 'Z'), "accepted");
 }
 
