@@ -39,7 +39,8 @@ class Figures(unittest.TestCase):
 class Bench(unittest.TestCase):
     def test_one_machine_keeps_its_limits_and_is_drawn(self):
         with tempfile.TemporaryDirectory() as folder:
-            status, output, errors = run_bench("circle", "--seeds", "1", "--seed", "9001", "--output", folder)
+            done = run_bench("circle", "--seeds", "1", "--seed", "9001", "--output", folder)
+            status, output, errors = done.returncode, done.stdout, done.stderr
             self.assertEqual(status, 0, output + errors)
             self.assertRegex(output, r"peak at most 1\.2 times the law and 0\.3 um: +1 of 1\n")
             self.assertRegex(output, r"at rest at most 0\.5 um and U of the indicator: 1 of 1\n")

@@ -34,7 +34,8 @@ class Figures(unittest.TestCase):
 class Bench(unittest.TestCase):
     def test_few_machines_are_within_what_is_stated(self):
         with tempfile.TemporaryDirectory() as folder:
-            _, output, errors = run_bench("volume", "--seeds", "4", "--seed", "9001", "--output", folder)
+            done = run_bench("volume", "--seeds", "4", "--seed", "9001", "--output", folder)
+            output, errors = done.stdout, done.stderr
             without, corrected, stated = (float(line.split()[-1]) for line in output.splitlines() if line.startswith("largest "))
             self.assertGreater(without, 30, output + errors)
             self.assertLess(corrected, 10)

@@ -39,9 +39,10 @@ struct Reversal final : hal::Group {
         for (Eigen::Index i = 0; i < 4; ++i) {
             TrapezoidalMove& d = turns_[static_cast<std::size_t>(i)];
             const double to = watches_[static_cast<std::size_t>(i)].direction();
-            if (fresh) d = TrapezoidalMove(d.position());
+            if (fresh || d.arrived(to)) d = TrapezoidalMove(d.position());  // at rest
             if (!d.arrived(to))
                 d.step(to, settings.reversal_rate / share_[i], settings.reversal_acceleration / share_[i], dt);
+            if (!(std::abs(d.position()) <= 1)) d = TrapezoidalMove(to);  // never beyond the readings
             now_.values[i] = d.position();
             now_.rates[i] = d.arrived(to) && d.position() == last_[i] ? 0 : (d.position() - last_[i]) / dt;
             last_[i] = d.position();

@@ -66,7 +66,7 @@ struct SquarenessSettings final : hal::Group {
     hal::In<double> reversal_rate{this, "reversal-rate", 0.9, "mu/s",
                                   "Maximum rate of change of the correction where an axis turns.",
                                   reversal_rates};
-    hal::In<double> reversal_acceleration{this, "reversal-acceleration", 125, "mu/s^2",
+    hal::In<double> reversal_acceleration{this, "reversal-acceleration", 125, "mu/s2",
                                           "Maximum acceleration of the correction where an axis turns.",
                                           accelerations};
 

@@ -79,6 +79,24 @@ TEST(SquarenessReversal, TheTurnTakesTheShortestTimeOfItsAccelerationAndIsInTheV
     EXPECT_FALSE(square.get("ramping"));
 }
 
+// Where nothing differs by direction it turns within a period; that speed must not stay.
+TEST(SquarenessReversal, ATurnWhereNothingIsLostLeavesNoSpeed) {
+    WithTable machine("X,EXX+,EXX-\n-600,0,0\n-100,0,0\n0,0,0\n50,-0.005,0.005\n150,-0.005,0.005\n600,-0.005,0.005\n");
+    Square& square = machine.square;
+    square.set("max-speed", 1e5);
+    square.bench.expect("abs(x) <= 0.0055", {{"x", "square.x-correction"}});
+    square.bench.expect("abs(d) <= 1", {{"d", "square.x-direction"}});
+    square.go({-400, 0, 0, 0});
+    for (const double x : {-399.0, -400.0, -399.0, 300.0, 299.0, 300.0, 299.0, -400.0, -399.0}) {
+        square.go({x, 0, 0, 0});
+        square.run(0.05);
+    }
+    square.go({299, 0, 0, 0});
+    square.go({298, 0, 0, 0});
+    square.run(0.05);
+    EXPECT_NEAR(square.get("x-correction"), -5 * um, nm);
+}
+
 // As a signal of the temperature drives it.
 TEST(SquarenessReversal, AnAngleThatChangesInEachPeriodDelaysNoTurn) {
     WithTable machine(lost_motion);
@@ -239,6 +257,8 @@ TEST(SquarenessReversal, InvalidSettingsLeaveTheLastGoodOnes) {
 TEST(SquarenessReversal, AnInchMachineReadsTheSameTable) {
     WithTable machine(lost_motion, std::string(column_chain) + " unit=inch");
     Square& square = machine.square;
+    EXPECT_NEAR(square.get("reversal-rate") * 25.4, 0.9, 1e-9);
+    EXPECT_NEAR(square.get("reversal-distance") * 25.4, 0.0005, 1e-9);
     square.go({0, 0, 0, 0});
     square.go({1, 0, 0, 0});
     square.run(0.05);
