@@ -9,6 +9,7 @@ growth.learning-failed was true LEAD s before its end, when the tool was still a
 """
 
 import dataclasses
+import math
 import os
 import random
 import sys
@@ -35,7 +36,7 @@ TEACH = 1800  # s from the start of an attack's run to its begin
 ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
 COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
 COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
-COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.doubt-code", "growth.authority", *("growth." + pin for pin in ANNOUNCING)]
+COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.doubt-code", "growth.authority", "growth.gate", *("growth." + pin for pin in ANNOUNCING)]
 
 
 # --- attacks ---
@@ -105,8 +106,7 @@ def chiller(host):
     replay(host, 0)
 
 
-def grows_little(host):
-    host.set("mill.spindle-growth", 0.012)
+def short_filter(host):
     host.set("drive.lag", 0.02)
 
 
@@ -136,15 +136,21 @@ ATTACKS = [
     Attack("speed changes on the approach", one_gauge, ((0, lambda host: force(host, SPEED_CHANGE, factor=0.9, operation=40)),)),
     Attack("interrupted surface", events=((0, lambda host: host.set("program.blank-repeatability", 0.012)),)),
     Attack("step of 20 um", every_gauge, (*steps([-900], lambda host, time: replay(host, 0.01)), (0, lambda host: replay(host, 0.03)))),
-    Attack("growth 12 um: blanks 25 um higher", grows_little, stock(0.025)),
-    Attack("growth 12 um: a fixture 50 um higher", grows_little, stock(0.05)),
-    Attack("growth 12 um: the only tool 30 um longer", grows_little, ((0, lambda host: force(host, LONGER, height=0.03, operation=10)),)),
-    Attack("growth 12 um: filter of the drive 20 to 50 ms", grows_little, ((0, lambda host: host.set("drive.lag", 0.05)),)),
+]
+
+SHIFTS = [  # of all contacts, on machines that grow by little
+    Attack("the only tool 30 um longer", short_filter, ((0, lambda host: force(host, LONGER, height=0.03, operation=10)),)),
+    Attack("blanks 25 um higher", short_filter, stock(0.025)),
+    Attack("a chamfer, 25 um lower", short_filter, stock(-0.025)),
+    Attack("a fixture 50 um higher", short_filter, stock(0.05)),
+    Attack("15 ms more latency of the load", lambda host: (short_filter(host), host.set("growth.load-latency", 0.015)),
+           ((0, lambda host: host.set("growth.load-latency", 0)),)),
+    Attack("filter of the drive 20 to 50 ms", short_filter, ((0, lambda host: host.set("drive.lag", 0.05)),)),
 ]
 
 
 def attack_named(name):
-    return next(attack for attack in ATTACKS if attack.name == name)
+    return next(attack for attack in ATTACKS + SHIFTS if attack.name == name)
 
 
 DAY = 7200  # s, of a machine with two drawn attacks
@@ -161,7 +167,7 @@ def drawn_attacks(number):
 # --- one run ---
 
 
-CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool), ("code", int), ("authority", float), ("known", bool)]
+CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool), ("code", int), ("authority", float), ("known", bool), ("gate", float)]
 
 
 def find_cuts(column):
@@ -183,6 +189,7 @@ def find_cuts(column):
         cut["announced"] = announced[i]
         cut["code"] = column["growth.doubt-code"][early[i]]
         cut["authority"] = column["growth.authority"][early[i]]
+        cut["gate"] = 1000 * column["growth.gate"][early[i]]
         cut["known"] = column["growth.contacts-accepted"][early[i]] >= 2
     return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
 
@@ -231,6 +238,15 @@ def simulate(seed, rate, name, duration, progress, growth=None, second=False):
     return cuts, times, messages, 1000 * column["growth.reference-sigma"][-1]
 
 
+def simulate_shift(seed, rate, name, duration, growth, second, progress):
+    return simulate(seed, rate, name, duration, progress, growth, second)[:2]
+
+
+def together(outcomes):
+    """The cuts, and their times, of several machines."""
+    return [np.concatenate(parts) for parts in zip(*outcomes)]
+
+
 def simulate_day(number, rate, progress):
     """The findings of a day of drawn attacks, as lines; and the number of its cuts."""
     import plumb
@@ -268,10 +284,10 @@ def honest(cuts):
     return np.mean(abs(known["error"]) <= 2 * known["sigma"]) if len(known) else np.nan
 
 
-def attack_table(outcomes):
-    width = max(len(attack.name) for attack in ATTACKS)
+def attack_table(attacks, outcomes):
+    width = max(len(attack.name) for attack in attacks)
     lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  codes"]
-    for attack, (cuts, times, *_) in zip(ATTACKS, outcomes):
+    for attack, (cuts, times, *_) in zip(attacks, outcomes):
         since = cuts[times >= TEACH]
         without = np.abs(since["error"]) - since["worse"]
         beyond = since["worse"] - 3 - since["sigma"]
@@ -284,14 +300,27 @@ def attack_table(outcomes):
     return lines
 
 
+def most_likely(found, of):
+    """Upper 95 % limit of the part of which `found` of so many are a sample (C. J. Clopper and E. S. Pearson, Biometrika 26, 1934)."""
+    low, high = found / of, 1.0
+    for _ in range(60):
+        part = (low + high) / 2
+        terms = [math.lgamma(of + 1) - math.lgamma(k + 1) - math.lgamma(of - k + 1) + k * math.log(part) + (of - k) * math.log1p(-part) for k in range(found + 1)]
+        low, high = (part, high) if sum(math.exp(term) for term in terms) > 0.05 else (low, part)
+    return high
+
+
 def machine_row(cuts, messages, reference_sigma):
     without = np.abs(cuts["error"]) - cuts["worse"]
     worse = cuts["worse"] > WORSE
+    beyond = cuts["worse"] > cuts["gate"] + 3 * cuts["sigma"]
     return {
         "rms with": rms(cuts["error"]),
         "rms without": rms(without),
         "cuts": len(cuts),
         "worse": np.count_nonzero(worse),
+        "beyond": np.count_nonzero(worse & beyond),
+        "silent beyond": np.count_nonzero(worse & beyond & ~cuts["announced"]),
         "silent": np.count_nonzero(worse & ~cuts["announced"]),
         "largest worse": cuts["worse"].max() if len(cuts) else np.nan,
         "within 2 sigma": honest(cuts),
@@ -305,14 +334,15 @@ def machine_row(cuts, messages, reference_sigma):
 def machine_table(rate, rows, hours):
     benefit = [1 - row["rms with"] / row["rms without"] for row in rows]
     worse = [row["rms with"] - row["rms without"] for row in rows]
-    cuts, bad, silent = (sum(row[name] for row in rows) for name in ("cuts", "worse", "silent"))
+    cuts, bad, silent, beyond, silent_beyond = (sum(row[name] for row in rows) for name in ("cuts", "worse", "silent", "beyond", "silent beyond"))
     within = [row["within 2 sigma"] for row in rows]
     return [
         f"{rate} Hz, {len(rows)} machines, {cuts} cuts",
         f"  rms with compensation: median {np.median([r['rms with'] for r in rows]):.1f} um, without {np.median([r['rms without'] for r in rows]):.1f} um",
         f"  part of the rms that is removed: median {np.median(benefit):.0%}, p10 {np.percentile(benefit, 10):.0%}",
         f"  machines whose rms is worse by more than 1 um: {sum(w > 1 for w in worse)}; the worst by {max(worse):.1f} um",
-        f"  cuts more than {WORSE} um worse: {bad} ({bad / cuts:.2%}), not announced {silent}",
+        f"  cuts more than {WORSE} um worse: {bad} ({bad / cuts:.2%}, at most {most_likely(bad, cuts):.2%} with 95 %)",
+        f"  of these within the gate and 3 sigma: {bad - beyond}, not announced {silent - silent_beyond}; beyond: {beyond}, not announced {silent_beyond}",
         f"  |error| <= 2 sigma: {np.nanmean(within):.0%} of the cuts, lowest machine {np.nanmin(within):.0%}",
         f"  announced: {np.mean([row['announced'] for row in rows]):.0%} of the cuts",
         clean_line([row for row in rows if row["reference sigma"] <= CLEAN], hours),
@@ -330,6 +360,7 @@ def clean_line(rows, hours):
 def main():
     parser = new_parser("trust", __doc__)
     parser.add_argument("--attacks", action="store_true", help="only the attacks on the typical machine")
+    parser.add_argument("--shifts", action="store_true", help="only shifts of all contacts, on the drawn machines together; use --growth")
     parser.add_argument("--days", type=whole(1, 100000), metavar="N", help="N machines for two hours each, with two drawn attacks")
     parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines for each rate (default: 200)")
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="the first of them")
@@ -347,7 +378,13 @@ def main():
             duration = TEACH + 9000
             tasks = [(0, rate, attack.name, duration) for attack in ATTACKS]
             outcomes = simulate_all(simulate, tasks, len(tasks) * duration, place_of(options))
-            print("\n".join(attack_table(outcomes)))
+            print("\n".join(attack_table(ATTACKS, outcomes)))
+            return
+        if options.shifts:
+            seeds, rate = range(options.seed, options.seed + options.seeds), (options.rate or [500])[0]
+            tasks = [(seed, rate, shift.name, options.duration, options.growth, options.plant == 2) for shift in SHIFTS for seed in seeds]
+            outcomes = simulate_all(simulate_shift, tasks, len(tasks) * options.duration, place_of(options))
+            print("\n".join(attack_table(SHIFTS, [together(outcomes[i : i + len(seeds)]) for i in range(0, len(tasks), len(seeds))])))
             return
         if options.days:
             tasks = [(number, (options.rate or [500])[0]) for number in range(options.seed, options.seed + options.days)]

@@ -46,6 +46,7 @@ struct Milling {
     double feed = 2;         // mm/s
     double step = 8;         // %, load of a cut
     double latency = 0;      // s, age of the load
+    double lag = 0.03;       // s, of the drive's filter
     double noise = 0;        // %, standard deviation
     double change_time = 0;  // s that a tool change takes longer than usual
 
@@ -144,7 +145,7 @@ private:
         const double depth = top_ - (z - growth);
         const double part = velocity != 0 ? depth / (std::abs(velocity) * dt) : depth * 1e9;  // of the period
         const double cut = holding_ ? 0 : step * std::clamp(part, 0.0, 1.0);
-        cut_load_ += (cut - cut_load_) * -std::expm1(-dt / 0.03);
+        cut_load_ += (cut - cut_load_) * -std::expm1(-dt / lag);
         cutting = depth > 0;
         past_.push_back(4 + now_.speed / 1000 + cut_load_);
         const auto age = static_cast<std::size_t>(std::lround(latency / dt));

@@ -32,6 +32,8 @@ struct ReferenceRow final : hal::RecordRow<ContactReference> {
                         "Standard deviation of the contact by noise."};
     Field<double> time_constant{this, record.contact.time_constant, "time-constant", "s",
                                 "Time constant of the load's rise at the contact."};
+    Field<double> kink{this, record.contact.kink, "kink", "mu",
+                       "Distance by which the load left its baseline before the contact."};
     Field<double> speed_history{this, record.speed_history, "speed-history", "rpm",
                                 "Spindle speed over the ten minutes before."};
     Field<std::int32_t> program{this, record.setup.program, "program-id", "",

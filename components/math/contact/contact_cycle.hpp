@@ -31,7 +31,8 @@ public:
     void begin(bool learn, const MachiningSetup& setup) noexcept {
         running_ = true;
         learning_ = learn;
-        spoilt_ = clockless_ = false;
+        spoilt_ = clockless_ = rose_twice_ = false;
+        doubted_ = {};
         ++number_;
         kinds_ = 0;
         met_.fill(false);
@@ -92,10 +93,27 @@ public:
         return i < 0 ? nullptr : &partners()[i];
     }
 
+    // The least and the largest time constant of the contacts that may come, in s.
+    std::pair<double, double> time_constants() const noexcept {
+        std::pair<double, double> range{1e9, 0};
+        for (std::int32_t i = 0; i < partners().size(); ++i) {
+            const double its = partners()[i].contact.time_constant;
+            range = {std::min(range.first, its), std::max(range.second, its)};
+        }
+        return range;
+    }
+
     // While learning. `agrees`: the contact could be compared with its partner.
     void learn(const ContactReference& reference, bool agrees) noexcept {
+        if (reference.key == doubted_) return;
         spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
         if (!spoilt_) agrees_[draft().size() - 1] = agrees ? mean().find(reference.key) : -1;
+    }
+    // While learning: this contact may be an event of the program, and is not learned, even if its fit comes later.
+    void doubt(const ContactKey& key) noexcept {
+        doubted_ = key;
+        rose_twice_ = true;
+        if (learning()) draft().retain([&](std::int32_t i) { return !(draft()[i].key == key); });
     }
     void spoil() noexcept { spoilt_ = true; }          // nothing can be learned from this cycle
     void lack_clock() noexcept { clockless_ = true; }  // a contact without a time is not learned
@@ -131,6 +149,8 @@ private:
     LearningFault judge_draft(bool complete, double largest_sigma) noexcept {
         if (!complete) return LearningFault::aborted;
         if (spoilt_) return LearningFault::disturbed;
+        if (rose_twice_ && (!std::exchange(disagreed_, true) || draft().size() == 0))
+            return LearningFault::rises_twice;
         if (draft().size() == 0) return clockless_ ? LearningFault::no_clock : LearningFault::no_contact;
         const LearningCheck check(draft(), largest_sigma);
         std::int32_t kept = 0;
@@ -173,6 +193,8 @@ private:
     bool learning_ = false;
     bool spoilt_ = false;
     bool clockless_ = false;
+    bool rose_twice_ = false;  // the load, in an approach
+    ContactKey doubted_;       // the last of these
     bool disagreed_ = false;  // contacts of the last learning cycle, among each other
     std::int32_t number_ = 0;
     std::int32_t learnt_ = 0;

@@ -108,7 +108,7 @@ public:
             onset_.cancel();
             note(s, settings.load_latency);
         }
-        if (event == LoadContact::Event::contact) onset_.start(known_time_constant(cycle));
+        if (event == LoadContact::Event::contact) start_fit(cycle);
         const bool fitted = onset_.step(approach, s.load, s.z, dt);
         if (lost_one) return Found::lost;
         if (event == LoadContact::Event::blanked) return Found::blanked;
@@ -214,10 +214,11 @@ private:
         note_.date = std::max(s.date, 0);
     }
 
-    // The time constant of the contact's partner; 0 without a partner.
-    double known_time_constant(const ContactCycle& cycle) const noexcept {
+    void start_fit(const ContactCycle& cycle) noexcept {
         const ContactReference* partner = cycle.expected(note_.key);
-        return partner ? partner->contact.time_constant : 0;
+        if (!partner) return onset_.start(0);
+        const auto [least, most] = cycle.time_constants();
+        onset_.start(partner->contact.time_constant, least, most);
     }
 
     // The fit moves the noted contact to its true place.
@@ -228,6 +229,7 @@ private:
             note_.contact.time = std::max(0.0, note_time_ + note_age_ - onset_.ago() - load_latency);
         note_.contact.sigma = -note_.contact.feed * onset_.sigma();
         note_.contact.time_constant = onset_.time_constant();
+        note_.contact.kink = -note_.contact.feed * onset_.kink();
         return Found::contact;
     }
 

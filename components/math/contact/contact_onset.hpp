@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/math/contact/onset_fit.hpp"
+#include "components/math/contact/onset_shape.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +12,9 @@ namespace plumb {
 
 // The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit). The power
 // of the cut and the load of the idling spindle have no influence. The time constant is that of the
-// contact's reference; only for the reference itself it is fitted too. So an error of it, or of the shape
-// of the rise, shifts both alike.
+// contact's reference; for the reference itself it is fitted too. So an error of it, or of the shape
+// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references, the filter
+// of the drive has changed: then the time constant is fitted again (see OnsetShape).
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
 //    have changed, by the shortest time between two changes.
@@ -33,13 +35,19 @@ public:
         return false;
     }
 
-    // The load has risen. `time_constant` is in s, or 0 for the one that fits best.
-    void start(double time_constant) noexcept {
+    // The load has risen. `time_constant` is in s, or 0 for the one that fits best; the others are the least and
+    // the largest of all references, which the same drive has made.
+    void start(double time_constant, double least, double most) noexcept {
         stage_ = Stage::waiting;
         waited_ = 0;
-        time_constant_ = time_constant;
+        time_constant_ = given_ = time_constant;
+        least_ = least / (1 + same_filter);
+        most_ = most * (1 + same_filter);
         free_ = !(time_constant > 0);
+        refits_ = 0;
+        refit_ = Refit::possible;
     }
+    void start(double time_constant) noexcept { start(time_constant, time_constant, time_constant); }
     void cancel() noexcept {
         if (!busy()) return;
         stage_ = Stage::recording;
@@ -53,16 +61,22 @@ public:
     double coordinate() const noexcept { return coordinate_; }        // mu
     double sigma() const noexcept { return sigma_; }                  // s, standard deviation by noise
     double time_constant() const noexcept { return time_constant_; }  // s
+    double kink() const noexcept { return kink_; }                    // s, see OnsetShape
 
 private:
     static constexpr int capacity = 1024;
     static constexpr int piece = 64;                        // slots per period
     static constexpr double shortest = 0.002, ratio = 1.5;  // s; of the time constants that are tried
     static constexpr int trials = 12;
-    static constexpr double clear_rise = 5;  // standard deviations
+    static constexpr double clear_rise = 5;    // standard deviations
+    static constexpr double other_filter = 6;  // standard deviations, of the change of a time constant
+    static constexpr double same_filter = 0.1;  // part of a time constant: a smaller change is none
+    static constexpr double settled = 0.005;    // ... in further steps
+    static constexpr int most_refits = 6;
     // By simulation: the variance that a small rise adds when its time constant is not known.
     static constexpr double free_noise = 600;
 
+    enum class Refit { possible, none };
     enum class Stage { recording, waiting, hold, total, trial, fit, residuals };
 
     // A mean over so many periods that all that counts has room.
@@ -101,7 +115,6 @@ private:
         size_ = std::min(size_, static_cast<int>((before + after) / spacing_) + 1);
         hold_ = capacity;
         total_ = {};
-        residuals_ = {};
         trial_ = 0;
         enter(Stage::hold);
     }
@@ -133,11 +146,41 @@ private:
             case Stage::fit:
                 fit_.finish();
                 e_ = fit_.share() * std::pow(fit_.q(), fit_.first());
+                s_ = fit_.first() * spacing_ / time_constant_ - std::log(fit_.share());
+                residuals_ = {};
+                shape_.begin(std::max(1.0, 2 * hold_ * spacing_ / time_constant_));
                 enter(Stage::residuals);
                 break;
-            default: conclude(); return true;
+            default:
+                if (refits()) break;
+                conclude();
+                return true;
         }
         return false;
+    }
+
+    // Steps towards the time constant that fits best. It is of another filter if it explains the load better by more
+    // than noise does; else that of the reference stays. True if there is another fit to come.
+    bool refits() noexcept {
+        const bool seldom = 2 * hold_ * spacing_ >= given_;  // the drive samples: then a rise shows no shape
+        if (free_ || !fit_.found() || seldom || refit_ == Refit::none) return false;
+        const double change = shape_.information() > 0 ? shape_.change(fit_.gain()) : 0;
+        if (refits_ == 0) explained_by_given_ = fit_.explained();
+        if (refits_ < most_refits && std::abs(change) > (refits_ == 0 ? same_filter : settled)) {
+            ++refits_;
+            time_constant_ = std::clamp(time_constant_ * std::exp(std::clamp(change, -0.5, 0.5)), shortest, after);
+        } else {
+            const double better = fit_.explained() - explained_by_given_;
+            const bool other = time_constant_ < least_ || time_constant_ > most_;
+            if (refits_ == 0 || (other && better > other_filter * other_filter * variance())) return false;
+            refit_ = Refit::none;
+            time_constant_ = given_;
+        }
+        enter_fit(Stage::fit, time_constant_);
+        return true;
+    }
+    double change_sigma() const noexcept {
+        return std::sqrt(variance() / shape_.information()) / fit_.gain();
     }
 
     void take(const Slot& s) noexcept {
@@ -152,8 +195,11 @@ private:
             total_.y += weight * load;
         } else if (stage_ == Stage::residuals) {
             const double rise = k_ <= fit_.first() ? fit_.gain() * (1 - e_) : 0;
-            residuals_.take(weight, load - fit_.baseline() - rise, fit_.q());
+            const double residual = load - fit_.baseline() - rise;
+            residuals_.take(weight, residual, fit_.q());
+            shape_.take(weight, residual, s_, k_ <= fit_.first() ? e_ : 0);
             e_ /= fit_.q();
+            s_ -= spacing_ / time_constant_;
         } else {
             fit_.take(weight, load);
         }
@@ -209,7 +255,9 @@ private:
         const double tau = time_constant_, disturbance = variance();
         const double small = free_ ? free_noise * disturbance / fit_.explained() : 0;
         const double noise = tau / fit_.gain() * std::sqrt((1 + small) * disturbance / fit_.information());
-        sigma_ = std::hypot(noise, sampling());
+        const double of_filter = refits_ > 0 && refit_ != Refit::none ? tau * shape_.bend() * change_sigma() : 0;
+        sigma_ = std::hypot(noise, sampling(), of_filter);
+        kink_ = tau * shape_.kink(fit_.gain());
         found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;
         if (found_) {
             const double between = -tau * std::log(fit_.share());
@@ -241,12 +289,19 @@ private:
     int trial_ = 0;
     std::array<double, trials> explained_{};
     double e_ = 0;  // exp(-(t - t0) / τ) at that slot
+    double s_ = 0;  // (t - t0) / τ there
     Residuals residuals_;
+    OnsetShape shape_;
+    Refit refit_ = Refit::none;
+    int refits_ = 0;
+    double given_ = 0, least_ = 0, most_ = 0;  // s, time constants of the references
+    double explained_by_given_ = 0;
 
     bool found_ = false;
     double onset_age_ = 0;  // s, before the newest slot
     double coordinate_ = 0;
     double sigma_ = 0;
+    double kink_ = 0;  // s
 };
 
 }  // namespace plumb

@@ -51,7 +51,7 @@ struct ContactReference {
                plausible(c.lost_time) && plausible(c.feed) && c.feed < 0 && plausible(c.feed_override) &&
                plausible(c.applied_offset) && plausible(c.sigma) && c.sigma >= 0 &&
                plausible(c.time_constant) && c.time_constant > 0 && plausible(c.work_offset) &&
-               plausible(c.tool_length) && plausible(speed_history) &&
+               plausible(c.tool_length) && plausible(c.kink) && plausible(speed_history) &&
                plausible(temperature) && date >= 0 && cycles >= 1 && plausible(scatter) && scatter >= 0;
     }
 };
@@ -68,7 +68,7 @@ inline void take_in(Method method, ContactReference& mean, const ContactReferenc
     mean.contact.sigma = part * std::hypot(before * mean.contact.sigma, next.contact.sigma);
     for (double Contact::*value :
          {&Contact::coordinate, &Contact::time, &Contact::lost_time, &Contact::feed, &Contact::feed_override,
-          &Contact::applied_offset, &Contact::time_constant})
+          &Contact::applied_offset, &Contact::time_constant, &Contact::kink})
         mean.contact.*value += part * (next.contact.*value - mean.contact.*value);
     mean.speed_history += part * (next.speed_history - mean.speed_history);
     mean.temperature += part * (next.temperature - mean.temperature);

@@ -15,6 +15,7 @@ struct Contact {
     double applied_offset = 0;  // mu, that the stage added to the Z origin
     double sigma = 0;           // mu, standard deviation of the contact by noise
     double time_constant = 0;   // s, of the rise of the load; a contact is fitted by that of its reference
+    double kink = 0;            // mu, by which the load leaves its baseline before that rise: see OnsetShape
     double work_offset = 0;     // mu, along Z: G54 to G59.3 and G92
     double tool_length = 0;     // mu, along Z, by G43
 

@@ -158,7 +158,9 @@ private:
     Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         if (!s.complete || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
         step_ = s.step;
-        switch (finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt)) {
+        const auto found = finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt);
+        if (rose_again_.rises(finder_.detector().rose_again())) cycle_.doubt(finder_.found().key);
+        switch (found) {
             case ContactFinder::Found::contact: predict(s, settings); return judge(Rejection::none, settings);
             case ContactFinder::Found::blanked: return judge(Rejection::blanked, settings);
             case ContactFinder::Found::no_onset: return judge(Rejection::no_onset, settings);
@@ -317,7 +319,7 @@ private:
         const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
         refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
         if (reason != Rejection::none) return reason;
-        if (rises_unlike(now, partner.contact, settings.growth.gate.floor / 5))
+        if (rises_unlike(now, partner.contact, partner.cycles, settings.growth.gate.floor / 5))
             return Rejection::unlike_reference;
         if (!cycle_.learning()) compare_origins(partner, settings);
         growth_ = plumb::growth(settings.method, now, partner.contact);
@@ -399,7 +401,7 @@ private:
     CycleTally tally_;
     double reference_sigma_ = 0;
     double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
-    Edge running_;
+    Edge running_, rose_again_;
     MachiningSetup setup_;  // as the cycle began
     ReferenceRefusal refusal_;
 

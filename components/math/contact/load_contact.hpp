@@ -22,6 +22,8 @@ enum class Travel { towards_work, other, clear };
 //    P differs from part to part.
 //  - The threshold is never below four standard deviations of the noise that the smoothing has left. Only
 //    the load below the baseline counts as noise: a cut that begins slowly lies above it.
+//  - A further rise in the same approach, by a third of the first one at least, means that the program raises the
+//    load too: coolant, say. Which of them is the work, the load does not show.
 //  - The baseline stands still while the load is high, and follows ten times faster while Z is clear,
 //    after a change of speed, and when the load has fallen.
 class LoadContact {
@@ -74,9 +76,12 @@ public:
         const Event event = judge_rise(rise, threshold, release, travel, settings.debounce, dt);
         judge_in_work(travel);
         follow(level, rise, threshold, travel, settings.baseline_time, dt);
+        follow_cut(rise, threshold, travel, settings.baseline_time, dt);
         rise_ = rise;
         return event;
     }
+
+    bool rose_again() const noexcept { return again_ > lasting; }  // in this approach
 
     // The rise of the last report.
     double since_rise() const noexcept { return since_rise_; }  // s from its crossing to the present sample
@@ -91,6 +96,9 @@ private:
     static constexpr double same_speed = 1;    // rpm
     static constexpr double noise_memory = 5;  // s
     static constexpr double quick = 0.1;       // of the baseline's time constant
+    static constexpr double settles = 0.3;     // s after a contact until the load of the cut stands
+    static constexpr double lasting = 0.1;     // s that a further rise must last
+    static constexpr double further = 1.0 / 3;  // of the first rise
 
     Event judge_rise(double rise, double threshold, double release, Travel travel, double debounce,
                      double dt) noexcept {
@@ -137,6 +145,20 @@ private:
         }
     }
 
+    // The load of a cut, which stands until the tool leaves the work.
+    void follow_cut(double rise, double threshold, Travel travel, double baseline_time, double dt) noexcept {
+        const bool cuts = travel == Travel::towards_work && high_ && !rising_ && !blanked();
+        if (!cuts || since_rise_ < settles) {
+            cut_.set(rise);
+            again_ = 0;
+        } else if (rise > cut_.value() + std::max(threshold, further * cut_.value())) {
+            again_ += dt;
+        } else if (again_ <= lasting) {
+            again_ = 0;
+            cut_.step(rise, baseline_time, dt);
+        }
+    }
+
     void learn_noise(double rise, double dt) noexcept {
         noise_age_ = std::min(noise_age_ + dt, noise_memory);
         variance_ += (rise * rise - variance_) * std::min(1.0, dt / noise_age_);
@@ -145,6 +167,8 @@ private:
 
     FirstOrderLag smoothed_;  // %
     FirstOrderLag baseline_;  // %
+    FirstOrderLag cut_;       // % over the baseline, while the tool cuts
+    double again_ = 0;        // s for which a further rise has lasted
     bool known_ = false;      // both of them
     double speed_ = 0;        // rpm
     double blanking_left_ = 0;

@@ -25,7 +25,7 @@ def speeds(seed, duration):
 
 
 def growth(seed, size, speed):
-    """mm, a value for each second, of a machine that grows by about `size` mm."""
+    """mm, a value for each second, of a machine whose growth is `size` mm at its largest."""
     draw = random.Random(f"second growth {seed}")
     slow, quick = draw.uniform(3600, 10800), draw.uniform(120, 600)
     exponent, dip = draw.uniform(1.5, 1.9), draw.uniform(0.1, 0.3)
@@ -37,7 +37,8 @@ def growth(seed, size, speed):
         out += (1.4 * now - out) / slow
         back += (-dip * now - back) / quick
         found[second] = out + back + air * np.sin(2 * np.pi * second / turn + phase)
-    return found
+    found -= found[0]
+    return found * (size / np.abs(found).max())
 
 
 def prepare(host, seed, size, duration, folder):

@@ -543,7 +543,7 @@ TEST(ThermalDisplacement, AfterARestartTheGrowthIsUnknownBeforeTheFirstCut) {
     std::map<std::string, double> kept;
     for (const char* field : {"operation", "tool", "occurrence", "coordinate", "time", "lost-time", "feed",
                               "feed-override", "applied-offset", "sigma", "time-constant", "program-id",
-                              "tool-set-id", "speed-history", "temperature", "date", "cycles", "scatter"})
+                              "tool-set-id", "speed-history", "temperature", "date", "cycles", "scatter", "kink"})
         kept[field] = mill.get(std::string("row-") + field);
     mill.set("forget", 1);
     mill.bench.run(0.04);
@@ -603,7 +603,9 @@ TEST(ThermalDisplacement, EveryFieldOfAReferenceComesBackAsItWasRestored) {
                                                   {"speed-history", 4000}, {"applied-offset", 0.03125},
                                                   {"tool-set-id", 5},      {"temperature", 21},
                                                   {"time-constant", 0.25}, {"date", 20261122},
-                                                  {"cycles", 6},           {"scatter", 0.001953125}};
+                                                  {"cycles", 6},           {"scatter", 0.001953125},
+                                                  {"work-offset", -42.5},  {"tool-length", 62.5},
+                                                  {"kink", 0.00390625}};
     Mill mill;
     for (const auto& [field, value] : reference) mill.set("restore-" + field, value);
     mill.set("restore", 1);
@@ -616,7 +618,8 @@ TEST(ThermalDisplacement, ReferencesAreWalkedRestoredAndRefused) {
     const std::vector<std::string> fields{
         "operation",   "tool",           "occurrence", "coordinate",    "time",       "lost-time",
         "feed",        "feed-override",  "sigma",      "speed-history", "program-id", "tool-set-id",
-        "temperature", "applied-offset", "date",       "cycles",        "scatter",    "time-constant"};
+        "temperature", "applied-offset", "date",       "cycles",        "scatter",    "time-constant",
+        "kink",        "work-offset",    "tool-length"};
     Mill before;
     before.set("temperature", 21.5);
     before.set("date", 20261121);

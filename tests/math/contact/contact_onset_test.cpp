@@ -28,6 +28,8 @@ struct Approach {
     double ends_after = 1;  // s after the contact
     double late = 0.01;     // s, of the start
     double before = 1;      // s, from its beginning to the contact
+    double coolant = 0;     // %, from a while before the contact on
+    double coolant_before = 0;
 
     Random random{1};
     ContactOnset onset{};
@@ -43,7 +45,8 @@ struct Approach {
         for (int i = 1; !done && time < before + ends_after + 2; ++i) {
             time = i * dt;
             const double cut = time > contact ? -step * std::expm1(-(time - contact) / lag) : 0;
-            const double load = drive.step(5 + cut, hold, dt, [&](double sample, double) {
+            const double other = time > contact - coolant_before ? coolant : 0;
+            const double load = drive.step(5 + cut + other, hold, dt, [&](double sample, double) {
                 const double noisy = noise > 0 ? sample + noise * random.gaussian() : sample;
                 return quantum > 0 ? std::round(noisy / quantum) * quantum : noisy;
             });
@@ -110,12 +113,59 @@ TEST(ContactOnset, FindsTheTimeConstantThatItIsNotGiven) {
 TEST(ContactOnset, DoesNotDependOnTheLoadForAnyTimeConstant) {
     for (const double given : {0.01, 0.03, 0.09}) {
         Approach usual, soft;
+        usual.lag = soft.lag = given * 1.09;  // which is too little to be seen
         soft.step = 0.5 * usual.step;
         EXPECT_NEAR(soft.fit(given), usual.fit(given), 1e-3 * us);
     }
+}
+
+TEST(ContactOnset, AClearlyOtherTimeConstantIsFittedAgain) {
+    for (const double lag : {0.01, 0.015, 0.02, 0.045, 0.06, 0.09}) {
+        Approach approach;
+        approach.lag = lag;
+        approach.noise = 0.1;
+        double error = 0, sigma = 0;
+        for (int i = 0; i < 50; ++i) {
+            error += std::pow(approach.fit(0.03), 2) / 50;
+            sigma += std::pow(approach.onset.sigma(), 2) / 50;
+            EXPECT_NEAR(approach.onset.time_constant(), lag, 0.1 * lag);
+        }
+        EXPECT_LT(std::sqrt(error), 700 * us) << lag << ", which shifts the contact by 20 times that else";
+        EXPECT_NEAR(std::sqrt(sigma / error), 1, 0.3) << lag;
+    }
+}
+
+TEST(ContactOnset, NoiseIsNoOtherTimeConstant) {
     Approach approach;
-    EXPECT_LT(std::abs(approach.fit(0.03)), us);
-    EXPECT_GT(std::abs(approach.fit(0.06)), 5000 * us) << "which is why a contact has that of its reference";
+    approach.noise = 0.5;
+    int fitted = 0;
+    for (int i = 0; i < 400; ++i) {
+        approach.fit(0.03);
+        fitted += approach.onset.time_constant() != 0.03;
+    }
+    EXPECT_LE(fitted, 2);
+}
+
+// Coolant comes on before the contact: the load leaves its baseline before it rises as the fit has it.
+TEST(ContactOnset, ALoadThatRisesBeforeTheContactHasAKink) {
+    for (const double ends : {0.01, 0.02, 0.05})
+        for (const double lag : {0.02, 0.03, 0.04}) {
+            Approach approach;
+            approach.lag = lag;
+            approach.noise = 0.1;
+            double clean2 = 0, least = 1;
+            for (int i = 0; i < 50; ++i) {
+                approach.coolant = 0;
+                approach.fit(lag);
+                clean2 += std::pow(approach.onset.kink(), 2) / 50;
+                approach.coolant_before = ends;
+                approach.coolant = 1;
+                approach.fit(lag);
+                least = std::min(least, approach.onset.kink());
+            }
+            EXPECT_LT(std::sqrt(clean2), 200 * us) << lag;
+            EXPECT_GT(least, (ends < 0.02 ? 250 : 500) * us) << ends << ' ' << lag;
+        }
 }
 
 TEST(ContactOnset, ScattersAsTheBoundForWhiteNoise) {
