@@ -81,8 +81,8 @@ private:
     std::tuple<Field<bool>*, Field<std::int32_t>*, Field<double>*> last_{};  // declared of each type
 };
 
-// The walk itself. The component keeps the records; each period it calls, in this order,
-// wants_forget(), wants_restore() with restored() for the answer, and show().
+// The walk itself. The component keeps the records; each period it calls, in this order, wants_forget(),
+// wants_restore() with restored() for the answer, and show(): once the records have changed or asks() is true.
 class Records final : public Group {
 public:
     using Group::Group;
@@ -103,11 +103,13 @@ public:
             refused_ = ++refused_count_;
     }
 
+    bool asks() noexcept { return row_ != wanted_; }  // for another record than in the last show()
+
     // Publishes the number of records and, through write(index), the record that `row` asks for.
     template <class Write>
     void show(std::int32_t count, const Write& write) noexcept {
-        const std::int32_t wanted = row_;
-        const std::int32_t shown = wanted >= 0 && wanted < count ? wanted : -1;
+        wanted_ = row_;
+        const std::int32_t shown = wanted_ >= 0 && wanted_ < count ? wanted_ : -1;
         if (shown >= 0) write(shown);
         rows_ = count;
         std::atomic_thread_fence(std::memory_order_release);
@@ -130,6 +132,7 @@ private:
     Out<std::int32_t> refused_{this, "restores-refused", "Number of records refused by restore."};
     // For plumb-retain, which set it: false again, the component was loaded again.
     In<bool> kept_{this, "kept", false, "For plumb-retain, which keeps the records; leave it unset."};
+    std::int32_t wanted_ = -1;
     bool forgetting_ = false;
     bool restoring_ = false;
     std::int32_t accepted_count_ = 0;

@@ -129,7 +129,8 @@ struct ThermalDisplacement final : hal::Component {
         const bool doubted = applying && measured_.known() && measured_.authority().doubt() != Doubt::none;
         summary.step(applying && now.cycle_running, offset_.value(), trust.sigma(), doubted, dt);
         walk();
-        show_status(now, its_fault != Fault::none, dry, applying);
+        if (measured_.due() || its_fault != fault_) show_status(now, its_fault != Fault::none, dry, applying);
+        fault_ = its_fault;
     }
 
 private:
@@ -214,8 +215,10 @@ private:
     }
 
     void walk() noexcept {
-        if (records.wants_forget()) measured_.forget();
-        if (records.wants_restore()) records.restored(measured_.restore(row.given()));
+        const bool forgets = records.wants_forget(), restores = records.wants_restore();
+        if (forgets) measured_.forget();
+        if (restores) records.restored(measured_.restore(row.given()));
+        if (!forgets && !restores && !measured_.due() && !records.asks()) return;
         const ContactReferences& references = measured_.cycle().references();
         records.show(references.size(), [&](std::int32_t i) noexcept { row.show(references[i]); });
     }
@@ -227,6 +230,7 @@ private:
     std::uint32_t periods_ = 0;
     GrowthOffset offset_;
     double step_ = 0;  // mu, in this cycle
+    Fault fault_ = Fault::none;
     Edge cycle_;
     bool load_gone_ = false;  // it was lost before this cycle began, and still is
 };
