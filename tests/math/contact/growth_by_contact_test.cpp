@@ -479,7 +479,7 @@ TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
             shop.learn();
             EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::rises_twice);
             EXPECT_EQ(shop.measured.cycle().references().size(), 0);
-            only_one = true;  // the others can be learnt
+            only_one = true;  // the others can be learned
             shop.learn();
             EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::none);
             EXPECT_EQ(shop.measured.cycle().references().size(), 3);
