@@ -106,6 +106,8 @@ class Operator:
             if self.host.get("centre.state-code") == 4:
                 break
             self.machine.wait_until_idle()
+            if land == 1:
+                self.take_first_back("10.01")
         self.machine.wait(2)  # for the abort by which LinuxCNC tells of it
         seen["no height"] = [finger.await_text("The cuts give no height."), "\u2714" in finger.texts()]
 
@@ -155,8 +157,6 @@ class Operator:
                 finger.press("Enter all the same")
             self.until("centre.cut-number", land)
             self.machine.wait_until_idle()
-            if (land, lands) == (1, 2):
-                self.take_first_back(wrong)
             if land == lands:
                 with finger.story("wrong entry"):
                     self.correct(1, first, first + 0.1)
@@ -198,7 +198,7 @@ class Operator:
         finger.press("Centre height")
         finger.until(lambda: not finger.find("Correct cut 1"), "the list of diameters without it")
         finger.press("Enter the diameter")
-        finger.type("%.4f" % diameter)
+        finger.type(diameter)
         finger.press("Enter")
         self.until("centre.cut-number", 1)
         self.machine.wait_until_idle()

@@ -76,7 +76,7 @@ class PlainPage(FunctionPage):
     """The page of a function that has no page of its own."""
 
     def __init__(self, panel, instance):
-        self.heading = instance.module
+        self.heading, self.live = instance.module, instance.inputs()
         super().__init__(panel, instance)
 
 

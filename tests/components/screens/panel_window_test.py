@@ -146,6 +146,12 @@ class Window(unittest.TestCase):
         finger.await_text("4.0 h \u2013 12.0 h")
         self.host.command("setp test.temperature-valid-1 0")
         finger.await_text("\u2716 1: 20 \u00b0C")
+        for line in ("temperature-valid-1 1", "pass-running 1"):
+            self.host.command("setp test." + line)
+        self.host.run(1)
+        self.host.command("setp test.running 0")
+        finger.await_text("The test was interrupted.")
+        finger.until(lambda: "Remaining: \u2013" in [each["name"] for each in finger.widgets()], "no time that remains")
         finger.press("Write growth_plan.ngc")
         finger.await_text("Choose how long the test may last.")
         finger.press("Plan 4 h")
@@ -619,6 +625,11 @@ class Window(unittest.TestCase):
         finger.until(lambda: finger.find("The load is not valid"), "the lost load")
         finger.await_text("\u2716 not valid")
         finger.await_text("The load is lost")
+        for line in ("loadrt axis_growth names=axes", "net spindle-load axes.temperature-0"):  # a function without a page of its own
+            self.host.command(line)
+        finger.press("axis_growth")
+        finger.await_text("temperature-0")
+        finger.await_text("20 \u00b0C")
 
     def test_a_lost_sensor_is_named_and_so_is_the_load_that_it_measures(self):
         """The real modbus_sensor, of a device that does not answer."""
