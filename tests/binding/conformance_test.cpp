@@ -58,7 +58,7 @@ bool sentence(const std::string& text) {
 }
 
 // Of a screen.
-const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end",
+const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end", "report",
                                     "hold", "stop",   "start",       "resume", "enter",   "store"};
 
 // Errors in the status of a function or stage: each has a sentence, and a remedy unless all is well. A stage is off if nobody

@@ -30,11 +30,11 @@ constexpr hal::Said said(Status status) {
             return {Kind::bad, "The program of the test has ended without its end: nothing is probed.",
                     "Start LinuxCNC again, then resume.ngc."};
         case Status::warm:
-            return {Kind::good, "The test has ended: the machine is warm.", "Look at its report."};
+            return {Kind::good, "The test has ended: the machine is warm.", "Look at its report.", "report"};
         case Status::time_over:
             return {Kind::warn,
                     "The test has ended at its maximum time: the machine is not warm by the rules.",
-                    "Look at its report."};
+                    "Look at its report.", "report"};
         case Status::resumable:
             return {Kind::warn, "The test was interrupted.", "Start resume.ngc to go on.", "resume"};
         case Status::interrupted:

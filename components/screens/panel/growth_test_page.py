@@ -57,7 +57,7 @@ class GrowthTestPage(FunctionPage):
     def buttons(self):
         starts = [self.remedy("resume" if name == RESUME else "start", button(_("Start {program}").format(program=name), lambda name=name: self._start(name)))
                   for name in programs_of_tests(self.panel.ini)]
-        return [button(_("Stop the test"), self._stop, "stop"), *starts, button(_("Make and open the report"), self._report)]
+        return [button(_("Stop the test"), self._stop, "stop"), *starts, self.remedy("report", button(_("Make and open the report"), self._report))]
 
     def observe(self, values):
         get = lambda short: self.get(values, short, 0)  # noqa: E731

@@ -8,7 +8,7 @@ from panel.texts import _, in_micrometres, with_unit
 
 Status = collections.namedtuple("Status", "kind text remedy button", defaults=("", ""))
 Status.__doc__ = """kind is good, wait, off, warn or bad; remedy is a sentence, and button the name of the one that does it:
-switch, acknowledge, learn, dry-run, to-end, hold, stop, start, resume, enter, store."""
+switch, acknowledge, learn, dry-run, to-end, hold, stop, start, resume, report, enter, store."""
 
 # The quantity of a status, by its pin. For gettext: _("Standard deviation"), _("Contacts"), _("Strokes"), _("Offset")
 QUANTITIES = {"offset-sigma": "Standard deviation", "contacts": "Contacts", "rows": "Contacts", "stroke-count": "Strokes", "offset": "Offset"}
