@@ -81,8 +81,12 @@ FAULTS = {
     "thermal_displacement": ("right", "sign", "drive-sign", "part", "drive-25", "swapped", "drive-swapped", "net", "order"),
     "chopping": ("right", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
     "centre_height": ("right", "sign", "inch", "radius", "swapped", "net", "order"),
+    "axis_growth": ("right", "sign", "part", "other-sensor", "drive-sign", "drive-inch", "drive-25", "drive-swapped", "net", "drive-dead", "order"),
     "thermal_growth_test": ("right", "sign", "inch", "25", "swapped", "net", "order"),
 }
+
+
+NOTHING = {"steps": 0, "presses": 0, "readings": 0, "seconds": 0}
 
 
 def table(functions):
@@ -96,7 +100,8 @@ def table(functions):
             its, _output = linuxcnc_runs.work(folder, prepared(folder, function), "commission_scenario.py", function, *faults)
         for fault, row in its["facts"]["table"].items():
             wrong += row["passed"] != (fault == "right") or row["fault"] == "error"
-            named = "passed" if row["passed"] else "%s: %s" % (row["fault"], row["sentence"])
+            effort = "passed: {steps} steps, {presses} presses, {readings} readings, {seconds:.0f} s of the machine".format(**row.get("effort", {}) or NOTHING)
+            named = effort if row["passed"] else "%s: %s" % (row["fault"], row["sentence"])
             print("| %s | %s | %s | %s |" % (function, fault, row.get("step", ""), named), flush=True)
     print("%d rows are not as they should be." % wrong)
     return wrong

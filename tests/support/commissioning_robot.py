@@ -11,7 +11,7 @@ BUILD = os.environ["PLUMB_BUILD"] if "PLUMB_BUILD" in os.environ else os.environ
 SHARE = os.path.join(BUILD, "share", "plumb")
 sys.path.insert(0, SHARE)
 from commissioning import steps  # noqa: E402
-from commissioning.functions import centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
+from commissioning.functions import axis_growth, centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
 from commissioning.records import Records, findings  # noqa: E402
 from commissioning.rig import Rig  # noqa: E402
 from commissioning.session import Session  # noqa: E402
@@ -53,7 +53,7 @@ class Robot:
         rig = self.rig()
         function = rig.function(name)
         session = Session(rig, function, self.records, who)
-        verdict, title = None, ""
+        verdict, title, began, self.presses = None, "", self.host.time, 0
         try:
             for _turn in range(MOST_STEPS):
                 title = session.step.title
@@ -68,7 +68,9 @@ class Robot:
         if session.done:
             with open(session.records.sheets(rig, function)[1], encoding="utf-8") as file:
                 sheet = file.read()
-        return {"sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
+        effort = {"presses": self.presses, "readings": sum(len(entry["read"]) for entry in session.log), "steps": len(session.log),
+                  "seconds": self.host.time - began}
+        return {"effort": effort, "sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
                 "acts": bool(rig.get(rig.lock, "function-enable-%d" % function.number)), "commissioned": rig.is_commissioned(function),
                 "titles": [entry["title"] for entry in session.log], "sentences": [entry["sentence"] for entry in session.log]}
 
@@ -85,6 +87,7 @@ class Robot:
 
     def press(self, step, look, turns=20, wait=0.1):
         """Presses, looks at each beat, and lets go. Returns {}."""
+        self.presses += 1
         refused = step.begin_press()
         if refused is not None:
             step.end_press()
@@ -264,7 +267,12 @@ def _shim(robot, session, step):
     return {"shim": SHIM}
 
 
+def _warm(robot, session, step):
+    return {"shown": robot.scenario.warm()}
+
+
 ACTS = {
+    axis_growth.Warm: _warm,
     steps.OtherJoint: _other, steps.StageMoves: _stage, squareness.Begin: _one_end, squareness.End: _other_end, squareness.WithoutIt: _without,
     squareness.WithItHere: _with_it, steps.InAir: _in_air, steps.OffAndOn: _off_and_on, chopping.Hold: _hold_the_stroke, thermal_displacement.Load: _load, thermal_displacement.Place: _place_of_z, thermal_displacement.Touch: _touch,
     thermal_displacement.VerifyStep: _rise, chopping.Stroke: _stroke, chopping.Stop: _stop, chopping.AgainAtRest: _on, steps.EmergencyStop: _stop,
