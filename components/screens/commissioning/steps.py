@@ -138,7 +138,10 @@ class StageMoves(Step):
         return self.size * self.unit
 
     def begin_press(self):
-        self.rig.begin_press(self.stage, self.asked)
+        refused, self.most = unready(self.rig), 0.0
+        if refused is None:
+            self.rig.begin_press(self.stage, self.asked)
+        return refused
 
     def beat(self):
         super().beat()
@@ -159,7 +162,8 @@ class StageMoves(Step):
     def following(self, verdict):
         if verdict.fault != "nothing" or self.most < 0.9 * self.asked:
             return []
-        larger = [size for size in LARGER if size > self.size]
+        possible = min(float(self.rig.get(self.stage.instance, "max-offset")), float(self.rig.get(self.rig.lock, "trial-limit")))
+        larger = [size for size in LARGER if size > self.size and size * self.unit < possible * 1.000001]
         if larger:
             return [StageMoves(self.session, self.stage, larger[0])]
         letters = [letter for letter in self.rig.axes if letter in "XYZ" and letter != self.rig.letter_of(self.stage)]
@@ -203,7 +207,7 @@ class OnTrial(Step):
         refused = unready(self.rig)
         if refused is not None:
             return refused
-        self.fault, self.acted = None, False
+        self.fault, self.acted, self.hint = None, False, ""
         self.rig.switch(self.function, True)
         self.rig.begin_trial(self.function)
         self.rig.await_condition(self._acts, 1)
