@@ -81,7 +81,6 @@ FAULTS = {
     "thermal_displacement": ("right", "sign", "drive-sign", "part", "drive-25", "swapped", "drive-swapped", "net", "order"),
     "chopping": ("right", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
     "centre_height": ("right", "sign", "inch", "radius", "swapped", "net", "order"),
-    "axis_growth": ("right", "sign", "part", "other-sensor", "drive-sign", "drive-inch", "drive-25", "drive-swapped", "net", "drive-dead", "order"),
     "thermal_growth_test": ("right", "sign", "inch", "25", "swapped", "net", "order"),
 }
 

@@ -368,41 +368,7 @@ class Growth(Machine):
                 "net y-measured growth-test.y-position"]
 
 
-class Temperatures(Machine):
-    function, instance = "axis_growth", "axis-growth"
-    plant = {letter: "artifact.%s-position" % letter.lower() for letter in "XYZ"}
-    net = "axis-growth.temperature-valid-0"
-    gain, follows = 1.0, True
-    TEMPERATURE = "fault-axis-growth-temperature-0.in1"
-
-    def warm(self):
-        """A hand at the sensor. Returns what the thermometer shows."""
-        self.host.set(self.TEMPERATURE, self.gain * (1.4 if self.follows else 1))
-        self.machine.wait(1)
-        return 1.4 * self.host.get("artifact.temperature-0")
-
-    def before(self):
-        self.host.set(self.TEMPERATURE, self.gain)
-
-    def put_gain(self, gain, follows=True):
-        self.gain, self.follows = gain, follows
-        return ["setp %s 1" % self.TEMPERATURE]
-
-    def put_nothing(self):
-        return self.put_gain(1.0)
-
-    def put_sign(self):
-        return self.put_gain(-1.0)
-
-    def put_part(self):
-        return self.put_gain(0.01)
-
-    def put_other_sensor(self):
-        """It shows the temperature of another place, which the hand does not warm."""
-        return self.put_gain(1.4, follows=False)
-
-
-MACHINES = {its.function: its for its in (Column, Mill, Grinder, Lathe, Growth, Temperatures)}
+MACHINES = {its.function: its for its in (Column, Mill, Grinder, Lathe, Growth)}
 
 if __name__ == "__main__":
     sys.exit(run(MACHINES[sys.argv[1]]))

@@ -11,9 +11,9 @@ class Prepared:
     """A configuration: its stages in the order of their numbers, its drives (letter, command, feedback), and inputs that a fault scales, with
     their signals."""
 
-    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,), lines=()):
+    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,)):
         self.configuration, self.ini, self.stages, self.drives, self.inputs = configuration, ini, stages, drives, inputs
-        self.programs, self.switches, self.lines = programs, switches, lines
+        self.programs, self.switches = programs, switches
 
 
 def portal_drives():
@@ -28,9 +28,6 @@ MACHINES = {
                                                                   ("y", "y-drive.in", "y-drive.out")]),
     "centre_height": Prepared("lathe", "lathe.ini", inputs=[("centre.diameter", "gauge-diameter"), ("centre.y-position-0", "y-position")],
                               programs=("commission_height.ngc",)),
-    "axis_growth": Prepared("growth", "identified.ini", ("x-stage", "y-stage", "z-stage"),
-                            [(letter, letter + "-with.in0", letter + "-without.out") for letter in "xyz"],
-                            [("axis-growth.temperature-0", "growth-temperature-0")], lines=("setp axis-growth.x-growth-0 0.002",)),
     "thermal_growth_test": Prepared("growth", "growth.ini", inputs=[("growth-test.x-position", "x-measured")], programs=("commission_bore.ngc",)),
 }
 
@@ -54,7 +51,6 @@ def prepared(folder, function):
         lines += ["net %s-enable interlock.stage-enable-%d => %s.enable" % (stage, number, stage),
                   "net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage)]
     lines += ["setp interlock.function-switch-%d false" % number for number in its.switches]
-    lines += its.lines
     with open(os.path.join(machine, "commissioning.hal"), "w") as file:
         file.write("\n".join(lines) + "\n")
     for program in its.programs:

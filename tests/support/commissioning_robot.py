@@ -11,7 +11,7 @@ BUILD = os.environ["PLUMB_BUILD"] if "PLUMB_BUILD" in os.environ else os.environ
 SHARE = os.path.join(BUILD, "share", "plumb")
 sys.path.insert(0, SHARE)
 from commissioning import steps  # noqa: E402
-from commissioning.functions import axis_growth, centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
+from commissioning.functions import centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
 from commissioning.records import Records, findings  # noqa: E402
 from commissioning.rig import Rig  # noqa: E402
 from commissioning.session import Session  # noqa: E402
@@ -268,12 +268,7 @@ def _shim(robot, session, step):
     return {"shim": SHIM}
 
 
-def _warm(robot, session, step):
-    return {"shown": robot.scenario.warm()}
-
-
 ACTS = {
-    axis_growth.Warm: _warm,
     steps.OtherJoint: _other, steps.StageMoves: _stage, squareness.Begin: _one_end, squareness.End: _other_end, squareness.WithoutIt: _without,
     squareness.WithItHere: _with_it, steps.InAir: _in_air, steps.OffAndOn: _off_and_on, chopping.Hold: _hold_the_stroke, thermal_displacement.Load: _load, thermal_displacement.Place: _place_of_z, thermal_displacement.Touch: _touch,
     thermal_displacement.VerifyStep: _rise, chopping.Stroke: _stroke, chopping.Stop: _stop, chopping.AgainAtRest: _on, steps.EmergencyStop: _stop,

@@ -20,10 +20,10 @@ def _results(step):
 def _measured(step):
     """The height, or a Verdict that there is none."""
     rig, instance = step.rig, step.function.instance
-    if _results(step) == step.before:
-        return Verdict("nothing", _("There is no new measurement since this step began."), _("Measure again."))
     if rig.get(instance, "fault"):
         return Verdict("state", _(instance.sentence(rig.hal.values(), "fault-code")), _("Measure again."))
+    if _results(step) == step.before:
+        return Verdict("nothing", _("There is no new measurement since this step began."), _("Measure again."))
     if not rig.get(instance, "value-valid"):
         why = _(instance.sentence(rig.hal.values(), "hold-code")) if "hold-code" in instance.pins else ""
         return Verdict("nothing", " ".join(text for text in (_("There is no height yet."), why) if text), _("Measure again."))
