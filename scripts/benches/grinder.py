@@ -17,7 +17,7 @@ from support.figures import percentile_lines
 from support.recordings import write_rows
 from support.simulations import ROOT, simulate_all
 
-TARGETS = "simulation_grinder"
+TARGETS = "simulation_grinder sim_elastic_axis"
 PACKAGES = "python3-matplotlib"
 CONFIG = os.path.join(ROOT, "configs", "grinder", "bench.hal")
 COMMANDS = {
@@ -347,7 +347,10 @@ def axes_by_force(seeds, options):
 def proven_axes(seeds, options):
     axes = [(plant, seed) for plant in drives.PLANTS for seed in seeds]
     found = simulate_all(proven.simulate, axes, proven.DURATION * len(axes), place_of(options))
-    return proven.table({plant: [outcome for (its, _), outcome in zip(axes, found) if its == plant] for plant in drives.PLANTS})
+    path = os.path.join(options.output, "proven.csv")
+    write_rows(path, *proven.rows(axes, found))
+    by_plant = {plant: [outcome for (its, _), outcome in zip(axes, found) if its == plant] for plant in drives.PLANTS}
+    return [*proven.table(by_plant), "", written_line([path])]
 
 
 def times_and_drift(_, options):

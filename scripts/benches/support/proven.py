@@ -117,3 +117,12 @@ def table(found):
             )
             lines.append("".join(cells))
     return lines
+
+
+def rows(axes, found):
+    """The header and a row for each stroke of the axes that had learned their first one."""
+    names = "cycles factor beyond error fault".split()
+    learned = [(axis, outcomes) for axis, outcomes in zip(axes, found) if outcomes]
+    return ["plant", "seed", "kind", *names], [
+        [*axis, kind, *(getattr(its, name) for name in names)] for axis, outcomes in learned for kind, its in outcomes.items()
+    ]
