@@ -149,8 +149,7 @@ private:
     LearningFault judge_draft(bool complete, double largest_sigma) noexcept {
         if (!complete) return LearningFault::aborted;
         if (spoilt_) return LearningFault::disturbed;
-        if (rose_twice_ && (!std::exchange(disagreed_, true) || draft().size() == 0))
-            return LearningFault::rises_twice;
+        if (rose_twice_) return LearningFault::rises_twice;
         if (draft().size() == 0) return clockless_ ? LearningFault::no_clock : LearningFault::no_contact;
         const LearningCheck check(draft(), largest_sigma);
         std::int32_t kept = 0;

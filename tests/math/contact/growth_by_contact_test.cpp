@@ -468,10 +468,10 @@ TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
             SCOPED_TRACE(std::to_string(height) + ' ' + std::to_string(size));
             Shop shop;
             shop.mill.noise = 0.2;
-            bool only_one = false;
+            bool excluded = false;
             double load = 0;
             shop.tamper = [&](Milling::Sample& s) {
-                const bool on = s.motion == 2 && s.velocity <= 0 && (!only_one || s.operation == 10) &&
+                const bool on = s.motion == 2 && s.velocity <= 0 && (!excluded || s.operation == 10) &&
                                 until_contact(s, shop.mill.growth) < height / 2;
                 load += (on ? size - load : -load) * 0.033;
                 s.load += load;
@@ -479,7 +479,8 @@ TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
             shop.learn();
             EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::rises_twice);
             EXPECT_EQ(shop.measured.cycle().references().size(), 0);
-            only_one = true;  // the others can be learned
+            excluded = true;
+            shop.used.finder.excluded[0] = 10;
             shop.learn();
             EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::none);
             EXPECT_EQ(shop.measured.cycle().references().size(), 3);
