@@ -115,7 +115,7 @@ TEST(SquarenessReversal, AnAngleThatChangesInEachPeriodDelaysNoTurn) {
 
 TEST(SquarenessReversal, TheRateIsNotExceededAndAxesThatMoveOneJointShareIt) {
     WithTable machine(std::string(lost_motion) +
-                                "Y,EXY+,EXY-,EYY+,EYY-\n-600,0.005,-0.005,0,0\n600,0.005,-0.005,0,0\n");
+                                "Y,EXY+,EXY-\n-600,-0.005,0.005\n600,-0.005,0.005\n");
     Square& square = machine.square;
     square.set({{"reversal-rate", 0.3}});
     square.go({0, 0, 0, 0});
