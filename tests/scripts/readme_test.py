@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The pages of the repository agree with the code: links, wiring, printed output."""
 
+import datetime
 import glob
 import os
 import re
@@ -33,6 +34,20 @@ def pages():
     for top in ("components", "configs", "hal", "scripts"):
         found += glob.glob(top + "/**/README.md", root_dir=ROOT, recursive=True)
     return found
+
+
+class Versions(unittest.TestCase):
+    def test_package_changelog_and_build_name_one_release(self):
+        built = re.search(r"project\(plumb VERSION (\S+)", read("CMakeLists.txt"))[1]
+        packaged, day = re.search(r"\Aplumb \((\S+)\).*? -- .*?, (.*?) \d\d:", read("debian/changelog"), re.S).groups()
+        heading = re.search(r"^## (.*)", read("CHANGELOG.md"), re.M)[1]
+        if packaged.startswith(built + "~"):  # before the release
+            self.assertEqual(heading, "[Unreleased]")
+            return
+        released = datetime.datetime.strptime(day, "%d %b %Y").date()
+        self.assertEqual(packaged, built)
+        self.assertEqual(heading, f"[{built}] - {released}")
+        self.assertIn(f'RELEASE_DATE="{released}"', read("hal/CMakeLists.txt"))
 
 
 class Links(unittest.TestCase):
