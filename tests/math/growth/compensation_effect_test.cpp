@@ -132,7 +132,7 @@ TEST(JudgedCompensation, CallsAGoodOneGood) {
     expect_named(CompensationFault::none, [](Machine&) {});
 }
 TEST(JudgedCompensation, CallsAWeakOneGoodInOneOf40AtMostHoweverUncertainItIs) {
-    for (const double s : {0.5, 1.0, 2.0, 3.0}) {
+    for (const double s : {0.5, 1.0, 1.5, 2.0, 3.0}) {
         int good = 0, best = 0;
         constexpr int tests = 400, passes = 8;
         for (int seed = 1; seed <= tests; ++seed)
