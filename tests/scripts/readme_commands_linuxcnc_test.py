@@ -169,7 +169,7 @@ COMMANDS = {
         "plumb growth report logs/growth-*.csv": REPORT,
         "plumb growth identify ...": IDENTIFY,
         "plumb growth plan --hours 4": PLAN,
-        "plumb growth plan --hours 4 --ngc > growth_plan.ngc": PLAN,
+        "plumb growth plan --hours 4 --log logs/growth-*.csv --ngc > growth_plan.ngc": PLAN,
         "linuxcnc axis.ini": LONG,
         "mv logs first": Run(before="mkdir logs"),
         "plumb run --speed 10 -- linuxcnc identified.ini": LONG,
