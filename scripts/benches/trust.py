@@ -289,6 +289,9 @@ def attack_table(attacks, outcomes):
     lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  codes"]
     for attack, (cuts, times, *_) in zip(attacks, outcomes):
         since = cuts[times >= TEACH]
+        if not len(since):  # nothing was learned
+            lines.append(f"{attack.name:{width}}  no cut with a reference")
+            continue
         without = np.abs(since["error"]) - since["worse"]
         beyond = since["worse"] - 3 - since["sigma"]
         silent = np.count_nonzero((since["worse"] > 3) & ~since["announced"])
