@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "commit.hpp"
 #include "hal/identity.hpp"
 #include "hal/program_end.hpp"
 #include "hal/spelling.hpp"
 #include "hal/standard_output.hpp"
-#include "commit.hpp"
 
 namespace plumb::hal {
 namespace {

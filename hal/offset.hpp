@@ -52,8 +52,8 @@ public:
         return *this;
     }
 
-    // Where motion turns, the offset may change besides: by at most the first setting per second, and its rate
-    // by at most the second one. Optional.
+    // Where motion turns, the offset may change besides: by at most the first setting per second, and its
+    // rate by at most the second one. Optional.
     MovingPin& turning(const In<double>& rate, const In<double>& acceleration) {
         info_.turning_rate = rate.name();
         info_.turning_acceleration = acceleration.name();

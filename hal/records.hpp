@@ -82,7 +82,8 @@ private:
 };
 
 // The walk itself. The component keeps the records; each period it calls, in this order, wants_forget(),
-// wants_restore() with restored() for the answer, and show(): once the records have changed or asks() is true.
+// wants_restore() with restored() for the answer, and show(): once the records have changed or asks() is
+// true.
 class Records final : public Group {
 public:
     using Group::Group;

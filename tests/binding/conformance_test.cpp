@@ -61,8 +61,8 @@ bool sentence(const std::string& text) {
 const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end", "report",
                                     "hold", "stop",   "start",       "resume", "enter",   "store"};
 
-// Errors in the status of a function or stage: each has a sentence, and a remedy unless all is well. A stage is off if nobody
-// asks for an offset, which needs no remedy.
+// Errors in the status of a function or stage: each has a sentence, and a remedy unless all is well. A stage
+// is off if nobody asks for an offset, which needs no remedy.
 Complaints about_status(const hal::Declarations& declared, hal::Role role) {
     Complaints result;
     for (const hal::StatusInfo& info : declared.statuses)

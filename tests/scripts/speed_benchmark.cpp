@@ -380,7 +380,8 @@ void with_tables_beside_pid(benchmark::State& state, Subject subject, bool direc
                 file << '\n' << 10 * i;
                 for (int k = 0; k < 12; ++k)
                     if (directed || k % 2 == 0)
-                        file << ',' << (k < 6 ? 0.01 : 5e-5) * std::sin(0.1 * i + axis + k / 2 + 0.2 * (k % 2));
+                        file << ','
+                             << (k < 6 ? 0.01 : 5e-5) * std::sin(0.1 * i + axis + k / 2 + 0.2 * (k % 2));
             }
             file << '\n';
         }

@@ -50,8 +50,8 @@ struct Milling {
     double noise = 0;        // %, standard deviation
     double change_time = 0;  // s that a tool change takes longer than usual
 
-    // In mm, since the program was written: its zero, and the tool lengths that it uses; and where the work is
-    // and how long the tools are.
+    // In mm, since the program was written: its zero, and the tool lengths that it uses; and where the work
+    // is and how long the tools are.
     double zero = 0, table = 0;
     std::map<std::int32_t, double> lengths{}, tips{};
     OriginReason reason = OriginReason::none;  // of a change, while it is given

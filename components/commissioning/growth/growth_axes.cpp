@@ -70,8 +70,9 @@ void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysi
             continue;
         }
         for (const GrowthVisit* visit : all)
-            (visit->cooling_down ? series.cool_down : series.points).push_back({visit->pass, visit->part, visit->time, visit->place - all.front()->place,
-                                     visit->compensation, visit->diameter, visit->scatter});
+            (visit->cooling_down ? series.cool_down : series.points)
+                .push_back({visit->pass, visit->part, visit->time, visit->place - all.front()->place,
+                            visit->compensation, visit->diameter, visit->scatter});
         (series.compensated ? analysis.has_on : analysis.has_off) = true;
         analysis.series.push_back(std::move(series));
     }

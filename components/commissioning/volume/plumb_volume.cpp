@@ -127,9 +127,8 @@ int reversal(const ReversalOptions& its) {
                                        {"U", 2 * result.uncertainty},
                                        {"repeatability", result.repeatability}};
         for (const ReversalRow& row : result.rows)
-            json["rows"].push_back({{"position", row.position},
-                                    {"lost_motion", -2 * row.half},
-                                    {"U", 4 * row.uncertainty}});
+            json["rows"].push_back(
+                {{"position", row.position}, {"lost_motion", -2 * row.half}, {"U", 4 * row.uncertainty}});
         std::cout << json.dump(1) << '\n';
     } else {
         std::cout << "Lost motion of " << its.axis << ": " << with_u(result.lost_motion, result.uncertainty)
@@ -137,11 +136,12 @@ int reversal(const ReversalOptions& its) {
                   << "Repeatability: " << um(result.repeatability) << ", one standard deviation\n\n"
                   << "  position mm   lost motion um    U um\n";
         for (const ReversalRow& row : result.rows)
-            std::cout << formatted("%13.3f%17.2f%8.2f\n", row.position, -2000 * row.half, 4000 * row.uncertainty);
+            std::cout << formatted("%13.3f%17.2f%8.2f\n", row.position, -2000 * row.half,
+                                   4000 * row.uncertainty);
         std::cout << '\n';
         if (result.lost_motion < -2 * result.uncertainty)
-            say("The lost motion is negative: the table leads. Check that the indicator counts up as " + its.axis +
-                " moves to its + end, and that up is the reading after motion to the + end.");
+            say("The lost motion is negative: the table leads. Check that the indicator counts up as " +
+                its.axis + " moves to its + end, and that up is the reading after motion to the + end.");
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
         say("Test move: with the table in force, move " + its.axis +
@@ -163,7 +163,8 @@ int circle(const CircleOptions& its) {
     BallbarFile first;
     for (const std::string& file : its.files) {
         const BallbarFile one = read_ballbar(file);
-        if (!paths.empty() && (one.plane != first.plane || one.radius != first.radius || one.feed != first.feed))
+        if (!paths.empty() &&
+            (one.plane != first.plane || one.radius != first.radius || one.feed != first.feed))
             throw std::runtime_error(file + ": plane, radius or feed differs from " + its.files.front());
         if (paths.empty()) first = one;
         paths.push_back(one.path);
@@ -189,13 +190,19 @@ int circle(const CircleOptions& its) {
             json["across_" + a] = estimate(r.across_a);
             json["lag"] = estimate(r.lag);
         }
-        json.update({{"radius_deviation", r.radius_deviation}, {"noise", r.noise}, {"G_cw", r.g_clockwise},
-                     {"G_ccw", r.g_counter}, {"G_b", r.g_both}, {"F_most", r.f_most}, {"F_least", r.f_least}});
+        json.update({{"radius_deviation", r.radius_deviation},
+                     {"noise", r.noise},
+                     {"G_cw", r.g_clockwise},
+                     {"G_ccw", r.g_counter},
+                     {"G_b", r.g_both},
+                     {"F_most", r.f_most},
+                     {"F_least", r.f_least}});
         std::cout << json.dump(1) << '\n';
         return 0;
     }
     const auto line = [](const std::string& name, const Estimate& e, double unit, const char* of) {
-        std::cout << formatted("  %-34s%10.3f +- %.3f %s\n", name.c_str(), e.value * unit, 2 * e.uncertainty * unit, of);
+        std::cout << formatted("  %-34s%10.3f +- %.3f %s\n", name.c_str(), e.value * unit,
+                               2 * e.uncertainty * unit, of);
     };
     std::cout << "Plane " << first.plane << ", R " << csv::decimal(first.radius) << " mm, F "
               << csv::decimal(first.feed) << " mm/min\n";
@@ -203,7 +210,8 @@ int circle(const CircleOptions& its) {
     if (r.g_clockwise > 0) std::cout << "  G, clockwise                      " << um(r.g_clockwise) << '\n';
     if (r.both_directions) std::cout << "  G(b), both directions             " << um(r.g_both) << '\n';
     std::cout << "  F                                 " << um(r.f_least) << " to " << um(r.f_most) << '\n';
-    line("opening of the corner" + std::string(r.both_directions ? "" : ", with lag"), r.opening, 1e6, "urad");
+    line("opening of the corner" + std::string(r.both_directions ? "" : ", with lag"), r.opening, 1e6,
+         "urad");
     line("scale of " + a + " less scale of " + b, r.scale_difference, 1e6, "um/m");
     line("lost motion of " + a, r.lost_motion_a, 1000, "um");
     line("lost motion of " + b, r.lost_motion_b, 1000, "um");
@@ -212,10 +220,13 @@ int circle(const CircleOptions& its) {
         line("servo lag of " + a + " less " + b, r.lag, 1000, "ms");
     }
     std::cout << "  noise                             " << um(r.noise) << '\n';
-    say(std::string("Not seen: equal scales of both axes (the length of the bar is in the mean radius), pitch and yaw at "
+    say(std::string("Not seen: equal scales of both axes (the length of the bar is in the mean radius), "
+                    "pitch and yaw at "
                     "this height apart from scale, and all errors along the third axis.") +
-        (r.both_directions ? "" : " One direction only: opening and servo lag are one sum; 0.4 ms at F2000 and R150 "
-                                  "look like 89 urad."));
+        (r.both_directions
+             ? ""
+             : " One direction only: opening and servo lag are one sum; 0.4 ms at F2000 and R150 "
+               "look like 89 urad."));
     say("The opening is that of a part: plumb squareness takes its sign with object=part.");
     return 0;
 }
@@ -240,8 +251,10 @@ int diagonals(const DiagonalOptions& its) {
     line("X to Z", r.xz, r.u_xz, "urad");
     line("Y to Z", r.yz, r.u_yz, "urad");
     line("mean scale", r.scale, r.u_scale, "um/m");
-    say("Not seen: the scale of each axis, only their sum, weighted by the squares of the sides; straightness, pitch and yaw. "
-        "Equal diagonals do not prove a good volume. Steps along a diagonal check a table and never fill one.");
+    say("Not seen: the scale of each axis, only their sum, weighted by the squares of the sides; "
+        "straightness, pitch and yaw. "
+        "Equal diagonals do not prove a good volume. Steps along a diagonal check a table and never fill "
+        "one.");
     return 0;
 }
 
@@ -265,13 +278,17 @@ int straightedge(const StraightedgeOptions& its) {
         turned.push_back(row.turned);
     }
     const Straightness r = straightness_of(positions, before, turned);
-    std::cout << "Straightness " << e << ": " << um(r.range) << ", U of each value " << um(2 * u / std::sqrt(2))
-              << " (k = 2)\nThe straightedge itself: " << um(r.range_of_edge) << '\n';
+    std::cout << "Straightness " << e << ": " << um(r.range) << ", U of each value "
+              << um(2 * u / std::sqrt(2)) << " (k = 2)\nThe straightedge itself: " << um(r.range_of_edge)
+              << '\n';
     say("Not seen: the slope of the axis (its squareness), and twist of the edge between both readings.");
     if (its.output.empty()) return 0;
     DirectionRows rows;
-    for (std::size_t i = 0; i < positions.size(); ++i) rows.push_back({positions[i], r.errors[i], r.errors[i]});
-    put(its.output, direction_rows::table_text(e[2], e, rows, u > 0 ? "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n' : ""));
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        rows.push_back({positions[i], r.errors[i], r.errors[i]});
+    put(its.output,
+        direction_rows::table_text(e[2], e, rows,
+                                   u > 0 ? "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n' : ""));
     return 0;
 }
 
@@ -288,13 +305,15 @@ int block(const BlockOptions& its) {
                                      : its.boss + its.ball - 2 * p - its.measured;
     if (!(std::abs(lost) <= 0.2))
         throw std::invalid_argument("a lost motion of " + um(lost) + " is beyond 200 um: check the sizes");
-    const double up = length("--pre-travel-u", its.u_pre_travel), us = length("--size-u", its.u_size), u = length("--u", its.u);
+    const double up = length("--pre-travel-u", its.u_pre_travel), us = length("--size-u", its.u_size),
+                 u = length("--u", its.u);
     std::cout << "Lost motion: " << um(lost);
     if (up > 0 && u > 0)
         std::cout << " +- " << um(2 * std::sqrt(4 * up * up + us * us + 2 * u * u)) << " (k = 2)\n";
     else
         std::cout << " +- unknown: " << (u > 0 ? "the pre-travel" : "a reading") << " has no uncertainty\n";
-    say("Not seen: lost motion apart from the pre-travel of the probe, which an axis with a scale at the load shows; the "
+    say("Not seen: lost motion apart from the pre-travel of the probe, which an axis with a scale at the "
+        "load shows; the "
         "scale of the axis over the block.");
     return 0;
 }
@@ -348,12 +367,14 @@ int import(const FileOptions& its) {
     out << hal::wrapped("Sign: " + error + " is actual less nominal. At " + csv::decimal(last.position) +
                         " mm, reached in + direction, " + its.axis + " stands " + um(std::abs(last.up)) +
                         (last.up < 0 ? " short of" : " beyond") + " its nominal place, towards its " +
-                        (last.up < 0 ? "-" : "+") + " end. Check it with a laser or a gauge block: move there without "
+                        (last.up < 0 ? "-" : "+") +
+                        " end. Check it with a laser or a gauge block: move there without "
                         "correction; if the error has the other sign, import with --negate.")
         << '\n';
     if (its.kind == "linuxcnc")
-        out << hal::wrapped("Delete COMP_FILE and BACKLASH of this joint from the INI file before the table is in "
-                            "force. LinuxCNC is linear between the lines; squareness is smooth.")
+        out << hal::wrapped(
+                   "Delete COMP_FILE and BACKLASH of this joint from the INI file before the table is in "
+                   "force. LinuxCNC is linear between the lines; squareness is smooth.")
             << '\n';
     return 0;
 }
@@ -379,23 +400,33 @@ int export_to(const FileOptions& its) {
 
 int uncertainty(const VolumeOptions& its) {
     const VolumeQuestion question = question_of(its);
-    const VolumeUncertainty r = uncertainty_of(question.measured, question.reference, question.places, its.draws,
-                                               static_cast<std::uint64_t>(its.seed));
+    const VolumeUncertainty r = uncertainty_of(question.measured, question.reference, question.places,
+                                               its.draws, static_cast<std::uint64_t>(its.seed));
     const PlaceUncertainty& worst = r.places[r.worst];
     const VolumePlace& place = question.places[r.worst];
     double rest = 0;
     for (const PlaceUncertainty& one : r.places) rest = std::max(rest, one.rest.norm());
     const bool known = question.without.empty();
     if (its.json) {
-        nlohmann::ordered_json json = {{"draws", its.draws}, {"seed", its.seed}, {"rest", rest}, {"U", known ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
-                                       {"over", worst.distance}, {"tool", place.name}, {"without_u", question.without}};
+        nlohmann::ordered_json json = {
+            {"draws", its.draws},
+            {"seed", its.seed},
+            {"rest", rest},
+            {"U", known ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
+            {"over", worst.distance},
+            {"tool", place.name},
+            {"without_u", question.without}};
         for (std::size_t i = 0; i < r.places.size(); ++i) {
             const auto& q = question.places[i].position;
             const auto& b = r.places[i].by_axis;
-            json["places"].push_back({{"at", {q[0], q[1], q[2]}}, {"tool", question.places[i].name},
-                                      {"U", r.places[i].U}, {"U_axis", {b[0], b[1], b[2]}}, {"rest", r.places[i].rest.norm()}});
+            json["places"].push_back({{"at", {q[0], q[1], q[2]}},
+                                      {"tool", question.places[i].name},
+                                      {"U", r.places[i].U},
+                                      {"U_axis", {b[0], b[1], b[2]}},
+                                      {"rest", r.places[i].rest.norm()}});
         }
-        for (const Share& share : r.shares) json["shares"].push_back({{"of", share.name}, {"part", share.part}});
+        for (const Share& share : r.shares)
+            json["shares"].push_back({{"of", share.name}, {"part", share.part}});
         std::cout << json.dump(1) << '\n';
         return 0;
     }
@@ -409,19 +440,26 @@ int uncertainty(const VolumeOptions& its) {
     }
     std::cout << "\nShares of the worst place\n";
     for (const Share& share : r.shares)
-        if (share.part >= 0.005) std::cout << formatted("  %-28s%4.0f %%\n", share.name.c_str(), 100 * share.part);
+        if (share.part >= 0.005)
+            std::cout << formatted("  %-28s%4.0f %%\n", share.name.c_str(), 100 * share.part);
     std::cout << '\n';
-    const std::string at = formatted("worst at X %.0f Y %.0f Z %.0f with %s", place.position[0], place.position[1],
-                                     place.position[2], place.name.c_str());
+    const std::string at = formatted("worst at X %.0f Y %.0f Z %.0f with %s", place.position[0],
+                                     place.position[1], place.position[2], place.name.c_str());
     if (known)
-        say("After correction: " + formatted("%.1f um +- %.1f um (k = 2) over %.2g m, ", rest * 1000, worst.U * 1000,
-                                             worst.distance / 1000) +
-            at + "." + (r.shares.empty() ? "" : formatted(" Largest share: %s, %.0f %%.", r.shares[0].name.c_str(), 100 * r.shares[0].part)));
+        say("After correction: " +
+            formatted("%.1f um +- %.1f um (k = 2) over %.2g m, ", rest * 1000, worst.U * 1000,
+                      worst.distance / 1000) +
+            at + "." +
+            (r.shares.empty() ? ""
+                              : formatted(" Largest share: %s, %.0f %%.", r.shares[0].name.c_str(),
+                                          100 * r.shares[0].part)));
     else
         say("After correction: " + formatted("%.1f um +- unknown: ", rest * 1000) + question.without.front() +
-            " has no uncertainty. The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at + '.');
+            " has no uncertainty. The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at +
+            '.');
     for (const std::string& note : question.notes) say(note);
-    say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of the work, contour "
+    say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of "
+        "the work, contour "
         "error.");
     return 0;
 }
@@ -439,10 +477,12 @@ static int carry_out(int argc, char** argv) {
     reversing->add_option("READINGS", r.file, "Readings, as CSV.")->required();
     reversing->add_option("--axis", r.axis, "Axis, as X.")->required();
     reversing->add_option("--own-u", r.own, "Standard uncertainty of the indicator's hysteresis, as 0.2um.");
-    reversing->add_option("--reading-u", r.reading, "Standard uncertainty of a reading, if each was taken once.");
+    reversing->add_option("--reading-u", r.reading,
+                          "Standard uncertainty of a reading, if each was taken once.");
     reversing->add_flag("--scale", r.scale, "Keeps the mean of both directions, too.");
     reversing->add_flag("--recording", r.recording, "The file has the columns motor,load over any motion.");
-    reversing->add_option("--places", r.places, "Parts of the travel of a recording.")->check(CLI::Range(1, 200));
+    reversing->add_option("--places", r.places, "Parts of the travel of a recording.")
+        ->check(CLI::Range(1, 200));
     reversing->add_option("--output", r.output, "Writes the table into this file.");
     reversing->add_option("--into", r.into, "A table of the axis that the result is put into.");
     reversing->add_option("--ini", r.ini, "Refuses an axis that this INI file of LinuxCNC compensates.");
@@ -450,24 +490,35 @@ static int carry_out(int argc, char** argv) {
 
     CircleOptions c;
     CLI::App* const circling = app.add_subcommand("circle", "Separates the errors that a ballbar shows.");
-    circling->add_option("PATHS", c.files, "One file, or one for each direction.")->required()->expected(1, 2);
+    circling->add_option("PATHS", c.files, "One file, or one for each direction.")
+        ->required()
+        ->expected(1, 2);
     circling->add_flag("--json", c.json, "Prints JSON.");
 
     DiagonalOptions d;
-    CLI::App* const diagonal = app.add_subcommand("diagonals", "Gives the corners that four body diagonals show.");
-    diagonal->add_option("--box", d.box, "Sides along X, Y and Z in mm, as 800,600,500.")->required()->delimiter(',')->expected(3);
-    diagonal->add_option("--deviations", d.deviations, "Of PPP,NPP,PNP,NNP, as 3um,-5um,2um,1um.")->required()->delimiter(',')->expected(4);
+    CLI::App* const diagonal =
+        app.add_subcommand("diagonals", "Gives the corners that four body diagonals show.");
+    diagonal->add_option("--box", d.box, "Sides along X, Y and Z in mm, as 800,600,500.")
+        ->required()
+        ->delimiter(',')
+        ->expected(3);
+    diagonal->add_option("--deviations", d.deviations, "Of PPP,NPP,PNP,NNP, as 3um,-5um,2um,1um.")
+        ->required()
+        ->delimiter(',')
+        ->expected(4);
     diagonal->add_option("--u", d.u, "Standard uncertainty of a deviation, as 1um.")->required();
 
     StraightedgeOptions s;
-    CLI::App* const edge = app.add_subcommand("straightedge", "Makes a table of straightness from an edge that is turned over.");
+    CLI::App* const edge =
+        app.add_subcommand("straightedge", "Makes a table of straightness from an edge that is turned over.");
     edge->add_option("READINGS", s.file, "Readings, as CSV.")->required();
     edge->add_option("--error", s.error, "The error, as EYX.")->required();
     edge->add_option("--u", s.u, "Standard uncertainty of a reading, as 0.5um.")->required();
     edge->add_option("--output", s.output, "Writes the table into this file.");
 
     BlockOptions b;
-    CLI::App* const blocking = app.add_subcommand("block", "Gives lost motion from a probe and a block or bore.");
+    CLI::App* const blocking =
+        app.add_subcommand("block", "Gives lost motion from a probe and a block or bore.");
     blocking->add_option("--bore", b.bore, "Diameter of the gauge bore, mm.");
     blocking->add_option("--boss", b.boss, "Width of the block, mm.");
     blocking->add_option("--measured", b.measured, "Distance between the touches, mm.")->required();
@@ -488,19 +539,25 @@ static int carry_out(int argc, char** argv) {
     };
     CLI::App* const importing = app.add_subcommand("import", "Makes a table from a file of another control.");
     importing->add_option("FILE", f.file, "The file.")->required();
-    importing->add_option("--from", f.kind, "linuxcnc or rtl.")->required()->check(CLI::IsMember({"linuxcnc", "rtl"}));
+    importing->add_option("--from", f.kind, "linuxcnc or rtl.")
+        ->required()
+        ->check(CLI::IsMember({"linuxcnc", "rtl"}));
     file_options(importing);
     CLI::App* const exporting = app.add_subcommand("export", "Writes a table for another control.");
     exporting->add_option("TABLE", f.file, "The table.")->required();
-    exporting->add_option("--to", f.kind, "linuxcnc or rtl.")->required()->check(CLI::IsMember({"linuxcnc", "rtl"}));
+    exporting->add_option("--to", f.kind, "linuxcnc or rtl.")
+        ->required()
+        ->check(CLI::IsMember({"linuxcnc", "rtl"}));
     file_options(exporting);
 
     VolumeOptions v;
     CLI::App* const sure = app.add_subcommand("uncertainty", "States how sure the corrected volume is.");
     sure->add_option("--chain", v.chain, "Chain of axes, as w-X.b-Y-Z-t.")->required();
     sure->add_option("--box", v.box, "Work space, as X=0:800,Y=0:600,Z=-500:0.")->required();
-    sure->add_option("--reference", v.reference, "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
-    sure->add_option("--tool", v.tools, "Tool from the gauge point to the tip, mm, as T3=0,0,-200. May be given many times.");
+    sure->add_option("--reference", v.reference,
+                     "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
+    sure->add_option("--tool", v.tools,
+                     "Tool from the gauge point to the tip, mm, as T3=0,0,-200. May be given many times.");
     sure->add_option("--tilt", v.tilts, "A tilt in force, as EC0Y=-80urad,u=4urad. May be given many times.");
     sure->add_option("--common", v.commons, "One cause of several angles, as NAME,EC0Y=1,EC0X=0.5,u=3urad.");
     sure->add_option("--table", v.tables, "A table in force. May be given many times.");

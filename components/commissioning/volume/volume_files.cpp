@@ -72,7 +72,8 @@ struct Columns {
     std::string stated(const std::string& name) const {
         const auto at = head.find(name);
         if (at == head.end())
-            throw std::runtime_error(file + ": the head does not state " + name + ": write # " + name + ": ...");
+            throw std::runtime_error(file + ": the head does not state " + name + ": write # " + name +
+                                     ": ...");
         return at->second.second;
     }
     double number(const std::string& name) const {
@@ -103,7 +104,8 @@ std::vector<BothWays> read_readings(const std::string& file) {
             const std::string& name = columns.names[k];
             const bool up = name.rfind("up", 0) == 0;
             if (!up && name.rfind("down", 0) != 0)
-                columns.refuse(0, "column " + csv::quoted(name) + " is none of position, up1, up2, ..., down1, down2, ...");
+                columns.refuse(0, "column " + csv::quoted(name) +
+                                      " is none of position, up1, up2, ..., down1, down2, ...");
             if (!columns.rows[i][k]) continue;
             if (!(std::abs(*columns.rows[i][k]) <= 10))
                 columns.refuse(columns.lines[i], "column " + name + ": " + csv::decimal(*columns.rows[i][k]) +
@@ -157,7 +159,8 @@ std::vector<BothWays> read_recording(const std::string& file, int places, double
     result.erase(std::remove_if(result.begin(), result.end(),
                                 [](const BothWays& its) { return its.up.empty() || its.down.empty(); }),
                  result.end());
-    if (result.empty()) throw std::runtime_error(file + ": no part of the travel is passed in both directions");
+    if (result.empty())
+        throw std::runtime_error(file + ": no part of the travel is passed in both directions");
     return result;
 }
 
@@ -166,17 +169,21 @@ BallbarFile read_ballbar(const std::string& file) {
     BallbarFile result;
     result.plane = columns.stated("plane");
     if (result.plane.size() != 2 || std::string("XYZUVW").find(result.plane[0]) == std::string::npos ||
-        std::string("XYZUVW").find(result.plane[1]) == std::string::npos || result.plane[0] == result.plane[1])
-        columns.refuse(columns.head.at("plane").first, "plane: " + csv::quoted(result.plane) + " is none as XY, ZX or YZ");
+        std::string("XYZUVW").find(result.plane[1]) == std::string::npos ||
+        result.plane[0] == result.plane[1])
+        columns.refuse(columns.head.at("plane").first,
+                       "plane: " + csv::quoted(result.plane) + " is none as XY, ZX or YZ");
     result.radius = columns.number("radius");
     result.feed = columns.number("feed");
     const std::string direction = columns.stated("direction"), object = columns.stated("object");
     if (direction != "CW" && direction != "CCW")
-        columns.refuse(columns.head.at("direction").first, "direction: " + csv::quoted(direction) + " is not CW or CCW");
+        columns.refuse(columns.head.at("direction").first,
+                       "direction: " + csv::quoted(direction) + " is not CW or CCW");
     if (object != "part")
-        columns.refuse(columns.head.at("object").first,
-                       "object: " + csv::quoted(object) +
-                           " is not part; for a ring or ball that a probe measured: plumb squareness --points");
+        columns.refuse(
+            columns.head.at("object").first,
+            "object: " + csv::quoted(object) +
+                " is not part; for a ring or ball that a probe measured: plumb squareness --points");
     result.path.clockwise = direction == "CW";
     const std::size_t angle = columns.column("angle"), radius = columns.column("radius");
     for (std::size_t i = 0; i < columns.rows.size(); ++i) {
@@ -208,8 +215,8 @@ constexpr std::string_view axes = "XYZUVW";
 // NAME VALUE [per AXIS], ...
 void read_u(UncertainTable& table, const std::string& file, const std::string& name, std::string_view text) {
     const auto refuse = [&](std::string_view what) {
-        throw std::runtime_error(file + ": " + name + ": " + csv::quoted(what) +
-                                 " is none as EXX 0.3e-3" + (name == "u-common" ? " or EXX 1e-6 per X" : ""));
+        throw std::runtime_error(file + ": " + name + ": " + csv::quoted(what) + " is none as EXX 0.3e-3" +
+                                 (name == "u-common" ? " or EXX 1e-6 per X" : ""));
     };
     for (const std::string_view entry : csv::split_at_commas(text)) {
         const std::size_t blank = entry.find(' ');
@@ -251,7 +258,8 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
                 const std::string_view words = csv::trimmed(lines[i].substr(1));
                 const std::size_t colon = words.find(':');
                 const std::string name(words.substr(0, std::min(colon, words.size())));
-                if (name == "u" || name == "u-common") heads.emplace_back(name, csv::trimmed(words.substr(colon + 1)));
+                if (name == "u" || name == "u-common")
+                    heads.emplace_back(name, csv::trimmed(words.substr(colon + 1)));
                 if (name == "date") date = csv::trimmed(words.substr(colon + 1));
                 continue;
             }
@@ -300,16 +308,16 @@ TableError read_table_error(const std::string& file, const std::string& error) {
     const std::vector<UncertainTable> tables = read_uncertain_tables({file});
     for (const UncertainTable& table : tables) {
         if (table.axis != error[2]) continue;
-        const bool given = std::any_of(table.columns.begin(), table.columns.end(), [&](const std::string& name) {
-            return name.substr(0, 3) == error;
-        });
+        const bool given = std::any_of(table.columns.begin(), table.columns.end(),
+                                       [&](const std::string& name) { return name.substr(0, 3) == error; });
         if (!given) break;
         const auto k = std::string("XYZ").find(error[1]) != std::string::npos
                            ? static_cast<std::size_t>(error[1] - 'X')
                            : static_cast<std::size_t>(error[1] - 'A') + 3;
         TableError result{table.axis, {}};
         for (std::size_t i = 0; i < table.mean.size(); ++i) {
-            const double mean = table.mean[i].errors[k], half = table.half.empty() ? 0 : table.half[i].errors[k];
+            const double mean = table.mean[i].errors[k],
+                         half = table.half.empty() ? 0 : table.half[i].errors[k];
             result.rows.push_back({table.mean[i].position, mean + half, mean - half});
         }
         return result;

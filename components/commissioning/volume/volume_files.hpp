@@ -23,7 +23,7 @@ std::vector<BothWays> read_recording(const std::string& file, int places, double
 
 // Lines angle,radius in deg and mm; a head of lines # NAME: VALUE.
 struct BallbarFile {
-    std::string plane;  // XY
+    std::string plane;            // XY
     double radius = 0, feed = 0;  // mm, mm/min
     CircularPath path;
 };

@@ -21,13 +21,15 @@ namespace {
 }
 
 std::size_t error_index(const std::string& error) {
-    return error[1] >= 'X' ? static_cast<std::size_t>(error[1] - 'X') : static_cast<std::size_t>(error[1] - 'A') + 3;
+    return error[1] >= 'X' ? static_cast<std::size_t>(error[1] - 'X')
+                           : static_cast<std::size_t>(error[1] - 'A') + 3;
 }
 
 // The coordinate of an axis of the chain.
 std::size_t place_of(char letter, const AxisChain& chain, const std::string& option, std::string_view text) {
     for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W})
-        if (plumb::letter(axis) == letter && chain.has(axis)) return static_cast<std::size_t>(coordinate(axis));
+        if (plumb::letter(axis) == letter && chain.has(axis))
+            return static_cast<std::size_t>(coordinate(axis));
     refuse(option, text, "names an axis that the chain does not have");
 }
 
@@ -53,7 +55,8 @@ double u_length(const std::string& option, const std::string& text) {
 std::pair<std::string, std::string> halves(const std::string& option, std::string_view text) {
     const std::size_t equals = text.find('=');
     if (equals == std::string_view::npos || equals == 0) refuse(option, text, "has no form as NAME=VALUE");
-    return {std::string(csv::trimmed(text.substr(0, equals))), std::string(csv::trimmed(text.substr(equals + 1)))};
+    return {std::string(csv::trimmed(text.substr(0, equals))),
+            std::string(csv::trimmed(text.substr(equals + 1)))};
 }
 
 // EC0Y
@@ -90,10 +93,10 @@ void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
                 if (common == table.common.end() || common->second.value == 0) continue;
                 UncertaintySource together{error + ", all rows together", {}, {}};
                 for (std::size_t row = 0; row < rows; ++row)
-                    together.rows.push_back({axis, row, e,
-                                             common->second.value *
-                                                 (common->second.per_position ? table.mean[row].position : 1),
-                                             half});
+                    together.rows.push_back(
+                        {axis, row, e,
+                         common->second.value * (common->second.per_position ? table.mean[row].position : 1),
+                         half});
                 m.sources.push_back(together);
             }
         }
@@ -144,7 +147,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             }
             UncertaintySource::Angle its = tilt_of("--common", key, m.chain.axes);
             const auto factor = csv::number(value);
-            if (!factor || !(std::abs(*factor) <= 100)) refuse("--common", field, "has no factor, as EC0X=0.5");
+            if (!factor || !(std::abs(*factor) <= 100))
+                refuse("--common", field, "has no factor, as EC0X=0.5");
             its.factor = *factor;
             source.angles.push_back(its);
         }
@@ -188,7 +192,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         VolumePlace place;
         const std::size_t equals = text.rfind('=');
         const auto fields = csv::split_at_commas(std::string_view(text).substr(equals + 1));
-        if (equals == std::string::npos || fields.size() != 3) refuse("--tool", text, "has no form as T3=0,0,-200");
+        if (equals == std::string::npos || fields.size() != 3)
+            refuse("--tool", text, "has no form as T3=0,0,-200");
         place.name = text.substr(0, equals);
         for (Eigen::Index i = 0; i < 3; ++i) {
             const auto value = csv::number(fields[static_cast<std::size_t>(i)]);
@@ -198,8 +203,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         for (int x = 0; x < 3; ++x)
             for (int y = 0; y < 3; ++y)
                 for (int z = 0; z < 3; ++z) {
-                    place.position.head<3>() << low[0] + x * (high[0] - low[0]) / 2, low[1] + y * (high[1] - low[1]) / 2,
-                        low[2] + z * (high[2] - low[2]) / 2;
+                    place.position.head<3>() << low[0] + x * (high[0] - low[0]) / 2,
+                        low[1] + y * (high[1] - low[1]) / 2, low[2] + z * (high[2] - low[2]) / 2;
                     q.places.push_back(place);
                 }
     }
@@ -209,16 +214,18 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             const auto [key, value] = halves("--reference", field);
             const std::size_t k = key.size() == 1 ? std::string("XYZ").find(key) : std::string::npos;
             const auto number = csv::number(value);
-            if (k > 2 || !number || !(std::abs(*number) <= 1e5)) refuse("--reference", field, "has no form as X=0");
+            if (k > 2 || !number || !(std::abs(*number) <= 1e5))
+                refuse("--reference", field, "has no form as X=0");
             q.reference.position[static_cast<Eigen::Index>(k)] = *number;
         }
     if (m.sources.empty() && q.without.empty()) q.without.push_back("the machine");
-    for (std::size_t i = 1; i < q.without.size(); ++i) q.notes.push_back("No uncertainty either: " + q.without[i] + '.');
+    for (std::size_t i = 1; i < q.without.size(); ++i)
+        q.notes.push_back("No uncertainty either: " + q.without[i] + '.');
     return q;
 }
 
-std::string table_with_reversal(const std::string& file, char axis, const std::string& error, const DirectionRows& rows,
-                                const std::string& head) {
+std::string table_with_reversal(const std::string& file, char axis, const std::string& error,
+                                const DirectionRows& rows, const std::string& head) {
     std::vector<ErrorTable::Row> half;
     for (const DirectionRow& row : rows) {
         half.push_back({row.position, {}});
@@ -245,7 +252,8 @@ std::string table_with_reversal(const std::string& file, char axis, const std::s
                     csv::decimal(mean.errors[e] - h);
             for (const std::string& name : names) {
                 const double its = name.size() == 4 ? table.half[i].errors[error_index(name)] : 0;
-                text += ',' + csv::decimal(mean.errors[error_index(name)] + (name.back() == '-' ? -its : its));
+                text +=
+                    ',' + csv::decimal(mean.errors[error_index(name)] + (name.back() == '-' ? -its : its));
             }
             text += '\n';
         }

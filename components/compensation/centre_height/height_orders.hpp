@@ -37,7 +37,8 @@ struct HeightOrders final : hal::Group {
              entry = false, compute = false;
         bool cut_done = false, value_ready = false, entered = false;  // as they are
         double cuts = 0;                                              // by a program; 0 for none
-        double corrected = 0;  // number of the cut whose diameter is replaced, or below 0 taken back; 0 for none
+        double corrected =
+            0;  // number of the cut whose diameter is replaced, or below 0 taken back; 0 for none
     };
 
     Given read() noexcept {

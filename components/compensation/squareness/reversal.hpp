@@ -20,10 +20,11 @@ namespace plumb {
 struct Reversal final : hal::Group {
     using Group::Group;
 
-    hal::In<bool> motion_enabled{this, "motion-enabled", true,
-                                 "The drives are on: motion.motion-enabled. While off, an axis may be pushed."};
-    hal::Axes<hal::In<double>, 6> compensated{
-        this, "%-backlash-corr", 0, "mu", "Compensation of % by LinuxCNC itself: joint.N.backlash-corr."};
+    hal::In<bool> motion_enabled{
+        this, "motion-enabled", true,
+        "The drives are on: motion.motion-enabled. While off, an axis may be pushed."};
+    hal::Axes<hal::In<double>, 6> compensated{this, "%-backlash-corr", 0, "mu",
+                                              "Compensation of % by LinuxCNC itself: joint.N.backlash-corr."};
     hal::Axes<hal::Out<double>, 6> direction{
         this, "%-direction", "1",
         "Direction in which % moved last: 1 to the + end, -1 to the - end, 0 unknown."};
@@ -41,7 +42,8 @@ struct Reversal final : hal::Group {
             const double to = watches_[static_cast<std::size_t>(i)].direction();
             if (fresh || d.arrived(to)) d = TrapezoidalMove(d.position());  // at rest
             if (!d.arrived(to))
-                d.step(to, settings.reversal_rate / share_[i], settings.reversal_acceleration / share_[i], dt);
+                d.step(to, settings.reversal_rate / share_[i], settings.reversal_acceleration / share_[i],
+                       dt);
             if (!(std::abs(d.position()) <= 1)) d = TrapezoidalMove(to);  // never beyond the readings
             now_.values[i] = d.position();
             now_.rates[i] = d.arrived(to) && d.position() == last_[i] ? 0 : (d.position() - last_[i]) / dt;

@@ -31,8 +31,10 @@ constexpr const char* sentence(Fault fault) {
             return "An angle (below 0.1), a pivot (to 1e6), or a radial or reference offset (to 1e4) is "
                    "invalid; its last good value is used.";
         case Fault::limit:
-            return "A limit is out of its range: max-angle, max-correction, max-rate, max-speed, settling-time or a "
-                   "setting of reversals; the manual page has the ranges; the last good set of settings stays in "
+            return "A limit is out of its range: max-angle, max-correction, max-rate, max-speed, "
+                   "settling-time or a "
+                   "setting of reversals; the manual page has the ranges; the last good set of settings "
+                   "stays in "
                    "force.";
         case Fault::axis:
             return "An angle, a pivot or parallel-axis-corrects is set for an axis that the chain does not "

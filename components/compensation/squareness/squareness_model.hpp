@@ -28,9 +28,9 @@ public:
     };
     struct Result {
         RampedCorrection::Wanted wanted;
-        RampedCorrectionOf<1>::Wanted wanted_parallel;    // of U, V or W
-        Eigen::Vector3d error = Eigen::Vector3d::Zero();  // mu, tip error without correction
-        bool beyond_table = false;                        // a table does not reach here
+        RampedCorrectionOf<1>::Wanted wanted_parallel;           // of U, V or W
+        Eigen::Vector3d error = Eigen::Vector3d::Zero();         // mu, tip error without correction
+        bool beyond_table = false;                               // a table does not reach here
         Eigen::Matrix4d by_direction = Eigen::Matrix4d::Zero();  // mu, dc/dd of X, Y, Z and U, V or W
         AxisPosition reversal = AxisPosition::Zero();            // mu, part of the wanted offsets by d
         bool steady = true;  // false: it changes with the position as on no machine, and is invalid
@@ -112,7 +112,8 @@ private:
     // mm; where errors of the axes bend by 0.002 per mm, 1e-9 of it remains.
     static constexpr double near = 1e-3;
 
-    void take_direction(const TipCorrection::Correction& c, const Directions& d, Result& result) const noexcept {
+    void take_direction(const TipCorrection::Correction& c, const Directions& d,
+                        Result& result) const noexcept {
         result.by_direction.topRows<3>() = c.by_direction;
         result.by_direction(3, 3) = share_.by_direction;
         if (!active_) return;
@@ -126,7 +127,8 @@ private:
     }
 
     // Reads the errors of the axes from the tables. Returns whether a table does not reach `there`.
-    bool take_errors(const AxisPosition& there, const Directions& d, const ErrorTables::Set& tables) noexcept {
+    bool take_errors(const AxisPosition& there, const Directions& d,
+                     const ErrorTables::Set& tables) noexcept {
         bool beyond = false;
         for_each_axis([&](Axis axis, std::size_t i) {
             if (!tables[i]) return;

@@ -61,12 +61,22 @@ struct SquarenessSettings final : hal::Group {
         this, "settling-time", 10, "s", "Maximum time for which settling is true.", settling_times};
 
     hal::In<double> reversal_distance{
-        this, "reversal-distance", 0.0005, "mu",
-        "Distance that an axis goes back until its direction of motion is the other one.", distances};
-    hal::In<double> reversal_rate{this, "reversal-rate", 0.9, "mu/s",
+        this,
+        "reversal-distance",
+        0.0005,
+        "mu",
+        "Distance that an axis goes back until its direction of motion is the other one.",
+        distances};
+    hal::In<double> reversal_rate{this,
+                                  "reversal-rate",
+                                  0.9,
+                                  "mu/s",
                                   "Maximum rate of change of the correction where an axis turns.",
                                   reversal_rates};
-    hal::In<double> reversal_acceleration{this, "reversal-acceleration", 125, "mu/s2",
+    hal::In<double> reversal_acceleration{this,
+                                          "reversal-acceleration",
+                                          125,
+                                          "mu/s2",
                                           "Maximum acceleration of the correction where an axis turns.",
                                           accelerations};
 
@@ -189,8 +199,7 @@ private:
         if (usable.max_speed == 0) return Fault::speed;
         if (!(tilts.contains(usable.max_angle) && corrections.contains(usable.max_correction) &&
               rates.contains(usable.max_rate) && speeds.contains(usable.max_speed) && usable.max_speed > 0 &&
-              settling_times.contains(usable.settling_time) &&
-              distances.contains(usable.reversal_distance) &&
+              settling_times.contains(usable.settling_time) && distances.contains(usable.reversal_distance) &&
               reversal_rates.contains(usable.reversal_rate) &&
               accelerations.contains(usable.reversal_acceleration)))
             return Fault::limit;

@@ -48,8 +48,9 @@ struct ContactReport : hal::Group {
                                   "Time of the last contact; 0 when no clock ran."};
     hal::Out<double> contact_coordinate{this, "contact-coordinate", "mu",
                                         "Coordinate of the last contact, offset included."};
-    hal::Out<double> time_constant{this, "contact-time-constant", "s",
-                                   "Time constant of the load's rise at the last contact: the drive's filter."};
+    hal::Out<double> time_constant{
+        this, "contact-time-constant", "s",
+        "Time constant of the load's rise at the last contact: the drive's filter."};
     hal::Out<std::int32_t> contacts{this, "contacts", "Number of contacts found, learned ones too."};
     hal::Out<std::int32_t> accepted{this, "contacts-accepted", "Number of contacts that were accepted."};
     hal::Out<std::int32_t> rejected{this, "contacts-rejected", "Number of contacts that were rejected."};

@@ -56,13 +56,16 @@ constexpr hal::Said said(DisplacementStatus status) {
             return {Kind::warn, "The growth is not trusted.", "Remove the cause, or learn again.", "",
                     "doubt-code"};
         case S::asks:
-            return {Kind::warn, "Contacts moved at once: the offset leaves that out, and waits for your answer.",
-                    "If work, zero, tool or drive have changed, it is not growth (shift-is-not-growth); else it is "
+            return {Kind::warn,
+                    "Contacts moved at once: the offset leaves that out, and waits for your answer.",
+                    "If work, zero, tool or drive have changed, it is not growth (shift-is-not-growth); else "
+                    "it is "
                     "growth (shift-is-growth).",
                     "", "doubt-code"};
         case S::asks_origin:
             return {Kind::warn, "The work offset or a tool length has changed without a reason.",
-                    "Give the reason: a new zero (change-is-zero), growth corrected by hand (change-is-growth), or "
+                    "Give the reason: a new zero (change-is-zero), growth corrected by hand "
+                    "(change-is-growth), or "
                     "another depth (change-is-depth).",
                     "", "doubt-code"};
         case S::dry_run:

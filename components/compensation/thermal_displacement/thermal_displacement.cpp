@@ -90,7 +90,8 @@ struct ThermalDisplacement final : hal::Component {
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
         if (periods_++ % between_settings == 0) take_settings();
-        const bool at_zero = offset_.value() == 0 && std::abs(now.applied_offset) <= settings_.own.offset.tolerance;
+        const bool at_zero =
+            offset_.value() == 0 && std::abs(now.applied_offset) <= settings_.own.offset.tolerance;
         const bool dry = offset_settings.dry_run;
         const bool applying = now.enable && !dry && !now.learn && measured_.applicable();
         const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying);

@@ -36,13 +36,15 @@ inline DirectionRows read(const std::string& name, std::string_view text, int ty
             if (ended == 0) ended = i + 1;
             continue;
         }
-        if (ended != 0)
-            lines.refuse(ended - 1, "the line is empty, and LinuxCNC reads nothing behind it");
+        if (ended != 0) lines.refuse(ended - 1, "the line is empty, and LinuxCNC reads nothing behind it");
         const std::vector<double> row = lines.numbers(i);
         if (row.size() != 3)
-            lines.refuse(i, error_table_file::counted(row.size(), "value") + ", not nominal, forward and reverse");
+            lines.refuse(
+                i, error_table_file::counted(row.size(), "value") + ", not nominal, forward and reverse");
         if (rows.size() == most_rows) lines.refuse(i, "LinuxCNC takes no more than 256 lines");
-        const auto error = [&](double given) { return (type == 0 ? given - row[0] : 0 - given) * millimetres; };
+        const auto error = [&](double given) {
+            return (type == 0 ? given - row[0] : 0 - given) * millimetres;
+        };
         rows.push_back({row[0] * millimetres, error(row[1]), error(row[2])});
         if (rows.size() > 1 && !(rows.back().position > rows[rows.size() - 2].position))
             lines.refuse(i, csv::decimal(row[0]) + " is not beyond " +

@@ -49,8 +49,9 @@ public:
             const std::string_view word = rest.substr(0, end);
             const auto value = csv::number(word);
             if (!value)
-                refuse(i, csv::quoted(word) + " is no number" +
-                              (word.find(',') == std::string_view::npos ? "" : "; the decimal mark is a point"));
+                refuse(i,
+                       csv::quoted(word) + " is no number" +
+                           (word.find(',') == std::string_view::npos ? "" : "; the decimal mark is a point"));
             result.push_back(*value);
             rest = end == std::string_view::npos ? "" : csv::trimmed(rest.substr(end));
         }
@@ -65,7 +66,8 @@ private:
 // The rows with an error of 0 at `place`, the mean of both directions there, between two rows linear.
 inline DirectionRows zeroed(DirectionRows rows, double place) {
     if (rows.size() < 2 || place < rows.front().position || place > rows.back().position)
-        throw std::runtime_error("the zero at " + csv::decimal(place) + " is beyond the positions of the table");
+        throw std::runtime_error("the zero at " + csv::decimal(place) +
+                                 " is beyond the positions of the table");
     double zero = 0;
     for (std::size_t i = 1; i < rows.size(); ++i) {
         const DirectionRow &a = rows[i - 1], &b = rows[i];

@@ -34,10 +34,10 @@ namespace plumb {
 //     # end, seal 3fd7b136, 2 rows
 //
 // Positions and EX, EY, EZ are in mm, EA, EB, EC in rad, positive where the axes of the machine are.
-// An error that differs by the direction of motion has two columns, as EXX+ and EXX-: after motion to the + end
-// and to the - end. Columns come in any order; an error without a column is 0. A file may hold several tables, one after the
-// other, each with its header. The last line of a file counts the rows of all its tables: a truncated file
-// has no such line, or another count. A number has a decimal point in every locale.
+// An error that differs by the direction of motion has two columns, as EXX+ and EXX-: after motion to the +
+// end and to the - end. Columns come in any order; an error without a column is 0. A file may hold several
+// tables, one after the other, each with its header. The last line of a file counts the rows of all its
+// tables: a truncated file has no such line, or another count. A number has a decimal point in every locale.
 //
 // The head, before the first table, may state machine, date and temperature. Other lines that begin with #,
 // and empty ones, are ignored.
@@ -346,7 +346,8 @@ private:
         bool paired = false;
         for (const Column& other : columns_) {
             if (other.is_position || other.error != column.error) continue;
-            if (other.direction == 0) refuse(csv::quoted(column.name) + " stands beside " + csv::quoted(other.name));
+            if (other.direction == 0)
+                refuse(csv::quoted(column.name) + " stands beside " + csv::quoted(other.name));
             paired |= other.direction == -column.direction;
         }
         if (!paired)
@@ -435,9 +436,9 @@ private:
                 }
             }
         }
-        tables_.emplace(axis_, DirectedErrorTable(ErrorTable(mean),
-                                                  directed ? std::optional(ErrorTable(half)) : std::nullopt,
-                                                  scale));
+        tables_.emplace(axis_,
+                        DirectedErrorTable(ErrorTable(mean),
+                                           directed ? std::optional(ErrorTable(half)) : std::nullopt, scale));
         facts_.rows += rows_.size();
         facts_.axes += (facts_.axes.empty() ? "" : ", ") + std::string(1, axis_);
     }

@@ -23,7 +23,8 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
     const auto find = [&](std::string_view what, std::size_t from) {
         for (std::size_t i = from; i < lines.size(); ++i)
             if (lines[i].substr(0, what.size()) == what) return i;
-        lines.refuse("there is no line " + csv::quoted(what) + (from > 0 ? " behind line " + std::to_string(from) : ""));
+        lines.refuse("there is no line " + csv::quoted(what) +
+                     (from > 0 ? " behind line " + std::to_string(from) : ""));
     };
     const auto count = [&](std::string_view what, std::size_t from, std::size_t most) {
         const std::size_t at = find(what, from);
@@ -88,7 +89,8 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
 inline std::string text(const DirectionRows& rows) {
     bool directed = false;
     for (const DirectionRow& row : rows) directed |= row.up != row.down;
-    std::string result = "HEADER::\nTARGET DATA::\nTarget-count: " + std::to_string(rows.size()) + "\nTargets :\n";
+    std::string result =
+        "HEADER::\nTARGET DATA::\nTarget-count: " + std::to_string(rows.size()) + "\nTargets :\n";
     const auto add = [&](const char* format, auto... values) {
         char line[80];
         std::snprintf(line, sizeof line, format, values...);

@@ -109,7 +109,8 @@ public:
         spoilt_ |= reference.key.occurrence < 1 || !draft().add(reference);
         if (!spoilt_) agrees_[draft().size() - 1] = agrees ? mean().find(reference.key) : -1;
     }
-    // While learning: this contact may be an event of the program, and is not learned, even if its fit comes later.
+    // While learning: this contact may be an event of the program, and is not learned, even if its fit comes
+    // later.
     void doubt(const ContactKey& key) noexcept {
         doubted_ = key;
         rose_twice_ = true;
@@ -194,7 +195,7 @@ private:
     bool clockless_ = false;
     bool rose_twice_ = false;  // the load, in an approach
     ContactKey doubted_;       // the last of these
-    bool disagreed_ = false;  // contacts of the last learning cycle, among each other
+    bool disagreed_ = false;   // contacts of the last learning cycle, among each other
     std::int32_t number_ = 0;
     std::int32_t learnt_ = 0;
     std::int32_t kinds_ = 0;                                        // of approaches in this cycle

@@ -49,21 +49,21 @@ public:
         std::int32_t operation = 0;  // key; 0 for none
         double load = 0;             // %
         bool load_valid = true;
-        double speed = 0;                // rpm
-        double z = 0;                    // mu, offset included
-        double velocity = 0;             // mu/s, signed, negative towards the work
-        double feed_override = 1;        // ratio
-        double motor_offset = 0;         // mu, that z contains beside the height of the joint
-        double start_height = 0;         // mu, of the joint, without offset
-        bool clock_start = false;        // the mark of a program clock: its rising edge
-        double applied_offset = 0;       // mu
-        double step = 0;                 // mu, by which it is displaced on purpose
-        double work_offset = 0;          // mu, along Z
-        double tool_length = 0;          // mu, along Z, in force
+        double speed = 0;           // rpm
+        double z = 0;               // mu, offset included
+        double velocity = 0;        // mu/s, signed, negative towards the work
+        double feed_override = 1;   // ratio
+        double motor_offset = 0;    // mu, that z contains beside the height of the joint
+        double start_height = 0;    // mu, of the joint, without offset
+        bool clock_start = false;   // the mark of a program clock: its rising edge
+        double applied_offset = 0;  // mu
+        double step = 0;            // mu, by which it is displaced on purpose
+        double work_offset = 0;     // mu, along Z
+        double tool_length = 0;     // mu, along Z, in force
         OriginReason origin_reason = OriginReason::none;  // of a change of these two, while it is given
-        double temperature = 20;         // degC, to remember; the last good one stays
-        std::int32_t date = 0;           // YYYYMMDD, to remember
-        bool temperature_valid = false;  // the growth may follow it
+        double temperature = 20;                          // degC, to remember; the last good one stays
+        std::int32_t date = 0;                            // YYYYMMDD, to remember
+        bool temperature_valid = false;                   // the growth may follow it
 
         // By judged().
         Lost lost = Lost::nothing;

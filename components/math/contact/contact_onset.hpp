@@ -13,8 +13,8 @@ namespace plumb {
 // The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit). The power
 // of the cut and the load of the idling spindle have no influence. The time constant is that of the
 // contact's reference; for the reference itself it is fitted too. So an error of it, or of the shape
-// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references, the filter
-// of the drive has changed: then the time constant is fitted again (see OnsetShape).
+// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references, the
+// filter of the drive has changed: then the time constant is fitted again (see OnsetShape).
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
 //    have changed, by the shortest time between two changes.
@@ -35,8 +35,8 @@ public:
         return false;
     }
 
-    // The load has risen. `time_constant` is in s, or 0 for the one that fits best; the others are the least and
-    // the largest of all references, which the same drive has made.
+    // The load has risen. `time_constant` is in s, or 0 for the one that fits best; the others are the least
+    // and the largest of all references, which the same drive has made.
     void start(double time_constant, double least, double most) noexcept {
         stage_ = Stage::waiting;
         waited_ = 0;
@@ -68,8 +68,8 @@ private:
     static constexpr int piece = 64;                        // slots per period
     static constexpr double shortest = 0.002, ratio = 1.5;  // s; of the time constants that are tried
     static constexpr int trials = 12;
-    static constexpr double clear_rise = 5;    // standard deviations
-    static constexpr double other_filter = 6;  // standard deviations, of the change of a time constant
+    static constexpr double clear_rise = 5;     // standard deviations
+    static constexpr double other_filter = 6;   // standard deviations, of the change of a time constant
     static constexpr double same_filter = 0.1;  // part of a time constant: a smaller change is none
     static constexpr double settled = 0.005;    // ... in further steps
     static constexpr int most_refits = 6;
@@ -159,8 +159,8 @@ private:
         return false;
     }
 
-    // Steps towards the time constant that fits best. It is of another filter if it explains the load better by more
-    // than noise does; else that of the reference stays. True if there is another fit to come.
+    // Steps towards the time constant that fits best. It is of another filter if it explains the load better
+    // by more than noise does; else that of the reference stays. True if there is another fit to come.
     bool refits() noexcept {
         const bool seldom = 2 * hold_ * spacing_ >= given_;  // the drive samples: then a rise shows no shape
         if (free_ || !fit_.found() || seldom || refit_ == Refit::none) return false;
@@ -168,7 +168,8 @@ private:
         if (refits_ == 0) explained_by_given_ = fit_.explained();
         if (refits_ < most_refits && std::abs(change) > (refits_ == 0 ? same_filter : settled)) {
             ++refits_;
-            time_constant_ = std::clamp(time_constant_ * std::exp(std::clamp(change, -0.5, 0.5)), shortest, after);
+            time_constant_ =
+                std::clamp(time_constant_ * std::exp(std::clamp(change, -0.5, 0.5)), shortest, after);
         } else {
             const double better = fit_.explained() - explained_by_given_;
             const bool other = time_constant_ < least_ || time_constant_ > most_;
@@ -255,7 +256,8 @@ private:
         const double tau = time_constant_, disturbance = variance();
         const double small = free_ ? free_noise * disturbance / fit_.explained() : 0;
         const double noise = tau / fit_.gain() * std::sqrt((1 + small) * disturbance / fit_.information());
-        const double of_filter = refits_ > 0 && refit_ != Refit::none ? tau * shape_.bend() * change_sigma() : 0;
+        const double of_filter =
+            refits_ > 0 && refit_ != Refit::none ? tau * shape_.bend() * change_sigma() : 0;
         sigma_ = std::hypot(noise, sampling(), of_filter);
         kink_ = tau * shape_.kink(fit_.gain());
         found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;

@@ -96,10 +96,10 @@ inline Rejection comparison(Method method, const Contact& b, const Contact& a,
     return Rejection::none;
 }
 
-// The load of contact b rises in another way than at its reference a, the mean of `cycles`, by so much that it
-// matters: that error is none of noise, and does not go away by many contacts. A kink is as uncertain as the
-// contact itself. A rise that is none of another filter either is not fitted by one. The first factor is that of
-// LearningCheck.
+// The load of contact b rises in another way than at its reference a, the mean of `cycles`, by so much that
+// it matters: that error is none of noise, and does not go away by many contacts. A kink is as uncertain as
+// the contact itself. A rise that is none of another filter either is not fitted by one. The first factor is
+// that of LearningCheck.
 inline bool rises_unlike(const Contact& b, const Contact& a, std::int32_t cycles, double harmless) noexcept {
     constexpr double most = 3, most_kink = 6;
     const double sigma = a.sigma * std::sqrt(static_cast<double>(cycles));

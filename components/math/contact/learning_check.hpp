@@ -10,7 +10,16 @@
 namespace plumb {
 
 // Why nothing was learned from a cycle.
-enum class LearningFault : std::int32_t { none, aborted, disturbed, no_contact, poor, disagree, no_clock, rises_twice };
+enum class LearningFault : std::int32_t {
+    none,
+    aborted,
+    disturbed,
+    no_contact,
+    poor,
+    disagree,
+    no_clock,
+    rises_twice
+};
 
 constexpr const char* sentence(LearningFault fault) {
     switch (fault) {
@@ -22,7 +31,8 @@ constexpr const char* sentence(LearningFault fault) {
         case LearningFault::disagree:
             return "Contacts of one tool disagree in how the load rises: learn from another cycle.";
         case LearningFault::rises_twice:
-            return "The load rises twice in an approach: coolant, or another event of the program? Switch it on "
+            return "The load rises twice in an approach: coolant, or another event of the program? Switch it "
+                   "on "
                    "before the approach, or exclude the operation.";
         case LearningFault::no_clock:
             return "By time: no clock ran. The program must set start-height or clock-start before each "

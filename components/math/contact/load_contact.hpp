@@ -22,7 +22,8 @@ enum class Travel { towards_work, other, clear };
 //    P differs from part to part.
 //  - The threshold is never below four standard deviations of the noise that the smoothing has left. Only
 //    the load below the baseline counts as noise: a cut that begins slowly lies above it.
-//  - A further rise in the same approach, by a third of the first one at least, means that the program raises the
+//  - A further rise in the same approach, by a third of the first one at least, means that the program raises
+//  the
 //    load too: coolant, say. Which of them is the work, the load does not show.
 //  - The baseline stands still while the load is high, and follows ten times faster while Z is clear,
 //    after a change of speed, and when the load has fallen.
@@ -92,12 +93,12 @@ public:
     bool in_work() const noexcept { return in_work_; }  // the tool may be cutting
 
 private:
-    static constexpr double largest = 1e6;     // of load and speed; a larger value is invalid
-    static constexpr double same_speed = 1;    // rpm
-    static constexpr double noise_memory = 5;  // s
-    static constexpr double quick = 0.1;       // of the baseline's time constant
-    static constexpr double settles = 0.3;     // s after a contact until the load of the cut stands
-    static constexpr double lasting = 0.1;     // s that a further rise must last
+    static constexpr double largest = 1e6;      // of load and speed; a larger value is invalid
+    static constexpr double same_speed = 1;     // rpm
+    static constexpr double noise_memory = 5;   // s
+    static constexpr double quick = 0.1;        // of the baseline's time constant
+    static constexpr double settles = 0.3;      // s after a contact until the load of the cut stands
+    static constexpr double lasting = 0.1;      // s that a further rise must last
     static constexpr double further = 1.0 / 3;  // of the first rise
 
     Event judge_rise(double rise, double threshold, double release, Travel travel, double debounce,

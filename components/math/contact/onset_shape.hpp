@@ -12,8 +12,8 @@ namespace plumb {
 //     kink          (mean of r before the onset - mean of r after it) × width × τ / P
 //
 // g = s e is the derivative by τ, and g' = g - A - B e the part of it that no other P or onset explains: so a
-// change d of τ moves the onset by -B d τ. Coolant or a dip of the load before the onset makes a kink, and another
-// filter hardly any.
+// change d of τ moves the onset by -B d τ. Coolant or a dip of the load before the onset makes a kink, and
+// another filter hardly any.
 class OnsetShape {
 public:
     // `width`: time constants on either side of the onset that count for the kink.

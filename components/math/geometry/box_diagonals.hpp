@@ -50,8 +50,8 @@ inline BoxResult box_from_diagonals(const BoxDiagonals& box) {
     }
     const double u = box.uncertainty * length / 2;
     const auto over = [&](double first, double second) { return length / (4 * first * second); };
-    return {xy * over(box.a, box.b), xz * over(box.a, box.c), yz * over(box.b, box.c),
-            u / (box.a * box.b),     u / (box.a * box.c),     u / (box.b * box.c),
+    return {xy * over(box.a, box.b), xz * over(box.a, box.c),       yz * over(box.b, box.c),
+            u / (box.a * box.b),     u / (box.a * box.c),           u / (box.b * box.c),
             all / (4 * length),      box.uncertainty / (2 * length)};
 }
 

@@ -24,8 +24,7 @@ void check(const CircleSetup& setup, const CircularPath& path) {
     const std::string which = path.clockwise ? "the clockwise path" : "the counter-clockwise path";
     if (path.angles.size() < 36) throw std::invalid_argument(which + " has fewer than 36 points");
     std::vector<double> around;
-    for (const double angle : path.angles)
-        around.push_back(angle - 2 * pi * std::floor(angle / (2 * pi)));
+    for (const double angle : path.angles) around.push_back(angle - 2 * pi * std::floor(angle / (2 * pi)));
     std::sort(around.begin(), around.end());
     std::vector<double> gaps{around.front() + 2 * pi - around.back()};
     for (std::size_t i = 1; i < around.size(); ++i) gaps.push_back(around[i] - around[i - 1]);
@@ -38,8 +37,8 @@ void check(const CircleSetup& setup, const CircularPath& path) {
     for (const double radius : path.radii)
         if (!(std::abs(radius - setup.radius) <= 1))
             throw std::invalid_argument(which + " has a radius of " + std::to_string(radius) +
-                                        " mm, 1 mm or more from the nominal " +
-                                        std::to_string(setup.radius) + " mm");
+                                        " mm, 1 mm or more from the nominal " + std::to_string(setup.radius) +
+                                        " mm");
 }
 
 bool near_turn(double angle) {
@@ -54,7 +53,8 @@ double sign(double x) {
 }  // namespace
 
 CircleResult circle_result(const CircleSetup& setup, const std::vector<CircularPath>& paths) {
-    if (!(setup.radius > 1 && setup.radius <= 1e4)) throw std::invalid_argument("the radius is not from 1 mm to 1e4 mm");
+    if (!(setup.radius > 1 && setup.radius <= 1e4))
+        throw std::invalid_argument("the radius is not from 1 mm to 1e4 mm");
     if (!(setup.speed > 0 && setup.speed <= 1e4)) throw std::invalid_argument("the feed is not above 0");
     if (paths.empty() || paths.size() > 2) throw std::invalid_argument("one or two paths are needed");
     for (const CircularPath& path : paths) check(setup, path);

@@ -22,14 +22,14 @@ struct Estimate {
 
 // The errors of both axes, a first and b second of the plane, that the path shows.
 struct CircleResult {
-    Estimate opening;                     // rad, of the corner; with one direction the lag is in it
-    Estimate scale_difference;            // 1, scale of a less scale of b
+    Estimate opening;                       // rad, of the corner; with one direction the lag is in it
+    Estimate scale_difference;              // 1, scale of a less scale of b
     Estimate lost_motion_a, lost_motion_b;  // mm
-    Estimate across_a;                    // mm, half of the shift of a along b by direction: E(b)(a)+
-    Estimate lag;                         // s, of a less b; only with both directions
-    double radius_deviation = 0;          // mm, mean radius less nominal: the bar, and equal scales
+    Estimate across_a;                      // mm, half of the shift of a along b by direction: E(b)(a)+
+    Estimate lag;                           // s, of a less b; only with both directions
+    double radius_deviation = 0;            // mm, mean radius less nominal: the bar, and equal scales
     bool both_directions = false;
-    double noise = 0;      // mm, rms of the residuals
+    double noise = 0;                                   // mm, rms of the residuals
     double g_clockwise = 0, g_counter = 0, g_both = 0;  // mm, G and G(b)
     double f_most = 0, f_least = 0;                     // mm, F of both directions
 };

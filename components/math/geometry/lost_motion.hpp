@@ -75,20 +75,23 @@ inline ReversalResult reversal_of(std::vector<BothWays> places, double reading =
         }
     }
     if (result.freedom == 0 && !(reading > 0))
-        throw std::invalid_argument("each position was read once in each direction, so the scatter is "
-                                    "unknown: read again, or give the uncertainty of a reading");
+        throw std::invalid_argument(
+            "each position was read once in each direction, so the scatter is "
+            "unknown: read again, or give the uncertainty of a reading");
     result.repeatability = result.freedom > 0 ? std::sqrt(squares / result.freedom) : reading;
     if (!(result.repeatability >= 1e-8 || reading > 0))
-        throw std::invalid_argument("the readings do not scatter at all: give the uncertainty of a reading, "
-                                    "such as a third of a division of the indicator");
+        throw std::invalid_argument(
+            "the readings do not scatter at all: give the uncertainty of a reading, "
+            "such as a third of a division of the indicator");
     const double one = std::max(result.repeatability * widening(result.freedom), reading);
     double variance = 0;
     for (const BothWays& place : places) {
         const double up = mean(place.up), down = mean(place.down);
-        const double of_difference = one * one * (1 / static_cast<double>(place.up.size()) +
-                                                  1 / static_cast<double>(place.down.size()));
-        result.rows.push_back({place.position, (up + down) / 2, (up - down) / 2,
-                               std::sqrt(of_difference + own * own) / 2});
+        const double of_difference =
+            one * one *
+            (1 / static_cast<double>(place.up.size()) + 1 / static_cast<double>(place.down.size()));
+        result.rows.push_back(
+            {place.position, (up + down) / 2, (up - down) / 2, std::sqrt(of_difference + own * own) / 2});
         result.lost_motion -= (up - down) / static_cast<double>(places.size());
         variance += of_difference / static_cast<double>(places.size() * places.size());
     }

@@ -36,9 +36,9 @@ struct RigidBodyError {
 
 // Rigid-body error of an axis near a position of it: best the one where the correction takes it.
 struct AxisError {
-    double position = 0;   // mu
-    RigidBodyError value;  // there
-    RigidBodyError slope;  // its change per mu
+    double position = 0;    // mu
+    RigidBodyError value;   // there
+    RigidBodyError slope;   // its change per mu
     RigidBodyError half{};  // its change with the direction of motion, from 0 to 1
 
     RigidBodyError at(double coordinate) const noexcept {

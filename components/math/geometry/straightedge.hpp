@@ -15,7 +15,7 @@ namespace plumb {
 // Both readings count up as the plunger is pressed in; it points to the + end of the axis across, and to the
 // - end after the edge was turned over. Offset and slope are taken out of each: they are those of the set-up.
 struct Straightness {
-    std::vector<double> errors, edge;      // mm
+    std::vector<double> errors, edge;     // mm
     double range = 0, range_of_edge = 0;  // mm
 };
 

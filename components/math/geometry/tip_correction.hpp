@@ -29,8 +29,8 @@ public:
     const KinematicChain& chain() const noexcept { return chain_; }
 
     struct Share {
-        double offset;  // mu
-        double slope;   // its change with w
+        double offset;            // mu
+        double slope;             // its change with w
         double by_direction = 0;  // its change with the direction of motion, mu
     };
 
@@ -43,9 +43,9 @@ public:
     }
 
     struct Correction {
-        Eigen::Vector3d offset;  // mu, c of X, Y and Z
-        PositionSlopes slopes;   // dc/dt = slopes · dq/dt
-        Eigen::Vector3d error;   // mu, of the tip without correction
+        Eigen::Vector3d offset;                                // mu, c of X, Y and Z
+        PositionSlopes slopes;                                 // dc/dt = slopes · dq/dt
+        Eigen::Vector3d error;                                 // mu, of the tip without correction
         PositionSlopes by_direction = PositionSlopes::Zero();  // mu, dc/dd of the directions of motion d
     };
 

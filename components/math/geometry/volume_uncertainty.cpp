@@ -177,13 +177,12 @@ VolumeUncertainty uncertainty_of(const MeasuredVolume& measured, const VolumePla
         double part = 2 * std::pow(measured.sources[s].tip.dot(direction), 2);
         for (const std::size_t way : {0, 1})
             for (const std::size_t way_there : {0, 1})
-                part += std::pow((error_at(machine, result.worst, way, tool) -
-                                  corrected[result.worst].rest[way] -
-                                  error_at(machine, count, way_there, tool) +
-                                  corrected[count].rest[way_there])
-                                     .dot(direction),
-                                 2) /
-                        4;
+                part +=
+                    std::pow((error_at(machine, result.worst, way, tool) - corrected[result.worst].rest[way] -
+                              error_at(machine, count, way_there, tool) + corrected[count].rest[way_there])
+                                 .dot(direction),
+                             2) /
+                    4;
         amounts[s] = 0;
         variance[measured.sources[s].name] += part;
         sum += part;

@@ -49,7 +49,7 @@ struct VolumePlace {
 
 // Of the distance from the reference place, after correction, k = 2.
 struct PlaceUncertainty {
-    double U = 0;                                     // mm, in the worst direction
+    double U = 0;                                       // mm, in the worst direction
     Eigen::Vector3d by_axis = Eigen::Vector3d::Zero();  // mm
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();     // mm, known and not corrected
     double distance = 0;                                // mm, to the reference place

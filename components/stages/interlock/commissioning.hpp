@@ -48,9 +48,10 @@ struct Commissioning : hal::Group {
     hal::In<double> trial_offset{this, "trial-offset", 0, "mu", "Offset of the trial, for its stage."};
     hal::In<double> trial_limit{this, "trial-limit", 0, "mu",
                                 "Largest offset of a trial, either way; 0: no stage can be tried."};
-    hal::In<bool> trial_beat{this, "trial-beat", false,
-                             "Changes at least twice a second while somebody presses. If it stops or the machine "
-                             "goes off, the trial is over: set both trial numbers to -1 before the next one."};
+    hal::In<bool> trial_beat{
+        this, "trial-beat", false,
+        "Changes at least twice a second while somebody presses. If it stops or the machine "
+        "goes off, the trial is over: set both trial numbers to -1 before the next one."};
 
     hal::Row<hal::Out<std::int32_t>, functions> function_identity{
         this, "function-identity",
@@ -175,7 +176,7 @@ private:
     std::atomic<bool> asked_{false};
     int wait_ = 0;
     bool beat_ = false, arms_ = false, begun_ = false, over_ = false;  // of a trial
-    double silence_ = longest_pause, resting_ = longest_return;  // s
+    double silence_ = longest_pause, resting_ = longest_return;        // s
     std::int32_t held_functions_ = 0, on_trial_ = 0, held_stages_ = 0, tried_ = 0;
 };
 

@@ -81,7 +81,8 @@ TEST(SquarenessReversal, TheTurnTakesTheShortestTimeOfItsAccelerationAndIsInTheV
 
 // Where nothing differs by direction it turns within a period; that speed must not stay.
 TEST(SquarenessReversal, ATurnWhereNothingIsLostLeavesNoSpeed) {
-    WithTable machine("X,EXX+,EXX-\n-600,0,0\n-100,0,0\n0,0,0\n50,-0.005,0.005\n150,-0.005,0.005\n600,-0.005,0.005\n");
+    WithTable machine(
+        "X,EXX+,EXX-\n-600,0,0\n-100,0,0\n0,0,0\n50,-0.005,0.005\n150,-0.005,0.005\n600,-0.005,0.005\n");
     Square& square = machine.square;
     square.set("max-speed", 1e5);
     square.bench.expect("abs(x) <= 0.0055", {{"x", "square.x-correction"}});
@@ -114,8 +115,7 @@ TEST(SquarenessReversal, AnAngleThatChangesInEachPeriodDelaysNoTurn) {
 }
 
 TEST(SquarenessReversal, TheRateIsNotExceededAndAxesThatMoveOneJointShareIt) {
-    WithTable machine(std::string(lost_motion) +
-                                "Y,EXY+,EXY-\n-600,-0.005,0.005\n600,-0.005,0.005\n");
+    WithTable machine(std::string(lost_motion) + "Y,EXY+,EXY-\n-600,-0.005,0.005\n600,-0.005,0.005\n");
     Square& square = machine.square;
     square.set({{"reversal-rate", 0.3}});
     square.go({0, 0, 0, 0});
@@ -293,7 +293,9 @@ TEST(SquarenessReversal, RandomMovesTurnAsASledIsPushed) {
     int pushed = 1, turns = 0;
     for (int i = 0; i < 300; ++i) {
         const double kind = uniform(random);
-        const double way = kind < -0.4 ? 0.00024 * uniform(random) : kind < 0.2 ? 0.001 * uniform(random) : uniform(random);
+        const double way = kind < -0.4  ? 0.00024 * uniform(random)
+                           : kind < 0.2 ? 0.001 * uniform(random)
+                                        : uniform(random);
         position += way;
         if (position > sled + 0.0005) sled = position - 0.0005, turns += pushed < 0, pushed = 1;
         if (position < sled) sled = position, turns += pushed > 0, pushed = -1;

@@ -264,8 +264,8 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
               its.interlock = of<S>(Common::not_homed);
           },
           of<S>(Common::not_homed), Kind::wait},
-         {"a change of the origin without a reason", [](auto& its) { its.asks_origin = true; }, S::asks_origin,
-          Kind::warn},
+         {"a change of the origin without a reason", [](auto& its) { its.asks_origin = true; },
+          S::asks_origin, Kind::warn},
          {"a shift without an answer", [](auto& its) { its.asks = true; }, S::asks, Kind::warn},
          {"contacts do not come", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
          {"dry run", [](auto& its) { its.dry_run = true; }, S::dry_run, Kind::off},

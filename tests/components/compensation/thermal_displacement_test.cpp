@@ -51,11 +51,10 @@ struct Mill {
         std::ostringstream csv;
         csv.precision(15);
         csv << "time";
-        for (const char* pin :
-             {"enable", "learn", "cycle-running", "cycle-complete", "program-id", "tool-set-id",
-              "motion-type", "tool-number", "operation", "load", "spindle-speed-cmd", "z-position",
-              "z-velocity-cmd", "feed-override", "start-height", "applied-offset", "work-offset",
-              "tool-length"})
+        for (const char* pin : {"enable", "learn", "cycle-running", "cycle-complete", "program-id",
+                                "tool-set-id", "motion-type", "tool-number", "operation", "load",
+                                "spindle-speed-cmd", "z-position", "z-velocity-cmd", "feed-override",
+                                "start-height", "applied-offset", "work-offset", "tool-length"})
             csv << ",z." << pin;
         csv << '\n';
         double time = 0;
@@ -541,9 +540,10 @@ TEST(ThermalDisplacement, AfterARestartTheGrowthIsUnknownBeforeTheFirstCut) {
     mill.set("row", 0);
     mill.bench.run(0.04);
     std::map<std::string, double> kept;
-    for (const char* field : {"operation", "tool", "occurrence", "coordinate", "time", "lost-time", "feed",
-                              "feed-override", "applied-offset", "sigma", "time-constant", "program-id",
-                              "tool-set-id", "speed-history", "temperature", "date", "cycles", "scatter", "kink"})
+    for (const char* field :
+         {"operation", "tool", "occurrence", "coordinate", "time", "lost-time", "feed", "feed-override",
+          "applied-offset", "sigma", "time-constant", "program-id", "tool-set-id", "speed-history",
+          "temperature", "date", "cycles", "scatter", "kink"})
         kept[field] = mill.get(std::string("row-") + field);
     mill.set("forget", 1);
     mill.bench.run(0.04);

@@ -54,7 +54,8 @@ TEST(CompFile, IsRefusedWithTheLineWhereLinuxCNCWouldEndWithoutAWord) {
         {"0 0 0\n100 100 100\n", "line 2: an error of -100 mm is beyond 10 mm; is it type 0?"},
     };
     for (const auto& [text, reason] : cases) EXPECT_EQ(refused(text), "x.comp: " + reason) << text;
-    EXPECT_THAT(refused("0 0 0\n100 0 0\n", 0), EndsWith("line 2: an error of -100 mm is beyond 10 mm; is it type 1?"));
+    EXPECT_THAT(refused("0 0 0\n100 0 0\n", 0),
+                EndsWith("line 2: an error of -100 mm is beyond 10 mm; is it type 1?"));
     EXPECT_THAT(refused("0 0 0\n1 0 0\n", 2), EndsWith("COMP_FILE_TYPE 2 does not exist: it is 0 or 1"));
     std::string many;
     for (int i = 0; i < 257; ++i) many += std::to_string(i) + " 0 0\n";
@@ -92,7 +93,8 @@ TEST(CompFile, WritesWhatItReadsWithinItsResolution) {
 const std::string rtl =
     "HEADER::\nMachine: mill\nTARGET DATA::\nTarget-count: 6\nTargets :\n0.0 50.0 100.0 150.0 200.0\n250.0\n"
     "Flags: 1 2 3 4\nUSER-TEXT::\nRUNS::\nRun-count: 2\nDEVIATIONS::\nRun Target Data:\n"
-    "1 1 0.0\n1 2 1.5\n1 3 2.5\n1 4 3.0\n1 5 4.0\n1 6 5.0\n2 6 9.0\n2 5 8.0\n2 4 7.0\n2 3 6.5\n2 2 5.5\n2 1 4.0\n"
+    "1 1 0.0\n1 2 1.5\n1 3 2.5\n1 4 3.0\n1 5 4.0\n1 6 5.0\n2 6 9.0\n2 5 8.0\n2 4 7.0\n2 3 6.5\n2 2 5.5\n2 1 "
+    "4.0\n"
     "ENVIRONMENT::\nAir: 20\nEOF::\n";
 
 TEST(RtlFile, OddRunsRiseAndEvenRunsComeBack) {
@@ -134,7 +136,8 @@ TEST(RtlFile, WritesWhatItReadsWithinATenthOfAMicrometre) {
         const DirectionRows rows = drawn(random);
         std::string text = rtl_file::text(rows);
         if (n % 2 == 0)  // as DOS writes it
-            for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.replace(at, 1, "\r\n");
+            for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2)
+                text.replace(at, 1, "\r\n");
         const std::vector<BothWays> back = rtl_file::read("x", text);
         ASSERT_EQ(back.size(), rows.size());
         for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -152,7 +155,8 @@ TEST(DirectionRows, AreZeroAtTheReferencePlaceAndMakeASealedTable) {
     EXPECT_THAT(refusal<std::runtime_error>([&] { direction_rows::zeroed(rows, 101); }),
                 HasSubstr("the zero at 101 is beyond the positions of the table"));
     const std::string text = direction_rows::table_text('X', "EXX", rows, "# u: EXX+ 0.0002\n");
-    EXPECT_THAT(text, testing::StartsWith("# u: EXX+ 0.0002\nX,EXX+,EXX-\n0,-0.004,0\n100,0,0.004\n# end, seal "));
+    EXPECT_THAT(text,
+                testing::StartsWith("# u: EXX+ 0.0002\nX,EXX+,EXX-\n0,-0.004,0\n100,0,0.004\n# end, seal "));
     EXPECT_THAT(direction_rows::table_text('X', "EXX", {{0, 0, 0}, {9, 0.001, 0.001}}, ""),
                 testing::StartsWith("X,EXX\n0,0\n9,0.001\n# end, seal "));
 }
@@ -169,7 +173,8 @@ TEST(IniCompensation, AnAxisThatLinuxCNCCompensatesIsRefusedWithItsLine) {
     EXPECT_EQ(refused(kins + "[JOINT_2]\nBACKLASH = 0.01\n", 'Y'), "line 4: 'BACKLASH = 0.01': Li");
     EXPECT_EQ(refused(kins + "[JOINT_2]\nBACKLASH = 0.01\n", 'Z'), "accepted");
     EXPECT_EQ(refused(kins + "[JOINT_3]\nBACKLASH = 0.000 # none\n", 'Z'), "accepted");
-    EXPECT_EQ(refused("[TRAJ]\nCOORDINATES = X Z\n[JOINT_1]\n COMP_FILE = z.comp\n", 'Z'), "line 4: 'COMP_FILE = z.comp':");
+    EXPECT_EQ(refused("[TRAJ]\nCOORDINATES = X Z\n[JOINT_1]\n COMP_FILE = z.comp\n", 'Z'),
+              "line 4: 'COMP_FILE = z.comp':");
     EXPECT_EQ(refused("[TRAJ]\nCOORDINATES = X Z\n[JOINT_1]\n# COMP_FILE = z.comp\n", 'Z'), "accepted");
 }
 

@@ -210,7 +210,8 @@ TEST(InterlockCommissioning, TheEmergencyStopEndsATrialForGood) {
     machine.pass("stage", 1);
     machine.bench.set("interlock.trial-offset", 0.01);
     const auto power = [&](bool on) {
-        for (const char* pin : {"interlock.motion-enabled", "x-stage.motion-enabled", "y-stage.motion-enabled"})
+        for (const char* pin :
+             {"interlock.motion-enabled", "x-stage.motion-enabled", "y-stage.motion-enabled"})
             machine.bench.set(pin, on);
     };
     for (const char* trial : {"stage", "function"}) {

@@ -368,25 +368,29 @@ TEST(GrowthByContact, AChangeOfTheOriginWithoutAReasonIsAskedAboutUnlessTheConta
     for (const Method method : {Method::coordinate, Method::time})
         for (const bool tool : {false, true}) {
             Shop moved = settled(method);
-            (tool ? moved.mill.lengths[2] : moved.mill.zero) = (tool ? moved.mill.tips[2] : moved.mill.table) = 40 * um;
+            (tool ? moved.mill.lengths[2] : moved.mill.zero) =
+                (tool ? moved.mill.tips[2] : moved.mill.table) = 40 * um;
             for (int n = 0; n < 2; ++n) moved.cycle(10 * um);
             EXPECT_EQ(moved.measured.origin_change(), 0);
             EXPECT_NEAR(moved.measured.estimate(moved.used), 10 * um, 1 * um);
             EXPECT_EQ(moved.counts().rejected, 0);
 
-            for (const OriginReason answer : {OriginReason::zero, OriginReason::by_hand, OriginReason::depth}) {
+            for (const OriginReason answer :
+                 {OriginReason::zero, OriginReason::by_hand, OriginReason::depth}) {
                 Shop shop = settled(method);
                 (tool ? shop.mill.lengths[1] : shop.mill.zero) = -8 * um;
                 for (int n = 0; n < 2; ++n) shop.cycle(10 * um);
                 EXPECT_NEAR(shop.measured.origin_change(), -8 * um, 0.01 * um);
-                EXPECT_NEAR(shop.measured.estimate(shop.used), 10 * um, 1 * um) << "the offset keeps the growth";
+                EXPECT_NEAR(shop.measured.estimate(shop.used), 10 * um, 1 * um)
+                    << "the offset keeps the growth";
                 EXPECT_EQ(shop.measured.authority().doubt(), Doubt::origin);
                 shop.mill.reason = answer;
                 shop.cycle(10 * um);
                 shop.mill.reason = OriginReason::none;
                 EXPECT_EQ(shop.measured.origin_change(), 0);
                 for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
-                const bool in_program = answer == OriginReason::zero || (!tool && answer == OriginReason::by_hand);
+                const bool in_program =
+                    answer == OriginReason::zero || (!tool && answer == OriginReason::by_hand);
                 if (!tool) {
                     EXPECT_NEAR(shop.accepted.back(), (in_program ? 18 : 10) * um, 1 * um);
                 }
@@ -440,7 +444,8 @@ TEST(GrowthByContact, ALoadThatChangesRightBeforeTheContactMovesNothingAndIsRepo
         for (const double ends : {0.02, 0.05, 0.2})
             for (const double size : {1.0, 4.0})  // %
                 for (const bool once : {false, true}) {
-                    SCOPED_TRACE(std::to_string(ends) + (coolant ? " coolant " : " dip ") + std::to_string(size));
+                    SCOPED_TRACE(std::to_string(ends) + (coolant ? " coolant " : " dip ") +
+                                 std::to_string(size));
                     Shop shop = settled(Method::coordinate);
                     shop.used.growth.between.by_speed = true;
                     shop.mill.noise = 0.2;
@@ -460,8 +465,8 @@ TEST(GrowthByContact, ALoadThatChangesRightBeforeTheContactMovesNothingAndIsRepo
                 }
 }
 
-// Coolant comes on at the same height in each plunge, in the learning cycle too: such contacts do not move with the
-// machine. The load rises again as the tool meets the work.
+// Coolant comes on at the same height in each plunge, in the learning cycle too: such contacts do not move
+// with the machine. The load rises again as the tool meets the work.
 TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
     for (const double height : {0.8, 1.5, 2.5})  // mm above the work
         for (const double size : {2.0, 6.0}) {   // %
@@ -507,8 +512,8 @@ TEST(GrowthByContact, AnotherFilterOfTheDriveShiftsNothing) {
     }
 }
 
-// Its load rings from now on, as behind a belt that has become loose: contacts shift by less than matters, or are
-// asked about.
+// Its load rings from now on, as behind a belt that has become loose: contacts shift by less than matters, or
+// are asked about.
 TEST(GrowthByContact, AResonanceThatComesLaterShiftsLittleOrIsAskedAbout) {
     for (const double frequency : {25.0, 50.0, 100.0, 250.0})
         for (const double quality : {1.0, 2.0, 4.0}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The errors of both axes from circular paths; the paths are made by moving a point, not by the model's terms.
+// The errors of both axes from circular paths; the paths are made by moving a point, not by the model's
+// terms.
 #include "components/math/geometry/circle_test.hpp"
 
 #include "components/math/blocks/pi.hpp"
@@ -58,16 +59,16 @@ TEST(CircleTest, SeparatesTheErrorsOfBothAxesAndTheirSigns) {
 TEST(CircleTest, OneDirectionTakesTheLagForAnOpening) {
     Drawn its;
     its.lag_a = 0.0004;
-    const CircleResult r = circle_result({150, 2000.0 / 60}, {[&] {
-                                             CircularPath path;
-                                             for (double t = 0; t < 2 * pi; t += 2 * pi / 720) {
-                                                 const double w = 2000.0 / 60 / 150;
-                                                 path.angles.push_back(t);
-                                                 path.radii.push_back(std::hypot(
-                                                     150 * std::cos(t - w * 0.0004), 150 * std::sin(t)));
-                                             }
-                                             return path;
-                                         }()});
+    const CircleResult r = circle_result(
+        {150, 2000.0 / 60}, {[&] {
+            CircularPath path;
+            for (double t = 0; t < 2 * pi; t += 2 * pi / 720) {
+                const double w = 2000.0 / 60 / 150;
+                path.angles.push_back(t);
+                path.radii.push_back(std::hypot(150 * std::cos(t - w * 0.0004), 150 * std::sin(t)));
+            }
+            return path;
+        }()});
     EXPECT_NEAR(std::abs(r.opening.value), 89e-6, 1e-6);
     EXPECT_FALSE(r.both_directions);
 }
@@ -97,7 +98,8 @@ std::string refusal(const CircleSetup& its, const std::vector<CircularPath>& pat
 
 TEST(CircleTest, RefusesPathsThatShowTooLittle) {
     const Drawn its;
-    EXPECT_EQ(refusal(setup, {its.path(false, 300)}), "the counter-clockwise path covers 300 deg, and needs 330 deg");
+    EXPECT_EQ(refusal(setup, {its.path(false, 300)}),
+              "the counter-clockwise path covers 300 deg, and needs 330 deg");
     EXPECT_EQ(refusal(setup, {its.path(false, 340)}), "accepted");
     CircularPath gap = its.path(true);
     gap.angles.erase(gap.angles.begin() + 100, gap.angles.begin() + 130);
@@ -106,7 +108,8 @@ TEST(CircleTest, RefusesPathsThatShowTooLittle) {
     gap.radii.erase(gap.radii.begin() + 500, gap.radii.begin() + 530);
     EXPECT_EQ(refusal(setup, {gap}), "the clockwise path has gaps of 8 deg, and needs 5 deg or less");
     EXPECT_EQ(refusal(setup, {its.path(true), its.path(true)}), "both paths go in the same direction");
-    EXPECT_EQ(refusal({102, 50}, {its.path(false)}).substr(0, 43), "the counter-clockwise path has a radius of ");
+    EXPECT_EQ(refusal({102, 50}, {its.path(false)}).substr(0, 43),
+              "the counter-clockwise path has a radius of ");
     EXPECT_EQ(refusal({100, 0}, {its.path(false)}), "the feed is not above 0");
 }
 

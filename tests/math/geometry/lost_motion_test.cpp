@@ -15,7 +15,8 @@ namespace plumb {
 namespace {
 
 TEST(LostMotion, IsTheDifferenceOfBothDirections) {
-    const ReversalResult r = reversal_of({{300, {0, 0.001}, {0.008, 0.009}}, {100, {0.002, 0.003}, {0.014, 0.015}}});
+    const ReversalResult r =
+        reversal_of({{300, {0, 0.001}, {0.008, 0.009}}, {100, {0.002, 0.003}, {0.014, 0.015}}});
     EXPECT_EQ(r.rows[0].position, 100);
     EXPECT_NEAR(r.rows[0].half, -0.006, 1e-12);
     EXPECT_NEAR(r.rows[0].mean, 0.0085, 1e-12);
@@ -49,7 +50,8 @@ TEST(LostMotion, ItsUncertaintyCoversTheTruthAsStated) {
 }
 
 TEST(LostMotion, RepeatingDoesNotReduceTheIndicatorsOwnHysteresis) {
-    const ReversalResult r = reversal_of({{0, std::vector<double>(100, 0), std::vector<double>(100, 0.01)}}, 0.0001, 0.0004);
+    const ReversalResult r =
+        reversal_of({{0, std::vector<double>(100, 0), std::vector<double>(100, 0.01)}}, 0.0001, 0.0004);
     EXPECT_GT(r.uncertainty, 0.0004);
     EXPECT_LT(r.uncertainty, 0.00041);
 }

@@ -39,7 +39,8 @@ TEST(VolumeUncertainty, CommonPartsOfATableMoveAllRowsTogether) {
     MeasuredVolume m = column();
     for (int i = 0; i <= 10; ++i) m.means[1].push_back({60.0 * i, {}});
     UncertaintySource together{"EYY, all rows together", {}, {}};
-    for (std::size_t row = 0; row <= 10; ++row) together.rows.push_back({1, row, 1, 1e-6 * 60 * static_cast<double>(row)});
+    for (std::size_t row = 0; row <= 10; ++row)
+        together.rows.push_back({1, row, 1, 1e-6 * 60 * static_cast<double>(row)});
     m.sources.push_back(together);
     const VolumePlace reference{}, place{{0, 570, 0, 0}, Eigen::Vector3d::Zero(), ""};
     const double U = uncertainty_of(m, reference, {place}, draws, 1).places[0].U;
@@ -54,7 +55,8 @@ TEST(VolumeUncertainty, OneCauseOfTwoAnglesIsNotTwoCauses) {
     const VolumePlace reference{}, place{{0, 500, -500, 0}, Eigen::Vector3d::Zero(), ""};
     // -500 EC0Y - 500 EB0Z: both of one cause add up.
     EXPECT_NEAR(uncertainty_of(together, reference, {place}, draws, 1).places[0].U, 0.010, 0.0005);
-    EXPECT_NEAR(uncertainty_of(apart, reference, {place}, draws, 1).places[0].U, 0.010 / std::sqrt(2), 0.0004);
+    EXPECT_NEAR(uncertainty_of(apart, reference, {place}, draws, 1).places[0].U, 0.010 / std::sqrt(2),
+                0.0004);
 }
 
 TEST(VolumeUncertainty, RepeatabilityCountsAtBothPlacesAndTheToolsLengthAtNone) {
@@ -95,8 +97,10 @@ TEST(VolumeUncertainty, ASeedGivesTheSameBits) {
     MeasuredVolume m = column();
     m.sources.push_back({"EC0Y", {{1, 2, 4e-6}}, {}});
     const VolumePlace reference{}, place{{0, 600, 0, 0}, Eigen::Vector3d::Zero(), ""};
-    EXPECT_EQ(uncertainty_of(m, reference, {place}, 500, 7).places[0].U, uncertainty_of(m, reference, {place}, 500, 7).places[0].U);
-    EXPECT_NE(uncertainty_of(m, reference, {place}, 500, 8).places[0].U, uncertainty_of(m, reference, {place}, 500, 7).places[0].U);
+    EXPECT_EQ(uncertainty_of(m, reference, {place}, 500, 7).places[0].U,
+              uncertainty_of(m, reference, {place}, 500, 7).places[0].U);
+    EXPECT_NE(uncertainty_of(m, reference, {place}, 500, 8).places[0].U,
+              uncertainty_of(m, reference, {place}, 500, 7).places[0].U);
 }
 
 }  // namespace
