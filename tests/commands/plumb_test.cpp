@@ -18,7 +18,7 @@ TEST(Plumb, AnUnknownCommandIsNamedWithTheNearestAndAll) {
     EXPECT_EQ(outcome.status, 2);
     EXPECT_THAT(outcome.errors,
                 AllOf(HasSubstr("there is no command 'bech'; did you mean 'bench'?"),
-                      HasSubstr("bench, commission, contacts, doctor, example, growth, panel, run, squareness, wire")));
+                      HasSubstr("bench, commission, contacts, doctor, example, growth, panel, run, squareness, volume, wire")));
 }
 
 TEST(Plumb, AnUnknownCommandThatResemblesNoneHasNoGuess) {

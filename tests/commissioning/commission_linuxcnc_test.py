@@ -13,6 +13,7 @@ import tempfile
 import unittest
 
 import linuxcnc_runs
+import restarts
 from commissioning_machines import prepared
 from linuxcnc_runs import own_folder
 
@@ -24,6 +25,8 @@ class Commission(unittest.TestCase):
         its, cls.output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "squareness", "right", "sign", "drive-sign")
         cls.facts = its["facts"]
         cls.table = cls.facts["table"]
+        for standstill in cls.facts.get("standstills", []):
+            restarts.note(restarts.STANDSTILL, standstill)
 
     def test_machine_that_is_wired_right_passes(self):
         its = self.table["right"]

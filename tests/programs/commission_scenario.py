@@ -221,10 +221,7 @@ class Column(Machine):
 
     def killed(self, words, delay):
         """The program is killed when the joint begins to move, or a moment later: offset and stage of the trial then, and after another beat."""
-        process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True)
-        process.stdin.write("\n\npress\n")
-        process.stdin.flush()
-        self.await_condition(lambda: self.host.get("x-stage.applied-offset") > 0, "the press")
+        process = self.pressing(words)
         time.sleep(delay)
         process.kill()
         process.wait()
@@ -235,6 +232,23 @@ class Column(Machine):
             self.host.set("interlock.trial-beat", turn % 2)
             self.machine.wait(0.1)
         return took, self.host.get("x-stage.applied-offset"), self.host.get("interlock.trial-stage")
+
+    def pressing(self, words):
+        """The program, once the joint moves. interlock ends a trial whose program stood still for half a second: then once more."""
+        for last in (False, True):
+            process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True)
+            process.stdin.write("\n\npress\n")
+            process.stdin.flush()
+            try:
+                self.await_condition(lambda: self.host.get("x-stage.applied-offset") > 0, "the press")
+            except RuntimeError as error:
+                process.kill()
+                process.wait()
+                if last:
+                    raise
+                self.facts.setdefault("standstills", []).append(str(error))
+            else:
+                return process
 
     def stopped(self):
         """The emergency stop in the step of +0.010 mm: the offset before, while the machine is off, and on again with the button still pressed."""

@@ -6,6 +6,7 @@ import os
 GROWTH = 0.012  # mm
 TOLERANCE = 0.005  # mm
 PLUNGES = 3
+MORE_CYCLES = 3
 LONGEST = 300  # s, for a cycle
 FEED = 60  # mm/min
 APPROACH = 1.2  # mm above the work, in which the tool feeds
@@ -59,8 +60,10 @@ def check(machinery):
     machinery.machine.run(program, LONGEST)
     accepted = machinery.get("growth.contacts-accepted") - before
     displacement = machinery.get("growth.displacement") / mm
-    machinery.machine.run(program, LONGEST)  # the offset takes several contacts
-    offset = machinery.get("axis.z.eoffset") / mm
+    cycles, offset = 0, 0
+    while cycles < MORE_CYCLES and not rises(offset):  # authority grows with each contact
+        machinery.machine.run(program, LONGEST)
+        cycles, offset = cycles + 1, machinery.get("axis.z.eoffset") / mm
     follows = abs(offset - machinery.get("growth.z-offset") / mm)
     time, marked = machinery.get("growth.contact-time"), machinery.get("growth.clock-start")
     faults = [name for name in ("growth", "z-axis-stage", "interlock") if machinery.get(name + ".fault")]
@@ -70,7 +73,7 @@ def check(machinery):
             "a spindle that is %.0f um longer is measured as %.1f um" % (GROWTH * 1e3, displacement * 1e3),
             abs(displacement - GROWTH) < TOLERANCE,
         ),
-        ("after another cycle Z is raised by %.1f um" % (offset * 1e3), rises(offset) and follows < 1e-3),
+        ("after cycle %d Z is raised by %.1f um" % (2 + cycles, offset * 1e3), rises(offset) and follows < 1e-3),
         (
             "the clock of by-time shows %.2f s for %.2f s%s" % (time, TIMED / FEED * 60, "" if marked else ", and has no mark"),
             abs(time - TIMED / FEED * 60) < 0.05 and marked,

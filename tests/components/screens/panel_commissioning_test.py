@@ -21,10 +21,11 @@ STAGES = [line for number, axis in enumerate("xy") for line in (
 INPUTS = ("x-velocity", "y-velocity", "z-position", "z-velocity", "x-tool-offset", "y-tool-offset", "z-tool-offset", "path-velocity")
 LINES = [
     "loadrt threads name1=servo-thread period1=1000000", "loadrt lowpass names=x-drive,y-drive,x-joint,y-joint",
-    "loadrt mux2 names=" + ",".join("of-" + pin for pin in INPUTS), "loadrt or2 names=switch,homing,mode", "loadrt conv_bit_s32 names=type",
+    "loadrt mux2 names=" + ",".join("of-" + pin for pin in (*INPUTS, "own")), "loadrt or2 names=switch,homing,mode", "loadrt conv_bit_s32 names=type",
     "loadrt squareness names=square", "loadrt joint_offset names=x-stage,y-stage", "loadrt interlock names=interlock",
     "net on switch.out interlock.motion-enabled", "net homed homing.out interlock.all-homed square.all-homed", "setp switch.in0 1", "setp homing.in0 1",
     "net heartbeat interlock.heartbeat", "net coordinated mode.out square.coordinated", "net type type.out square.motion-type",
+    "net on square.motion-enabled", "net own of-own.out square.x-backlash-corr square.y-backlash-corr",
     "net square-on interlock.function-enable-0 square.enable", "net square-permission interlock.function-status-0 square.interlock-status",
     "net stages-ramping interlock.ramping square.stages-ramping", *("net of-%s of-%s.out square.%s" % (pin, pin, pin) for pin in INPUTS),
     "setp interlock.function-stages-0 3", "setp interlock.function-services-0 0", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25",
