@@ -341,7 +341,9 @@ def axes_by_force(seeds, options):
     by_drive = {}
     for (plant, _, weak), outcome in zip(axes, found):
         by_drive.setdefault((plant, weak), []).append(outcome)
-    return drives.table(by_drive)
+    path = os.path.join(options.output, "force.csv")
+    write_rows(path, *drives.rows(axes, found))
+    return [*drives.table(by_drive), "", written_line([path])]
 
 
 def proven_axes(seeds, options):

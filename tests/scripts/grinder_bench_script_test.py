@@ -87,8 +87,11 @@ class Proven(unittest.TestCase):
             for kind, outcome in outcomes.items():
                 self.assertEqual(outcome.factor, 1, (plant, kind))
                 self.assertLessEqual(outcome.beyond, 5, (plant, kind))
-                self.assertTrue(outcome.soon or kind == "restart", (plant, kind))
+                self.assertTrue(outcome.soon, (plant, kind))
             self.assertEqual(len(proven.table({plant: [outcomes, None]})), 2 + len(proven.KINDS))
+            header, rows = proven.rows([(plant, 3), (plant, 4)], [outcomes, None])
+            self.assertEqual([row[:3] for row in rows], [[plant, 3, kind] for kind in proven.KINDS])
+            self.assertEqual({len(row) for row in rows}, {len(header)})
 
 
 class Drift(unittest.TestCase):

@@ -33,6 +33,7 @@ public:
         double measured = 0, command = 0, velocity = 0, acceleration = 0;
         bool second_half = false, upward = false;
         double duration = 0, dt = 0.001;  // s, of the stroke, and of the period
+        double length = 0;                // mu, of the stroke
         double speed = 0;                 // mu/s, peak of the stroke
     };
 
@@ -68,11 +69,11 @@ public:
         }
         Event event = lag(now, present);
         if (shown_.step(now.command, now.measured) && present.without_override &&
-            now.speed == present.speed &&
-            learning_.shown(!now.upward, shown_.commanded(), shown_.done()) && event == Event::none)
+            now.speed == present.speed && learning_.shown(!now.upward, shown_.commanded(), shown_.done()) &&
+            event == Event::none)
             event = Event::corrected;
         if (now.second_half && (!metering_ || now.upward != upward_)) {
-            const Event its = metering_ ? evaluate(upward_, present) : Event::none;
+            const Event its = metering_ ? evaluate(upward_, now.length, present) : Event::none;
             if (event == Event::none) event = its;
             metering_ = true;
             upward_ = now.upward;
@@ -107,7 +108,8 @@ private:
         return Event::falls_behind;
     }
 
-    Event evaluate(bool upper, const Present& present) noexcept {
+    // `leaving` is the length of the stroke after it, mu.
+    Event evaluate(bool upper, double leaving, const Present& present) noexcept {
         const Arrival& its = arrival_[upper];
         if (!its.happened) return Event::none;
         if (!meter_.found()) return present.learns && its.regular ? Event::lost : Event::none;
@@ -117,17 +119,16 @@ private:
         const double crank = its.turning * its.length / (2 * its.speed * its.speed);
         learning_.turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
                          error_[upper] - its.offset);
-        if (its.first && !learning_.rising()) return Event::corrected;
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;
         if (doubts_[0] + doubts_[1] > 0 || !present.without_override || its.speed != present.speed)
             return Event::none;
-        if (its.braking != learning_.braking() || !learning_.has(upper, its.bound)) return Event::none;
-        switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed)) {
-            case Verdict::beyond:
-                lag_.begin();
-                return Event::beyond;
+        if (its.braking != learning_.braking() || !learning_.has(upper, its.bound, its.opposite))
+            return Event::none;
+        switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed,
+                                   {its.length, leaving})) {
+            case Verdict::beyond: lag_.begin(); return Event::beyond;
             case Verdict::slips: return Event::slips;
             default: return Event::corrected;
         }

@@ -122,6 +122,7 @@ private:
                                          oscillation.upward(),
                                          oscillation.plan().duration(),
                                          dt,
+                                         std::abs(oscillation.plan().to() - oscillation.plan().from()),
                                          oscillation.speed()};
         switch (watch_.step(now, {values.learn, values.override_value == 1, in_force.speed(part(values))})) {
             case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true}; break;

@@ -201,8 +201,8 @@ private:
             now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop);
         motion_.step(
             {now.orders.runs, now.orders.permitted, now.orders.returns, hold(now.given), values.stop()},
-            wanted(), dt, nodes, [&](bool upper, double reversal, double speed) {
-                return values.learn ? supervision_.learning().offset(upper, reversal, speed) : 0;
+            wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {
+                return values.learn ? supervision_.learning().offset(upper, reversal, speed, way) : 0;
             });
         StrokeOffset::Period period;
         period.moves = motion_.moves();

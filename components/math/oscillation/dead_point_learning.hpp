@@ -6,6 +6,7 @@
 #include "components/math/oscillation/learned_strokes.hpp"
 #include "components/math/oscillation/oscillation_settings.hpp"
 #include "components/math/oscillation/overshoot_model.hpp"
+#include "components/math/oscillation/turn_trend.hpp"
 
 #include <algorithm>
 #include <array>
@@ -69,11 +70,11 @@ public:
         if (!known || !strokes_.proven(stroke) || climb_.capped()) return;
         for (std::size_t i = 0; i < 2; ++i) {
             const double its = known->offset[i];
-            offset_[i] = bounded(its > 0 ? again * its : its, settings.most);
+            offset_[i] = bounded(its - first_doubt(its), settings.most);
             excess_[i] = -its;
         }
         excess_speed_ = {stroke.speed, stroke.speed};
-        reference_ = {known->reversal, known->reversal};
+        refer_to(*known);
         climb_.begin(1);
         predicts_ = {false, false};
         drift_ = drift_from(known->first_offset);
@@ -131,11 +132,18 @@ public:
             settings.caution = settings_.inset / 2 + std::max({-offset_[0], -offset_[1], 0.0});
     }
 
-    // Where the end of a stroke lies, with the acceleration of its reversal and its speed. An end beyond the
-    // dead point comes back with the acceleration, as the axis then follows closer. One inside goes farther
-    // inside with the square of a speed above the full one, as the axis then overshoots more.
-    double offset(bool upper, double acceleration, double speed) const noexcept {
-        const double its = offset_[upper], faster = speed / stroke_.speed;
+    // Where the end of a stroke lies, with the acceleration of its reversal, its speed, and the distance from
+    // its beginning to the dead point, 0 if it is a stroke like all others. An end beyond the dead point
+    // comes back with the acceleration, as the axis then follows closer. One inside goes farther inside with
+    // the square of a speed above the full one, as the axis then overshoots more. Between strokes of another
+    // length it goes inward only.
+    double offset(bool upper, double acceleration, double speed, double way = 0) const noexcept {
+        double its = offset_[upper];
+        const double faster = speed / stroke_.speed;
+        if (way > 0 && lengths_[upper] > 0) {
+            const double now = (way + length() + offset_[!upper]) / 2 + its;
+            its -= std::max(1.5 * slopes_[upper] * (now - lengths_[upper]), 0.0);
+        }
         if (its < 0) return faster > 1 ? its * faster * faster : its;
         return acceleration < reference_[upper] ? its * acceleration / reference_[upper] : its;
     }
@@ -149,9 +157,10 @@ public:
         return excess >= std::min(last, grown) - slack && excess <= std::max(last, grown) + slack;
     }
 
-    // Whether a dead point is one of the stroke that it learns.
-    bool has(bool upper, double bound) const noexcept {
-        return bound == (upper ? stroke_.upper : stroke_.lower);
+    // Whether a dead point and the one before it are those of the stroke that it learns.
+    bool has(bool upper, double bound, double before) const noexcept {
+        return bound == (upper ? stroke_.upper : stroke_.lower) &&
+               before == (upper ? stroke_.lower : stroke_.upper);
     }
 
     // The largest accelerations of a stroke that left an end: of the command and of the axis.
@@ -178,13 +187,16 @@ public:
         if (predicts_[upper]) predict(upper);
     }
 
+    // Mu, of the commanded strokes before and after a dead point; 0: as the ends are now.
+    struct Lengths {
+        double before, after;
+    };
+
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
-    // acceleration of the reversal, and the speed, of strokes at the present speed factor.
-    Verdict measured(bool upper, double error, double used, double acceleration, double speed) noexcept {
-        if (std::exchange(shorter_[upper], false)) {
-            offset_[upper] = bounded(remembered(upper), settings_.most);
-            return Verdict::none;
-        }
+    // acceleration of the reversal, the speed, and the lengths, of strokes at the present speed factor.
+    Verdict measured(bool upper, double error, double used, double acceleration, double speed,
+                     Lengths lengths = {}) noexcept {
+        if (was_learned_ && lengths.before > 0 && differs(lengths)) return Verdict::none;
         error_[upper] = error;
         used_offset_[upper] = used;
         excess_[upper] = error - used;
@@ -192,7 +204,8 @@ public:
         known_[upper] = true;
         predicts_[upper] = false;
         if (climb_.complete()) {
-            correct(upper, error, used);
+            correct(upper, error, used,
+                    lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()});
             reference_[upper] = acceleration;
         } else if (error > settings_.most_beyond) {
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
@@ -216,6 +229,14 @@ public:
 
 private:
     double length() const noexcept { return stroke_.upper - stroke_.lower; }
+    // Mu, the smallest difference of a length that counts.
+    double least_longer() const noexcept { return std::max(10 * settings_.tolerance, 0.003 * length()); }
+    // Strokes after a start are shorter than the ends are apart.
+    bool differs(const Lengths& lengths) const noexcept {
+        return std::max(std::abs(lengths.before - whole_length()), std::abs(lengths.after - whole_length())) >
+               least_longer();
+    }
+    double whole_length() const noexcept { return length() + offset_[0] + offset_[1]; }  // of the command
     // Mu, what a drive that saturates may overshoot.
     double room() const noexcept { return std::min(settings_.inset, 10 * settings_.most_beyond); }
 
@@ -228,8 +249,10 @@ private:
         if (const Learned* known = strokes_.find(stroke_); known && !doubted_) expect(*known);
         slow_ = force_ = unknown;
         last_turning_ = 0;
-        reference_ = answer_ = {};
-        corrected_ = shorter_ = {false, false};
+        reference_ = lengths_ = slopes_ = {};
+        strange_ = {!settings_.even, !settings_.even};
+        remembers_ = {false, false};
+        for (TurnTrend& each : trends_) each.begin();
         for (const std::size_t i : {0, 1}) {
             predicts_[i] = at_full_speed() && !turns_[i].empty() && settings_.reversal[i] > 0;
             if (predicts_[i]) predict(i);
@@ -261,11 +284,13 @@ private:
             longer = std::clamp(-2 * its.beyond, -0.5 * length(), 0.5 * length());
         }
         double doubt = its.doubt;
-        if (!settings_.even || !turns_[upper].covers(acceleration, length()))
-            doubt = std::max(doubt, uneven_doubt(its.beyond));
+        strange_[upper] = !settings_.even || !turns_[upper].covers(acceleration, length());
+        if (strange_[upper]) doubt = std::max(doubt, uneven_doubt(its.beyond));
         offset_[upper] = bounded(-its.beyond - doubt, settings_.most);
         excess_[upper] = its.beyond;
-        reference_[upper] = acceleration;
+        reference_[upper] = settings_.reversal[upper];
+        lengths_[upper] = length() + longer;
+        slopes_[upper] = TurnTrend::careful({its.beyond, lengths_[upper]}, settings_.stretching);
     }
 
     // Mu, of a turn beside a section, which no even stroke explains, and of a stroke that is quicker than all
@@ -288,29 +313,37 @@ private:
         return std::max(std::sqrt(std::max(now, before * Climb::pause)), slow);
     }
 
-    void correct(bool upper, double error, double used) noexcept {
-        // Where a longer stroke is a slower one, more than the last correction has come.
-        const double moved = used - last_used_[upper];
-        if (corrected_[upper] && moved > 10 * settings_.tolerance)
-            answer_[upper] = std::clamp((error - last_error_[upper]) / moved, 0.95, 1.5);
-        offset_[upper] = bounded(used - correction(upper, error), settings_.most);
-        corrected_[upper] = true;
-        last_used_[upper] = used;
-        last_error_[upper] = error;
+    void correct(bool upper, double error, double used, const Lengths& lengths) noexcept {
+        TurnTrend& trend = trends_[upper];
+        const TurnTrend::Turn turn{error - used, (lengths.before + lengths.after) / 2};
+        const bool had = std::exchange(remembers_[upper], false);
+        const bool remembers = had && trend.explains(turn, settings_.most_beyond + 0.02 * settings_.inset);
+        if (had && !remembers) trend.begin();  // it was a turn of another axis
+        trend.add(turn, settings_.stretching, least_longer());
+        const double others = length() + offset_[!upper];
+        const bool within = std::abs(error) <= settings_.tolerance;
+        const bool gently = (was_learned_ || within) && error <= settings_.most_beyond;
+        double its = used - (gently ? settings_.gain : 1) * error;
+        if (remembers && error <= settings_.tolerance) {
+            const Learned* known = strokes_.find(stroke_);
+            its = std::min(trend.end(others), its + 0.8 * settings_.most_beyond);
+            if (known) its = std::min(its, known->offset[upper]);
+        } else if (!gently && error < 0) {
+            const double part = !trend.guesses() || !strange_[upper] ? nearly_all
+                                : turn.beyond > 0                    ? strange_part
+                                                                     : strange_lag_part;
+            its = used + part * (trend.end(others) - used);
+        }
+        if (!was_learned_ && error < settings_.tolerance) {
+            its -= trend.doubt(others + its, strange_[upper] ? 0.3 : 0.5);
+            // It turns by the strokes before and after it in an unknown proportion.
+            const double apart = std::abs(lengths.after - lengths.before);
+            if (strange_[upper]) its -= 0.2 * std::abs(turn.beyond) / turn.length * apart;
+        }
+        offset_[upper] = bounded(its, settings_.most);
+        lengths_[upper] = others + offset_[upper];
+        slopes_[upper] = trend.slope();
     }
-
-    // Mu, by which the end moves inward. From far inside the stroke gets longer, and the axis closer: the
-    // first correction leaves as much as that can be.
-    double correction(bool upper, double error) const noexcept {
-        if (error > settings_.most_beyond) return error;
-        const double wrong = std::abs(error);
-        if (was_learned_ || wrong <= 2 * settings_.tolerance) return settings_.gain * error;
-        if (error > 0) return error;
-        if (answer_[upper] > 0) return -wrong * (nearly_all - lag_part() / 2) / answer_[upper];
-        return -wrong * std::min(nearly_all, 1 - std::min(2.2 * lag_part(), 1 - settings_.gain));
-    }
-
-    double lag_part() const noexcept { return std::max({-excess_[0], -excess_[1], 0.0}) / length(); }
 
     Verdict cycle() noexcept {
         known_ = {false, false};
@@ -410,7 +443,26 @@ private:
             const double predicted = growth * excess_[i] * (excess_[i] < 0 ? 0.7 : 1.3);
             offset_[i] = bounded(std::min(known->offset[i], -predicted), settings_.most);
         }
-        reference_ = {known->reversal, known->reversal};
+        refer_to(*known);
+    }
+
+    // Mu, by which the first stroke to a remembered end ends inside: it is shorter than the next ones.
+    double first_doubt(double correction) const noexcept {
+        return (1 - again) * std::max(correction, 0.0) + 0.02 * settings_.inset;
+    }
+
+    // The corrections are those of a remembered stroke, which counts as the first turn at each end.
+    void refer_to(const Learned& known) noexcept {
+        reference_ = {known.reversal, known.reversal};
+        const double whole = length() + known.offset[0] + known.offset[1];
+        for (const std::size_t i : {0, 1}) {
+            const TurnTrend::Turn turn{-known.offset[i], whole};
+            trends_[i].begin();
+            trends_[i].add(turn, settings_.stretching, 0);
+            lengths_[i] = whole;
+            slopes_[i] = TurnTrend::careful(turn, settings_.stretching);
+            remembers_[i] = true;
+        }
     }
 
     // Whether the axis turns at reduced speed as it did before the restart.
@@ -429,10 +481,12 @@ private:
     // end. Its first stroke is shorter, and ends a little inside.
     bool confirm(bool upper) noexcept {
         --unshown_;
-        const double before = strokes_.find(stroke_)->shown[upper];
+        const Learned& known = *strokes_.find(stroke_);
+        const double before = known.shown[upper];
         const bool shows = shown_[upper] >= as_before * before;
-        if (climb_.complete()) {  // its command has a little less than before, as it brakes harder
-            if (shown_[upper] >= nearly_as_before * std::min(before, commanded_[upper])) return false;
+        if (climb_.complete()) {  // its command has less than before, as the stroke is longer
+            const double less = std::min(commanded_[upper] / first_commanded_, 1.0);
+            if (shown_[upper] >= nearly_as_before * less * before) return false;
             doubted_ = true;
             begin();
             return true;
@@ -442,11 +496,10 @@ private:
             return false;
         }
         climb_.finish();
+        first_commanded_ = commanded_[upper];
         for (std::size_t i = 0; i < 2; ++i) offset_[i] = bounded(remembered(i), settings_.most);
-        offset_[upper] -= (1 - again) * std::max(offset_[upper], 0.0);
-        const double reversal = strokes_.find(stroke_)->reversal;
-        reference_ = {reversal, reversal};
-        shorter_[upper] = true;
+        offset_[upper] -= first_doubt(offset_[upper]);
+        refer_to(known);
         return true;
     }
 
@@ -462,10 +515,11 @@ private:
         return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
     }
 
-    static constexpr double seen_part = 0.95;   // of the peak of a crank, in a mean of 30 degrees
-    static constexpr double nearly = 1.1;       // times the proven acceleration is proven, too
-    static constexpr double nearly_all = 0.97;  // of an error
-    static constexpr double again = 0.975;      // of a correction, in the first stroke of a region
+    static constexpr double seen_part = 0.95;  // of the peak of a crank, in a mean of 30 degrees
+    static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
+    // Of an error: a correction, and the first one where no stroke explains the turn: an overshoot, a lag.
+    static constexpr double nearly_all = 0.97, strange_part = 0.75, strange_lag_part = 0.9;
+    static constexpr double again = 0.975;  // of a correction, in the first stroke of a region
     static constexpr double as_before = 0.96, nearly_as_before = 0.92;  // of an acceleration
 
     Settings settings_;
@@ -478,13 +532,15 @@ private:
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends
+    double first_commanded_ = 0;                       // of the first one of a restored stroke at full speed
     std::array<bool, 2> known_{};
-    std::array<double, 2> reference_{};                 // mu/s2, of the reversals whose ends were corrected
-    std::array<double, 2> answer_{};                    // of the error, to a correction; 0: unknown
-    std::array<double, 2> last_used_{}, last_error_{};  // mu, before the last correction
-    std::array<bool, 2> corrected_{};
+    std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
+    std::array<double, 2> lengths_{};    // mu, of the strokes for which the offsets are; 0: any
+    std::array<double, 2> slopes_{};     // of the turns, by that length
+    std::array<TurnTrend, 2> trends_{};
+    std::array<bool, 2> strange_{};    // no stroke of the joint explains the turn
+    std::array<bool, 2> remembers_{};  // the last turn is a remembered one
     std::array<OvershootModel, 2> turns_{};
-    std::array<bool, 2> shorter_{};   // the next stroke to this end begins at one without its correction
     std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
     double last_turning_ = 0, drift_ = 0;
     double proven_ = 0;                // mu/s2, of this joint since the start

@@ -240,11 +240,12 @@ private:
             now.upper = upper_;
         }
         leg.acceleration = now.acceleration * now.braking;
-        planner_.begin(leg.kind == Kind::closing
-                           ? OscillationLeg::to_position(from, end(), now)
-                           : leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned),
-                       plans_[1 - running_]);
-        leg.arrival.first = this->leg().kind == Kind::first;
+        StrokeRequest request = leg.kind == Kind::closing ? OscillationLeg::to_position(from, end(), now)
+                                                          : leg.to_dead_point({from, lower_, upper_, upward},
+                                                                              now, settings_, learned);
+        if (leg.near && leg.kind == Kind::first && stop_ == Stop::none)
+            request = leg.to_dead_point({from, lower_, upper_, !upward}, now, settings_, learned);
+        planner_.begin(request, plans_[1 - running_]);
     }
 
     // Takes up the planned leg. `late` is the time by which the dead point has passed already.

@@ -21,8 +21,8 @@ struct OscillationLeg {
         bool happened = false, upper = false;
         bool infeed = false;      // no spark-out
         bool regular = false;     // it ends a stroke from one dead point to the other of the same region
-        bool first = false;       // its stroke began where no correction is in force: shorter than the next
         double bound = 0;         // the dead point
+        double opposite = 0;      // the one from which its stroke comes
         double offset = 0;        // outward, of the commanded end
         double acceleration = 0;  // of the reversal
         double speed = 0;         // mu/s, peak
@@ -39,6 +39,7 @@ struct OscillationLeg {
     bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
     bool pauses = false;           // to the end for a hold: strokes go on after it
     bool clipped = false;          // by the soft limits
+    bool near = false;             // it begins where it should end
     double acceleration = 0;       // mu/s2, the largest by which it was planned
     OscillationSettings settings;  // when it was planned
 
@@ -53,7 +54,8 @@ struct OscillationLeg {
 
     // Makes it one to a dead point, planned by `now` while the last settings are `latest`: an end that lies
     // outside was planned for the settings of then, and the next stroke leaves it by them.
-    // learned(upper, acceleration of the reversal, speed) is where its end lies, outward.
+    // learned(upper, acceleration of the reversal, speed, distance to the dead point or 0 where it is no
+    // whole stroke) is where its end lies, outward.
     template <class Learned>
     StrokeRequest to_dead_point(const Begin& begin, const OscillationSettings& now,
                                 const OscillationSettings& latest, const Learned& learned) noexcept {
@@ -65,10 +67,12 @@ struct OscillationLeg {
             bound = upward ? begin.upper : begin.lower;
         const bool regular = whole && begin.lower == latest.lower && begin.upper == latest.upper &&
                              now.speed == latest.speed && now.sections == latest.sections;
-        const Reciprocation region{upward ? std::min(from, begin.lower) : bound,
-                                   upward ? bound : std::max(from, begin.upper), now.speed};
+        const double opposite = whole    ? upward ? begin.lower : begin.upper
+                                : upward ? std::min(from, begin.lower)
+                                         : std::max(from, begin.upper);
+        const Reciprocation region{upward ? opposite : bound, upward ? bound : opposite, now.speed};
         const double at_turn = std::min(reversal(region, bound, now), reversal(region, bound, latest));
-        double offset = learned(upward, at_turn, now.speed);
+        double offset = learned(upward, at_turn, now.speed, whole ? std::abs(bound - from) : 0);
         if (!regular) offset = std::min(offset, 0.0) - now.caution;  // not learned for this stroke
         const double end = upward ? bound + offset : bound - offset;
 
@@ -78,7 +82,11 @@ struct OscillationLeg {
         request.acceleration = whole ? now.acceleration : now.acceleration * now.braking;
         request.braking = whole ? now.braking : 1;
         request.to = std::clamp(end, now.lowest, now.highest);
-        if (upward ? request.to <= from + nothing : request.to >= from - nothing) request.to = bound;
+        near = upward ? request.to <= from + nothing : request.to >= from - nothing;
+        if (near) request.to = from + (bound - from) / 10;
+        // A first way is short, and without this quicker than all that the axis has shown.
+        if (!whole && now.caution > 0)
+            request.acceleration *= std::min(std::abs(request.to - from) / region.stroke(), 1.0);
         const double behind = whole    ? from
                               : upward ? std::min(from, latest.lower)
                                        : std::max(from, latest.upper);
@@ -95,6 +103,7 @@ struct OscillationLeg {
         arrival.upper = upward;
         arrival.regular = regular;
         arrival.bound = bound;
+        arrival.opposite = opposite;
         arrival.offset = upward ? request.to - bound : bound - request.to;
         arrival.acceleration = at_turn;
         arrival.speed = now.speed;

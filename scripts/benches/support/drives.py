@@ -160,6 +160,12 @@ def table(results):
     return lines
 
 
+def rows(axes, found):
+    """The header and a row for each axis."""
+    names = "learned fault beyond error cycles fault_later beyond_later strokes_until_told".split()
+    return ["plant", "seed", "weak", *names], [[*axis, *(getattr(outcome, name) for name in names)] for axis, outcome in zip(axes, found)]
+
+
 def shown(values, place):
     """One of the sorted values as text, "-" if there is none."""
     return "%.1f" % values[place] if values else "-"

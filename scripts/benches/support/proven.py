@@ -79,9 +79,11 @@ def another(host, plant, drawn, draw, kind):
 def watch(host, plant, lower, upper, cycle):
     outcome, last_bad = Outcome(), 0
     host.run(3)
-    forget_farthest(host)
     host.set("chop.run", True)
-    host.run(0.01)
+    within = 0.05 * (upper - lower)  # where an axis stands beyond R, before its first stroke, does not count
+    while not lower + within < host.get(f"{plant}.truth-position") < upper - within and not host.get("chop.fault"):
+        host.run(0.005)
+    forget_farthest(host)
     names = ["chop.stroke-count", "chop.active", "chop.speed-factor", f"{plant}.truth-upper", f"{plant}.truth-lower"]
     count, active, _, *seen = host.get(names)
     while count < STROKES and active:

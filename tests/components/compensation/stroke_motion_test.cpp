@@ -37,7 +37,7 @@ struct Motion : testing::Test {
     void start() { it.start(settings, places.back(), {}); }
     void run(double seconds) {
         for (int i = 0; i < seconds / dt; ++i) {
-            it.step(now, settings, dt, 64, [](bool, double, double) { return 0.0; });
+            it.step(now, settings, dt, 64, [](bool, double, double, double) { return 0.0; });
             now.returns = false;
             places.push_back(it.moves() ? it.leading().position() : it.leading().mean());
             const std::size_t n = places.size();

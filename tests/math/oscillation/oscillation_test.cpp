@@ -48,6 +48,41 @@ TEST(Oscillation, StartsAnywhereInTheDirectionThatIsSet) {
         }
 }
 
+TEST(Oscillation, AFirstWayThatIsShorterThanItsInsetIsLeftOut) {
+    for (const bool upward : {false, true}) {
+        Oscillation::Settings settings = usual();
+        settings.upward_first = upward;
+        Watched axis(settings, upward ? 39.5 : 10.5);  // farther out than where its first stroke would end
+        axis.offset[0] = axis.offset[1] = -1;
+        axis.until([&] { return !axis.arrivals.empty(); });
+        EXPECT_EQ(axis.arrivals[0].upper, !upward) << "it goes the other way first";
+        EXPECT_NEAR(axis.it.position(), upward ? 11 : 39, 0.01);
+        axis.run(3);
+        EXPECT_LE(*std::max_element(axis.samples.begin(), axis.samples.end()), 39.5);
+        EXPECT_GE(axis.lowest, 10.5);
+    }
+}
+
+TEST(Oscillation, AFirstWayInsideItsCautionIsNoQuickerThanAStroke) {
+    Oscillation::Settings settings = usual();
+    settings.caution = 0.1;
+    Watched axis(settings, 34);
+    axis.until([&] { return axis.it.position() > 39.89; });
+    EXPECT_LE(axis.hardest, 1000 * 5.9 / 30 * 1.01) << "w^2 = 2 a / S is that of the stroke";
+    axis.run(2);
+    EXPECT_NEAR(axis.arrivals[0].offset, -0.1, 1e-9);
+    EXPECT_GT(axis.hardest, 600);
+}
+
+TEST(Oscillation, AStrokeTellsFromWhichDeadPointItCame) {
+    Watched axis(usual());
+    axis.until([&] { return axis.arrivals.size() == 2; });
+    EXPECT_EQ(axis.arrivals[1].opposite, axis.arrivals[0].bound);
+    axis.settings.upper = 35;
+    axis.until([&] { return axis.arrivals.size() == 5; });
+    EXPECT_EQ(axis.arrivals[4].opposite, axis.arrivals[4].upper ? 10 : 35);
+}
+
 // An hour; scripts/bench grinder has a day of the component.
 TEST(Oscillation, CycleTimeIsThatOfThePlanAndNeverDrifts) {
     Watched watched(usual());

@@ -43,7 +43,7 @@ struct Watched {
     void step() {
         it.set(settings);
         it.see_axis(there());
-        it.step(dt, hold, nodes, [this](bool upper, double, double) { return offset[upper]; });
+        it.step(dt, hold, nodes, [this](bool upper, double, double, double) { return offset[upper]; });
         const std::size_t n = samples.size();
         samples.push_back(it.position());
         hardest = std::max(hardest, std::abs(samples[n] - 2 * samples[n - 1] + samples[n - 2]) / (dt * dt));
