@@ -108,6 +108,5 @@ class Commissioning(unittest.TestCase):
             finger.shot(os.path.join(os.environ["PLUMB_PICTURES"], name + ".png"))
 
 
-
 if __name__ == "__main__":
     unittest.main()
