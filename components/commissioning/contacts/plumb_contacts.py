@@ -580,7 +580,7 @@ def accepted_growth(replay):
 
 
 def growth_of(replay):
-    """How far the means of the cycles lie apart, and from what was learned, in um."""
+    """The span of the means of all cycles and of the reference, which is 0, in um."""
     return np.ptp([0] + [np.mean(cycle) for cycle in accepted_growth(replay)])
 
 

@@ -14,10 +14,11 @@ namespace plumb::commissioning {
 
 struct ArtifactExpansion {
     bool applied = false;
-    double coldest = 0, warmest = 0;             // K, of the artifact since its first touch
-    Eigen::Vector3d largest{0, 0, 0};            // mm, taken out of a place along each axis
-    Eigen::Vector3d uncertainty{0, 0, 0};        // mm, standard, of what was taken out of a deviation
-    double per_length = 0;                       // the same of a strain
+    double coldest = 0, warmest = 0;   // K, of the artifact since its first touch
+    Eigen::Vector3d largest{0, 0, 0};  // mm, taken out of a place along each axis
+    Eigen::Vector3d uncertainty{0, 0,
+                                0};  // mm, standard uncertainty of the expansion that the report subtracts
+    double per_length = 0;           // the same of a strain
     std::string why_not = "the log names none";  // if it is not applied
 };
 

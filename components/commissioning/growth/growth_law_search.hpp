@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The laws that a course may have, and the one of each axis that predicts best what it did not see.
+// The search tries each law on the duties that its fit left out, and chooses for each axis the law that predicts them best.
 #pragma once
 
 #include "components/commissioning/growth/growth_observations.hpp"

@@ -31,7 +31,7 @@ const Terms usual(10, 3, 50);
 // The expansion of the artifact, which looks like growth by all sensors together.
 constexpr double usual_artifact = 3;  // um/K
 
-// What the sensors of the machine would show.
+// The temperatures that the sensors would read during the planned test.
 class PlannedMachine {
 public:
     PlannedMachine(const GrowthPlanOptions& options, double phase)

@@ -68,7 +68,7 @@ plumb growth identify without options.)"},
 IDENTIFY describes. X1 and Y1 are at the end of the mandrel, X2 and Y2 nearer to the spindle, --distance mm apart; they show the
 tilt. It prints the displacements after 1 h and 4 h and in the end, their range and largest rate, the cool-down after the spindle
 stopped, and the steady state. If the spindle did not turn, the ranges are the environmental temperature variation error (ETVE). It
-names what a test after ISO 230-3 needs and the record lacks. --output writes report.html into a folder, --json prints JSON.)"},
+names each quantity of ISO 230-3 that the record does not contain. --output writes report.html into a folder, --json prints JSON.)"},
          {"IDENTIFY",
           R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the
 temperatures, with the spindle speed and along its travel, each with its uncertainty. It needs four passes, and eight are better.

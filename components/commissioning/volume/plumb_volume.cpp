@@ -84,7 +84,8 @@ double length(const std::string& option, const std::string& text, double none = 
     }
 }
 
-// The table of a result, in the place of what the file has of it.
+// The text of an error table with this result. With --into it is the text of that file, with these columns
+// replaced.
 std::string reversal_table(const ReversalOptions& its, const ReversalResult& result) {
     DirectionRows rows;
     double u = 0;
@@ -227,7 +228,7 @@ int circle(const CircleOptions& its) {
              ? ""
              : " One direction only: opening and servo lag are one sum; 0.4 ms at F2000 and R150 "
                "look like 89 urad."));
-    say("The opening is that of a part: plumb squareness takes its sign with object=part.");
+    say("A part shows this opening. Enter it in plumb squareness with object=part.");
     return 0;
 }
 

@@ -387,7 +387,7 @@ class StandIns:
 
 
 def given_pins(texts):
-    """What is learned from files of pins, by the name of the driver or program: rows of `halcmd -s show pin`, or PIN TYPE
+    """The pins that files of pins list, by the name of the driver or program: rows of `halcmd -s show pin`, or PIN TYPE
     DIRECTION."""
     learnt = {"given": list(texts)}
     for path, text in texts.values():
